@@ -48,9 +48,8 @@ def tip_off(scenario, seed, minutes, rate_deg_s, wrong=0.25):
         source="simulated",
     )
     true = dict(zip((f"inertia_{each}" for each in INERTIA), inertia[_ELEMENTS], strict=True))
-    true |= {"gain": gain, "scenario": flown} | {
-        f"dipole_{c}": d for c, d in zip("xyz", dipole, strict=True)
-    }
+    true |= {f"dipole_{c}": d for c, d in zip("xyz", dipole, strict=True)}
+    true |= {"gain": gain, "scenario": flown}
     return data, true
 
 
@@ -64,9 +63,9 @@ def errors(twin, true):
 
 
 def departure(twin, true):
-    """Of a twin from the true satellite, in the deviations of its members [n]: motion at the start
-    of the last leg, inertia, gain if it is known, residual dipole; times the gain's ratio where only
-    inertia over gain is."""
+    """What the true satellite differs by from a twin, as deviations of its members [n]: motion at
+    the start of the last leg, inertia, gain if it is known, residual dipole. Where only inertia
+    over gain is known, those of a true satellite with the twin's gain."""
     after_s = (twin.onward.start - true["scenario"].start).total_seconds()
     timing = {"duration_s": after_s, "record_s": 9.0}
     flown = torquer.simulate(with_values(true["scenario"], {"simulation": timing})).isel(time=-1)

@@ -285,7 +285,8 @@ TABLES = [
      "received none"),
     (together(changes=["number", "number"]),
      ".correlated[0]: mean, changes: one of the two must be given; received both"),
-    (changes(["number"]), ".correlated[0].changes: must have a word for each of 2 keys; received 1"),
+    (changes(["number"]),
+     ".correlated[0].changes: must have a word for each of 2 keys; received 1"),
     (changes(["number", "shift"]), ".correlated[0].changes[1]: must be 'number', 'vector', "
      "'factor', 'rotation' or 'inertia'; received 'shift'"),
     (changes(["number", "vector"]), ".correlated[0].covariance: must be 4 rows of 4; received "

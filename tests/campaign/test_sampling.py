@@ -175,7 +175,9 @@ def test_correlated_keys_have_their_mean_and_covariance(scenario):
 def test_a_singular_covariance_keeps_its_numbers_on_a_line(scenario):
     together = {"keys": [NOISE, "orbit.raan_deg"], "mean": [5, 1], "covariance": [[4, 2], [2, 1]]}
     found = draw(Campaign(runs=100, correlated=[together]), scenario, range(100))
-    np.testing.assert_allclose(found[NOISE] - 5.0, 2.0 * (found["orbit.raan_deg"] - 1.0), atol=1e-6)
+    np.testing.assert_allclose(
+        found[NOISE] - 5.0, 2.0 * (found["orbit.raan_deg"] - 1.0), atol=1e-12
+    )
     assert np.std(found[NOISE]) > 1.0
 
 
@@ -271,10 +273,10 @@ def test_values_are_the_same_to_the_bit_however_many_are_drawn(scenario, seed, m
     correlated = [{"keys": keys, "mean": [50.0, 1.0, 60.0], "covariance": covariance}]
     campaign = Campaign(runs=10**8, seed=seed, vary=ALL_FORMS, correlated=correlated)
     changed = Campaign(runs=10**8, seed=seed, correlated=[changes(0.01 * np.eye(13))])
-    for campaign in (campaign, changed):
-        together = draw(campaign, scenario, members)
+    for each in (campaign, changed):
+        together = draw(each, scenario, members)
         for row in {0, len(members) - 1}:
-            for key, values in draw(campaign, scenario, [members[row]]).items():
+            for key, values in draw(each, scenario, [members[row]]).items():
                 assert np.array_equal(values[0], together[key][row]), key
 
 

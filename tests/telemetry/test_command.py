@@ -10,8 +10,10 @@ from telemetry_session import SHIFT_S, TLE, environment, motion, session
 from twin_session import tip_off
 
 import torquer
+from torquer.campaign.sampling import draw
 from torquer.cli.app import answer
 from torquer.compile import engine
+from torquer.scenario.change import with_values
 
 EXAMPLE = Path("examples/chibis_m_detumble.toml").resolve()
 MY_LAW = Path("examples/my_law.toml").resolve()
@@ -137,7 +139,15 @@ def test_a_twin(folder, capsys, monkeypatch):
         off = twin["values"][name] - true[name]
         assert abs(off) < 4.0 * twin["sigmas"][name] and abs(off) < 0.05 * true[name]
     out = folder / "runs/tip-off-telemetry"
-    assert {"twin.nc", "twin.png"} <= {each.name for each in out.iterdir()}
+    assert {"twin.nc", "twin.png", "twin.toml"} <= {each.name for each in out.iterdir()}
+    scenario, campaign = torquer.load_campaign(out / "twin.toml")
+    drawn = draw(campaign, scenario, range(2000))["spacecraft.body.inertia_kg_m2"][:, 0, 0]
+    assert np.mean(drawn) == pytest.approx(twin["values"]["inertia_xx"], rel=1e-4)
+    assert np.std(drawn) == pytest.approx(twin["sigmas"]["inertia_xx"], rel=0.08)
+    few = campaign.model_copy(update={"runs": 16})
+    timing = {"duration_s": 600.0, "record_s": 3.0, "step_s": scenario.simulation.step_s}
+    flown = torquer.fly_campaign(with_values(scenario, {"simulation": timing}), few)
+    assert set(flown["how_it_ended"].values.tolist()) == {"complete"}
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Twin over data" in page and "better than what was known beforehand" in page
 

@@ -58,7 +58,7 @@ def values_of(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Draw
 
 
 def _change(drawn: Drawn, together: Correlated, rows: np.ndarray, scenario: Scenario) -> None:
-    """Change what is drawn of some keys, or else the scenario's own values, by deviations [n, k]."""
+    """Change what is drawn of some keys, or the scenario's own values, by deviations [n, k]."""
     first = 0
     for key, name in zip(together.keys, together.changes or (), strict=True):
         change = CHANGES[name]

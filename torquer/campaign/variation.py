@@ -248,10 +248,10 @@ FORMS = tuple(name for name in Variation.model_fields if name != "magnitude")
 
 
 class Correlated(Spec):
-    """Keys with a joint normal distribution: of their values, or of changes of the scenario's own.
+    """Keys with a joint normal distribution: of their values, or of changes of the file's.
 
-    One of `mean` and `changes` is given. Blocks with `changes` may share keys: the later changes
-    what the earlier has drawn.
+    One of `mean` and `changes` is given. Tables with `changes` may share keys: a later one changes
+    what those before it have drawn.
     """
 
     keys: tuple[str, ...] = Field(min_length=1)
@@ -259,7 +259,7 @@ class Correlated(Spec):
     mean: tuple[Number, ...] | None = None
     """Means, in the order of the keys."""
     changes: tuple[Literal["number", "vector", "factor", "rotation", "inertia"], ...] | None = None
-    """What the scenario's own values are changed by, in the order of the keys: a 'number', or the
+    """What the scenario's values are changed by, in the order of the keys: a 'number', or the
     three of a 'vector', that are added; the logarithm of a 'factor'; the three of a 'rotation' of
     "initial.attitude" in the body [rad]; the six elements xx, yy, zz, xy, xz, yz of an 'inertia',
     added as far as a body can have them.
@@ -308,7 +308,9 @@ class Correlated(Spec):
         """The symmetric square root of the covariance.
 
         Unlike eigenvectors or a factor of a semidefinite matrix it is unique: members are the
-        same on every processor, up to rounding.
+        same on every processor, up to rounding. Of eigenvalues that are rounding the square roots
+        would not be small: these are 0.
         """
         values, vectors = np.linalg.eigh(np.array(self.covariance))
-        return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+        values[values < len(values) * np.finfo(float).eps * values[-1]] = 0.0
+        return (vectors * np.sqrt(values)) @ vectors.T

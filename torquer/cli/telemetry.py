@@ -55,9 +55,10 @@ def check(
     finds wrong units and zones, outliers, bias, scale, non-orthogonality and a shift in time, with
     their errors. Logged quaternions are compared with field and Sun: order, sense, frame, axes.
     With --filter an attitude is estimated, forwards and in hindsight, and whether the filter's
-    model fits. With --twin the same tip-off is simulated, and says what inertia and gain are.
-    Writes calibrated.nc, attitude.nc, twin.nc, report.html and pictures. Exit code 1 for telemetry
-    that cannot be used as it is, and for a filter or a twin that does not fit it.
+    model fits. With --twin the same tip-off is simulated, and says what inertia and gain are;
+    `torquer campaign` flies on what its errors leave open, twin.toml. Writes calibrated.nc,
+    attitude.nc, twin.nc, twin.toml, report.html and pictures. Exit code 1 for telemetry that cannot
+    be used as it is, and for a filter or a twin that does not fit it.
     """
     from torquer.cli import telemetry_work as work
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from torquer.strict_json import json_text
 from torquer.telemetry.attitude import load_filter
 from torquer.telemetry.calibration import GROUPS, MODELS, split_shift
 from torquer.telemetry.convention import WAYS_SHOWN, Found
-from torquer.telemetry.examine import Examination, examine
+from torquer.telemetry.examine import PARAMETER_HEAD, Examination, examine
 from torquer.telemetry.mapping import load_mapping, text_of_mapping
 from torquer.telemetry.modulus import start_of
 from torquer.telemetry.orbit import load_orbit
@@ -96,12 +97,12 @@ def _show(found: Examination, data: dict, about: str) -> None:
     for each in found.findings:
         print(f"note: {each.text}")
     if found.calibration is not None:
-        head = ("parameter", "value", "sigma", "unit")
-        screen.print(table(head, parameter_rows(found), "Calibration", left=(0, 3)))
+        rows = parameter_rows(found)
+        screen.print(table(PARAMETER_HEAD, rows, "Calibration", left=(0, 3)))
     if found.choices:
         screen.print(table(CHOICE_HEAD, choice_rows(found), "Models compared"))
     if found.twin is not None and found.twin.fits:
-        screen.print(table(TWIN_HEAD, twin_rows(found), "Twin", left=(0, 3)))
+        screen.print(table(PARAMETER_HEAD, twin_rows(found), "Twin", left=(0, 3)))
     if "split" in data:
         clock, along = data["split"]["clock_s"], data["split"]["along_track_km"]
         print(f"clock {clock[0]:.2f} +- {clock[1]:.2f} s, along the track "
@@ -136,11 +137,8 @@ def parameter_rows(found: Examination) -> list[tuple[str, str, str, str]]:
     return rows
 
 
-TWIN_HEAD = ("parameter", "value", "sigma", "unit")
-
-
 def twin_rows(found: Examination) -> list[tuple[str, str, str, str]]:
-    """Parameters of the twin; those over the gain in units of SI."""
+    """Parameters of the twin, to two digits of their deviations; those over the gain in SI."""
     if found.twin is None:
         return []
     rows = []
@@ -149,7 +147,8 @@ def twin_rows(found: Examination) -> list[tuple[str, str, str, str]]:
     ):
         unit = next((each for key, each in _TWIN_UNITS.items() if name.startswith(key)), "")
         shown = "" if name.endswith("/gain") or name == "gain" else unit
-        rows.append((name, f"{value:.6g}", f"{sigma:.2g}", shown))
+        digits = 1 - math.floor(math.log10(max(sigma, 1e-12)))
+        rows.append((name, f"{round(value, digits):.6g}", f"{sigma:.2g}", shown))
     return rows
 
 

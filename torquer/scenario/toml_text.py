@@ -13,7 +13,8 @@ _LIST_OF_LISTS = re.compile(r"\[\n\s+(\[[^\[\]\n]*\](?:,\n\s+\[[^\[\]\n]*\])*),\
 def toml_of(data: dict, widest: int = 80) -> str:
     """A scenario's plain data as TOML text; keys without a value are left out.
 
-    Lists of numbers that fit within `widest` characters are put on one line. No text has a line break, so none is affected.
+    Lists of numbers that fit within `widest` characters are put on one line. No text has a line
+    break, so none is affected.
     """
     text = tomli_w.dumps(_given(data))
     for pattern in (_PLAIN_LIST, _LIST_OF_LISTS):

@@ -38,6 +38,8 @@ from torquer.telemetry.read import Finding
 from torquer.telemetry.twin import twin_of
 from torquer.telemetry.twin_found import Twin
 
+#: Head of a table of parameters, of the calibration or the twin.
+PARAMETER_HEAD = ("parameter", "value", "sigma", "unit")
 #: The first part of a session [s] that is compared with the rest, and how much worse is reported.
 _FIRST_S, _WORSE = 600.0, 2.0
 

@@ -1,7 +1,7 @@
 """Members of a twin: the satellites that it may be, as a campaign flies them beyond the telemetry.
 
-Attitude and rate at the start of the last leg, inertia, gain and residual dipole are drawn from their
-joint covariance. What the telemetry does not show is drawn as it was known beforehand.
+Attitude and rate at the start of the last leg, inertia, gain and residual dipole are drawn from
+their joint covariance. What the telemetry does not show is drawn as it was known beforehand.
 """
 
 from __future__ import annotations
@@ -80,25 +80,31 @@ def text_of_members(onward: Scenario, twin: Twin) -> str:
     """
     scenario = with_fixed_steps(onward)
     data = json.loads(scenario.model_dump_json(exclude_unset=True, exclude_none=True))
+    data["name"] = f"{scenario.name}-twin"
     campaign = {"campaign": {"runs": _RUNS, "correlated": list(twin.members)}}
+    said = "".join(f"# {line}\n" for line in _said(twin, scenario))
+    return "\n".join([said, toml_from_data(data), toml_of(campaign, _WIDE)])
+
+
+def _said(twin: Twin, scenario: Scenario) -> list[str]:
+    """Lines of comment of the file of a twin's members."""
     said = [
-        f"The twin at {scenario.start:%Y-%m-%dT%H:%M:%SZ}, near the end of the telemetry, flown on.",
+        f"The twin at {scenario.start:%Y-%m-%dT%H:%M:%SZ}, at the end of the telemetry, flown on.",
         "Members: what the fit leaves open of its motion then, inertia, gain and residual dipole.",
     ]
     if twin.only_ratio:
-        said.append(
-            "The telemetry does not show the size of inertia, gain and dipole, which the last table "
-            f"multiplies by one factor, its logarithm {SCALE:g} in standard deviation: put in yours."
-        )
+        said += [
+            "The telemetry does not show the size of inertia, gain and dipole: the last table has",
+            f"one factor for all three, its logarithm with a deviation of {SCALE:g}. Put in yours.",
+        ]
     elif len(twin.members) > 1:
-        said.append(
-            "The telemetry does not show the gain: the logarithm of the last table's factor is "
-            f"{GAIN:g} in standard deviation: put in yours."
-        )
+        said += [
+            "The telemetry does not show the gain: the last table has a factor for it, its",
+            f"logarithm with a deviation of {GAIN:g}. Put in yours.",
+        ]
     if twin.doubt:
         said.append(f"DO NOT RELY ON THESE ERRORS: {twin.doubt}.")
-    parts = "".join(f"# {line}\n" for line in said), toml_from_data(data), toml_of(campaign, _WIDE)
-    return "\n".join(parts)
+    return said
 
 
 def with_fixed_steps(scenario: Scenario) -> Scenario:

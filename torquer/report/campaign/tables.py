@@ -3,6 +3,8 @@
 import functools
 import json
 
+import numpy as np
+
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import (
     mean_rows,
@@ -14,6 +16,8 @@ from torquer.campaign.summary import (
 
 #: What to type to fly a member again.
 FLY = "torquer campaign FILE --member"
+#: Rows of a covariance that is shown as it is.
+_MOST_ROWS = 4
 #: Head and rows of a table.
 Grid = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
@@ -98,12 +102,21 @@ def campaign_rows(table: dict) -> list[tuple[str, str]]:
             ("Sampling", str(table.get("sampling", "")))]  # fmt: skip
     rows += [(f"Varied: {key}", inline(each)) for key, each in (table.get("vary") or {}).items()]
     for together in table.get("correlated") or ():
-        rows.append(("Varied together", inline(together)))
+        rows.append(("Varied together", inline(_shortened(together))))
     success = table.get("success") or {}
     rows += [(f"Condition of {SUCCESS}: {name}", inline(each)) for name, each in success.items()]
     if table.get("stop"):
         rows.append(("Stop", inline(table["stop"])))
     return rows
+
+
+def _shortened(together: dict) -> dict:
+    """Correlated keys, with standard deviations in place of a large covariance."""
+    covariance = np.array(together["covariance"])
+    if len(covariance) <= _MOST_ROWS:
+        return together
+    sigma = [float(f"{each:.3g}") for each in np.sqrt(np.diag(covariance))]
+    return {key: each for key, each in together.items() if key != "covariance"} | {"sigma": sigma}
 
 
 def inline(value) -> str:

@@ -10,6 +10,7 @@ from torquer.report.common.html import card, cards, picture
 from torquer.report.telemetry.pictures import pictures_of
 from torquer.simulation.results.file import put
 from torquer.telemetry.convention import WAYS_SHOWN
+from torquer.telemetry.examine import PARAMETER_HEAD
 
 _WORDS = {
     "residual": (
@@ -39,6 +40,12 @@ _WORDS = {
         "non-orthogonality fitted each time.",
     ),
 }
+
+
+_AHEAD = (
+    "The file twin.toml has the twin at the end of the telemetry, with the joint distribution of "
+    "what the fit leaves open: torquer campaign flies it onward."
+)
 
 
 def _conventions(found):
@@ -88,10 +95,10 @@ def write_telemetry(found, parameters, of_twin, about: str, out: Path) -> list[s
         for name, path in paths.items()
     ]
     made += [_conventions(each) for each in found.conventions]
-    head = ("Parameter", "Value", "Sigma", "Unit")
+    head = tuple(map(str.capitalize, PARAMETER_HEAD))
     if of_twin:
-        made.append(card("twin-parameters", "Twin's parameters", _unknown(found.twin),
-                         {"grid": (head, of_twin)}))  # fmt: skip
+        said = f"{_unknown(found.twin)} {_AHEAD}"
+        made.append(card("twin-parameters", "Twin's parameters", said, {"grid": (head, of_twin)}))
     if found.calibration is not None:
         caption = (
             "The corrected reading is A (m - bias), A lower triangular with 1 + scale on its "
