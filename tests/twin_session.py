@@ -9,6 +9,7 @@ from torquer.telemetry.quantities import session_of
 from torquer.telemetry.twin_flights import INERTIA
 
 _ELEMENTS = ([0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2])
+_SENSORS = ("b_measured", "omega_measured", "sun_measured")
 NOISE_T = 50e-9
 
 
@@ -18,9 +19,10 @@ def believed(gain):
     return with_values(scenario, {"control.law.gain_a_m2_s_per_t": gain})
 
 
-def tip_off(scenario, seed, minutes, rate_deg_s, wrong=0.25):
+def tip_off(scenario, seed, minutes, rate_deg_s, wrong=0.25, sun=False):
     """Telemetry, a row each 30 s, of a satellite whose inertia and gain are other than in a
-    scenario, by up to a part `wrong`; and its parameters by name, with its own scenario."""
+    scenario, by up to a part `wrong`; and its parameters by name, with its own scenario. `sun`:
+    with Sun sensors, too."""
     rng = np.random.default_rng(seed)
     root = np.diag(np.sqrt(np.exp(rng.uniform(-wrong, wrong, 3))))
     inertia = root @ np.array(scenario.spacecraft.body.inertia_kg_m2) @ root
@@ -44,7 +46,7 @@ def tip_off(scenario, seed, minutes, rate_deg_s, wrong=0.25):
     result = torquer.simulate(flown).isel(time=slice(1, -1))
     data = session_of(
         result["utc"].values,
-        {name: result[name].values for name in ("b_measured", "omega_measured")},
+        {name: result[name].values for name in _SENSORS[: 3 if sun else 2]},
         source="simulated",
     )
     true = dict(zip((f"inertia_{each}" for each in INERTIA), inertia[_ELEMENTS], strict=True))

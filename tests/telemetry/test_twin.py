@@ -7,10 +7,11 @@ from twin_session import NOISE_T, believed, errors, tip_off
 from torquer.compile import engine
 from torquer.scenario.change import with_values
 from torquer.telemetry.twin import twin_of
-from torquer.telemetry.twin_fit import Problem, Readings, around
+from torquer.telemetry.twin_fit import Problem, around
 from torquer.telemetry.twin_flights import COUNT, INERTIA, Flights, Points, inertia_of
 from torquer.telemetry.twin_found import Twin
 from torquer.telemetry.twin_legs import Legs
+from torquer.telemetry.twin_readings import Readings
 
 SLOW = pytest.mark.skipif(not engine.COMPILED, reason="hundreds of flights: slow")
 #: Saturates the coils above 9 deg/s; never at 3 deg/s.

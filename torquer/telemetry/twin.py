@@ -23,8 +23,7 @@ from torquer.geometry.attitudes import rotation_vector, to_body
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
 from torquer.simulation.simulate import simulate
-from torquer.telemetry.modulus import start_of
-from torquer.telemetry.twin_fit import Fits, Problem, Readings, moved_by_noise
+from torquer.telemetry.twin_fit import Fits, Problem, moved_by_noise
 from torquer.telemetry.twin_flights import (
     COUNT,
     INERTIA,
@@ -43,13 +42,11 @@ from torquer.telemetry.twin_flights import (
 from torquer.telemetry.twin_found import Twin
 from torquer.telemetry.twin_legs import Legs
 from torquer.telemetry.twin_members import GAIN, SCALE, tables_of
+from torquer.telemetry.twin_readings import Readings, first_end, readings_of
 from torquer.telemetry.twin_start import guesses
-from torquer.time import seconds_between
 
-#: Seconds and rows of the first window, by what it grows, and the growth at which it stops.
-_FIRST_S, _FIRST_ROWS, _GROWTH, _LEAST_GROWTH = 60.0, 4, 1.6, 1.1
-#: Rows that are fitted at most.
-_MOST_ROWS = 240
+#: By what the first window grows, and the growth at which it stops.
+_GROWTH, _LEAST_GROWTH = 1.6, 1.1
 #: What is known beforehand, besides `SCALE` of the logarithms of moments of inertia and `GAIN` of
 #: that of gain over inertia: standard deviations of the mixed elements of the inertia's logarithm
 #: and of the residual dipole over the coils' limit.
@@ -57,15 +54,13 @@ _MIXED, _DIPOLE = 0.05, 0.1
 #: Chance with which a good fit misses more than is taken for one, and than lets the window grow on
 #: as fast; how much worse than noise a model may be.
 _CHANCE, _USUAL, _SLACK = 1e-3, 1e-2, 1.15
-#: Readings beyond this many standard deviations of the model's strength are left out.
-_OUTLIER = 5.0
 #: Part of what was known beforehand above which the telemetry says nothing.
 _NOTHING = 0.5
 #: Part of the commands at a limit above which the few others say nothing of the gain that noise in
 #: the loop does not hide.
 _MOST_SATURATED = 0.9
-#: Least error of a gyro [rad/s]; part of the session that a twin must follow.
-_LEAST_GYRO, _LEAST_PART = 2e-5, 0.5
+#: Part of the session that a twin must follow.
+_LEAST_PART = 0.5
 #: Twins that are grown at most, and what they may miss at first.
 _TRIED, _HOPELESS = 4, 5.0
 #: Changes of the logarithm of all moments that are tried where a twin does not follow.
@@ -91,54 +86,8 @@ def twin_of(
     standard deviation of the bias that is left. `shift_s`: of the stamps. ValueError for telemetry
     without a gyro, and for a scenario that cannot be a twin.
     """
-    readings, start_s = _readings(data, scenario, sigma_b, bias_b, shift_s)
+    readings, start_s = readings_of(data, scenario, sigma_b, bias_b, shift_s)
     return _Search(scenario, start_s, readings).twin()
-
-
-def _readings(data, scenario: Scenario, sigma_b, bias_b, shift_s) -> tuple[Readings, float]:
-    """The rows of a session that can be fitted, and when the flights start [s]."""
-    for name in ("b_measured", "omega_measured"):
-        if name not in data:
-            raise ValueError(f"--twin: needs {name} in the telemetry; received none")
-    first_s = seconds_between(scenario.start, start_of(data)) + shift_s
-    if first_s < 0.0:
-        raise ValueError(
-            "--twin: `start` must be at or before the first row of the telemetry; received "
-            f"{-first_s:.6g} s after it"
-        )
-    t_s = data["time"].values + first_s
-    b, omega = data["b_measured"].values, data["omega_measured"].values
-    along = scenario.orbit_environment()
-    b_j = along.field(t_s, *along.state(t_s))
-    off = np.abs(np.linalg.norm(b, axis=1) - np.linalg.norm(b_j, axis=1))
-    rows = np.flatnonzero(off < _OUTLIER * math.hypot(sigma_b, bias_b))
-    rows = rows[np.cumsum(np.isfinite(omega[rows]).all(axis=1)) > 0]
-    if len(rows) < 2 * _FIRST_ROWS:
-        raise ValueError(
-            f"--twin: needs {2 * _FIRST_ROWS} rows with the field of the scenario's orbit, the "
-            f"first of them with a rate; received {len(rows)}"
-        )
-    cycle_s = scenario.control.cycle_s
-    start_s = cycle_s * math.floor(t_s[rows[0]] / cycle_s + 1e-9)
-    gyro = scenario.spacecraft.gyro
-    sigma_omega = max(math.radians(gyro.noise_deg_s), _LEAST_GYRO)
-    bias_omega = math.hypot(sigma_omega, *np.radians(gyro.bias_deg_s))
-    found = Readings(t_s - start_s, b, omega, b_j, sigma_b, sigma_omega, bias_b, bias_omega)
-    return _thinned(found.take(rows)), start_s
-
-
-def _thinned(readings: Readings) -> Readings:
-    """At most so many rows that the first window keeps enough of them."""
-    first = int(np.sum(readings.t_s <= _first_end(readings)))
-    parts = np.split(np.arange(len(readings.t_s)), [first])
-    few = [each[np.unique(np.linspace(0, len(each) - 1, _MOST_ROWS // 2).astype(int))]
-           for each in parts if len(each)]  # fmt: skip
-    return readings.take(np.concatenate(few))
-
-
-def _first_end(readings: Readings) -> float:
-    """End of the first window [s]."""
-    return float(max(readings.t_s[0] + _FIRST_S, readings.t_s[_FIRST_ROWS - 1]))
 
 
 class _Step(NamedTuple):
@@ -194,7 +143,7 @@ class _Search:
 
     def _first(self) -> _Step:
         """The best guesses, fitted to the first window with all parameters free."""
-        window_s = _first_end(self.readings)
+        window_s = first_end(self.readings)
         readings, flights = self.readings.until(window_s), self._flights(window_s)
         covariance = readings.noise()
         start = np.arange(6 + COUNT) < 6
@@ -372,12 +321,15 @@ def _saturation(scenario: Scenario, window_s: float) -> float:
 
 
 def _side_by_side(readings: Readings, states: States) -> xr.Dataset:
-    """Readings and the twin's field and rate at the rows that were fitted."""
+    """Readings and the twin's field, rate and Sun at the rows that were fitted."""
     b = to_body(states.q[:, 0], readings.b_j)
     pairs = {
         "b_measured": (readings.b, "T"), "omega_measured": (readings.omega, "rad/s"),
         "b_body": (b, "T"), "omega_body": (states.omega[:, 0], "rad/s"),
     }  # fmt: skip
+    if readings.sun is not None:
+        pairs["sun_measured"] = (readings.sun.seen, "1")
+        pairs["sun_body"] = (to_body(states.q[:, 0], readings.sun.to_sun_j), "1")
     variables = {
         name: (("time", "axis"), values, {"units": unit, "frame": "body"})
         for name, (values, unit) in pairs.items()

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.geometry.attitudes import rotation_vector, to_body
+from torquer.geometry.attitudes import rotation_vector
 from torquer.telemetry.twin_flights import COUNT, Flights, Points, States
+from torquer.telemetry.twin_readings import Readings
 
 #: Parameters: rotation vector and rate at the start, physical ones.
 PARAMETERS = 6 + COUNT
@@ -23,63 +24,6 @@ _NOISY = 32
 #: Part of the greatest variance that rounding may have taken from the others.
 _ROUNDING = 1e-10
 _MOST_DAMPING, _SMALL = 1e8, 0.01
-
-
-class Readings(NamedTuple):
-    """Rows [m]: seconds since the flights' start, field [T] and rate [rad/s] in the body (NaN where
-    there is none), field in J [T]; standard deviations of the readings and of both biases."""
-
-    t_s: np.ndarray
-    b: np.ndarray
-    omega: np.ndarray
-    b_j: np.ndarray
-    sigma_b: float
-    sigma_omega: float
-    bias_b: float
-    bias_omega: float
-
-    def take(self, rows) -> Readings:
-        """Some of the rows."""
-        t_s, b, omega, b_j = (each[rows] for each in self[:4])
-        return self._replace(t_s=t_s, b=b, omega=omega, b_j=b_j)
-
-    def until(self, t_s: float) -> Readings:
-        """The rows until an instant."""
-        return self.take(self.t_s <= t_s)
-
-    @property
-    def there(self) -> np.ndarray:
-        """Which of the numbers [6 m] that are fitted were read."""
-        return np.isfinite(np.hstack([self.b, self.omega]).ravel())
-
-    def measured(self) -> np.ndarray:
-        """Numbers that are fitted [k], over their standard deviations."""
-        return self._numbers(self.b, self.omega)
-
-    def motion_sizes(self) -> np.ndarray:
-        """Rotation vector [rad] and rate [rad/s] of about the size of the readings' errors [6]."""
-        turn = self.sigma_b / float(np.linalg.norm(self.b_j, axis=1).mean())
-        return np.repeat([turn, self.sigma_omega], 3)
-
-    def predicted(self, states: States) -> np.ndarray:
-        """What n twins have in their place [n, k]; of instants after the rows nothing is taken."""
-        q, omega = (each[: len(self.t_s)] for each in states)
-        b = to_body(q, self.b_j[:, None, :])
-        pairs = zip(np.swapaxes(b, 0, 1), np.swapaxes(omega, 0, 1), strict=True)
-        return np.array([self._numbers(*each) for each in pairs])
-
-    def _numbers(self, b, omega) -> np.ndarray:
-        return np.hstack([b / self.sigma_b, omega / self.sigma_omega]).ravel()[self.there]
-
-    def shared(self) -> np.ndarray:
-        """What both biases [6], over their standard deviations, add to the numbers [k, 6]."""
-        size = 3 * [self.bias_b / self.sigma_b] + 3 * [self.bias_omega / self.sigma_omega]
-        return np.tile(np.diag(size), (len(self.t_s), 1))[self.there]
-
-    def noise(self) -> np.ndarray:
-        """Covariance [k, k] of the readings' errors, over their standard deviations."""
-        shared = self.shared()
-        return np.eye(len(shared)) + shared @ shared.T
 
 
 class Fits(NamedTuple):
@@ -224,7 +168,7 @@ def moved_by_noise(
     start that would have led there changes from row to row by independent steps, whose covariances
     add up. `seed`: of the noise.
     """
-    t_s, row_of = readings.t_s, np.repeat(np.arange(len(readings.t_s)), 6)[readings.there]
+    t_s, row_of = readings.t_s, readings.rows()
     if end_s is not None:
         t_s, row_of = np.append(t_s, end_s), np.append(row_of, 6 * [len(t_s)])
     near = quiet.fly(around(points, np.arange(6)), t_s)

@@ -16,13 +16,13 @@ from torquer.scenario.spec import Scenario
 from torquer.telemetry.twin_fit import (
     STEPS,
     Moved,
-    Readings,
     around,
     departures,
     moved_by_noise,
     root_of,
 )
 from torquer.telemetry.twin_flights import COUNT, Flights, Points, States, joined
+from torquer.telemetry.twin_readings import Readings
 
 #: Least length of a leg [s]; it is a whole number of cycles.
 _LEG_S = 300.0
