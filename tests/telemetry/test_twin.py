@@ -6,8 +6,8 @@ from twin_session import NOISE_T, believed, errors, tip_off
 
 from torquer.compile import engine
 from torquer.scenario.change import with_values
-from torquer.telemetry.twin import twin_of
-from torquer.telemetry.twin_fit import Problem, around
+from torquer.telemetry.twin import _Search, _Step, twin_of
+from torquer.telemetry.twin_fit import Fits, Problem, around
 from torquer.telemetry.twin_flights import COUNT, INERTIA, Flights, Points, inertia_of
 from torquer.telemetry.twin_found import Twin
 from torquer.telemetry.twin_legs import Legs
@@ -150,36 +150,73 @@ def test_legs_share_numbers_meet_and_skip_gaps():
     )
     whole = Flights(scenario, start_s, 1600.0, 0.4)
     course = legs.along(whole, points)
-    assert legs._off_at_links(course) < 0.01
+    assert legs._off_at_ends(whole, points, course) < 0.01
     once, apart = whole.fly(points, t_s), legs.predicted(course)
     assert np.allclose(once.q, apart.q, atol=1e-5) and np.allclose(
         once.omega, apart.omega, atol=1e-7
     )
 
 
-def fitted_to_itself(scenario, t_s, noise_t):
-    """Legs fitted to their own flight without noise, begun at it."""
+POINTS = Points(
+    np.array([[0.1, 0.2, 0.3, np.sqrt(0.86)]]), np.radians([[9, 11, 8.0]]), np.zeros((1, COUNT))
+)
+ROWS_S = np.arange(5.0, 650.0, 30.0)
+
+
+def own_readings(flights, t_s, noise_t):
+    """What sensors without noise read on a flight."""
     rows, b_j = np.zeros((len(t_s), 3)), np.tile([2e-5, -1e-5, 3e-5], (len(t_s), 1))
     blank = Readings(t_s, rows, rows, b_j, noise_t, 1e-4, 0.0, 0.0)
-    points = Points(
-        np.array([[0.1, 0.2, 0.3, np.sqrt(0.86)]]), np.radians([[9, 11, 8.0]]), np.zeros((1, COUNT))
-    )
+    exact = blank.predicted(flights.fly(POINTS, t_s))[0].reshape(len(t_s), 6)
+    return blank._replace(b=exact[:, :3] * noise_t, omega=exact[:, 3:] * 1e-4)
+
+
+def fitted_to_itself(scenario, t_s, noise_t):
+    """Legs fitted to their own flight without noise, begun at it."""
     flights = Flights(scenario, 0.0, float(t_s[-1]), 0.4)
-    exact = blank.predicted(flights.fly(points, t_s))[0].reshape(len(t_s), 6)
-    readings = blank._replace(b=exact[:, :3] * noise_t, omega=exact[:, 3:] * 1e-4)
+    readings = own_readings(flights, t_s, noise_t)
     free = np.full(6 + COUNT, True)
     prior = np.append(np.full(6, np.inf), np.full(COUNT, 0.3))
     legs = Legs(scenario, 0.0, 0.4, readings, prior, free)
-    return legs.fit(legs.along(flights, points))
+    return legs.fit(flights, POINTS)
 
 
 @SLOW
 @pytest.mark.parametrize("noise_nt", [50.0, 2e4])
 def test_errors_are_doubted_where_noise_bends_the_legs(noise_nt):
     scenario = with_values(believed(GAIN), {"spacecraft.magnetometer.noise_nt": noise_nt})
-    fit = fitted_to_itself(scenario, np.arange(5.0, 650.0, 30.0), 1e-9 * noise_nt)
-    assert ("noise in the loop turns it by" in fit.doubt) == (noise_nt > 1e3)
+    fit = fitted_to_itself(scenario, ROWS_S, 1e-9 * noise_nt)
+    assert bool(fit.doubt) == ("noise in the loop turns it by" in fit.doubt) == (noise_nt > 1e3)
     assert np.isfinite(fit.covariance).all() and fit.chi2 < 1e-3
+
+
+@SLOW
+def test_errors_are_doubted_where_the_law_remembers_earlier_cycles():
+    """B-dot of one reading a cycle takes the difference from the last one, which a leg forgets."""
+    law = {"kind": "bdot", "gain_a_m2_s_per_t": GAIN}
+    scenario = with_values(believed(GAIN), {"control": {"sample_s": 3.0, "law": law}})
+    fit = fitted_to_itself(scenario, ROWS_S, NOISE_T)
+    assert fit.doubt == "its law remembers earlier cycles, without which legs begin"
+
+
+@SLOW
+@pytest.mark.parametrize("scale", [1.0, 1.005])
+def test_errors_are_doubted_where_the_readings_are_of_no_such_twin(scale):
+    """A gyro that reads half a percent too much, which is no parameter of the twin."""
+    scenario, t_s = believed(GAIN), ROWS_S[:10]
+    window_s = float(t_s[-1])
+    flights = Flights(scenario, 0.0, window_s, 0.4)
+    exact = own_readings(flights, t_s, NOISE_T)
+    noise = np.random.default_rng(1).normal(size=(2, *exact.b.shape))
+    readings = exact._replace(
+        b=exact.b + NOISE_T * noise[0], omega=scale * exact.omega + 1e-4 * noise[1]
+    )
+    search = _Search(scenario, 0.0, readings)
+    problem = Problem(flights, readings, search.prior, search.free, readings.noise())
+    twin = search._found(_Step(Fits(POINTS, np.zeros(1)), problem, window_s))
+    assert twin.freedoms == 60 - 16
+    assert (f"squares of {twin.chi2:.0f} where 44 are expected" in twin.verdict) == (scale > 1.0)
+    assert bool(twin.doubt) == (scale > 1.0)
 
 
 def test_mistakes():

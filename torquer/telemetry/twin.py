@@ -201,7 +201,7 @@ class _Search:
         """What a fitted twin says."""
         readings = step.problem.readings
         legs = Legs(self.scenario, self.start_s, self.rate, readings, self.prior, self.free)
-        fit = legs.fit(legs.along(step.problem.flights, step.fits.points))
+        fit = legs.fit(step.problem.flights, step.fits.points)
         points = fit.course.starts.take([0])
         place = np.flatnonzero(self.free[6:])
         # motion at the start of the last leg, and what all legs share

@@ -91,19 +91,19 @@ class Legs:
         free: np.ndarray,
     ):
         self.free, self.prior = free, prior[free][6:]
-        end_s, cycle_s = float(readings.t_s[-1]), scenario.control.cycle_s
+        self.end_s, cycle_s = float(readings.t_s[-1]), scenario.control.cycle_s
         length_s = cycle_s * math.ceil(_LEG_S / cycle_s)
-        every = length_s * np.arange(max(1, math.floor(end_s / length_s)))
+        every = length_s * np.arange(max(1, math.floor(self.end_s / length_s)))
         with_rows = np.unique(np.searchsorted(every, readings.t_s, side="right") - 1)
         self.firsts = every[with_rows]
         self.legs: list[Leg] = []
         quiet: Flights | None = None
-        for first, last in zip(self.firsts, [*self.firsts[1:], end_s], strict=True):
+        for first, last in zip(self.firsts, [*self.firsts[1:], self.end_s], strict=True):
             span = (start_s + first, last - first, rate_rad_s)
             quiet = Flights(scenario, *span, like=quiet)
             noisy = Flights(scenario, *span, noisy=True, like=quiet)
             rows = (readings.t_s >= first) & (readings.t_s < last)
-            rows |= (readings.t_s == end_s) & (last == end_s)
+            rows |= (readings.t_s == self.end_s) & (last == self.end_s)
             own = readings.take(rows)
             self.legs.append(Leg(quiet, noisy, own._replace(t_s=own.t_s - first), last - first))
 
@@ -113,9 +113,10 @@ class Legs:
         physical = np.repeat(points.physical, len(self.firsts), axis=0)
         return Course(Points(flown.q[:, 0], flown.omega[:, 0], physical), np.zeros(6))
 
-    def fit(self, course: Course) -> Fit:
-        """A twin fitted from its course without noise."""
-        afresh = self._off_at_links(course)
+    def fit(self, flights: Flights, points: Points) -> Fit:
+        """A twin fitted from one twin's flight through all legs without noise."""
+        course = self.along(flights, points)
+        afresh = self._off_at_ends(flights, points, course)
         for loose in _LOOSE:
             whiteners, angle = self._whiteners(course, loose)
             course = self._improved(course, whiteners)
@@ -128,12 +129,14 @@ class Legs:
             doubt = f"noise in the loop turns it by {math.degrees(angle):.1f} deg in five minutes"
         return Fit(course, chi2, self._covariance(course, whiteners, normal), doubt)
 
-    def _off_at_links(self, course: Course) -> float:
-        """The greatest gap between two legs, over the readings' errors."""
-        gaps = [0.0]
-        for k, leg in enumerate(self.legs[:-1]):
-            numbers, end = leg.fly(course.starts.take([k]))
-            gaps.append(float(np.abs(self._misses(course, k, numbers[0], end)[-6:]).max()))
+    def _off_at_ends(self, flights: Flights, points: Points, course: Course) -> float:
+        """How far legs, each by itself, end from the one flight, over the readings' errors."""
+        flown = flights.fly(points, np.append(self.firsts[1:], self.end_s))
+        gaps = []
+        for k, leg in enumerate(self.legs):
+            _, end = leg.fly(course.starts.take([k]))
+            off = departures(end, States(flown.q[k : k + 1], flown.omega[k : k + 1]))[0, 0]
+            gaps.append(float(np.abs(off / leg.readings.motion_sizes()).max()))
         return max(gaps)
 
     def predicted(self, course: Course) -> States:
