@@ -123,10 +123,12 @@ def test_a_filter_that_does_not_fit_ends_with_1(folder, with_quaternions, capsys
 @pytest.mark.skipif(not engine.COMPILED, reason="hundreds of flights: slow")
 def test_a_twin(folder, capsys, monkeypatch):
     """A tip-off of a satellite up to 25 % off: its parameters, picture, page and file."""
-    monkeypatch.setattr("torquer.telemetry.twin._GUESSES", 4)  # enough here, less time
+    # enough here, in less time
+    monkeypatch.setattr("torquer.telemetry.twin._GUESSES", 3)
+    monkeypatch.setattr("torquer.telemetry.twin_start._RATIOS", np.array([-0.2, 0.0, 0.2]))
     text = EXAMPLE.read_text(encoding="utf-8")
     (folder / "believed.toml").write_text(text.replace("= 5e6", "= 8e5"), encoding="utf-8")
-    data, true = tip_off(torquer.load_scenario("believed.toml"), 5, 12, (5.0, 4.0, 3.0))
+    data, true = tip_off(torquer.load_scenario("believed.toml"), 5, 20, (10.0, 10.0, 10.0))
     data.to_netcdf("tip-off.nc", engine="h5netcdf")
     words = ["telemetry", "tip-off.nc", "--orbit", "c.tle", "--model", "bias",
              "--twin", "believed.toml", "--json"]  # fmt: skip

@@ -93,7 +93,7 @@ class Campaign(Spec):
     "initial.attitude" for uniformly distributed attitudes.
     """
     correlated: tuple[Correlated, ...] = ()
-    """Keys with a joint normal distribution, of their values or of changes of the file's."""
+    """Keys with a joint normal distribution, of their values or of changes to those of the file."""
     outcomes: Annotated[dict[str, Outcome], AfterValidator(_or_default)] = Field(
         default_factory=lambda: dict(DEFAULT)
     )

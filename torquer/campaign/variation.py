@@ -248,7 +248,7 @@ FORMS = tuple(name for name in Variation.model_fields if name != "magnitude")
 
 
 class Correlated(Spec):
-    """Keys with a joint normal distribution: of their values, or of changes of the file's.
+    """Keys with a joint normal distribution: of their values, or of changes to those of the file.
 
     One of `mean` and `changes` is given. Tables with `changes` may share keys: a later one changes
     what those before it have drawn.

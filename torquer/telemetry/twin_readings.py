@@ -154,15 +154,15 @@ def readings_of(
     gyro = scenario.spacecraft.gyro
     sigma_omega = max(math.radians(gyro.noise_deg_s), _LEAST_GYRO)
     bias_omega = math.hypot(sigma_omega, *np.radians(gyro.bias_deg_s))
-    sun = _sunlight(data, scenario, t_s, b, b_j, sigma_b)
+    sun = _sunlight(data, scenario, t_s, b, b_j, math.hypot(sigma_b, bias_b))
     found = Readings(t_s - start_s, b, omega, b_j, sigma_b, sigma_omega, bias_b, bias_omega, sun)
     return _thinned(found.take(rows)), start_s
 
 
-def _sunlight(data, scenario: Scenario, t_s, b, b_j, sigma_b) -> Sunlight | None:
+def _sunlight(data, scenario: Scenario, t_s, b, b_j, off_b) -> Sunlight | None:
     """What Sun sensors read, where the Sun may be seen and is at the right angle to the field.
 
-    None of sensors that are misled by more than noise.
+    `off_b` [T]: error of the magnetometer. None of sensors that are misled by more than noise.
     """
     sensors = scenario.spacecraft.sun_sensors
     if sensors is None or "sun_measured" not in data or sensors.albedo or np.any(sensors.bias_deg):
@@ -175,7 +175,7 @@ def _sunlight(data, scenario: Scenario, t_s, b, b_j, sigma_b) -> Sunlight | None
     length = np.linalg.norm(data["sun_measured"].values, axis=1)
     seen = data["sun_measured"].values / np.where(length > _DARK, length, np.nan)[:, None]
     off = np.radians(angles_deg(seen, b) - angles_deg(to_sun, b_j))
-    bearable = _OUTLIER * np.hypot(sigma, sigma_b / np.linalg.norm(b_j, axis=1))
+    bearable = _OUTLIER * np.hypot(sigma, off_b / np.linalg.norm(b_j, axis=1))
     good = (along.sunlit_fraction(t_s, r) > _DARK) & (np.abs(off) < bearable)
     return Sunlight(np.where(good[:, None], seen, np.nan), to_sun, sigma) if good.any() else None
 
