@@ -12,6 +12,7 @@ from twin_session import tip_off
 import torquer
 from torquer.campaign.sampling import draw
 from torquer.cli.app import answer
+from torquer.cli.telemetry_work import _with_error
 from torquer.compile import engine
 from torquer.scenario.change import with_values
 
@@ -152,6 +153,20 @@ def test_a_twin(folder, capsys, monkeypatch):
     assert set(flown["how_it_ended"].values.tolist()) == {"complete"}
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Twin over data" in page and "better than what was known beforehand" in page
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "shown"),
+    [
+        (1.401, 0.0034, ("1.4010", "0.0034")),
+        (0.048, 0.0101, ("0.048", "0.010")),
+        (4.956e6, 6.3e4, ("4.956e+06", "6.3e+04")),
+        (2.22e-7, 3.4e-9, ("2.220e-07", "3.4e-09")),
+        (0.0, 0.01, ("0.000", "0.010")),
+    ],
+)
+def test_a_number_has_the_digits_of_its_error(value, sigma, shown):
+    assert _with_error(value, sigma) == shown
 
 
 def test_the_code_of_a_twin_is_executed_only_where_it_may_be(folder, capsys):

@@ -147,9 +147,17 @@ def twin_rows(found: Examination) -> list[tuple[str, str, str, str]]:
     ):
         unit = next((each for key, each in _TWIN_UNITS.items() if name.startswith(key)), "")
         shown = "" if name.endswith("/gain") or name == "gain" else unit
-        digits = 1 - math.floor(math.log10(max(sigma, 1e-12)))
-        rows.append((name, f"{round(value, digits):.6g}", f"{sigma:.2g}", shown))
+        rows.append((name, *_with_error(value, sigma), shown))
     return rows
+
+
+def _with_error(value: float, sigma: float) -> tuple[str, str]:
+    """A number and its standard deviation, to two digits of the latter."""
+    places = 1 - math.floor(math.log10(max(sigma, 1e-12)))
+    if 0 <= places <= 6:
+        return f"{value:.{places}f}", f"{sigma:.{places}f}"
+    digits = math.floor(math.log10(abs(value) or sigma)) + places
+    return f"{value:.{max(digits, 0)}e}", f"{sigma:.1e}"
 
 
 def as_data(found: Examination, about: str, how: TelemetryOptions) -> dict:
