@@ -2,9 +2,13 @@
 
 import copy
 import gc
+import os
 import signal
 
 import pytest
+
+# Before NumPy is loaded: its threads wait by spinning, while other workers need the cores.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from torquer.scenario.load import scenario_from_data
 
