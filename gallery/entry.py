@@ -156,8 +156,8 @@ class Answer:
 class Entry:
     """Published ids that one function computes; `declared` is the verdict that it must reach.
 
-    `reason`: why it differs, what was chosen or lost; given unless it agrees. `slow`: some ten
-    seconds or more with nothing compiled, or a matter of the clock.
+    `reason`: why it differs, what was chosen or lost; given unless it agrees. `slow`: a second
+    and a half or more with nothing compiled, or a matter of the clock.
     """
 
     ids: tuple[str, ...]

@@ -58,10 +58,12 @@ class GyroTwin(Twin):
         course = np.polyfit(times, np.array(readings) - self.others, len(readings) - 1)
 
         def rate(t, q):
-            omega = np.array([np.polyval(column, t) for column in course.T])
-            return 0.5 * np.array([*(np.cross(q[:3], omega) + q[3] * omega), -q[:3] @ omega])
+            (x, y, z, w), (p, r, s) = q, np.polyval(course, t)
+            products = (w * p + y * s - z * r, w * r + z * p - x * s, w * s + x * r - y * p)
+            return 0.5 * np.array([*products, -(x * p + y * r + z * s)])
 
-        found = solve_ivp(rate, (-dt, 0.0), [0.0, 0.0, 0.0, 1.0], rtol=1e-11, atol=1e-13)
+        start = [0.0, 0.0, 0.0, 1.0]
+        found = solve_ivp(rate, (-dt, 0.0), start, "DOP853", rtol=1e-11, atol=1e-13)
         turn = Rotation.from_quat(found.y[:, -1])
         omega = turn.as_rotvec() / dt
         f = np.zeros((6, 6))

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from on_board import numbers_of
 
 from torquer.compile import engine
+from torquer.compile.adapter import flat
 from torquer.interface import CELLS, Ephemeris, Estimate, Inputs, ReadingTimes, nothing_known
 
 ZERO = (0.0, 0.0, 0.0)
@@ -55,22 +55,17 @@ def inputs(
     )
 
 
-def compiled(law):
-    """A law's compiled function (inputs, packed parameters, cells of memory) -> command.
+def compiled(block):
+    """A block's function (inputs, packed parameters, cells of memory) -> answer, as in the loop.
 
-    Under a disabled compiler the same adapter in plain Python.
+    The loop holds the inputs as a record, which is filled here from a tuple. Under a disabled
+    compiler the same adapter in plain Python.
     """
-    made = law.compile()
-    return made.compiled if engine.COMPILED else made
-
-
-def as_the_loop_calls(block):
-    """A block's compiled function for inputs held as a record, asked by inputs as a tuple."""
     made, known = block.in_loop(), engine.records(nothing_known())
     function = made.compiled if engine.COMPILED else made
 
     def call(row, packed, cells):
-        known.view(np.float64)[:] = numbers_of(row)
+        known.view(np.float64)[:] = flat(row)
         return function(known, packed, cells)
 
     return call

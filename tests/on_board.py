@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.compile.adapter import flat
 from torquer.compile.engine import kernel, records
 from torquer.control.computer import (
     SENSOR_READINGS,
@@ -20,11 +21,6 @@ def command_at(computer, board):
     return control_step(computer, board)
 
 
-def numbers_of(known):
-    """All numbers of nested tuples, in order: inputs as the record of the loop holds them."""
-    return np.hstack([numbers_of(x) if isinstance(x, tuple) else x for x in known])
-
-
 class OnBoard:
     """Laws by name (and a mode table) as the loop has them; the estimate is what sensors read."""
 
@@ -39,7 +35,7 @@ class OnBoard:
 
     def __call__(self, known):
         """The command."""
-        self.board.known.view(np.float64)[:] = numbers_of(known)
+        self.board.known.view(np.float64)[:] = flat(known)
         return command_at(self.computer, self.board)
 
     def memory_of(self, name):

@@ -90,4 +90,5 @@ ENTRY = Entry(
         "the text has lost eps, rho0 and the inclinations of the figure and prints no number; the "
         "formula, the integrated averages and Euler's equations agree with one another"
     ),
+    slow=True,
 )

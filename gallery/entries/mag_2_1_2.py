@@ -110,4 +110,5 @@ ENTRY = Entry(
         "to i0 only, and slower from there to the pole, except for momenta that start near the "
         "cone axis. This holds for every C/A and eps tried"
     ),
+    slow=True,
 )

@@ -88,4 +88,5 @@ ENTRY = Entry(
         "in the last digit: the text's formula and numbers give 2.24 deg, where it says about 2.3. "
         "The formula itself agrees with the full equations and with the small-parameter method"
     ),
+    slow=True,
 )

@@ -221,4 +221,5 @@ ENTRY = Entry(
         "target, across the field, is approached quickly, and only one along the field slowly (MAG "
         "(3.3.2) as printed has p for p cos^2 rho + q sin^2 rho in the fast one)"
     ),
+    slow=True,
 )

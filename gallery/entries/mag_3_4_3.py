@@ -111,4 +111,5 @@ ENTRY = Entry(
         "chosen, with which both succeed. They do for C/A above 1.146; below it, as with the body "
         "of MAG 3.6 (1.04), the two laws cancel in a precession about the target"
     ),
+    slow=True,
 )

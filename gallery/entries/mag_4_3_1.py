@@ -112,4 +112,5 @@ ENTRY = Entry(
         "for a given k the averaged degree does not fall as k_a grows beyond the parabola: it "
         "stays as it is (the exact one does change, MAG-4.4.1). The rest is as printed"
     ),
+    slow=True,
 )

@@ -118,4 +118,5 @@ ENTRY = Entry(
         "the angles settle, but the gains are not those of the parabola at the stated inclination "
         "of 70 deg: they are those of 30 deg"
     ),
+    slow=True,
 )

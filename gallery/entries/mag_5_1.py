@@ -195,4 +195,5 @@ ENTRY = Entry(
         "momenta and angles tried; with pi - 0.1, the body rotating against the field, it does, "
         "for about half a revolution"
     ),
+    slow=True,
 )

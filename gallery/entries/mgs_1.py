@@ -87,4 +87,5 @@ ENTRY = Entry(
         "the source prints no satellite, gains or numbers: a satellite of two tonnes and gains of "
         "ours. Above the frequency of its filters stage 1 does not damp, which the text leaves out"
     ),
+    slow=True,
 )

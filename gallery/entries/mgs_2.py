@@ -135,4 +135,5 @@ ENTRY = Entry(
         "the source prints no satellite, gains or numbers: a satellite of two tonnes and gains of "
         "ours, next to an independent model of the same satellite with other gains"
     ),
+    slow=True,
 )

@@ -84,7 +84,7 @@ def cluster(monkeypatch):
     return begin
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def flown(make):
     """A scenario, its campaign and the result of it, flown here."""
     scenario = make()

@@ -58,9 +58,15 @@ def campaign(scenario, **changes):
     return campaign_from_data({**TABLE, **changes}, scenario)
 
 
-def test_a_member_alone_is_the_member_of_the_campaign(scenario):
-    made = campaign(scenario)
-    result = torquer.fly_campaign(scenario, made, workers=1)
+@pytest.fixture(scope="module")
+def whole():
+    """The campaign of 40 members, flown at once."""
+    scenario = scenario_from_text(SCENARIO)
+    return torquer.fly_campaign(scenario, campaign(scenario), workers=1)
+
+
+def test_a_member_alone_is_the_member_of_the_campaign(scenario, whole):
+    made, result = campaign(scenario), whole
     assert result["member"].values.tolist() == list(range(40))
     assert set(result["how_it_ended"].values) == {"complete"}
     for member in (0, 9, 39):
@@ -72,14 +78,15 @@ def test_a_member_alone_is_the_member_of_the_campaign(scenario):
         assert np.array_equal(series, rate.astype(np.float32))
 
 
-def test_bits_do_not_depend_on_threads_or_chunks(scenario, monkeypatch):
+def test_bits_do_not_depend_on_threads_or_chunks(scenario, whole, monkeypatch):
     made = campaign(scenario)
-    one = torquer.fly_campaign(scenario, made, workers=1)
-    assert torquer.fly_campaign(scenario, made, workers=3).identical(one)
+    assert torquer.fly_campaign(scenario, made, workers=1).identical(whole)
+    assert torquer.fly_campaign(scenario, made, workers=3).identical(whole)
     monkeypatch.setattr(fly, "CHUNK", 40)
-    assert torquer.fly_campaign(scenario, made, workers=2).identical(one)
+    assert torquer.fly_campaign(scenario, made, workers=2).identical(whole)
 
 
+@pytest.mark.slow
 def test_processes_give_the_same_bits(scenario):
     made = campaign(scenario, runs=16)
     here = torquer.fly_campaign(scenario, made)
@@ -110,12 +117,13 @@ class Mortal(ThreadPoolExecutor):
 
 
 @pytest.mark.parametrize("deaths", [2, 3])
-def test_a_campaign_goes_on_without_a_worker_that_died(scenario, tmp_path, monkeypatch, deaths):
+def test_a_campaign_goes_on_without_a_worker_that_died(
+    scenario, whole, tmp_path, monkeypatch, deaths
+):
     made, path = campaign(scenario), tmp_path / "campaign.nc"
     monkeypatch.setattr("torquer.campaign.executors.ProcessPoolExecutor", Mortal)
     monkeypatch.setattr(Mortal, "deaths", deaths)
     options = {"to": path, "where": "processes", "workers": 1}
-    whole = torquer.fly_campaign(scenario, made)
     if deaths == 3:
         told = r"^workers: must survive; received 3 that were killed, as by a lack of memory: take "
         with pytest.raises(ValueError, match=told):
@@ -148,9 +156,8 @@ def interrupted(scenario, made, path, where="threads"):
 
 
 @pytest.mark.parametrize("where", ["threads", "processes"])
-def test_an_interrupted_campaign_goes_on_with_what_is_missing(scenario, tmp_path, where):
+def test_an_interrupted_campaign_goes_on_with_what_is_missing(scenario, whole, tmp_path, where):
     made, path = campaign(scenario), tmp_path / "campaign.nc"
-    whole = torquer.fly_campaign(scenario, made)
     there = interrupted(scenario, made, path, where)
     flown = []
     resumed = torquer.fly_campaign(
@@ -170,7 +177,7 @@ def begun(scenario, tmp_path):
     return path, made, list(chunks_there(path).values())
 
 
-def test_a_chunk_that_goes_missing_is_counted_and_flown_again(scenario, begun):
+def test_a_chunk_that_goes_missing_is_counted_and_flown_again(scenario, whole, begun):
     path, made, (first, *_) = begun
     options = {"to": path, "workers": 1, "resume": True}
     told = r"^to: must have all 40 members when they are joined; received 32, without 0 to 7, whose"
@@ -179,7 +186,6 @@ def test_a_chunk_that_goes_missing_is_counted_and_flown_again(scenario, begun):
             scenario, made, **options, progress=lambda _: first.unlink(missing_ok=True)
         )
     assert not path.exists()
-    whole = torquer.fly_campaign(scenario, made)
     assert torquer.fly_campaign(scenario, made, **options).identical(whole)
 
 
@@ -207,11 +213,11 @@ def test_files_that_are_no_chunks_of_the_campaign_are_named(scenario, begun):
     refused(first.name, r"^scenario: must be the one {file} was started with; received another$")
 
 
-def test_runs_are_added_to_a_campaign(scenario, tmp_path):
+def test_runs_are_added_to_a_campaign(scenario, whole, tmp_path):
     path = tmp_path / "campaign.nc"
     torquer.fly_campaign(scenario, campaign(scenario, runs=13), to=path)
     more = torquer.fly_campaign(scenario, campaign(scenario), to=path, resume=True)
-    assert more.identical(torquer.fly_campaign(scenario, campaign(scenario)))
+    assert more.identical(whole)
 
 
 def test_what_stands_there_is_not_overwritten_nor_mixed(scenario, tmp_path):
@@ -410,13 +416,13 @@ def test_a_resumed_campaign_ends_where_the_unbroken_one_does(scenario, tmp_path)
 
 
 def test_a_wider_interval_drops_no_member_and_a_narrower_one_flies_on(scenario, tmp_path):
-    path, stop = tmp_path / "campaign.nc", {"outcome": "success", "half_width": 0.12, "least": 10}
+    path, stop = tmp_path / "campaign.nc", {"outcome": "success", "half_width": 0.2, "least": 10}
     first = torquer.fly_campaign(scenario, campaign(scenario, runs=400, stop=stop), to=path)
-    wide = campaign(scenario, runs=400, stop=stop | {"half_width": 0.3})
+    wide = campaign(scenario, runs=400, stop=stop | {"half_width": 0.4})
     again = torquer.fly_campaign(scenario, wide, to=path, resume=True)
     assert again.sizes["member"] == first.sizes["member"]
     assert torquer.fly_campaign(scenario, wide).sizes["member"] < first.sizes["member"]
-    narrow = campaign(scenario, runs=400, stop=stop | {"half_width": 0.08})
+    narrow = campaign(scenario, runs=400, stop=stop | {"half_width": 0.12})
     more = torquer.fly_campaign(scenario, narrow, to=path, resume=True)
     assert more.identical(torquer.fly_campaign(scenario, narrow))
 

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from law_cases import compiled, inputs
 from scipy.spatial.transform import Rotation
+from slow_cases import slow_after
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.control.magneto_gyro.kernel import MEMORY
@@ -39,6 +40,8 @@ EXACT = {"control.ephemeris.field": None, "spacecraft.magnetometer.noise_nt": 0.
 NO_DIPOLE = {"spacecraft.coils.residual_dipole_a_m2": (0.0, 0.0, 0.0)}
 #: Errors (roll, pitch, yaw) [deg] of the microsatellite by noise, field model, bias, as designed.
 MICRO_PREDICTED = ((0.010, 0.018, 0.011), (0.026, 0.058, 0.030), (0.191, 0.143, 0.221))
+#: Of tip-offs: two every time, six more with the slow tests.
+SEEDS = pytest.mark.parametrize("seeds", slow_after(1, [range(2), range(2, 8)]), ids=str)
 STAGE_1_ALONE = {"control.law.stage_2_angle_deg": 1e-3}
 
 
@@ -260,14 +263,15 @@ def test_it_points_with_the_coils_off_while_the_field_is_read(actuate_s):
     assert flown.stays_below(1.0) < 9.0 and flown.rms_deg(after=11.0).max() < 0.1
 
 
+@SEEDS
 @pytest.mark.parametrize(("eccentricity", "most_deg"), [(0.02, 0.1), (0.05, 0.2)])
 def test_an_eccentric_orbit_leaves_an_error_that_grows_with_the_eccentricity(
-    eccentricity, most_deg
+    seeds, eccentricity, most_deg
 ):
     """The law has the mean rate, the frame turns unevenly: about 2.4 deg of pitch per unit of e."""
     orbit = {"kind": "kepler", "semi_major_axis_km": 7208.0, "eccentricity": eccentricity,
              "inclination_deg": 98.8, "mean_anomaly_deg": 0.0}  # fmt: skip
-    for seed in range(8):
+    for seed in seeds:
         flown = fly({**tip_off(seed), "orbit": orbit}, 13.0)
         assert flown.stays_below(1.0) < 9.0 and flown.rms_deg(after=9.0).max() < most_deg, seed
     still = fly({**EXACT, **NO_DIPOLE, **NEARLY, "orbit": orbit}, 20.0)
@@ -307,30 +311,35 @@ def test_a_wrong_magnetometer_brings_back_stage_1_and_then_it_points_again():
     assert flown.stays_below(1.0) < 13.0 and flown.rms_deg(after=14.0).max() < 0.1
 
 
+@SEEDS
 @pytest.mark.parametrize("kind", ["silent", "zeros"])
-def test_after_an_orbit_without_the_magnetometer_it_points_again(kind):
+def test_after_an_orbit_without_the_magnetometer_it_points_again(seeds, kind):
     """Stage 1 begins again, and stage 2 follows."""
     failure = {"kind": kind, "from_s": 9.0 * PERIOD_S, "until_s": 10.0 * PERIOD_S}
-    for seed in range(8):
+    for seed in seeds:
         lost = {"spacecraft.magnetometer.failures": [failure]}
         flown = fly({**tip_off(seed), **lost}, 16.0)
         assert np.linalg.norm(flown.error_deg, axis=1)[flown.orbits > 9.0].max() > 5.0
         assert flown.stays_below(1.0) < 13.0 and flown.rms_deg(after=13.0).max() < 0.1, seed
 
 
+@SEEDS
 @pytest.mark.parametrize(("coil", "holds"), [(0, False), (2, True)])
-def test_without_the_coil_along_roll_it_does_not_hold_without_that_along_yaw_it_does(coil, holds):
+def test_without_the_coil_along_roll_it_does_not_hold_without_that_along_yaw_it_does(
+    seeds, coil, holds
+):
     """A pitch error of 0.7 deg (rms) is left without the coil along yaw."""
     failures = [{"coil": coil, "kind": "dead", "from_s": 9.0 * PERIOD_S}]
-    for seed in range(8):
+    for seed in seeds:
         flown = fly({**tip_off(seed), "spacecraft.coils.failures": failures}, 20.0)
         late = np.linalg.norm(flown.error_deg[flown.orbits > 15.0], axis=1).max()
         assert late < 3.0 if holds else late > 5.0, seed
 
 
-def test_a_microsatellite_points_from_tip_off():
+@SEEDS
+def test_a_microsatellite_points_from_tip_off(seeds):
     example = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro_micro.toml")
-    for seed in range(8):
+    for seed in seeds:
         scenario = example
         for key, value in tip_off(seed, 5.0).items():
             scenario = scenario.replace(key, value)

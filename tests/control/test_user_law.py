@@ -354,13 +354,12 @@ import sys
 from pathlib import Path
 
 sys.path.append({HELPERS!r})
-from law_cases import inputs
+from law_cases import compiled, inputs
 from torquer.control.user import load_law
 
 law = load_law(Path(sys.argv[1]))
-made = law.compile()
-print(made.compiled(inputs(), law.pack(), law.first_memory()).dipole_a_m2[0])
-print(sum(made.compiled.stats.cache_hits.values()))
+print(compiled(law)(inputs(), law.pack(), law.first_memory()).dipole_a_m2[0])
+print(sum(law.in_loop().compiled.stats.cache_hits.values()))
 """
 
 
@@ -398,7 +397,7 @@ import torquer
 from gains import K
 
 sys.path.append({HELPERS!r})
-from law_cases import inputs
+from law_cases import compiled, inputs
 
 
 @torquer.law
@@ -406,8 +405,7 @@ def mine(inputs, parameters, memory):
     return (K, 0.0, 0.0)
 
 
-made = mine.compile()
-print(made.compiled(inputs(), mine.pack(), mine.first_memory()).dipole_a_m2[0])
+print(compiled(mine)(inputs(), mine.pack(), mine.first_memory()).dipole_a_m2[0])
 """
 
 

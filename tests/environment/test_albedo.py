@@ -9,7 +9,7 @@ from torquer.conventions import EARTH_RADIUS_M
 from torquer.environment.albedo import earthlight
 
 
-def by_the_surface(albedo, r, to_sun, rings=3000):
+def by_the_surface(albedo, r, to_sun, rings=700):
     """Light of all lit ground in sight, spot by spot: albedo/pi cos cos/d^2 (Lambert's law).
 
     The rings about the satellite's nadir are narrow near it, where the ground is close.

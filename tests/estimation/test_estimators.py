@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from law_cases import UNKNOWN, as_the_loop_calls, by_hand, inputs
+from law_cases import UNKNOWN, by_hand, compiled, inputs
 from law_examples import EXAMPLES
 from messages import message_of
 from on_board import OnBoard
@@ -98,14 +98,14 @@ def test_kind_is_the_key_and_specs_survive_json(kind):
 def test_plain_python_gives_the_same(kind):
     estimator, rows = example(kind), readings()
     one, memory = estimates(by_hand(estimator), estimator, rows)
-    other, kept = estimates(as_the_loop_calls(estimator), estimator, rows)
+    other, kept = estimates(compiled(estimator), estimator, rows)
     assert np.array(other) == pytest.approx(np.array(one), rel=1e-12, abs=1e-15, nan_ok=True)
     assert kept == pytest.approx(memory, rel=1e-12, nan_ok=True)
 
 
 @EVERY
 def test_what_it_says_to_give_becomes_known_and_nothing_else(kind):
-    found, _ = estimates(as_the_loop_calls(example(kind)), example(kind), readings())
+    found, _ = estimates(compiled(example(kind)), example(kind), readings())
     gives = ESTIMATORS[kind].gives
     for need, part in (("attitude", slice(1, 5)), ("rate", slice(5, 8))):
         assert np.isfinite(found[-1][part]).all() == (need in gives)
@@ -115,8 +115,8 @@ def test_what_it_says_to_give_becomes_known_and_nothing_else(kind):
 @EVERY
 def test_the_rate_turns_with_the_body_axes(kind):
     turn = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix()
-    one, _ = estimates(as_the_loop_calls(example(kind)), example(kind), readings())
-    other, _ = estimates(as_the_loop_calls(example(kind)), example(kind), readings(turn=turn))
+    one, _ = estimates(compiled(example(kind)), example(kind), readings())
+    other, _ = estimates(compiled(example(kind)), example(kind), readings(turn=turn))
     expected = np.array(one)[:, 5:8] @ turn.T
     assert np.array(other)[:, 5:8] == pytest.approx(expected, rel=1e-9, abs=1e-12, nan_ok=True)
 
@@ -124,10 +124,10 @@ def test_the_rate_turns_with_the_body_axes(kind):
 @EVERY
 def test_all_that_it_remembers_is_its_memory(kind):
     estimator, rows = example(kind), readings()
-    whole, _ = estimates(as_the_loop_calls(estimator), estimator, rows)
-    _, cells = estimates(as_the_loop_calls(estimator), estimator, rows[:17])
+    whole, _ = estimates(compiled(estimator), estimator, rows)
+    _, cells = estimates(compiled(estimator), estimator, rows[:17])
     packed = estimator.pack()
-    function = as_the_loop_calls(estimator)
+    function = compiled(estimator)
     rest = [function(row, packed, cells) for row in rows[17:]]
     rest = [np.hstack([np.ravel(part) for part in estimate]) for estimate in rest]
     assert np.array_equal(whole[17:], rest, equal_nan=True)

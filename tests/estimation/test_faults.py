@@ -9,7 +9,7 @@ import copy
 import numpy as np
 import pytest
 from filter_cases import DYNAMICS, GYRO, SCENARIO, SPACECRAFT
-from law_cases import as_the_loop_calls, inputs
+from law_cases import compiled, inputs
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
@@ -156,7 +156,7 @@ def test_a_sensor_that_contradicts_the_others_is_isolated_and_used_again():
     """The magnetometer's axes turned by 20 deg for a while: the angle to the Sun shows it."""
     scenario = scenario_from_data({**SCENARIO, "seed": 5})
     estimator = scenario.control.estimator.estimator()
-    step, memory = as_the_loop_calls(estimator), estimator.first_memory()
+    step, memory = compiled(estimator), estimator.first_memory()
     b, sun, omega = np.array([2e-5, -1e-5, 3e-5]), np.array([0.6, 0.0, 0.8]), [0.004, -0.002, 0.003]
     rng, isolated, errors = np.random.default_rng(1), [], []
     for t_s in range(400):

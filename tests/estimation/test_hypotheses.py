@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, without
-from law_cases import as_the_loop_calls, by_hand, inputs
+from law_cases import by_hand, compiled, inputs
 from scipy.spatial.transform import Rotation
 from scipy.stats import multivariate_normal
 from slow_cases import slow_after
@@ -28,6 +28,8 @@ ALONE = {
 }
 SPECS = {"kalman_gyro": KalmanGyro, "kalman_dynamics": KalmanDynamics}
 EVERY = pytest.mark.parametrize("kind", ALONE)
+#: Of what is flown or compiled: the second kind takes as long again.
+ONE = pytest.mark.parametrize("kind", slow_after(1, ALONE))
 #: About that of an Earth-pointing satellite, and a slow tumbling.
 RATES_DEG_S = (0.06, 0.4)
 _FIRST_TURN, _OMEGA = (1.0, -2.0, 0.5), np.array([0.002, -0.001, 0.003])
@@ -56,7 +58,7 @@ def from_anywhere(estimator, runs):
         yield member.replace("initial", initial)
 
 
-@pytest.fixture(scope="module", params=ALONE)
+@pytest.fixture(scope="module", params=slow_after(1, ALONE))
 def anywhere(request):
     """Errors and covariances of 40 starts."""
     return fly_filter(from_anywhere(ALONE[request.param], 40))
@@ -93,7 +95,7 @@ def test_errors_are_as_large_as_the_mixture_says(anywhere):
 
 
 @flown
-@EVERY
+@ONE
 def test_an_attitude_that_is_taken_over_needs_no_hypotheses(kind):
     """The filter then is the one that it would be with Sun sensors, to the bit."""
     data = scenario(ALONE[kind], duration_s=300.0).model_dump(mode="json", exclude_unset=True)
@@ -114,7 +116,7 @@ def test_an_attitude_that_is_taken_over_needs_no_hypotheses(kind):
 
 
 @flown
-@EVERY
+@ONE
 def test_a_run_resumes_to_the_same_bits_amid_hypotheses(kind):
     one = simulate(scenario(ALONE[kind], duration_s=400.0))
     stopped = simulate(scenario(ALONE[kind], duration_s=400.0), until_s=105.0)
@@ -148,11 +150,11 @@ def estimates(function, estimator, rows):
 
 
 @flown
-@EVERY
+@ONE
 def test_plain_python_gives_the_same(kind):
     estimator, rows = SPECS[kind](**ALONE[kind]).estimator(), readings(25)
     one, memory = estimates(by_hand(estimator), estimator, rows)
-    other, kept = estimates(as_the_loop_calls(estimator), estimator, rows)
+    other, kept = estimates(compiled(estimator), estimator, rows)
     assert estimator.record_of(kept)["hypotheses"] > 1.0
     assert other == pytest.approx(one, rel=1e-9, abs=1e-12, nan_ok=True)
     assert kept == pytest.approx(memory, rel=1e-6, abs=1e-12, nan_ok=True)

@@ -138,9 +138,10 @@ def test_the_sun_alone_begins_nothing():
 
 
 def test_the_magnetometer_bias_is_found():
-    estimator = GYRO | {"magnetometer_bias_sigma_nt": 300.0}
+    """With the gyro's scale factors the filter has 12 errors, as that of the smoother's tests."""
+    estimator = GYRO | {"magnetometer_bias_sigma_nt": 300.0, "gyro_scale_sigma": 0.003}
     runs = flown(40, estimator, duration_s=2400.0, record_s=20.0)
-    found = consistency(nees(runs), 9)
+    found = consistency(nees(runs), 12)
     assert found.consistent and found.inside > 0.85
     sigma = np.sqrt(runs.covariance[:, -2, 8, 8])
     assert np.all(sigma < 60e-9)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from law_cases import ZERO, as_the_loop_calls, inputs
+from law_cases import ZERO, compiled, inputs
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
@@ -22,7 +22,7 @@ class Estimating:
 
     def __init__(self, **keys):
         estimator = RateFromField(**keys).estimator()
-        self.function, self.packed = as_the_loop_calls(estimator), estimator.pack()
+        self.function, self.packed = compiled(estimator), estimator.pack()
         self.cells = estimator.first_memory()
 
     def __call__(self, t_s, b, read_s=None):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from filter_cases import SCENARIO
 from hypothesis import given, settings, strategies as st
-from law_cases import ZERO, as_the_loop_calls, inputs
+from law_cases import ZERO, compiled, inputs
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
@@ -104,7 +104,7 @@ class Estimating:
 
     def __init__(self, **keys):
         estimator = Triad(**NOISE, **keys).estimator()
-        self.function, self.packed = as_the_loop_calls(estimator), estimator.pack()
+        self.function, self.packed = compiled(estimator), estimator.pack()
         self.cells = estimator.first_memory()
 
     def attitude(self, t_s):

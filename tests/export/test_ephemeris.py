@@ -12,6 +12,7 @@ from export.in_c import COMPILER, FLAGS, needs_compiler
 from export.test_export import COMPILERS, EXAMPLES, STRICT, replayed
 from export.test_misra import checked, needs_cppcheck
 from export.test_pil import MISSING, pil
+from slow_cases import slow_after
 
 import torquer
 from torquer.cli.app import answer
@@ -57,7 +58,7 @@ CASES = [("my_law", "given"), ("my_law", "kepler"), ("chibis_m_detumble", "sgp4"
 
 
 @needs_compiler
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", slow_after(1, COMPILERS))
 @pytest.mark.parametrize(("name", "kind"), CASES)
 def test_a_day_has_the_bits_of_the_kernels(exports, name, kind, compiler):
     folder = exports(name, kind)

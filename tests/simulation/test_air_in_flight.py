@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from integrators import INTEGRATORS
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
@@ -26,6 +25,9 @@ AIR
 inertia_kg_m2 = [1.0, 1.3, 1.6]
 [spacecraft.coils]
 limit_a_m2 = 1.0
+# no torque, but what is compiled is what other flights with all torques need
+[disturbance.solar_pressure]
+parts = [{ kind = "sphere", radius_m = 1e-9, centre_m = [0.0, 0.0, 0.0] }]
 [spacecraft.aerodynamics]
 parts = [
   { kind = "plate", axis = [0, 0, 1], area_m2 = 0.5, centre_m = [0.2, 0.0, 0.1] },
@@ -68,7 +70,7 @@ def torque_inertial(made, result):
     return attitude.apply(-(rho * size**2)[:, None] * (plate + sphere))
 
 
-@pytest.mark.parametrize("integrator", slow_after(1, INTEGRATORS))
+@pytest.mark.parametrize("integrator", slow_after(1, ("rk4", "auto", "splitting")))
 def test_momentum_gained_is_the_integral_of_the_torque(integrator):
     made = scenario(integrator)
     result = torquer.simulate(made)

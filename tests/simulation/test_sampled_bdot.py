@@ -103,7 +103,9 @@ def test_formula_multipliers_and_runs_agree_with_the_table(make, row):
 
 
 @pytest.mark.parametrize("saturation", ["clip", "relay"])
-@pytest.mark.parametrize("case", [("bdot", 2.0, 0.0, 2.0, 0.5), ("bdot", 3.0, 6.0, 3.0, 0.5)])
+@pytest.mark.parametrize(
+    "case", slow_after(1, [("bdot", 2.0, 0.0, 2.0, 0.5), ("bdot", 3.0, 6.0, 3.0, 0.5)])
+)
 def test_coils_that_change_the_direction_keep_the_limit_in_the_mean(make, case, saturation):
     found = limit_by_runs(make, case, **SATURATED | {"cycles": 2000}, saturation=saturation)
     assert found == pytest.approx(
@@ -128,7 +130,7 @@ LATE = [
 
 
 @pytest.mark.parametrize(("magnetometer", "age_s"), LATE)
-@pytest.mark.parametrize("lag_s", [0.0, 0.5])
+@pytest.mark.parametrize("lag_s", slow_after(1, [0.5, 0.0]))
 def test_late_readings_turn_the_damping_by_their_age(make, magnetometer, age_s, lag_s):
     case, rate = ("bdot", 2.0, 0.0, 2.0, lag_s), math.radians(12.0)
     late, ideal = (

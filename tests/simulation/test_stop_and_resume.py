@@ -71,7 +71,7 @@ def on_a_grid_of(step_s, integrator):
 
 
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
     hundredths=st.integers(3, 150),
