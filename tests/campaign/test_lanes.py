@@ -7,6 +7,7 @@ import numba
 import numpy as np
 import pytest
 from numba import types
+from slow_cases import slow_after
 
 from torquer import law
 from torquer.compile import engine
@@ -348,7 +349,9 @@ def wide_vectors():
         pytest.skip("needs vectors of four doubles (AVX)")
 
 
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize(
+    "name", slow_after(len(LOOPS) - 1, sorted(LOOPS, key=lambda name: name == "attitude sensor"))
+)
 def test_loops_over_members_are_of_vectors(wide_vectors, name):
     """Easily lost, by a store under a condition, a call, or a short loop that is unrolled."""
     assert is_of_vectors(assembly_of(LOOPS[name], members_for(name)))

@@ -111,25 +111,48 @@ def test_a_function_without_the_decorator_is_a_law_in_plain_python(tmp_path):
         as_law(3)
 
 
-#: Laws that fail at t = 2 s, and would answer silently without a guard.
-FAILING = {
-    "reads_past_the_end": "i = int(inputs.t_s) + 1\n    return (memory[i], 0.0, 0.0)",
-    "writes_past_the_end": "memory[int(inputs.t_s) + 1] = 1.0\n    return (1.0, 0.0, 0.0)",
-    "divides_by_zero": "return (1.0 / (1.0 / (inputs.t_s - 2.0)), 0.0, 0.0)",
-    "raises": "if inputs.t_s > 1.0:\n        raise ValueError('no')\n    return (0.0, 0.0, 1.0)",
-    "answers_with_an_array_of_two": "return memory[: int(4.0 - inputs.t_s)]",
-    "a_helper_raises": "return (checked(inputs.t_s), 0.0, 0.0)",
-}
+#: A law that fails at t = 2 s in one of several ways, and would answer silently without a guard.
+FAILING = """
+import torquer
+
+@torquer.law(parameters={"way": 0.0}, memory=3)
+def failing(inputs, parameters, memory):
+    way, i, x = int(parameters.way), int(inputs.t_s) + 1, 0.0
+    if way == 0:
+        x = memory[i]
+    elif way == 1:
+        memory[i] = 1.0
+    elif way == 2:
+        x = 1.0 / (1.0 / (inputs.t_s - 2.0))
+    elif way == 3 and inputs.t_s > 1.0:
+        raise ValueError("no")
+    elif way == 4:
+        x = checked(inputs.t_s)
+    return (x, 0.0, 0.0)
+
+@torquer.law(memory=3)
+def too_few(inputs, parameters, memory):
+    return memory[: int(4.0 - inputs.t_s)]
+"""
+WAYS = (
+    "reads past the end", "writes past the end", "divides by zero", "raises", "a helper raises",
+)  # fmt: skip
 CHECKED = (
     "import numba\n\n@numba.njit\ndef checked(x):\n    if x > 1.0:\n        raise ValueError\n"
     "    return x\n\n"
 )
 
 
-@pytest.mark.parametrize("name", FAILING)
-def test_a_law_that_fails_answers_with_no_numbers(tmp_path, name):
-    text = CHECKED + "import torquer\n\n@torquer.law(memory=3)\n" + BODY + FAILING[name] + "\n"
-    law = load_law(written(tmp_path, text))
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("law"), CHECKED + FAILING)
+
+
+@pytest.mark.parametrize("way", [*WAYS, "answers with an array of two"])
+def test_a_law_that_fails_answers_with_no_numbers(failing, way):
+    law = load_law(failing, "too_few")
+    if way in WAYS:
+        law = load_law(failing, "failing").with_parameters(way=float(WAYS.index(way)))
     assert np.isnan(answer(law)).all()
     before = compiled(law)(ROW._replace(t_s=1.0), law.pack(), np.ones(3))
     assert np.isfinite(before.dipole_a_m2).all()
@@ -225,7 +248,7 @@ def test_a_mistake_is_one_clear_line(tmp_path, text, name, told):
     assert "\n" not in str(caught.value)
 
 
-#: What compiled code takes of NumPy.
+#: What compiled code takes of NumPy: a law at as many seconds.
 NUMPY_THAT_COMPILES = {
     "np.cross(inputs.b_body_t, (0.0, 0.0, 2.0))": (4.0, -2.0, 0.0),
     "2.0 * np.array(inputs.b_body_t)": (2.0, 4.0, 6.0),
@@ -259,10 +282,14 @@ def with_numpy(folder, expression, decorator="@torquer.law"):
     return written(folder, text.replace("@torquer.law", decorator))
 
 
-@pytest.mark.parametrize("expression", NUMPY_THAT_COMPILES)
-def test_a_law_may_return_an_array_of_three(tmp_path, expression):
-    law = load_law(with_numpy(tmp_path, expression))
-    np.testing.assert_allclose(answer(law), NUMPY_THAT_COMPILES[expression], rtol=1e-15)
+def test_a_law_may_return_an_array_of_three(tmp_path):
+    *others, last = NUMPY_THAT_COMPILES
+    lines = [f"if inputs.t_s == {k}:\n        return {each}\n" for k, each in enumerate(others)]
+    body = "    ".join([*lines, f"return {last}\n"])
+    law = load_law(written(tmp_path, f"import numpy as np\n{HEAD}{BODY}{body}"))
+    for t_s, expected in enumerate(NUMPY_THAT_COMPILES.values()):
+        found = compiled(law)(ROW._replace(t_s=float(t_s)), law.pack(), law.first_memory())
+        np.testing.assert_allclose(found.dipole_a_m2, expected, rtol=1e-15)
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")

@@ -94,7 +94,14 @@ def test_kind_is_the_key_and_specs_survive_json(kind):
     assert SPECS.validate_json(SPECS.dump_json(spec)) == spec
 
 
-@EVERY
+@pytest.mark.parametrize(
+    "kind",
+    [
+        # tests/test_no_jit.py compares the filters in a process without the compiler
+        pytest.param(kind, marks=[pytest.mark.slow] if kind.startswith("kalman") else [])
+        for kind in WORKING
+    ],
+)
 def test_plain_python_gives_the_same(kind):
     estimator, rows = example(kind), readings()
     one, memory = estimates(by_hand(estimator), estimator, rows)

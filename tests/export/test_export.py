@@ -18,6 +18,11 @@ from torquer.export.export import export_notes, texts_of
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: All examples that are a scenario.
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+#: Those of which other tests build an export, and smaller siblings of the others.
+BUILT_ELSEWHERE = {
+    "chibis_m_day", "chibis_m_detumble", "magneto_gyro_micro", "my_law", "safe_mode",
+    "tip_off_campaign", "turn_to_the_sun", "which_sensors",
+}  # fmt: skip
 STRICT = [
     *("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror"),
 ]
@@ -54,7 +59,13 @@ def export(tmp_path_factory) -> Path:
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name in BUILT_ELSEWHERE else [])
+        for name in NAMES
+    ],
+)
 def test_examples_are_exported_and_build_without_a_warning(name, tmp_path):
     try:
         computer = on_board_of(torquer.load_scenario(EXAMPLES / f"{name}.toml"))

@@ -29,14 +29,33 @@ def module_of(text: str, folder: Path):
     return module
 
 
+def generated(modules: int):
+    """So many modules of kernels, and cases to ask them."""
+    of_hypothesis = settings(
+        max_examples=modules, deadline=None, derandomize=True,
+        suppress_health_check=list(HealthCheck),
+        phases=[Phase.generate],  # compiling a hundred times to find a shorter one takes too long
+    )  # fmt: skip
+    cases = st.lists(st.tuples(ARGUMENTS, CELLS), min_size=8, max_size=20)
+    return lambda test: of_hypothesis(given(st.integers(0, 2**32), cases)(test))
+
+
 @needs_compiler
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@settings(
-    max_examples=6, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
-    phases=[Phase.generate],  # compiling a hundred times to find a shorter one takes too long
-)  # fmt: skip
-@given(st.integers(0, 2**32), st.lists(st.tuples(ARGUMENTS, CELLS), min_size=8, max_size=20))
+@generated(2)
 def test_generated_kernels_answer_with_the_bits_of_python(seed, cases):
+    answer_with_the_bits_of_python(seed, cases)
+
+
+@needs_compiler
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@generated(12)
+def test_many_generated_kernels_answer_with_the_bits_of_python(seed, cases):
+    answer_with_the_bits_of_python(seed, cases)
+
+
+def answer_with_the_bits_of_python(seed, cases):
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         module = module_of(module_text(Random(seed), KERNELS), folder)

@@ -42,7 +42,6 @@ def test_without_the_tool_it_says_so_and_is_not_green(made, tmp_path):
 
 @needs_cppcheck
 def test_a_new_deviation_fails(made, tmp_path):
-    assert checked(made).returncode == 0
     folder = shutil.copytree(made, tmp_path / "spoiled")
     source = folder / "adcs.c"
     before = "bool adcs_self_test(void)\n{\n"
@@ -51,7 +50,8 @@ def test_a_new_deviation_fails(made, tmp_path):
     source.write_text(text.replace(before, f"{before}    goto end;\nend:\n"))
     done = checked(folder)
     assert done.returncode == 1
-    assert re.search(r"^adcs\.c:\d+: misra-c2012-15\.1$", done.stdout, flags=re.M)
+    found = re.findall(r"^(adcs\S*):\d+: misra-c2012-(\S+)$", done.stdout, flags=re.M)
+    assert found == [("adcs.c", "15.1")]
 
 
 @needs_cppcheck

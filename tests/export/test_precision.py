@@ -205,10 +205,10 @@ def test_all_examples_build_without_a_warning(name, tmp_path):
 
 @pytest.fixture(scope="module")
 def filtered(tmp_path_factory) -> Path:
-    """A filter and wheels in single precision, with 300 control steps."""
+    """A filter and wheels in single precision, with 100 control steps."""
     folder = tmp_path_factory.mktemp("filtered")
     scenario = torquer.load_scenario(EXAMPLES / "which_sensors.toml")
-    torquer.export_c(scenario, folder, steps=300, real="float")
+    torquer.export_c(scenario, folder, steps=100, real="float")
     return folder
 
 

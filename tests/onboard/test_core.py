@@ -49,7 +49,7 @@ def test_the_day_with_all_modules_is_the_day():
 
 @pytest.mark.verifies("REQ-COR-003")
 def test_snapshots_give_the_same_stream(tmp_path):
-    """100 of them, at random control steps, with commands and a reboot on the way."""
+    """40 of them, at random control steps, with commands and a reboot on the way."""
     ground = flying(400.0)
     core, random = ground.core, np.random.default_rng(3)
     uplink = {
@@ -67,7 +67,7 @@ def test_snapshots_give_the_same_stream(tmp_path):
             break
         stream.append(sent)
     files = core.memory.snapshot()
-    for start in random.choice(len(stream), 100, replace=False):
+    for start in random.choice(len(stream), 40, replace=False):
         core.restore(snapshots[start])
         until = min(start + 12, len(stream))
         again = [core.tick(uplink.get(k, b"")) for k in range(start, until)]

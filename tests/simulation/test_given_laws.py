@@ -46,9 +46,10 @@ def in_this_package(inputs, parameters, memory):
     return (parameters.gain * inputs.b_body_t[0], 0.0, 0.0)
 
 
-@pytest.fixture
-def file(tmp_path):
-    path = tmp_path / "given_laws.py"
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """The laws, in a file that stays as it is: they are compiled once."""
+    path = tmp_path_factory.mktemp("laws") / "given_laws.py"
     path.write_text(LAWS)
     return path
 
@@ -107,16 +108,14 @@ def test_a_law_of_the_package_is_told_by_its_keys(make):
 
 
 @pytest.fixture(scope="module")
-def given_laws(tmp_path_factory):
+def given_laws(file, tmp_path_factory):
     """Laws that are in no file to load them from, by what they are."""
-    file = tmp_path_factory.mktemp("laws") / "given_laws.py"
-    file.write_text(LAWS)
     maker = vars(__import__("sys").modules[load_law(file, "plain").function.__module__])["made"]
-    edited = file.with_name("edited.py")
+    edited = tmp_path_factory.mktemp("edited") / "edited.py"
     edited.write_text(LAWS)
     found = of_the_file(edited, "tuned")
     edited.write_text(LAWS.replace("1e-3", "2e-3"))
-    gone = file.with_name("gone.py")
+    gone = tmp_path_factory.mktemp("gone") / "gone.py"
     gone.write_text(LAWS)
     lost = of_the_file(gone, "tuned")
     gone.unlink()
@@ -157,8 +156,11 @@ def test_a_law_of_a_script_is_given(make, file):
     assert scenario_of(simulate(make(), names["tuned"])).control.law.kind == "given_in_python"
 
 
-def test_the_text_of_a_law_outlives_its_file(make, file, tmp_path):
-    padded = LAWS + "#" * 200_000  # longer than a plain attribute of HDF5 may be
+def test_the_text_of_a_law_outlives_its_file(make, tmp_path):
+    file, padded = (
+        tmp_path / "given_laws.py",
+        LAWS + "#" * 200_000,
+    )  # longer than a plain attribute of HDF5 may be
     file.write_text(padded)
     own = {"kind": "user", "file": str(file), "function": "tuned"}
     save(simulate(make({"control.law": own})), tmp_path / "result.nc")

@@ -215,7 +215,7 @@ DIRECTIONS = st.lists(
 
 @given(directions=DIRECTIONS, split=st.integers(0, 60))
 @settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_directed_flights_go_back_and_resume_to_the_bit(make, directions, split):
     """From a snapshot, from a result in a new flight, and by a plain run to the end."""

@@ -114,22 +114,24 @@ number = 3
 """
 
 
-@pytest.fixture
-def folder(tmp_path):
-    (tmp_path / "laws.py").write_text(LAWS)
-    return tmp_path
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The file of all laws, alone: beside another one it would be compiled again."""
+    folder = tmp_path_factory.mktemp("laws")
+    (folder / "laws.py").write_text(LAWS)
+    return folder
 
 
 @pytest.fixture
 def with_law(plain_data, folder):
-    """A scenario with a law of the file."""
+    """A scenario with a law of the file, or of another one in a folder of its own."""
 
-    def build(function=None, file="laws.py", changes=(), **extra):
+    def build(function=None, file="laws.py", changes=(), at=folder, **extra):
         table = {"kind": "user", "file": file, **extra}
         if function:
             table["function"] = function
         changes = {"control.law": table, "simulation.duration_s": 100.0, **dict(changes)}
-        return scenario_from_data(plain_data(changes), folder)
+        return scenario_from_data(plain_data(changes), at)
 
     return build
 
@@ -199,11 +201,11 @@ def test_unknown_parameters_are_named(with_law):
         with_law("with_parameters", parameters={"gain": float("nan")})
 
 
-def test_the_only_law_of_a_file_needs_no_name(with_law, folder):
-    (folder / "one.py").write_text(
+def test_the_only_law_of_a_file_needs_no_name(with_law, tmp_path):
+    (tmp_path / "one.py").write_text(
         "import torquer\n@torquer.law\ndef alone(m, p, s):\n    return (0.0, 0.0, 1.0)\n"
     )
-    assert laws_of(simulate(with_law(file="one.py")))["law"]["name"] == "alone"
+    assert laws_of(simulate(with_law(file="one.py", at=tmp_path)))["law"]["name"] == "alone"
 
 
 @pytest.mark.parametrize(
@@ -225,35 +227,35 @@ def test_a_law_that_cannot_be_used_is_explained(with_law, function, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_law_file_that_cannot_be_used_is_explained(with_law, folder):
+def test_a_law_file_that_cannot_be_used_is_explained(with_law, tmp_path):
     with pytest.raises(
         ValueError, match=r"law file: must be an existing file; received .*nowhere\.py"
     ):
         simulate(with_law("plain", file="nowhere.py"))
-    (folder / "broken.py").write_text("def law(:\n")
+    (tmp_path / "broken.py").write_text("def law(:\n")
     with pytest.raises(ValueError, match=r"law file .*broken\.py: must import; received Synt"):
-        simulate(with_law("law", file="broken.py"))
+        simulate(with_law("law", file="broken.py", at=tmp_path))
 
 
-def test_an_edited_law_is_noticed(with_law, folder):
+def test_an_edited_law_is_noticed(with_law, tmp_path):
     # of another length: Python itself takes a file of the same second and length for unchanged
     for number in (1.0, 2.25):
-        (folder / "edited.py").write_text(
+        (tmp_path / "edited.py").write_text(
             "import torquer\nimport helper_of_edited as h\n"
             "@torquer.law\ndef edited(m, p, s):\n    return h.answer()\n"
         )
-        (folder / "helper_of_edited.py").write_text(
+        (tmp_path / "helper_of_edited.py").write_text(
             "import numba\n@numba.njit(cache=True)\n"
             f"def answer():\n    return (0.0, 0.0, {number})\n"
         )
         import sys
 
         sys.modules.pop("helper_of_edited", None)
-        sys.path.insert(0, str(folder))
+        sys.path.insert(0, str(tmp_path))
         try:
-            result = simulate(with_law(file="edited.py"))
+            result = simulate(with_law(file="edited.py", at=tmp_path))
         finally:
-            sys.path.remove(str(folder))
+            sys.path.remove(str(tmp_path))
         assert result.dipole_body.values[-1].tolist() == [0.0, 0.0, number]
 
 

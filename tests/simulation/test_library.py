@@ -1,7 +1,10 @@
 """The exported computer in the loop: the bits of runs and campaigns are those without it."""
 
+import json
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +17,7 @@ from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data
 from torquer.cli.app import answer
 from torquer.compile import code_cache
+from torquer.scenario.load import scenario_from_data
 from torquer.simulation.library import Library, kernels_mark
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -219,13 +223,21 @@ GAIN = {"control.law.gain_a_m2_s_per_t": {"uniform": [1e4, 9e4]}}
 BDOT = {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 5e4}, "sample_s": 1.0}
 
 
+@pytest.fixture(scope="module")
+def braking(plain_data, tmp_path_factory):
+    """The plain scenario under B-dot, and its export."""
+    folder = tmp_path_factory.mktemp("export")
+    scenario = scenario_from_data(plain_data({"control": BDOT}))
+    torquer.export_c(scenario, folder, steps=1)
+    return scenario, folder
+
+
 @pytest.mark.parametrize("where", ["threads", pytest.param("processes", marks=pytest.mark.slow)])
-def test_members_in_lanes_have_the_same_bits_whatever_their_gain(make, tmp_path, where):
-    scenario = make({"control": BDOT})
+def test_members_in_lanes_have_the_same_bits_whatever_their_gain(braking, where):
+    scenario, computer = braking
     campaign = few(scenario, {"initial.attitude": "uniform", **GAIN})
     without = fly_campaign(scenario, campaign, workers=1)
-    torquer.export_c(scenario, tmp_path, steps=1)
-    flown = fly_campaign(scenario, campaign, workers=2, where=where, computer=tmp_path)
+    flown = fly_campaign(scenario, campaign, workers=2, where=where, computer=computer)
     assert_same_bits(without, flown)
     assert len(np.unique(flown["rate"].values)) == 20
     assert "exported C" in flown.attrs["laws"]
@@ -249,19 +261,20 @@ def test_a_key_that_changes_the_tables_is_named(exports):
         fly_campaign(scenario, campaign, computer=exports("spinner_modes"))
 
 
-def test_numba_is_not_needed(exports, tmp_path):
+def test_numba_is_not_needed(plain_data, braking):
     """Without the compiler of kernels the library is called through ctypes."""
-    import subprocess
-    import sys
-
     code = (
-        "import torquer, sys, numpy as np\n"
-        "s = torquer.load_scenario(sys.argv[1])\n"
-        "one, two = (torquer.simulate(s, until_s=6.0, computer=c) for c in (None, sys.argv[2]))\n"
+        "import json, sys, torquer\n"
+        "from torquer.scenario.load import scenario_from_data\n"
+        "s = scenario_from_data(json.load(sys.stdin))\n"
+        "one, two = (torquer.simulate(s, until_s=30.0, computer=c) for c in (None, sys.argv[1]))\n"
         "same = all(one[n].values.tobytes() == two[n].values.tobytes() for n in one.variables)\n"
         "print(same)"
     )
-    command = [sys.executable, "-c", code, EXAMPLES / "my_law.toml", exports("my_law")]
+    data = json.dumps(plain_data({"control": BDOT}))
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    done = subprocess.run(
+        [sys.executable, "-c", code, braking[1]], input=data, capture_output=True, text=True,
+        env=environment,
+    )  # fmt: skip
     assert done.stdout == "True\n", done.stderr

@@ -363,7 +363,7 @@ def test_stopped_at_any_instant_a_run_goes_on_with_the_same_bits(wholes, integra
 
 @pytest.mark.slow
 @settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
     st.sampled_from(INTEGRATORS),

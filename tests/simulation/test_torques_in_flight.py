@@ -163,7 +163,7 @@ def test_the_unmodelled_torque_jumps_when_it_is_said_to_and_to_what_was_drawn(ma
 
 
 @needs_jit
-@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("integrator", slow_after(2, INTEGRATORS))
 def test_a_run_goes_on_with_the_same_bits(make, integrator, tmp_path):
     """Stopped between two jumps, at one, in the shadow; also where coils lag."""
     coils = {"limit_a_m2": 1.0, "lag_s": 0.7}

@@ -19,7 +19,7 @@ from torquer.estimation.measurements.star_tracker import of_attitude
 from torquer.estimation.measurements.sun_cells import of_cell
 from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, norm, scale, unit, vector_of
+from torquer.geometry.vec3 import add, norm, put_matrix, scale, unit, vector_of
 from torquer.interface import CELLS
 from torquer.spacecraft.attitude_sensor import earth_cosine, is_blind
 from torquer.spacecraft.horizon_sensor import centre_of_disc, sees_horizon
@@ -207,7 +207,7 @@ def fill(parameters, along, out, propagate):
     gain, correction = np.zeros((3, out.shape[1])), np.zeros(out.shape[1])
     take_readings(parameters, along, 0, out[0], gain, correction)
     for k in range(1, out.shape[0]):
-        out[k] = out[k - 1]
+        put_matrix(out[k], out[k - 1])
         propagate(parameters, along, k - 1, along.t_s[k] - along.t_s[k - 1], out[k])
         take_readings(parameters, along, k, out[k], gain, correction)
 

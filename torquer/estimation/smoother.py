@@ -29,6 +29,7 @@ from torquer.geometry.quaternion import (
     multiply,
     normalised,
 )
+from torquer.geometry.vec3 import put_matrix, put_row
 from torquer.interface import UNKNOWN_ESTIMATE, estimate_of, put_estimate
 
 #: Share of a variance below which what is left of it, once others are known, is rounding.
@@ -135,12 +136,12 @@ def fly(estimator, known, parameters, memory, places, works, seeds, out, logged,
             after = call_estimator(estimator, known[k : k + 1], parameters, memory)
             put_estimate(known[k], after)
         before = after
-        out.q[k] = q
-        out.states[k] = states[: n - 3]
-        out.change[k] = states[n - 3 :]
-        out.covariance[k] = p[:n, :n]
-        out.cross[k] = p[:n, n:]
-        out.before[k] = p[n:, n:]
+        put_row(out.q[k], q)
+        put_row(out.states[k], states)
+        put_row(out.change[k], states[n - 3 :])
+        put_matrix(out.covariance[k], p)
+        put_matrix(out.cross[k], p[:n, n:])
+        put_matrix(out.before[k], p[n:, n:])
         for i in range(logged.shape[0]):
             log[k, i] = memory[logged[i]]
 
@@ -205,8 +206,9 @@ def smooth(forward, q, states, covariance):
     last, n = forward.q.shape[0] - 1, forward.change.shape[1]
     room, apart, sigma = np.zeros((4, n, n)), np.zeros(n), np.zeros(n)
     gain, factor, better, half = room[0], room[1], room[2], room[3]
-    q[last], states[last] = forward.q[last], forward.states[last]
-    covariance[last] = forward.covariance[last]
+    put_row(q[last], forward.q[last])
+    put_row(states[last], forward.states[last])
+    put_matrix(covariance[last], forward.covariance[last])
     for k in range(last - 1, -1, -1):
         if not math.isfinite(forward.q[k, 0]):
             return  # not started: what is before is not known either
@@ -215,7 +217,7 @@ def smooth(forward, q, states, covariance):
         apart[0], apart[1], apart[2] = turn
         for i in range(3, n):
             apart[i] = states[k + 1, i - 3] - forward.states[k + 1, i - 3]
-        better[:] = covariance[k + 1]
+        put_matrix(better, covariance[k + 1])
         turn_attitude(better, conjugate(from_rotation_vector(turn)))
         better -= forward.covariance[k + 1]
         put_gain(forward.covariance[k + 1], forward.cross[k + 1], gain, factor, sigma)
@@ -223,7 +225,7 @@ def smooth(forward, q, states, covariance):
         for i in range(n):
             for j in range(n):
                 change[i] += gain[i, j] * apart[j]
-        covariance[k] = forward.before[k + 1]
+        put_matrix(covariance[k], forward.before[k + 1])
         put_better(covariance[k], gain, better, half)
         turn = from_rotation_vector((change[0], change[1], change[2]))
         turn_attitude(covariance[k], turn)

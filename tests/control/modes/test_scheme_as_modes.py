@@ -71,7 +71,7 @@ def stages_of(scheme, rows):
     return [twin(reading_of(row)) for row in rows]
 
 
-@settings(deadline=None, max_examples=300, derandomize=True)
+@settings(deadline=None, max_examples=100, derandomize=True)
 @given(schemes, st.integers(0, 10**6))
 def test_it_switches_when_the_scheme_does(scheme, seed):
     rows = flight(seed)
