@@ -1,6 +1,9 @@
 """A start by the field alone: what is stated while it converges; the mixture of hypotheses."""
 
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -159,19 +162,14 @@ def test_plain_python_gives_the_same(kind):
     assert kept == pytest.approx(memory, rel=1e-6, abs=1e-12, nan_ok=True)
 
 
-def asked(estimator):
-    """The function of a filter: of the first kind compiled, as it flies; of the second by hand."""
-    return (compiled if estimator.name == "kalman_gyro" else by_hand)(estimator)
-
-
 def begun(kind, count=1, **keys):
     """A filter's inputs, parameters and memory after some readings."""
     estimator, rows = SPECS[kind](**ALONE[kind], **keys).estimator(), readings(count)
-    _, cells = estimates(asked(estimator), estimator, rows)
+    _, cells = estimates(compiled(estimator), estimator, rows)
     return rows[-1], estimator.parameters, estimator.record_of(cells)
 
 
-@EVERY
+@ONE
 def test_every_hypothesis_at_the_start_fits_the_reading(kind):
     row, _, memory = begun(kind)
     b = np.array(row.b_body_t)
@@ -189,7 +187,7 @@ def test_every_hypothesis_at_the_start_fits_the_reading(kind):
 @pytest.mark.parametrize("bias", slow_after(1, [{}, {"magnetometer_bias_sigma_nt": 300.0}]))
 def test_weights_follow_the_density_of_the_innovations(bias):
     """Differences between two hypotheses, beside the density by its definition."""
-    row, parameters, memory = begun("kalman_dynamics", 5, **bias)
+    row, parameters, memory = begun("kalman_gyro", 5, **bias)
     row = readings(6)[-1]._replace(b_body_t=tuple(np.array(row.b_body_t) + 4e-8))
     found, expected = [], []
     for k in (0, 7):
@@ -225,13 +223,13 @@ def test_a_gyro_that_reads_no_number_leaves_the_hypotheses():
     """They are propagated by the last rate."""
     estimator, rows = KalmanGyro(**ALONE["kalman_gyro"]).estimator(), readings(12)
     rows[6] = rows[6]._replace(omega_body_rad_s=(0.0, math.nan, 0.0))
-    found, cells = estimates(asked(estimator), estimator, rows)
+    found, cells = estimates(compiled(estimator), estimator, rows)
     assert np.isfinite(found).all()
     memory = estimator.record_of(cells)
     assert memory["starts"] == 1.0 and memory["hypotheses"] > 1.0
 
 
-@EVERY
+@ONE
 def test_a_split_changes_neither_mean_nor_covariance(kind):
     """For a narrow hypothesis: what is left is of third order in its width."""
     _, _, memory = begun(kind)
@@ -259,7 +257,7 @@ def test_a_split_changes_neither_mean_nor_covariance(kind):
     assert memory.hypotheses == 0.0  # narrow: it is the filter again
 
 
-@EVERY
+@ONE
 @pytest.mark.parametrize("variance", [100.0, math.nan])
 def test_a_filter_that_knows_nothing_any_more_starts_as_at_first(kind, variance):
     """A wrong field model made the attitude uncertain by 1e18 deg, at last not a number.
@@ -267,7 +265,7 @@ def test_a_filter_that_knows_nothing_any_more_starts_as_at_first(kind, variance)
     What the filter stated itself is not taken over from the step before.
     """
     estimator, rows = SPECS[kind](**ALONE[kind]).estimator(), readings(26)
-    function = asked(estimator)
+    function = compiled(estimator)
     _, cells = estimates(function, estimator, rows[:24])
     stated = function(rows[24], estimator.pack(), cells)
     memory = estimator.record_of(cells)
@@ -282,3 +280,21 @@ def test_a_filter_that_knows_nothing_any_more_starts_as_at_first(kind, variance)
     first = function(row, estimator.pack(), estimator.first_memory())
     assert again.q_body_to_inertial == pytest.approx(first.q_body_to_inertial, abs=1e-12)
     assert again.sigma_rad == pytest.approx(first.sigma_rad, rel=1e-3)
+
+
+BY_HAND = """
+import math, runpy, sys
+
+tests = runpy.run_path(sys.argv[1])
+tests["test_every_hypothesis_at_the_start_fits_the_reading"]("kalman_dynamics")
+tests["test_a_filter_that_knows_nothing_any_more_starts_as_at_first"]("kalman_dynamics", math.nan)
+"""
+
+
+def test_the_other_kind_passes_in_plain_python():
+    """Every time; compiled and flown it is with the slow tests."""
+    done = subprocess.run(
+        [sys.executable, "-c", BY_HAND, __file__], capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "NUMBA_DISABLE_JIT": "1"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -221,7 +221,16 @@ def test_pieces_agree_with_one_piece_to_the_promise_of_the_tables(make, monkeypa
     assert np.array_equal(pieces.b_inertial.values[:20], whole.b_inertial.values[:20])
 
 
-@pytest.mark.parametrize("to_file", [True, False])
+@pytest.mark.parametrize(
+    ("scenario", "to_file"),
+    slow_after(
+        2,
+        [("few records", True), ("adaptive steps", False), ("adaptive steps", True),
+         ("records", False), ("exact tables", True)],
+        names=2,
+    ),
+    indirect=["scenario"],
+)  # fmt: skip
 def test_an_interrupt_between_two_pieces_keeps_each_once(scenario, tmp_path, monkeypatch, to_file):
     own, calls = runner.piece_of, []
 

@@ -53,11 +53,25 @@ def told(make, sensor, delay=None, **failure):
     )
 
 
+@pytest.fixture(scope="module")
+def sound(make):
+    """What a sensor tells that does not fail, flown once."""
+    kept = {}
+
+    def once(sensor, delay=None):
+        key = sensor, delay is None
+        if key not in kept:
+            kept[key] = told(make, sensor, delay)
+        return kept[key]
+
+    return once
+
+
 @pytest.mark.parametrize("sensor", READINGS)
 @pytest.mark.parametrize("delay", [None, DELAY])
 @pytest.mark.parametrize(("kind", "value"), [("zeros", 0.0), ("nan", np.nan), ("infinite", np.inf)])
-def test_a_sensor_reads_one_value_and_recovers(make, sensor, delay, kind, value):
-    healthy, times = told(make, sensor, delay)
+def test_a_sensor_reads_one_value_and_recovers(make, sound, sensor, delay, kind, value):
+    healthy, times = sound(sensor, delay)
     found, found_times = told(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
     late = 1 if delay else 0
     gone = slice(20 + late, 30 + late)
@@ -71,8 +85,8 @@ def test_a_sensor_reads_one_value_and_recovers(make, sensor, delay, kind, value)
 @pytest.mark.parametrize("sensor", READINGS)
 @pytest.mark.parametrize("delay", [None, DELAY])
 @pytest.mark.parametrize("kind", ["silent", "stuck"])
-def test_a_sensor_repeats_its_last_reading_and_tells_it_or_not(make, sensor, delay, kind):
-    healthy, times = told(make, sensor, delay)
+def test_a_sensor_repeats_its_last_reading_and_tells_it_or_not(make, sound, sensor, delay, kind):
+    healthy, times = sound(sensor, delay)
     found, found_times = told(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
     late = 1 if delay else 0
     last, gone = 19 + late, slice(20 + late, 30 + late)
@@ -103,9 +117,9 @@ CHANGES = {
 @pytest.mark.parametrize("sensor", [each for each in READINGS if each != "sun_cells"])
 @pytest.mark.parametrize("delay", [None, DELAY])
 @pytest.mark.parametrize("name", CHANGES)
-def test_a_sensor_with_wrong_axes(make, sensor, delay, name):
+def test_a_sensor_with_wrong_axes(make, sound, sensor, delay, name):
     failure, wrong = CHANGES[name]
-    healthy, times = told(make, sensor, delay)
+    healthy, times = sound(sensor, delay)
     found, found_times = told(make, sensor, delay, **failure, from_s=20.0, until_s=30.0)
     gone = slice(21, 31) if delay else slice(20, 30)
     assert np.array_equal(found_times, times)
@@ -131,11 +145,11 @@ UNITS = {
 
 @pytest.mark.parametrize("sensor", UNITS)
 @pytest.mark.parametrize("delay", [None, DELAY])
-def test_a_bias_jumps_and_goes(make, sensor, delay):
+def test_a_bias_jumps_and_goes(make, sound, sensor, delay):
     unit, si = UNITS[sensor]
     bias = np.array([3.0, -2.0, 6.0])
     failure = {"kind": "bias", f"bias_{unit}": bias.tolist(), "from_s": 20.0, "until_s": 30.0}
-    healthy, _ = told(make, sensor, delay)
+    healthy, _ = sound(sensor, delay)
     found, _ = told(make, sensor, delay, **failure)
     gone = slice(21, 31) if delay else slice(20, 30)
     errors = errors_of(sensor, found[gone], healthy[gone])
@@ -154,11 +168,11 @@ def test_a_bias_jumps_and_goes(make, sensor, delay):
 
 
 @pytest.mark.parametrize("sensor", UNITS)
-def test_a_burst_of_noise(make, sensor):
+def test_a_burst_of_noise(make, sound, sensor):
     """Its size, over 50 readings; each has an error of its own, and none remains."""
     unit, si = UNITS[sensor]
     failure = {"kind": "noise", f"noise_{unit}": 2.0, "from_s": 5.0, "until_s": 55.0}
-    healthy, _ = told(make, sensor)
+    healthy, _ = sound(sensor)
     found, _ = told(make, sensor, **failure)
     errors = errors_of(sensor, found[5:55], healthy[5:55]) / si
     axes = {"sun_sensors": 2, "horizon_sensor": 2, "attitude_sensor": 3}.get(
