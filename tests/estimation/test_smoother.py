@@ -112,7 +112,7 @@ def transition(twin: GyroTwin, turn) -> np.ndarray:
 
 @pytest.mark.parametrize(
     "estimator",
-    slow_after(2, [GYRO, DYNAMICS, BIASED, DIPOLE]),
+    slow_after(1, [GYRO, DYNAMICS, BIASED, DIPOLE]),
     ids=["gyro", "dynamics", "biased", "dipole"],
 )
 def test_errors_are_as_large_as_the_smoother_says(estimator):

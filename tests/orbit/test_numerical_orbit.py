@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
+from slow_cases import slow_after
 
 from torquer.compile.engine import COMPILED
 from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
@@ -150,7 +151,7 @@ def small_potential(r):
     return MU_EARTH_M3_S2 / size * total
 
 
-@pytest.mark.parametrize("mode", ["precise", "sidereal"])
+@pytest.mark.parametrize("mode", slow_after(1, ["precise", "sidereal"]))
 def test_a_revolution_equals_an_integration_of_its_own(mode):
     """SciPy's integrator, another gravity, another turn of the Earth, another air."""
     drag = {"mass_kg": 3.0, "area_m2": 1.0, "drag_coefficient": 2.0}

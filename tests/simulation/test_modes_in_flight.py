@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from integrators import INTEGRATORS, by
+from slow_cases import slow_after
 
 from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
@@ -350,7 +351,7 @@ def test_modes_change_often_in_the_runs_of_these_tests(wholes, way):
 
 
 @pytest.mark.parametrize("way", LAWS)
-@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("integrator", slow_after(1, INTEGRATORS))
 def test_stopped_at_any_instant_a_run_goes_on_with_the_same_bits(wholes, integrator, way, tmp_path):
     scenario, laws, whole = wholes(integrator, way)
     for stop_s in (0.0, 1.0, 47.0, 60.5, 61.0, 333.5):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from slow_cases import slow_after
 from telemetry_session import BIAS, MATRIX, SHIFT_S, TRUE, environment, session
 
 from torquer.telemetry.calibration import (
@@ -65,7 +66,7 @@ def test_an_hour_at_900_nt_with_the_model_that_held_out_blocks_choose():
     assert max(errors) < 500e-9
 
 
-@pytest.mark.parametrize("correlation", [0.0, 0.8])
+@pytest.mark.parametrize("correlation", slow_after(1, [0.8, 0.0]))
 def test_errors_are_as_stated(correlation):
     """Mean of the normalised squares over 40 seeds and 10 parameters: 1 within sampling."""
     found = [found_of(s, correlation=correlation, rows=350, cadence_s=15.5) for s in range(40)]
@@ -75,7 +76,7 @@ def test_errors_are_as_stated(correlation):
     assert correlation - 0.25 < mean < correlation + 0.05
 
 
-@pytest.mark.parametrize("correlation", [0.0, 0.8])
+@pytest.mark.parametrize("correlation", slow_after(1, [0.8, 0.0]))
 def test_errors_of_a_short_session_are_as_stated(correlation):
     """117 rows for 10 parameters: fitting hides most of the correlation of what is left."""
     found = [found_of(seed, correlation=correlation) for seed in range(5000, 5060)]

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from slow_cases import slow_after
 
 from torquer.compile import engine, plugin
 from torquer.control import computer
@@ -233,7 +234,7 @@ def learned(share, count, uncertain):
     return np.array(found)
 
 
-@pytest.mark.parametrize("share", [0.25, 0.9])
+@pytest.mark.parametrize("share", slow_after(1, [0.9, 0.25]))
 @pytest.mark.parametrize("uncertain", [False, True])
 def test_the_noise_of_the_coil_check_is_learned_without_bias(share, uncertain):
     """Also while the effects are still uncertain, when innovations say little about the noise."""
