@@ -16,7 +16,7 @@ from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
 from torquer.earth import gravity
 from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.geometry.frames import geodetic_from_ecef
-from torquer.orbit import Kepler, Numerical, Sgp4, flight, numerical
+from torquer.orbit import Kepler, Numerical, Sgp4, numerical, point_mass
 from torquer.orbit.numerical import epoch_of
 from torquer.time import parse_utc
 
@@ -210,10 +210,10 @@ def test_reading_between_nodes_is_good_to_a_tenth_of_a_millimetre(monkeypatch):
     orbit = make(drag=DRAG)
     times = np.linspace(0.0, 6000.0, 777)
     r, v = orbit.state(times, START)
-    monkeypatch.setattr(flight, "NODE_S", 7.5)
+    monkeypatch.setattr(point_mass, "NODE_S", 7.5)
     anchor = orbit.anchor(START)
     start = orbit._start_state(anchor)
-    finer_r, finer_v = flight.Trajectory(orbit.forces(), anchor, "precise", start).states(times)
+    finer_r, finer_v = point_mass.Trajectory(orbit.forces(), anchor, "precise", start).states(times)
     assert np.abs(finer_r - r).max() < 1e-4
     assert np.abs(finer_v - v).max() < 1e-5
 
@@ -334,9 +334,9 @@ def test_midnight_is_no_trouble(monkeypatch):
     """The standard's season jumps with the date; the steps stop there."""
     orbit = make(drag=DRAG)
     r, _ = orbit.state([3 * DAY], START)
-    monkeypatch.setattr(flight, "NODE_S", 25.0)
+    monkeypatch.setattr(point_mass, "NODE_S", 25.0)
     anchor = orbit.anchor(START)
-    other = flight.Trajectory(orbit.forces(), anchor, "precise", orbit._start_state(anchor))
+    other = point_mass.Trajectory(orbit.forces(), anchor, "precise", orbit._start_state(anchor))
     assert np.abs(other.states(np.array([3 * DAY]))[0] - r).max() < 1e-3
 
 
