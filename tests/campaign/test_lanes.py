@@ -14,7 +14,7 @@ from torquer.compile import engine
 from torquer.compile.lanes import LANES, type_with
 from torquer.control.law import Law
 from torquer.environment.local import LocalEnvironment
-from torquer.scenario.load import scenario_from_text
+from torquer.scenario.load import load_scenario, scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import law_in_lanes
 from torquer.simulation.lanes.packing import packed
@@ -27,6 +27,7 @@ from torquer.simulation.step import drive_coils_step
 from torquer.spacecraft.attitude_sensor import Sky
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="lanes are compiled code")
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 HEAD = """
 start = 2012-03-04T10:31:47Z
@@ -188,9 +189,16 @@ def fly_both(scenario, given=None, rows=(0, 7, 15, 16, 20)):
         yield flown.motion[: len(kept), :, row], kept, flown.cells[row], cells
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
+def tip_off():
+    """The example of a campaign, whose sensors have errors: flights of twins compile it, too."""
+    scenario = load_scenario(EXAMPLES / "tip_off_campaign.toml")
+    times = {"duration_s": 900.0, "record_s": 20.0, "step_s": 1.0}
+    return scenario.replace("simulation", times).replace("initial.rate_deg_s", [1.0, -0.6, 0.8])
+
+
+@pytest.mark.parametrize("name", slow_after(2, ["plain", "tip-off", *[*SCENARIOS][1:]]))
 def test_a_member_beside_others_has_the_bits_of_its_own_flight(name):
-    scenario = scenario_from_text(HEAD + SCENARIOS[name])
+    scenario = tip_off() if name == "tip-off" else scenario_from_text(HEAD + SCENARIOS[name])
     for beside, kept, cells, own in fly_both(scenario):
         assert np.array_equal(beside, kept)
         for total in ("coil_energy_j", "peak_dipole_a_m2"):
@@ -201,7 +209,7 @@ def test_a_member_beside_others_has_the_bits_of_its_own_flight(name):
 
 def test_an_estimate_that_a_law_states_is_each_members_own():
     """Another law uses it, from the second stage of the first on."""
-    text = (Path(__file__).parents[2] / "examples/magneto_gyro.toml").read_text()
+    text = (EXAMPLES / "magneto_gyro.toml").read_text()
     own = text.partition("[control.law]")[2].partition("[simulation]")[0]
     scenario = scenario_from_text(STATED.replace("LAW", own))
     for beside, kept, _, _ in fly_both(scenario, rows=(0, 20)):
@@ -216,9 +224,7 @@ def following_its_coils(inputs, parameters, memory):
     return (0.1 - 0.5 * m[0], 1e3 * b[1] - 0.5 * m[1], 0.2 - 0.5 * m[2])
 
 
-@pytest.mark.parametrize(
-    "name", ["plain", "errors and disturbances of all kinds, laws that see the Sun"]
-)
+@pytest.mark.parametrize("name", slow_after(1, [*SCENARIOS][:2]))
 def test_what_coils_have_done_is_known_beside_others_as_alone(name):
     """Coils with and without lag and measurement window."""
     scenario = scenario_from_text(HEAD + SCENARIOS[name])

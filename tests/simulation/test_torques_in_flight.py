@@ -25,6 +25,8 @@ PANEL = {"kind": "plate", "axis": [0, 0.6, 0.8], "area_m2": 1.5, "centre_m": [0.
          "specular_reflectivity": 0.3, "diffuse_reflectivity": 0.1}  # fmt: skip
 BALL = {"kind": "sphere", "radius_m": 0.4, "centre_m": [0.0, -0.3, 0.2]}
 LIGHT = {"solar_pressure": {"parts": [PANEL, BALL]}}
+#: Sunlight on a ball of no size: what is compiled then is what flies with all torques.
+NO_LIGHT = {"solar_pressure": {"parts": [BALL | {"radius_m": 1e-9}]}}
 REST = {
     "residual_dipole": {"constant_a_m2": [0.01, 0.0, -0.02], "amplitude_a_m2": [0.0, 0.02, 0.0],
                         "cycles_per_orbit": 0.5, "phase_deg": 30.0},
@@ -141,12 +143,8 @@ def test_a_black_ball_beside_the_centre_of_mass_feels_its_cross_section(make):
 @needs_jit
 @pytest.mark.parametrize("integrator", slow_after(1, ["auto", "rk4"]))
 def test_the_unmodelled_torque_jumps_when_it_is_said_to_and_to_what_was_drawn(make, integrator):
-    """A sphere without anything else: its momentum is a broken line.
-
-    Sunlight pushes a ball of no size, so that what is compiled is what flies with all torques.
-    """
-    nothing = {"parts": [BALL | {"radius_m": 1e-9}]}
-    given = {"unmodelled": {"constant_n_m": 1e-6, "hold_s": 30.0}, "solar_pressure": nothing}
+    """A sphere without anything else: its momentum is a broken line."""
+    given = NO_LIGHT | {"unmodelled": {"constant_n_m": 1e-6, "hold_s": 30.0}}
     keys = {
         "spacecraft.body.inertia_kg_m2": [1e3] * 3,
         "environment.gravity_gradient": False,
@@ -182,7 +180,7 @@ def test_a_run_goes_on_with_the_same_bits(make, integrator, tmp_path):
 
 @needs_jit
 def test_eddy_currents_brake_what_turns_across_the_field(make):
-    given = {"eddy_currents": {"damping_n_m_s_per_t2": 2e5}}
+    given = NO_LIGHT | {"eddy_currents": {"damping_n_m_s_per_t2": 2e5}}
     keys = {"environment.gravity_gradient": False, "initial.rate_deg_s": [3.0, -2.0, 1.0]}
     result = simulate(disturbed(make, given, **keys))
     inertia = np.array(scenario_of(result).spacecraft.body.inertia_kg_m2)
@@ -205,8 +203,8 @@ def test_eddy_currents_brake_what_turns_across_the_field(make):
     ids=str,
 )
 def test_a_torque_of_no_size_leaves_the_motion_as_it_is(make, given):
-    still = simulate(disturbed(make, {}, **{"simulation.duration_s": 1000.0}))
-    other = simulate(disturbed(make, given, **{"simulation.duration_s": 1000.0}))
+    still = simulate(disturbed(make, NO_LIGHT, **{"simulation.duration_s": 1000.0}))
+    other = simulate(disturbed(make, NO_LIGHT | given, **{"simulation.duration_s": 1000.0}))
     assert other.omega_body.values == pytest.approx(still.omega_body.values, abs=1e-15)
 
 
