@@ -59,7 +59,7 @@ class Function:
     equation: str = ""
     place: str = ""
     is_public: bool = False
-    key: tuple = ()
+    key: str = ""
     times: frozenset[str] = frozenset()
     powers: frozenset[str] = frozenset()
     copies: frozenset[tuple[str, str]] = frozenset()
@@ -192,14 +192,14 @@ class Program:
             raise s.refuse(node, "write a loop", f"{plain.__name__}, which calls itself,")
         if key not in self.functions:
             self._at_work.append(key)
-            self.functions[key] = self._translated(kernel, types, key)
+            self.functions[key] = self._translated(kernel, types)
             self._at_work.remove(key)
         return self.functions[key]
 
-    def _translated(self, kernel, types: list[Type], key: tuple) -> Function:
+    def _translated(self, kernel, types: list[Type]) -> Function:
         source = source_of(kernel)
-        s = Scope(self, source, _key_text(key))
-        self._declare_arguments(s, types, key)
+        s = Scope(self, source, _key_text(source.plain, types))
+        self._declare_arguments(s, types)
         ended = block(s, source.body)
         if s.result not in (None, NOTHING) and not ended:
             raise s.refuse(source.tree, "return a value at the end", "a kernel that may not return")
@@ -213,25 +213,23 @@ class Program:
         return Function(
             name, arguments, s.result or NOTHING, lines, names, frozenset(s.written),
             frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation, place,
-            key=key, times=frozenset(s.times), powers=frozenset(s.powers),
+            key=s.key, times=frozenset(s.times), powers=frozenset(s.powers),
             copies=frozenset(s.copies),
         )  # fmt: skip
 
-    def _declare_arguments(self, s: Scope, types: list[Type], key: tuple) -> None:
+    def _declare_arguments(self, s: Scope, types: list[Type]) -> None:
         a = s.source.tree.args
         if a.vararg or a.kwarg or a.kwonlyargs or a.posonlyargs:
             raise s.refuse(s.source.tree, "name its arguments one by one", "this kernel")
         s.arguments = [each.arg for each in a.args]
         if len(s.arguments) != len(types):
             raise s.refuse(s.source.tree, f"take {len(types)} arguments", "this kernel")
-        stored = {n.id for n in ast.walk(s.source.tree) if isinstance(n, ast.Name)
-                  and isinstance(n.ctx, ast.Store)}  # fmt: skip
+        stored, known = s.source.stored, self._known_bounds.get(s.key, {})
         for name, kind in zip(s.arguments, types, strict=True):
             by_address = isinstance(kind, Record) or (isinstance(kind, Tuple) and kind.is_large)
             form = Form.ADDRESS if by_address else Form.VARIABLE
             roots = s.known_roots(name, frozenset([name] if isinstance(kind, PLACES) else []))
-            bounds = self._known_bounds.get(_key_text(key), {}).get(name, (None, None))
-            bounds = bounds if name not in stored else (None, None)
+            bounds = (None, None) if name in stored else known.get(name, (None, None))
             s.variables[name] = Variable(s.c_name(name), kind, form, roots, bounds)
             if isinstance(kind, Array) and len(kind.shape) > 1:
                 s.mutable.add(name)
@@ -242,7 +240,7 @@ class Program:
 
     def note_bounds(self, made: Function, values: list[Value]) -> None:
         """Remember within what bounds the whole numbers are that a kernel is given."""
-        known = self.bounds.setdefault(_key_text(made.key), {})
+        known = self.bounds.setdefault(made.key, {})
         for (name, kind), value in zip(made.arguments, values, strict=True):
             if kind != INT:
                 continue
@@ -260,7 +258,7 @@ class Program:
         if key not in self.functions:
             made = {n: self.function(each, types, s, node) for n, each in functions.items()}
             for each in made.values():  # what a switch hands on is not followed
-                own = self.bounds.setdefault(_key_text(each.key), {})
+                own = self.bounds.setdefault(each.key, {})
                 own |= {name: (None, None) for name, kind in each.arguments if kind == INT}
             kind = self._common_result(list(made.values()))
             if kind is None:
@@ -274,7 +272,7 @@ class Program:
         kind = common_type(*(each.result for each in made))
         for each in made:
             if kind is not None and each.result != kind:
-                self.kinds[_key_text(each.key), "return"] = kind
+                self.kinds[each.key, "return"] = kind
         return kind
 
 
@@ -335,9 +333,9 @@ def _returned(made: Function, arguments: list[str]) -> str:
     return call if made.result == NOTHING else f"return {call}"
 
 
-def _key_text(key: tuple) -> str:
+def _key_text(plain: Callable, types: list[Type]) -> str:
     """A key that is the same when a program is translated once more."""
-    return repr([getattr(key[0], "__qualname__", key[0]), *key[1:]]) if key else ""
+    return repr([getattr(plain, "__qualname__", plain), tuple(types)])
 
 
 def translated(

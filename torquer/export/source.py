@@ -19,8 +19,8 @@ _BLOCKS = ("body", "orelse")
 
 
 class Source:
-    """A kernel's text. `tree`: its definition, with line numbers of its file; `own`: names of its
-    arguments and variables; `read`: names that are read.
+    """A kernel's text. `tree`: its definition, with line numbers of its file; `stored`: names that
+    are set; `own`: names of its arguments and variables; `read`: names that are read.
     """
 
     def __init__(self, function: Callable):
@@ -34,11 +34,12 @@ class Source:
         if ast.get_docstring(self.tree) is not None:
             self.body = self.body[1:]
         self.places = {name: list(of) for name, of in _places(self.tree).items()}
-        self.own = {each.arg for each in self.tree.args.args} | {
+        self.stored = {
             node.id
             for node in ast.walk(self.tree)
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
         }
+        self.own = {each.arg for each in self.tree.args.args} | self.stored
         for name in sorted({self.tree.name, *self.own}):
             if not name.isascii():
                 raise refused(self.file, self.tree, f"the name {name}", "use letters from a to z")
@@ -88,6 +89,7 @@ class Source:
         """The value of a name outside the kernel."""
         return self._names[name]
 
+    @functools.cache  # noqa: B019  sources are kept, too
     def is_loop_only(self, loop: ast.For) -> bool:
         """Whether the variable of a loop is read within loops over it alone, and never set there.
 
@@ -103,6 +105,7 @@ class Source:
         set_there = [n for n in uses if isinstance(n.ctx, ast.Store) and id(n) not in headers]
         return not nested and not set_there and all(id(n) in inside for n in uses)
 
+    @functools.cache  # noqa: B019
     def is_set_first(self, name: str, statement: ast.stmt) -> bool:
         """Whether all uses of a name follow this assignment within the block that it stands in."""
         first = next((path for path, at in self.places[name] if at is statement), None)
