@@ -100,13 +100,17 @@ def docstrings_of(source: str):
             yield getattr(node, "name", "module"), text
 
 
-def all_docstrings():
+@functools.cache
+def all_docstrings() -> list[tuple[str, str]]:
     """(place, docstring) of everything in the package."""
-    for path in sorted((ROOT / "torquer").rglob("*.py")):
-        for name, text in docstrings_of(path.read_text(encoding="utf-8")):
-            yield f"{path.relative_to(ROOT).as_posix()}: `{name}`", text
+    return [
+        (f"{path.relative_to(ROOT).as_posix()}: `{name}`", text)
+        for path in sorted((ROOT / "torquer").rglob("*.py"))
+        for name, text in docstrings_of(path.read_text(encoding="utf-8"))
+    ]
 
 
+@functools.cache
 def sources() -> list[tuple[str, str, str]]:
     """(key, number, place) of every published formula that has its home in the package."""
     return [(*c, place) for place, text in all_docstrings() for c in citations_of(text)]

@@ -4,6 +4,7 @@
 """
 
 import contextlib
+import functools
 import importlib.util
 import inspect
 import io
@@ -23,6 +24,7 @@ needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes 
 ROOT = Path(__file__).parents[1]
 
 
+@functools.cache
 def _generator():
     spec = importlib.util.spec_from_file_location("generate", ROOT / "docs/generate.py")
     module = importlib.util.module_from_spec(spec)

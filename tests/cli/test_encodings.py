@@ -89,7 +89,7 @@ def test_every_command_writes_in_every_encoding(through, odd_scenario, odd_wheel
         assert "Traceback" not in err and "codec" not in err
 
 
-@pytest.mark.parametrize("stream", STREAMS[:3], ids=lambda stream: stream[0])
+@pytest.mark.parametrize("stream", slow_after(1, STREAMS[:3]), ids=lambda stream: stream[0])
 def test_json_is_ascii_in_every_encoding(through, strict_json, odd_scenario, odd_wheels, stream):
     for arguments in (
         ("schema",),

@@ -103,36 +103,50 @@ def run_alike(folder, number="3.5", cache="cache"):
     return run_script(folder, ALIKE, (number,), TORQUER_CACHE_DIR=str(folder / cache))
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("compiled")
+    assert run_alike(folder) == ("1.75", "7.0", "")
+    return folder
+
+
+@pytest.fixture
+def alike(compiled):
+    """A folder with the second script, whose cache has the code of its first run with 3.5."""
+    shutil.copytree(compiled / "cache", compiled / "kept")
+    yield compiled
+    shutil.rmtree(compiled / "cache")
+    (compiled / "kept").rename(compiled / "cache")
+
+
 def entry(folder, function, ending, cache="cache"):
     """The file of an entry."""
     (found,) = (folder / cache).rglob(f"volume.{function}-*.{ending}")
     return found
 
 
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
-def test_code_of_another_function_is_not_believed(tmp_path, ending):
+@pytest.mark.parametrize("ending", slow_after(1, ["nbc", "nbi"]))
+def test_code_of_another_function_is_not_believed(alike, ending):
     """Both files are sound. Numba's key has no constants: each index fits the other function."""
-    assert run_alike(tmp_path) == ("1.75", "7.0", "")
-    one, other = (entry(tmp_path, name, ending) for name in ("half", "twice"))
+    one, other = (entry(alike, name, ending) for name in ("half", "twice"))
     first, second = one.read_bytes(), other.read_bytes()
     one.write_bytes(second)
     other.write_bytes(first)
-    half, twice, told = run_alike(tmp_path)
+    half, twice, told = run_alike(alike)
     assert (half, twice) == ("1.75", "7.0")
     assert told.count("CacheNote: compiled code in ") == 1
-    assert run_alike(tmp_path) == ("1.75", "7.0", "")
+    assert run_alike(alike) == ("1.75", "7.0", "")
 
 
-def test_code_for_another_kind_of_number_is_not_believed(tmp_path):
+def test_code_for_another_kind_of_number_is_not_believed(alike):
     """The index of one process, the data of another: what two that begin at once may leave."""
-    assert run_alike(tmp_path, "3.5", "one") == ("1.75", "7.0", "")
-    assert run_alike(tmp_path, "3", "other") == ("1.5", "7.0", "")
-    data = entry(tmp_path, "half", "nbc", "other").read_bytes()
-    entry(tmp_path, "half", "nbc", "one").write_bytes(data)
-    half, twice, told = run_alike(tmp_path, "3.5", "one")
+    assert run_alike(alike, "3", "other") == ("1.5", "7.0", "")
+    data = entry(alike, "half", "nbc", "other").read_bytes()
+    entry(alike, "half", "nbc").write_bytes(data)
+    half, twice, told = run_alike(alike)
     assert (half, twice) == ("1.75", "7.0")  # that for whole numbers gives 1.5
     assert told.count("CacheNote: compiled code in ") == 1
-    assert run_alike(tmp_path, "3.5", "one") == ("1.75", "7.0", "")
+    assert run_alike(alike) == ("1.75", "7.0", "")
 
 
 def test_the_folder_of_compiled_code_may_be_moved(sound, tmp_path):
@@ -140,14 +154,13 @@ def test_the_folder_of_compiled_code_may_be_moved(sound, tmp_path):
     assert run_script(sound, TORQUER_CACHE_DIR=str(tmp_path / "moved")) == ("6.0", "1", "")
 
 
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
-def test_a_folder_in_place_of_a_file_is_a_note(tmp_path, ending):
-    assert run_alike(tmp_path) == ("1.75", "7.0", "")
-    path = entry(tmp_path, "half", ending)
+@pytest.mark.parametrize("ending", slow_after(1, ["nbi", "nbc"]))
+def test_a_folder_in_place_of_a_file_is_a_note(alike, ending):
+    path = entry(alike, "half", ending)
     path.unlink()
     (path / "inside").mkdir(parents=True)
     for _ in range(2):
-        half, twice, told = run_alike(tmp_path)
+        half, twice, told = run_alike(alike)
         assert (half, twice) == ("1.75", "7.0")
         assert "CacheNote: compiling again: " in told
         assert "CacheNote: compiled code is not kept, so that it is compiled at every start" in told

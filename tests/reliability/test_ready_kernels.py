@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,8 @@ import pytest
 
 import torquer
 from torquer.compile import engine
-from torquer.compile.ready import GENERIC, MANIFEST, compiled_for
+from torquer.compile.code_cache import SOURCES
+from torquer.compile.ready import GENERIC, MANIFEST, VARIABLE, compiled_for, ready_folder
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="nothing is compiled")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "chibis_m_detumble.toml"
@@ -41,12 +43,31 @@ def words(script, cache, *arguments, **changes):
     return (*ended.stdout.split(), ended.stderr)
 
 
-@pytest.fixture
-def ready(tmp_path):
-    """A folder with one compiled kernel."""
-    folder = tmp_path / "ready"
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("compiled") / "ready"
     assert words(WRITE, folder, folder, **GENERIC)[:2] == ("2.0", "0")
     return folder
+
+
+@pytest.fixture
+def ready(compiled, tmp_path):
+    """A folder with one compiled kernel."""
+    return shutil.copytree(compiled, tmp_path / "ready")
+
+
+@pytest.fixture
+def refusal(ready, monkeypatch):
+    """Why this process does without the folder."""
+    monkeypatch.setenv(VARIABLE, str(ready))
+
+    def why():
+        folder, reason = ready_folder(SOURCES)
+        assert folder is None and "\n" not in reason
+        return reason
+
+    assert ready_folder(SOURCES) == (ready, "")
+    return why
 
 
 def test_they_are_read_and_nothing_is_compiled_or_written(ready, tmp_path):
@@ -73,33 +94,36 @@ def test_damaged_ones_are_refused_and_compiled_instead(ready, tmp_path, ending):
 
 
 @pytest.mark.parametrize("key", sorted(compiled_for("")))
-def test_those_for_something_else_are_refused_in_one_line(ready, tmp_path, key):
+def test_those_for_something_else_are_refused_in_one_line(ready, refusal, key):
     stated = json.loads((ready / MANIFEST).read_text())
     (ready / MANIFEST).write_text(json.dumps(stated | {key: "other"}))
+    assert refusal().endswith(f"are for {key} other, needed {stated[key]}; compiling instead")
+
+
+def test_where_they_are_refused_a_process_compiles(ready, tmp_path):
+    (ready / MANIFEST).unlink()
     *printed, said = words(SCRIPT, tmp_path / "cache", TORQUER_KERNELS=str(ready))
     assert printed == ["2.0", "0"]
-    assert f"are for {key} other, needed {stated[key]}; compiling instead" in said
+    assert said.count("CacheNote: ") == 1 and "; compiling instead" in said
 
 
 @pytest.mark.parametrize(
     "text, why",
     [(None, "No such file"), ("{", "cannot be read"), ("[1]", "kernels.json must hold a table")],
 )
-def test_a_folder_without_a_manifest_is_refused(ready, tmp_path, text, why):
+def test_a_folder_without_a_manifest_is_refused(ready, refusal, text, why):
     (ready / MANIFEST).unlink()
     if text:
         (ready / MANIFEST).write_text(text)
-    *printed, said = words(SCRIPT, tmp_path / "cache", TORQUER_KERNELS=str(ready))
-    assert printed == ["2.0", "0"] and why in said
+    assert why in refusal()
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="Windows keeps users apart by itself")
 @pytest.mark.parametrize("inside", [False, True])
-def test_a_folder_in_which_others_can_write_is_refused(ready, tmp_path, inside):
+def test_a_folder_in_which_others_can_write_is_refused(ready, refusal, inside):
     place = next(path for path in ready.iterdir() if path.is_dir()) if inside else ready
     place.chmod(0o777)
-    *printed, said = words(SCRIPT, tmp_path / "cache", TORQUER_KERNELS=str(ready))
-    assert printed == ["2.0", "0"] and "can be written by, others; compiling instead" in said
+    assert refusal().endswith("can be written by, others; compiling instead")
 
 
 def test_no_folder_and_full_folders_are_refused(call, tmp_path):

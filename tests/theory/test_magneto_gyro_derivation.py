@@ -31,7 +31,6 @@ def in_numbers(matrix, values):
     return np.array(matrix.subs({**NUMBERS, **values}), dtype=float)
 
 
-@pytest.mark.slow
 def test_the_derived_model_of_order_12_is_the_one_in_numbers(models):
     found, gains = models[12], tuple(STAGE_1.values())
     want = frozen_1(*gains, **CRAFT)

@@ -106,6 +106,19 @@ def _stage_2(angles, rates, seen, seen_rates, compensation, torque, error):
     )
 
 
+def _linear_part(expressions, variables) -> sympy.Matrix:
+    """Derivatives `[expressions, variables]` where all variables are zero.
+
+    All but one are set to zero before each derivative is taken: what is left is short.
+    """
+    whole, zero = [*map(sympy.sympify, expressions)], dict.fromkeys(variables, sympy.Integer(0))
+    columns = []
+    for each in variables:
+        others = {name: value for name, value in zero.items() if name != each}
+        columns.append([x.xreplace(others).diff(each).xreplace(zero) for x in whole])
+    return sympy.Matrix(columns).T
+
+
 def _constant(expression):
     """An entry, in which cosine and sine must cancel."""
     exact = sympy.nsimplify(sympy.expand(expression))  # kernels have floating-point signs
@@ -124,8 +137,7 @@ def _model(rates, triples: int, states, to_states) -> Model:
     split = [turned[i : i + 3] for i in range(0, len(turned), 3)]
     given = [_orbital(each) for each in (*split, INPUTS[:3], INPUTS[3:])]
     slopes = [x for each in rates(*given) for x in _turned(each)]
-    zero = dict.fromkeys((*turned, *INPUTS), 0)
-    both = sympy.Matrix(slopes).jacobian((*turned, *INPUTS)).subs(zero).applyfunc(_constant)
+    both = _linear_part(slopes, (*turned, *INPUTS)).applyfunc(_constant)
     matrix, inputs = both[:, : len(turned)], both[:, len(turned) :]
     for i in range(0, len(turned), 3):  # the axes turn: (t', s')' = (-s', t')
         matrix[i, i + 2] -= 1
