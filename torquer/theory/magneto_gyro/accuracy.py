@@ -5,7 +5,8 @@ Runge-Kutta method; noise is put in at the middle of each step.
 """
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
@@ -20,11 +21,12 @@ from torquer.theory.magneto_gyro.stage_2 import (
 )
 from torquer.theory.periodic_systems import PeriodicSystem
 
-#: Steps of a revolution.
-STEPS = 360
+#: Steps of a revolution, and those whose matrices are computed together, in the processor's cache.
+STEPS, _TOGETHER = 360, 60
 
 
-class Revolution(NamedTuple):
+@dataclass(frozen=True)
+class Revolution:
     """A loop over a revolution: step; transition matrices `[steps, 15, 15]`; what inputs of each
     step make of the state at its end, over its length, `[steps, 15, 6]`."""
 
@@ -32,7 +34,7 @@ class Revolution(NamedTuple):
     transitions: np.ndarray
     inputs: np.ndarray
 
-    @property
+    @cached_property
     def monodromy(self) -> np.ndarray:
         """Transition matrix of the revolution `[15, 15]`."""
         whole = np.eye(ORDER)
@@ -41,7 +43,7 @@ class Revolution(NamedTuple):
                 whole = part @ whole
         return whole
 
-    @property
+    @cached_property
     def degree(self) -> float:
         """Floquet degree of stability per 1/nu0; minus infinity where it grows beyond floats."""
         whole = self.monodromy
@@ -73,11 +75,15 @@ def transitions_of(matrices: np.ndarray, step: float) -> np.ndarray:
     `matrices` `[2n + 1, k, k]`. By the classical Runge-Kutta method.
     """
     h, one = step, np.eye(matrices.shape[-1])
-    first, middle, last = matrices[:-1:2], matrices[1::2], matrices[2::2]
-    k2 = middle @ (one + 0.5 * h * first)
-    k3 = middle @ (one + 0.5 * h * k2)
-    k4 = last @ (one + h * k3)
-    return one + h / 6.0 * (first + 2.0 * (k2 + k3) + k4)
+    found = np.empty((len(matrices) // 2, *one.shape))
+    for start in range(0, len(found), _TOGETHER):
+        some = matrices[2 * start : 2 * (start + _TOGETHER) + 1]
+        first, middle, last = some[:-1:2], some[1::2], some[2::2]
+        k2 = middle @ (one + 0.5 * h * first)
+        k3 = middle @ (one + 0.5 * h * k2)
+        k4 = last @ (one + h * k3)
+        found[start : start + _TOGETHER] = one + h / 6.0 * (first + 2.0 * (k2 + k3) + k4)
+    return found
 
 
 def covariances(around: Revolution, intensities) -> np.ndarray:

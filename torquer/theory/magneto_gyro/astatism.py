@@ -6,6 +6,7 @@ alone: the transfer functions of all angles have a zero there. Needs sympy.
 """
 
 import sympy
+from sympy.polys.matrices import DomainMatrix
 
 from torquer.theory.magneto_gyro.derivation import Model, b
 from torquer.theory.magneto_gyro.frozen import COMPENSATOR
@@ -42,7 +43,8 @@ def numerator(model: Model, output: str, torque) -> sympy.Expr:
     places = next(x for x in matrix.connected_components() if at in x)
     part = (s * sympy.eye(len(places)) - matrix.extract(places, places)).as_mutable()
     part[:, places.index(at)] = pushed.extract(places, [0])
-    return sympy.factor(part.det(method="berkowitz"))
+    of_polynomials = DomainMatrix.from_Matrix(part)
+    return sympy.factor(of_polynomials.domain.to_sympy(of_polynomials.det()))
 
 
 def characteristic_factors(model: Model) -> list[tuple[tuple[str, ...], sympy.Poly]]:
