@@ -1,5 +1,7 @@
 """`torquer design three-axis`: table, JSON, map, laws that fly, and one line per mistake."""
 
+import contextlib
+import io
 import re
 import tomllib
 
@@ -8,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
+from torquer.cli import main
 from torquer.scenario.load import scenario_from_data
 
 CUBESAT = ("--inertia", 0.015, 0.014, 0.007, "--altitude-km", 470, "--inclination-deg", 52,
@@ -19,14 +22,18 @@ WEAK = tuple(1e-9 if each == 0.2 else each for each in CUBESAT)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("design")
+def design(tmp_path_factory):
+    """A design by options: its folder, what is printed."""
+    folder = tmp_path_factory.mktemp("design")
+    arguments = "design", "three-axis", *CUBESAT, "--json", "--out", folder
+    with contextlib.redirect_stdout(io.StringIO()) as printed, pytest.raises(SystemExit) as left:
+        main([str(each) for each in arguments])
+    assert left.value.code == 0
+    return folder, printed.getvalue()
 
 
-def test_a_design_by_options(call, strict_json, folder):
-    code, out, err = call("design", "three-axis", *CUBESAT, "--json", "--out", folder)
-    assert (code, err) == (0, "")
-    found = strict_json(out)
+def test_a_design_by_options(strict_json, design):
+    folder, found = design[0], strict_json(design[1])
     assert set(found["candidates"]) == {"formula", "refined", "regulator"}
     refined, regulator = (found["candidates"][name] for name in ("refined", "regulator"))
     assert 0.0 < refined["degree_per_rad"] < regulator["degree_per_rad"]
@@ -105,9 +112,9 @@ def test_a_law_with_a_large_steady_error_is_called_unusable(call, strict_json):
     )
 
 
-def test_the_regulator_flies_as_predicted(folder, call, strict_json):
+def test_the_regulator_flies_as_predicted(design, strict_json):
     """From its TOML: residual dipole and noise of the attitude, ten revolutions."""
-    law = tomllib.loads((folder / "regulator.toml").read_text())["control"]["law"]
+    law = tomllib.loads((design[0] / "regulator.toml").read_text())["control"]["law"]
     scenario = scenario_from_data({
         "start": "2025-01-01T00:00:00Z",
         "orbit": {"kind": "circular", "altitude_km": 470, "inclination_deg": 52},
@@ -127,9 +134,7 @@ def test_the_regulator_flies_as_predicted(folder, call, strict_json):
     normal = np.cross(r, v) / np.linalg.norm(np.cross(r, v), axis=1)[:, None]
     frame = Rotation.from_matrix(np.stack([np.cross(normal, up), normal, up], axis=2))
     turns = (frame.inv() * Rotation.from_quat(last.q_body_to_inertial.values)).magnitude()
-    code, out, _ = call("design", "three-axis", *CUBESAT, "--json")
-    error = strict_json(out)["candidates"]["regulator"]["error"]
-    assert code == 0
+    error = strict_json(design[1])["candidates"]["regulator"]["error"]
     assert np.degrees(np.sqrt(np.mean(turns**2))) == pytest.approx(error["rms_deg"], rel=0.05)
     assert np.degrees(turns.max()) < error["greatest_deg"] + 5.0 * error["noise_rms_deg"]
 
