@@ -1,8 +1,8 @@
 """Every block of README and the tutorials is executed, page by page, and prints what it shows.
 
 The blocks of a page are executed in their order in a fresh folder that holds a copy of `examples/`,
-so each step must follow from those before it. A block with a tag other than `sh`, `python` and
-`toml` is the output of the last command. A block that cannot be executed here stands in `NOT_RUN`.
+so each step must follow from those before it; commands of `torquer` are called in this process. A
+block with a tag other than `sh`, `python` and `toml` is the output of the last command. A block that cannot be executed here stands in `NOT_RUN`.
 """
 
 import contextlib
@@ -22,6 +22,7 @@ from typing import NamedTuple
 import pytest
 
 import torquer
+from torquer.cli import main
 from torquer.compile import engine
 from torquer.scenario.toml_text import toml_of
 
@@ -165,13 +166,14 @@ def lines_of(text):
     return [line for line in lines if line]
 
 
-ENVIRONMENT = os.environ | {
+CHANGES = {
     "PYTHONIOENCODING": "utf-8",
     "PYTHONPATH": str(Path(torquer.__file__).parents[1]),
     "MPLBACKEND": "Agg",
     "COLUMNS": "120",
     "BROWSER": "true",  # no window
 }
+ENVIRONMENT = os.environ | CHANGES
 
 
 def command_lines(block):
@@ -182,14 +184,28 @@ def command_lines(block):
         yield line, [*start, *arguments]
 
 
+def called(arguments):
+    """Exit code, standard output and error of a `torquer` command, called in this process."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in "oe")
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        with pytest.raises(SystemExit) as left:
+            main(arguments)
+        out.flush()
+        err.flush()
+    return left.value.code or 0, *(each.buffer.getvalue().decode() for each in (out, err))
+
+
 def run_commands(block):
     """What the commands of a block print; each must succeed."""
     printed = ""
     for line, command in command_lines(block):
-        done = subprocess.run(command, capture_output=True, env=ENVIRONMENT, encoding="utf-8")
-        failed = done.returncode == (0 if block[:2] in FAILING else 1) or done.returncode > 1
-        assert not failed, f"{line}\n{done.stdout}{done.stderr}"
-        printed += done.stdout
+        if command[1:3] == ["-m", "torquer"]:
+            code, out, err = called(command[3:])
+        else:
+            done = subprocess.run(command, capture_output=True, env=ENVIRONMENT, encoding="utf-8")
+            code, out, err = done.returncode, done.stdout, done.stderr
+        assert code == (block[:2] in FAILING), f"{line}\n{out}{err}"
+        printed += out
     return printed
 
 
@@ -290,6 +306,8 @@ def test_every_block_of_a_page_runs_and_prints_what_it_shows(page, tmp_path, mon
     importlib.import_module("matplotlib").use("Agg")
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
+    for name, value in CHANGES.items():
+        monkeypatch.setenv(name, value)
     with contextlib.ExitStack() as page_ends:
         run_blocks(blocks_of(page), page_ends)
 
