@@ -2,7 +2,8 @@
 
 The blocks of a page are executed in their order in a fresh folder that holds a copy of `examples/`,
 so each step must follow from those before it; commands of `torquer` are called in this process. A
-block with a tag other than `sh`, `python` and `toml` is the output of the last command. A block that cannot be executed here stands in `NOT_RUN`.
+block with a tag other than `sh`, `python` and `toml` is the output of the last command. A block
+that cannot be executed here stands in `NOT_RUN`.
 """
 
 import contextlib

@@ -157,13 +157,13 @@ def test_every_gallery_command_has_help(call):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs a pseudo-terminal")
-def test_a_bar_on_a_terminal_and_quiet_in_a_pipe(tmp_path):
+def test_a_bar_on_a_terminal_and_quiet_in_a_pipe(call, tmp_path):
     import pty
 
-    command = [sys.executable, "-m", "torquer", "gallery", "run", "MAG-1.2.4"]
-    command += ["--json", "--out", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stderr == ""
+    arguments = ["gallery", "run", "MAG-1.2.4", "--json", "--out", str(tmp_path)]
+    code, _, err = call(*arguments)
+    assert (code, err) == (0, "")
+    command = [sys.executable, "-m", "torquer", *arguments]
     ours, theirs = pty.openpty()
     subprocess.run(command, stdout=subprocess.PIPE, stderr=theirs, check=True)
     os.close(theirs)

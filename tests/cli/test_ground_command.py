@@ -9,6 +9,7 @@ import urllib.request
 
 import pytest
 from ground_flight import flying, serving, table
+from slow_cases import slow_after
 
 from torquer.cli import main
 from torquer.compile import engine
@@ -118,7 +119,7 @@ def test_without_a_running_ground_there_is_one_line(call, tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", slow_after(1, [signal.SIGINT, signal.SIGTERM]))
 def test_the_server_tells_its_address_and_ends_cleanly(tmp_path, number):
     command = [sys.executable, "-m", "torquer", "ground", "--link", "tcp:127.0.0.1:9", "--port"]
     command += ["0", "--no-browser", "--folder", str(tmp_path)]

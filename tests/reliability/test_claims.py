@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from messages import message_of
-from reliability_processes import done
 
 import torquer
 from torquer.simulation.results import file as files
@@ -137,7 +136,7 @@ def test_a_pipe_or_a_device_is_no_result(tmp_path):
         assert message_of(files.load, path) == f"result: must be a file; received {path}"
 
 
-def test_commands_refuse_in_one_line(process, result, tmp_path):
+def test_commands_refuse_in_one_line(call, result, tmp_path):
     content = content_of(result, tmp_path)
     for k in range(2):
         (tmp_path / f"run{k}").mkdir()
@@ -146,6 +145,6 @@ def test_commands_refuse_in_one_line(process, result, tmp_path):
         (tmp_path / f"run{k}" / "campaign.nc").write_bytes(sealed(bomb))
     runs = tmp_path / "run0", tmp_path / "run1"
     for command in (["compare"], ["campaign", "compare"]):
-        code, out, err = done(process(*command, *runs))
+        code, out, err = call(*command, *runs)
         assert (code, out) == (2, "") and err.count("\n") == 1
         assert "claims more than 100 times its bytes" in err

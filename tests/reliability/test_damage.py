@@ -11,7 +11,8 @@ import sys
 import numpy as np
 import pytest
 from messages import message_of
-from reliability_processes import KINDS, SCENARIO, done
+from reliability_processes import KINDS, SCENARIO
+from slow_cases import slow_after
 
 import torquer
 from torquer.compile import engine
@@ -157,7 +158,7 @@ def test_another_processor_is_told(stopped, monkeypatch):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of another kind")
-@pytest.mark.parametrize("room", [0, 4096, 20_000, 40_000])
+@pytest.mark.parametrize("room", slow_after(2, [0, 20_000, 4096, 40_000]))
 def test_a_full_disk_keeps_what_stood_there(stored, room):
     """The system refuses to let a file grow, as on a full disk."""
     path, content = stored
@@ -187,16 +188,16 @@ def test_an_unfinished_run_is_replaced_only_if_asked(stopped, stored):
     assert torquer.load(path).attrs["how_it_ended"] == "complete"
 
 
-def test_an_unfinished_or_damaged_result_is_not_overwritten(process, scenario_file, stored):
+def test_an_unfinished_or_damaged_result_is_not_overwritten(call, scenario_file, stored):
     path, content = stored
     scenario, out = scenario_file("built-in"), path.parent
     told = r"error: --out: must hold no unfinished run; .*--overwrite replaces it; .*\n"
-    code, _, err = done(process("run", scenario, "--out", out, "--no-report"))
+    code, _, err = call("run", scenario, "--out", out, "--no-report")
     assert code == 2 and re.fullmatch(told, err)
     path.write_bytes(content[:-1])
     told = r"error: --out: must hold no file that cannot be read; .*--overwrite replaces it; .*\n"
-    code, _, err = done(process("run", scenario, "--out", out, "--no-report"))
+    code, _, err = call("run", scenario, "--out", out, "--no-report")
     assert code == 2 and re.fullmatch(told, err)
     assert path.read_bytes() == content[:-1]
-    assert done(process("run", scenario, "--out", out, "--no-report", "--overwrite"))[0] == 0
+    assert call("run", scenario, "--out", out, "--no-report", "--overwrite")[0] == 0
     assert torquer.load(path).attrs["how_it_ended"] == "complete"

@@ -24,20 +24,18 @@ def planted(tmp_path):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_user_code_is_executed_where_it_is_refused(process, planted, tmp_path, command):
+def test_no_user_code_is_executed_where_it_is_refused(call, planted, tmp_path, command):
     scenario, file = planted("here")
-    code, _, err = done(process(command, scenario, "--no-user-code"))
+    code, _, err = call(command, scenario, "--no-user-code")
     told = "control.law.file: must not be given with --no-user-code; "
     assert (code, err) == (2, f"error: {told}received {file}\n")
     assert not (tmp_path / "executed").exists()
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_code_beyond_the_folder_of_the_scenario_needs_an_option(
-    process, planted, tmp_path, command
-):
+def test_code_beyond_the_folder_of_the_scenario_needs_an_option(call, planted, tmp_path, command):
     scenario, file = planted("elsewhere")
-    code, _, err = done(process(command, scenario))
+    code, _, err = call(command, scenario)
     assert code == 2
     assert err == (
         "error: control.law.file: must lie in the scenario's folder, or be allowed by "
@@ -52,10 +50,10 @@ def test_a_law_of_another_folder_is_executed_if_allowed(process, planted, tmp_pa
     assert (tmp_path / "executed").exists()
 
 
-def test_a_link_does_not_lead_out_of_the_folder(process, planted, tmp_path):
+def test_a_link_does_not_lead_out_of_the_folder(call, planted, tmp_path):
     scenario, file = planted("elsewhere")
     (scenario.parent / "laws.py").symlink_to(file)
     scenario.write_text(scenario.read_text().replace(str(file), "laws.py"))
-    code, _, err = done(process("validate", scenario))
+    code, _, err = call("validate", scenario)
     assert code == 2 and "must lie in the scenario's folder" in err
     assert not (tmp_path / "executed").exists()

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from artificial_campaign import artificial
 from scipy import stats
+from slow_cases import slow_after
 from unpacking import figures_on, numbers, trace
 
 from torquer.campaign.comparison import comparison, mean_difference, rate_difference
@@ -258,7 +259,9 @@ def test_text_of_the_scenario_is_escaped(written):
     assert "rate &lt;exceeded&gt; 100 deg/s" in text and "<exceeded>" not in text
 
 
-@pytest.mark.parametrize(("members", "failed"), [(5, range(5)), (1, ()), (4, (0, 1))])
+@pytest.mark.parametrize(
+    ("members", "failed"), slow_after(2, [(5, range(5)), (1, ()), (4, (0, 1))], names=2)
+)
 def test_few_members_and_failed_ones_have_a_report(members, failed, tmp_path):
     few = artificial(members, failed)
     found = campaign_summary(few)

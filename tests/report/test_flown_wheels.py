@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from scipy.spatial.transform import Rotation
+from slow_cases import slow_after
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.summary import summary_of
@@ -308,7 +309,7 @@ def reported(result) -> str:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("rows", [1, 2, 455])
+@pytest.mark.parametrize("rows", slow_after(2, [1, 455, 2]))
 def test_partial_results_are_reported(alone, rows):
     text = reported(alone.isel(time=slice(0, rows)))
     assert "Reaction wheels" in text and "Dipole of the coils" not in text

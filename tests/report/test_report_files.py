@@ -333,7 +333,7 @@ ODD = {
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("case", slow_after(2, ODD))
+@pytest.mark.parametrize("case", slow_after(1, ODD))
 def test_odd_runs_are_reported(make, tmp_path, case):
     result = simulate(make("odd", **ODD[case]))
     paths = write_report(result, tmp_path, plots=True)

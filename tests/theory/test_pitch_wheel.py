@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
+from slow_cases import slow_after
 
 from torquer.environment.field import averaged, direct_dipole
 from torquer.environment.field.tilted_dipole import b_dipole
@@ -197,8 +198,14 @@ def test_other_inclinations_of_the_averaged_field(inclination_deg):
     assert 1e-6 < response.amplitudes[2, PITCH] < 2e-3
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("inclination_deg", [60.0, 90.0])
+@pytest.mark.parametrize(
+    ("model", "inclination_deg"),
+    slow_after(
+        2,
+        [("averaged", 60.0), ("direct_dipole", 90.0), ("averaged", 90.0), ("direct_dipole", 60.0)],
+        names=2,
+    ),
+)
 def test_the_remainder_is_of_the_second_order(model, inclination_deg):
     satellite = at(inclination_deg, wheel_momentum_n_m_s=0.02)
     f, g = equations(satellite, model)

@@ -49,6 +49,20 @@ def page(context, ground):
         yield page
 
 
+@pytest.fixture(scope="module")
+def overview(context, ground):
+    """The overview, for the tests that only look."""
+    with watched_page(context, "400 (Bad Request)") as page:
+        yield opened(page, ground)
+
+
+@pytest.fixture(scope="module")
+def commanding(context, ground):
+    """The view of commands."""
+    with watched_page(context, "400 (Bad Request)") as page:
+        yield opened(page, ground, "commands")
+
+
 def opened(page, ground, view=None):
     """The page, opened at a view of the satellite, by default at the overview."""
     place = f"#/browse/torquer:chibis/torquer:chibis.view.{view}?hideInspector=true" if view else ""
@@ -66,39 +80,36 @@ def send(page, command, **values):
     page.locator(".t-send").click()
 
 
-def test_points_are_drawn(page, ground):
-    opened(page, ground)
-    page.wait_for_function(
+def test_points_are_drawn(overview):
+    overview.wait_for_function(
         "document.querySelector('.gl-plot-tick') && window.torquer?.latency.length"
     )
 
 
-def test_plots_do_without_webgl_where_software_draws_it(page, ground):
-    opened(page, ground)
-    page.locator(".gl-plot-tick").first.wait_for()
-    renderer = page.evaluate("""() => {
+def test_plots_do_without_webgl_where_software_draws_it(overview):
+    overview.locator(".gl-plot-tick").first.wait_for()
+    renderer = overview.evaluate("""() => {
       const gl = document.createElement("canvas").getContext("webgl");
       const about = gl?.getExtension("WEBGL_debug_renderer_info");
       return gl ? gl.getParameter(about.UNMASKED_RENDERER_WEBGL) : "";
     }""")
-    plots = page.locator(".js-main-canvas")
+    plots = overview.locator(".js-main-canvas")
     in_2d = plots.evaluate_all("each => each.map((canvas) => canvas.getContext('2d') !== null)")
     assert in_2d == ["SwiftShader" in renderer or not renderer] * 3
 
 
-def test_the_overview_shows_link_values_and_log(page, ground):
-    opened(page, ground)
-    line = page.locator(".t-link[data-state=connected]")
+def test_the_overview_shows_link_values_and_log(overview):
+    line = overview.locator(".t-link[data-state=connected]")
     sync_api.expect(line).to_contain_text("link up")
     sync_api.expect(line).to_contain_text("0 rejected")
-    sync_api.expect(page.locator(".t-values__head")).to_contain_text("authentic")
-    sync_api.expect(page.locator(".t-log")).to_contain_text("link found")
-    svr_mode = page.locator(".t-values tr", has_text="svr_mode")
+    sync_api.expect(overview.locator(".t-values__head")).to_contain_text("authentic")
+    sync_api.expect(overview.locator(".t-log")).to_contain_text("link found")
+    svr_mode = overview.locator(".t-values tr", has_text="svr_mode")
     sync_api.expect(svr_mode).to_contain_text("AUTOMATIC")
 
 
-def test_commands_are_executed_refused_and_corrected(page, ground):
-    opened(page, ground, "commands")
+def test_commands_are_executed_refused_and_corrected(commanding):
+    page = commanding
     send(page, "report_status", module_id="2")
     page.locator("tr[data-command=report_status][data-state=executed]").first.wait_for()
     send(page, "report_status", module_id="99")
@@ -108,8 +119,8 @@ def test_commands_are_executed_refused_and_corrected(page, ground):
     sync_api.expect(page.locator(".t-form .t-failure")).to_contain_text("from 0 to 255")
 
 
-def test_the_present_state_is_lit_in_the_diagram(page, ground):
-    opened(page, ground, "commands")
+def test_the_present_state_is_lit_in_the_diagram(commanding):
+    page = commanding
     send(page, "automatic", on="OFF")
     page.locator("tr[data-command=automatic][data-state=executed]").first.wait_for()
     send(page, "set_mode", region="stabilisation", state="acquisition")
