@@ -23,8 +23,8 @@ gyro_bias_sigma_deg_s = 0.05
 noise_deg_s = 0.01
 bias_drift_deg_s_sqrt_s = 1e-4
 [spacecraft.sun_sensors]
-axes = [[1, 0, 0], [-1, 0, 0]]
-half_field_deg = 90
+axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]]
+half_field_deg = 60
 noise_deg = 0.1
 """
 LAW = 'law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }\n'
