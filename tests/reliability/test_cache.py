@@ -105,6 +105,7 @@ def run_alike(folder, number="3.5", cache="cache"):
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
+    """A folder with the second script, run once with 3.5."""
     folder = tmp_path_factory.mktemp("compiled")
     assert run_alike(folder) == ("1.75", "7.0", "")
     return folder
@@ -112,7 +113,7 @@ def compiled(tmp_path_factory):
 
 @pytest.fixture
 def alike(compiled):
-    """A folder with the second script, whose cache has the code of its first run with 3.5."""
+    """That folder, whose cache is put back as it was."""
     shutil.copytree(compiled / "cache", compiled / "kept")
     yield compiled
     shutil.rmtree(compiled / "cache")

@@ -15,7 +15,8 @@ pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes
 
 
 def test_the_second_of_two_is_refused_and_the_first_goes_on(process, call, scenario_file, tmp_path):
-    path, out = scenario_file("built-in", 5e5, record_s=5e3), tmp_path / "out"
+    call("run", scenario_file("built-in"), "--out", tmp_path / "before", "--no-report")  # loads all
+    path, out = scenario_file("built-in", 1e6, record_s=1e4), tmp_path / "out"
     first = process("run", path, "--out", out, "--no-report")
     deadline_s = time.monotonic() + 60.0
     while not (out / ".claimed").exists() and time.monotonic() < deadline_s:
