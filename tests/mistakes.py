@@ -31,7 +31,7 @@ class Mutant(NamedTuple):
     node: int
 
 
-def spoil(node: ast.AST) -> str:
+def corrupt(node: ast.AST) -> str:
     """Make a mistake in a node, if there is one to make; the kind of node, '' for others."""
     if isinstance(node, ast.BinOp | ast.AugAssign | ast.BoolOp | ast.UnaryOp):
         node.op = OTHER.get(type(node.op), type(node.op))()
@@ -80,7 +80,7 @@ def nodes_of(tree: ast.Module) -> list[tuple[str, ast.AST]]:
 def spoiled(source: str, which: int) -> str:
     """The source with a mistake in that node."""
     tree = ast.parse(source)
-    spoil(nodes_of(tree)[which][1])
+    corrupt(nodes_of(tree)[which][1])
     return ast.unparse(tree)
 
 
@@ -89,7 +89,7 @@ def mutants_of(path: Path) -> list[Mutant]:
     source, found = path.read_text(), []
     file, lines = str(path.relative_to(ROOT)), source.splitlines()
     for k, (function, node) in enumerate(nodes_of(ast.parse(source))):
-        before, kind = ast.unparse(node), spoil(node)
+        before, kind = ast.unparse(node), corrupt(node)
         if kind and ast.unparse(node) != before:
             change, text = f"{before} -> {ast.unparse(node)}", lines[node.lineno - 1].strip()
             found.append(Mutant(file, function, node.lineno, text, change, kind, k))

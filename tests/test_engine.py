@@ -119,7 +119,7 @@ def test_a_users_files_name_a_cache_folder_of_their_own(tmp_path):
     assert usual == numba.config.CACHE_DIR
 
 
-def test_own_functions_are_told_from_others():
+def test_own_functions_are_distinguished_from_others():
     assert is_own(source_key) and not is_own(in_a_process)
 
 

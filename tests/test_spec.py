@@ -124,7 +124,7 @@ SMALL = (
     ids=lambda path: path.stem,
 )
 def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path):
-    """What stands beside the key is not checked anew, and is the same."""
+    """What stands next to the key is not checked again, and is the same."""
     scenario = load_scenario(path)
     before = scenario.model_dump_json()
     keys = keys_in(as_data(scenario))
@@ -139,7 +139,7 @@ def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path)
     assert scenario.model_dump_json() == before
 
 
-def test_what_is_beside_a_changed_key_must_fit(make):
+def test_what_is_next_to_a_changed_key_must_fit(make):
     with pytest.raises(ValueError, match=r"control.sample_s: must be a whole multiple of step_s"):
         make().replace("simulation.step_s", 7.0)
     with pytest.raises(ValueError, match=r"wheels: their rotors' inertia .* must be below half"):
@@ -149,7 +149,7 @@ def test_what_is_beside_a_changed_key_must_fit(make):
 
 
 @pytest.mark.parametrize("changes", [{}, {"control.sample_s": 5.0}])
-def test_checked_anew_a_scenario_is_the_same(make, changes):
+def test_checked_again_a_scenario_is_the_same(make, changes):
     scenario = make(changes)
     assert checked(scenario) == scenario
     assert checked(scenario).model_dump_json() == scenario.model_dump_json()
@@ -176,7 +176,7 @@ def test_simulate_flies_checked_scenarios_only(make):
         (ReactionWheels, "idle_share", "minimum_speed_fraction"),
     ],
 )
-def test_a_key_of_an_earlier_version_is_told_its_present_name(spec, key, present):
+def test_the_error_for_a_key_of_an_earlier_version_has_its_present_name(spec, key, present):
     with pytest.raises(ValidationError) as caught:
         spec.model_validate({key: True})
     assert f"{key}: is called {present} since version 0.2; received {key}" in str(caught.value)

@@ -95,7 +95,7 @@ def test_rotation_matrices_pass():
         (np.ones((3, 3)), "off by 3 with determinant 0"),
     ],
 )
-def test_what_is_no_rotation_is_told(value, told):
+def test_what_is_no_rotation_is_reported(value, told):
     message = f"^R: must be a right-handed rotation matrix; received one that is {told}$"
     with pytest.raises(ValueError, match=message):
         validate.rotation_matrix("R", value)
@@ -175,7 +175,7 @@ class Ranged(Spec):
         ({"number": 10**400}, "an integer of 64 bits"),
     ],
 )
-def test_what_is_out_of_range_is_told(keys, told):
+def test_what_is_out_of_range_is_reported(keys, told):
     for spec, data in ((Ranged, keys), (Within, {"ranged": keys}), (Within, {"all": [keys]})):
         with pytest.raises(ValidationError, match=told):
             spec.model_validate(data)

@@ -99,7 +99,7 @@ def compute() -> Answer:
         within("of the nine rows, those that do not follow from the law, k and n corrected",
                "the nine rows, R1 to R9", sum(row.difference != 0 for row in rows), high=0.0),
         within("the same with k and n as printed", "k = K/(J nu0^2), n = N/(J nu0)",
-               sum(bool(row.spoilt) for row in rows), high=0.0),
+               sum(bool(row.corrections) for row in rows), high=0.0),
         within("degree of stability of the constant model, 1/nu0", "the four can make it stable",
                here.frozen, low=0.1),
         consistent(within("h above which the constant model is stable", "2 h (2 h + k) > 0: h = 0",

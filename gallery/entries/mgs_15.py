@@ -77,7 +77,7 @@ def compute() -> Answer:
         within("of the twelve rows, those that do not follow from the law, definitions corrected",
                "the twelve rows", sum(row.difference != 0 for row in rows), high=0.0),
         within("the same with the definitions as printed", "k_i = K_i/(J nu0) for i = 1, 3, 5; "
-               "Y1' = Y1 + theta", sum(bool(row.spoilt) for row in rows), high=0.0),
+               "Y1' = Y1 + theta", sum(bool(row.corrections) for row in rows), high=0.0),
         within("gains optimal in the constant model: its degree of stability, 1/nu0",
                "makes the control stable", own.frozen[0], low=0.0),
         within("the same gains in the field of a dipole: Floquet degree, 1/nu0",

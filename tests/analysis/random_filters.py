@@ -57,7 +57,7 @@ def drawn(number: int) -> tuple[dict, str]:
     if data["control"]["estimator"]["kind"] == "kalman_dynamics":
         data["disturbance"] = {"random_torque_n_m": 1e-6, "random_hold_s": 1.0}
     delays(rng, data)
-    wrong = [] if rng.random() < 0.4 else spoilt(rng, data)
+    wrong = [] if rng.random() < 0.4 else corrupted(rng, data)
     return data, " + ".join(wrong)
 
 
@@ -91,7 +91,7 @@ def delays(rng, data) -> None:
             data["spacecraft"][sensor] |= {"sample_s": sample_s, "delay_s": delay_s}
 
 
-def spoilt(rng, data) -> list[str]:
+def corrupted(rng, data) -> list[str]:
     """Make one or two things in a scenario other than the filter assumes; names of them."""
     craft, names = data["spacecraft"], []
     has_gyro = data["control"]["estimator"]["kind"] == "kalman_gyro"

@@ -174,7 +174,7 @@ def test_the_budget_of_a_run_goes_along_its_motion(make):
 
 
 @needs_jit
-def test_a_random_torque_is_told_as_it_was_drawn(make):
+def test_a_random_torque_is_reported_as_it_was_drawn(make):
     """Without anything else the momentum of a sphere is its sum."""
     keys = {
         "spacecraft": {"body": {"inertia_kg_m2": [1e3] * 3}},

@@ -36,7 +36,7 @@ def test_errors_as_stated_are_consistent():
 
 
 @pytest.mark.parametrize("factor", [1.5, 20.0])
-def test_an_optimist_is_told_by_how_much(factor):
+def test_an_optimistic_filter_is_reported_with_its_factor(factor):
     word, text = verdict(runs(factor))
     assert word == "optimistic"
     assert float(text.split(" times")[0].split()[-1]) == pytest.approx(factor, rel=0.05)
@@ -45,7 +45,7 @@ def test_an_optimist_is_told_by_how_much(factor):
     assert verdict(runs(factor, known=15)).word == "optimistic"
 
 
-def test_a_pessimist_is_told_so():
+def test_a_pessimistic_filter_is_called_pessimistic():
     word, text = verdict(runs(0.4))
     assert word == "conservative" and text == "conservative: errors are 0.4 times what it states"
 
@@ -58,7 +58,7 @@ def test_who_states_more_than_lost_does_not_know():
     assert verdict(runs(sigma_deg=15.0)).word == "consistent"
 
 
-def test_runs_that_never_start_are_told_with_the_reason():
+def test_runs_that_never_start_are_reported_with_the_reason():
     flown = runs(known=0)
     assert list(_checks_of_errors(flown)) == []
     word, text = verdict(flown)

@@ -172,5 +172,5 @@ def test_the_summary_of_a_run_judges_its_own_record():
 @pytest.mark.parametrize(
     ("t_s", "words"), [(0.0, "0 s"), (90.0, "90 s"), (1800.0, "30 min"), (86400.0, "24 h")]
 )
-def test_times_are_told_in_units_that_suit_them(t_s, words):
+def test_times_are_reported_in_units_that_suit_them(t_s, words):
     assert clock_text(t_s) == words

@@ -118,7 +118,7 @@ def test_the_schema_lets_a_campaign_stand():
     assert torquer.scenario_schema()["properties"]["campaign"]["type"] == "object"
 
 
-def test_a_file_without_a_campaign_is_told():
+def test_a_file_without_a_campaign_is_reported():
     with pytest.raises(ScenarioError, match=r"^campaign: must be given, a table "):
         load_campaign(EXAMPLE)
 

@@ -347,7 +347,7 @@ GAIN = {"control.law.gain_a_m2_s_per_t": {"log_uniform": [1e4, 1e6]}}
         ({NOISE: {"values": [0.0, 9.0]}}, None),  # every other one fits
     ],
 )  # fmt: skip
-def test_it_is_told_whether_members_fit_and_each_is_prepared_once(
+def test_it_is_reported_whether_members_fit_and_each_is_prepared_once(
     scenario, monkeypatch, recwarn, vary, told
 ):
     made, prepared = campaign(scenario, runs=24, vary=vary), []
@@ -441,7 +441,7 @@ def test_campaigns_fly_checked_scenarios_only(scenario):
         ({"where": "elsewhere"}, "where: must be "),
     ],
 )
-def test_mistakes_are_told(scenario, options, told):
+def test_mistakes_are_reported(scenario, options, told):
     with pytest.raises(ValueError, match=told):
         torquer.fly_campaign(scenario, campaign(scenario, runs=2), **options)
 

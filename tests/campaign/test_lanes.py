@@ -197,7 +197,7 @@ def tip_off():
 
 
 @pytest.mark.parametrize("name", slow_after(2, ["plain", "tip-off", *[*SCENARIOS][1:]]))
-def test_a_member_beside_others_has_the_bits_of_its_own_flight(name):
+def test_a_member_flown_side_by_side_has_the_bits_of_its_own_flight(name):
     scenario = tip_off() if name == "tip-off" else scenario_from_text(HEAD + SCENARIOS[name])
     for beside, kept, cells, own in fly_both(scenario):
         assert np.array_equal(beside, kept)
@@ -225,7 +225,7 @@ def following_its_coils(inputs, parameters, memory):
 
 
 @pytest.mark.parametrize("name", slow_after(1, [*SCENARIOS][:2]))
-def test_what_coils_have_done_is_known_beside_others_as_alone(name):
+def test_what_coils_have_done_is_known_side_by_side_as_alone(name):
     """Coils with and without lag and measurement window."""
     scenario = scenario_from_text(HEAD + SCENARIOS[name])
     control = scenario.control.model_dump(exclude_unset=True, exclude={"law", "laws"})
@@ -389,7 +389,7 @@ WHEELS = {
         ({"spacecraft.wheels": WHEELS}, "wheels"),
     ],
 )
-def test_what_cannot_fly_beside_others_is_told(change, told):
+def test_what_cannot_fly_side_by_side_is_reported(change, told):
     scenario = scenario_from_text(HEAD + PLAIN)
     for key, value in change.items():
         scenario = scenario.replace(key, value)

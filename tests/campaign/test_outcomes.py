@@ -228,7 +228,7 @@ def test_only_angles_to_the_sun_need_its_direction(runs, make):
         evaluate(to_sun, make(HELD), dark)
 
 
-def test_what_a_scenario_cannot_have_is_told(make):
+def test_what_a_scenario_cannot_have_is_reported(make):
     error = {"pointing": outcome("attitude_error_deg", at_end=True)}
     check_outcomes(error, make(HELD))
     with pytest.raises(ValueError, match=r"^campaign.outcomes.pointing.signal: .* hold none$"):
@@ -251,7 +251,7 @@ def test_what_a_scenario_cannot_have_is_told(make):
          "axis: must be non-zero vectors"),
     ],
 )  # fmt: skip
-def test_mistakes_in_outcomes_are_told(data, line):
+def test_mistakes_in_outcomes_are_reported(data, line):
     with pytest.raises(ValidationError, match=line):
         Outcome(**data)
 

@@ -197,7 +197,7 @@ def test_statistics_are_of_the_members_that_are_independent():
          "stop: must be left out with sampling 'saltelli', which must be complete"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told(make, keys, told):
+def test_mistakes_are_reported(make, keys, told):
     noise = {"spacecraft.magnetometer.noise_nt": {"uniform": [0, 50]}}
     with pytest.raises(ValueError) as caught:
         campaign_from_data({"runs": 12, "sampling": "saltelli", "vary": noise, **keys}, make())

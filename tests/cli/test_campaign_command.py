@@ -84,7 +84,7 @@ def test_runs_are_added_and_nothing_is_overwritten(call, campaign_file, tmp_path
 
 
 @needs_jit
-def test_flying_one_by_one_is_told(call, campaign_file, tmp_path):
+def test_flying_one_by_one_is_reported(call, campaign_file, tmp_path):
     text = campaign_file.read_text().replace("step_s = 1.0\n", "")
     campaign_file.write_text(text.replace("runs = 20", "runs = 2"))
     code, _, err = call("campaign", campaign_file, "--out", tmp_path / "out", "--no-report")
@@ -216,7 +216,7 @@ def test_a_comparison_is_printed_as_json_and_written_as_a_report(call, two, tmp_
     assert (tmp_path / "out" / "plots" / "differences.png").exists()
 
 
-def test_what_cannot_be_compared_is_told(call, two, tmp_path):
+def test_what_cannot_be_compared_is_reported(call, two, tmp_path):
     nothing, single = tmp_path / "none", tmp_path / "single.nc"
     save(artificial().drop_attrs(), single)
     for b, told in (

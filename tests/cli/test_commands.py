@@ -297,7 +297,7 @@ def test_run_measures_the_error_of_the_steps_when_asked(call, scenario, no_repor
 
 
 @needs_jit
-def test_steps_whose_check_stops_are_told(call, scenario, no_report, tmp_path, monkeypatch):
+def test_steps_whose_check_stops_are_reported(call, scenario, no_report, tmp_path, monkeypatch):
     def stopped(result, progress):
         raise torquer.RunStopped("interrupted at t = 10 s", result, True)
 

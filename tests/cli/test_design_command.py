@@ -57,7 +57,7 @@ def test_a_law_in_a_file_is_executed_only_if_allowed(call, scenario, tmp_path):
     assert not (tmp_path / "executed").exists()
 
 
-def test_a_scenario_without_a_law_is_told_what_is_enough(call, scenario):
+def test_a_scenario_without_a_law_gets_a_note_of_what_is_enough(call, scenario):
     text = scenario.read_text()
     start = text.index("[control]")
     scenario.write_text(text[:start] + text[text.index("[simulation]") :])
@@ -68,7 +68,7 @@ def test_a_scenario_without_a_law_is_told_what_is_enough(call, scenario):
     )
 
 
-def test_a_law_of_the_scenario_is_told_of(call, strict_json, scenario):
+def test_a_law_of_the_scenario_is_reported(call, strict_json, scenario):
     """Beside the laws that are designed; the air disturbs it."""
     text = scenario.read_text().replace("[1.0, 1.2, 1.5]", "[1.2, 1.5, 1.0]")
     law = '{ kind = "projected_pd", rate_gain_n_m_s = 2e-3, angle_gain_n_m = 2e-6 }'

@@ -450,7 +450,7 @@ def test_bad_points_are_one_line(call, tmp_path, text, options, says):
     assert (code, out) == (2, "") and err.startswith(f"error: {says}") and err.count("\n") == 1
 
 
-def test_extrapolation_is_linear_and_told(call, strict_json):
+def test_extrapolation_is_linear_and_reported(call, strict_json):
     at = {}
     for date in ("2029", "2030", "2031"):
         place = ("--lat", "10", "--lon", "20", "--date", date, "--extrapolate", "--json")

@@ -62,7 +62,7 @@ def test_an_honest_filter_passes_and_another_fails(call, with_filter):
     assert "NIS of the magnetometer" in failed
 
 
-def test_mistakes_are_told(call, scenario, with_filter):
+def test_mistakes_are_reported(call, scenario, with_filter):
     code, _, err = call("filter-check", scenario)
     assert code == 2 and "control.estimator.kind: must be one of kalman_gyro" in err
     code, _, err = call("filter-check", with_filter(), "--runs", "1")
@@ -95,7 +95,7 @@ def test_a_folder_gets_the_report_with_its_pictures(call, with_filter, tmp_path)
     assert "NEES of the attitude" in page and "magnetometer_noise_nt = 20" in page
 
 
-def test_what_to_expect_is_told_for_the_filter_and_its_parts(call, with_filter, tmp_path):
+def test_what_to_expect_is_reported_for_the_filter_and_its_parts(call, with_filter, tmp_path):
     """As a table, in a picture, and as numbers; nothing is flown."""
     code, out, _ = call("filter-check", with_filter(), "--expected", "--out", tmp_path)
     lines = [line for line in out.splitlines() if " + gyro" in line or "gaps: " in line]
@@ -121,7 +121,7 @@ def test_runs_and_expectation_exclude_each_other(call, with_filter):
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-def test_a_filter_that_never_starts_is_told_in_words(call, with_filter, tmp_path):
+def test_a_filter_that_never_starts_is_reported_in_words(call, with_filter, tmp_path):
     """With the reason, and without a number that is none; in words, as JSON and on the page."""
     path = with_filter("magnetometer_noise_nt = 20\n", 'sensors = ["sun"]\n')
     out = tmp_path / "checked"
@@ -174,7 +174,7 @@ def test_a_run_is_smoothed_into_its_folder(call, with_filter, tmp_path):
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-def test_what_cannot_be_smoothed_is_told(call, with_filter, tmp_path):
+def test_what_cannot_be_smoothed_is_reported(call, with_filter, tmp_path):
     code, _, err = call("smooth", tmp_path / "nothing")
     assert code == 2 and "RESULT: must be folders of runs, or result.nc" in err
     out = tmp_path / "flown"

@@ -225,6 +225,6 @@ def test_both_ways_say_the_same(call, scenario):
         (("schema", "b", "c"), "arguments: must be no more than the command takes; received also"),
     ],
 )
-def test_mistakes_are_told_with_a_way_out(call, arguments, told):
+def test_mistakes_are_reported_with_a_way_out(call, arguments, told):
     code, _, err = call(*arguments)
     assert code == 2 and told in err and err.count("\n") == 1

@@ -123,7 +123,7 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
 
     before = (out / "result.nc").read_bytes()
     code, stdout, err = call("run", scenario, "--out", out, "--resume")
-    assert (code, err) == (0, "")  # the report of a complete run is drawn anew
+    assert (code, err) == (0, "")  # the report of a complete run is drawn again
     assert (out / "result.nc").read_bytes() == before
 
 

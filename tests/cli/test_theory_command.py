@@ -499,7 +499,7 @@ def in_laws(path, more):
     return path
 
 
-def test_the_law_of_the_coils_is_averaged_beside_one_of_wheels(theory, scenario):
+def test_the_law_of_the_coils_is_averaged_with_one_of_wheels(theory, scenario):
     alone = theory("--scenario", scenario(BDOT_LAW))[1]
     code, out, err = theory("--scenario", in_laws(scenario(BDOT_LAW), HOLD + WHEELS))
     assert (code, err, out) == (0, "", alone)

@@ -79,7 +79,7 @@ def test_dipoles_of_a_stage_are_added_and_the_next_stage_has_its_own():
 
 
 def test_every_law_has_a_memory_of_its_own():
-    """Two finite differences side by side, and one that starts anew in the next stage."""
+    """Two finite differences side by side, and one that starts again in the next stage."""
     one, two = ({"kind": "bdot", "gain_a_m2_s_per_t": k} for k in (1e5, 3e5))
     scheme = Flown(stages=[{"laws": [one, two], "until": {"at_most_s": 2.0}}, {"laws": [one]}])
     fields = [(1e-5 * (1 + t * t), 2e-5, 0.0) for t in range(5)]
@@ -272,7 +272,7 @@ LAWS_0 = "control.law.stages[0].laws[0]"
         ({"stages": [OFF], "target": "moon"}, "control.law.target: must be 'sun'"),
     ],
 )  # fmt: skip
-def test_what_makes_no_sense_is_told_in_one_line(make, keys, line):
+def test_what_makes_no_sense_is_reported_in_one_line(make, keys, line):
     with pytest.raises(ScenarioError) as error:
         make({"control.law": {"kind": "scheme", **keys}})
     assert line in str(error.value)

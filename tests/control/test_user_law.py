@@ -69,7 +69,7 @@ def test_the_decorator_takes_parameters_and_memory():
     )
 
 
-def test_parameters_of_a_law_without_any_are_told():
+def test_parameters_of_a_law_without_any_are_reported():
     message = "law f: parameter must be one of: none; received 'gain'"
     with pytest.raises(ValueError, match=f"^{message}$"):
         Law("f", lambda m, p, q: (0.0, 0.0, 0.0)).with_parameters(gain=1.0)
@@ -158,7 +158,7 @@ def test_a_law_that_fails_answers_with_no_numbers(failing, way):
     assert np.isfinite(before.dipole_a_m2).all()
 
 
-def test_laws_of_one_line_and_of_one_factory_are_told_apart(tmp_path):
+def test_laws_of_one_line_and_of_one_factory_are_distinguished(tmp_path):
     text = (
         "import torquer\n\n\ndef made(k):\n    @torquer.law\n    def mine(m, p, s):\n"
         "        return (k, 0.0, 0.0)\n    return mine\n\n\n"
@@ -294,7 +294,7 @@ def test_a_law_may_return_an_array_of_three(tmp_path):
 
 @pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")
 @pytest.mark.parametrize("expression", NUMPY_THAT_DOES_NOT)
-def test_a_law_is_told_what_works_instead_of_numpy(tmp_path, expression):
+def test_the_error_of_a_law_says_what_works_instead_of_numpy(tmp_path, expression):
     file = with_numpy(tmp_path, expression)
     with pytest.raises(ValueError) as caught:
         load_law(file)
@@ -324,14 +324,14 @@ def test_wrong_arguments_are_one_clear_line(tmp_path):
         load_law(file)
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path):
+def test_a_file_that_is_not_there_is_reported(tmp_path):
     for path in (tmp_path / "none.py", tmp_path):
         message = re.escape(f"law file: must be an existing file; received {path}")
         with pytest.raises(ValueError, match=f"^{message}$"):
             load_law(path)
 
 
-def test_a_file_that_is_not_python_is_told(tmp_path):
+def test_a_file_that_is_not_python_is_reported(tmp_path):
     file = written(tmp_path, GOOD, "law.txt")
     message = f"law file: must be a Python file (.py); received {file}"
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
@@ -346,7 +346,7 @@ def test_files_of_one_name_in_two_folders_are_two_laws(tmp_path):
     assert answer(one) == (1.0, 2.0, 3.0) and answer(other) == (9.0, 9.0, 9.0)
 
 
-def test_a_law_file_may_import_a_file_beside_it(tmp_path):
+def test_a_law_file_may_import_a_file_next_to_it(tmp_path):
     helper = "import numba\n\n@numba.njit\ndef twice(x):\n    return 2.0 * x\n"
     written(tmp_path, helper, "helper_of_test_user_law.py")
     text = "from helper_of_test_user_law import twice\n" + HEAD + BODY
@@ -436,7 +436,7 @@ print(compiled(mine)(inputs(), mine.pack(), mine.first_memory()).dipole_a_m2[0])
 """
 
 
-def test_a_law_in_a_script_notices_an_edit_of_a_file_beside_it(tmp_path):
+def test_a_law_in_a_script_notices_an_edit_of_a_file_next_to_it(tmp_path):
     script = written(tmp_path, SCRIPT, "script.py")
     run = (
         f"import runpy, sys; sys.path.insert(0, {str(tmp_path)!r}); runpy.run_path({str(script)!r})"

@@ -1,4 +1,4 @@
-"""Density of the air: the standard's own formula anew, NRLMSIS, limits, every error."""
+"""Density of the air: the standard's own formula written again, NRLMSIS, limits, every error."""
 
 import json
 import math

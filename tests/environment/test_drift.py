@@ -242,7 +242,7 @@ def test_a_run_must_end_within_the_models_years():
         environment.check_dates(1e15)
 
 
-def test_extrapolation_is_told_and_goes_on_in_a_straight_line():
+def test_extrapolation_is_reported_and_goes_on_in_a_straight_line():
     late = parse_utc("2029-12-31T00:00:00Z")
     environment = met(Igrf14(extrapolate=True), late)
     with pytest.warns(UserWarning, match=r"received 2030.246575 at t = 7.8624e\+06 s: extrap"):

@@ -211,7 +211,7 @@ def test_a_law_is_not_called_while_the_estimate_lacks_what_it_needs():
         assert OnBoard(laws)(row).dipole_a_m2 == dipole
 
 
-def test_what_a_law_may_need_is_told():
+def test_what_a_law_may_need_is_reported():
     with pytest.raises(ValueError) as error:
         torquer.law(needs=("sun",))(lambda inputs, parameters, memory: (0.0, 0.0, 0.0))
     assert str(error.value) == (

@@ -47,7 +47,7 @@ def test_noise_of_the_filter_has_the_allan_deviation_of_the_sheet():
         ({"bridged_s": math.nan}, "bridged_s: must be above zero; received nan"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told(keys, message):
+def test_mistakes_are_reported(keys, message):
     with pytest.raises(ValueError) as error:
         filter_noise(**{"angle_random_walk_deg_sqrt_h": 0.3} | keys)
     assert str(error.value) == message

@@ -254,7 +254,7 @@ def test_from_large_errors_the_filter_comes_back():
          "sensors; received 5"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told(keys, message):
+def test_mistakes_are_reported(keys, message):
     estimator = {key: value for key, value in (GYRO | keys).items() if value is not None}
     with pytest.raises(ScenarioError) as error:
         scenario(estimator)

@@ -204,7 +204,7 @@ def test_sensor_sets_name_it():
          "star_tracker_noise_deg: must be given with sensors = ['star_tracker']; received none"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told(keys, message):
+def test_mistakes_are_reported(keys, message):
     estimator = {key: value for key, value in (GYRO_ALONE | keys).items() if value is not None}
     with pytest.raises(ScenarioError) as error:
         scenario(estimator)

@@ -154,7 +154,7 @@ def test_expected_accuracy_and_observability_know_them():
     assert (singular[0] > 10.0 * singular[1]).all()
 
 
-def test_mistakes_are_told():
+def test_mistakes_are_reported():
     with pytest.raises(ScenarioError, match="cell_normals: must be given with sensors"):
         scenario(without(WITH_GYRO, "cell_normals"))
     with pytest.raises(ScenarioError, match="normals: must be at most 6 vectors; received 7"):

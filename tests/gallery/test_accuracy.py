@@ -57,7 +57,7 @@ def test_the_chosen_gains():
         altitude_km=1000.0, inclination_deg=82.5,
     )  # fmt: skip
     assert math.degrees(pitch_offset_direct_dipole(satellite)) == pytest.approx(6.0, rel=1e-12)
-    # K and K_a anew, from the mean of B^2 in the orbit plane
+    # K and K_a again, from the mean of B^2 in the orbit plane
     u, i = np.linspace(0.0, 2.0 * math.pi, 400, endpoint=False), math.radians(82.5)
     radius = 7378137.0
     in_plane = (7.812e15 / radius**3 * math.sin(i)) ** 2 * (4.0 * np.sin(u) ** 2 + np.cos(u) ** 2)

@@ -178,14 +178,14 @@ def test_a_constant_takes_one_step():
     assert (status, steps, y[0]) == (DONE, 1, 0.0)
 
 
-def test_a_solution_that_runs_away_is_told():
+def test_a_solution_that_runs_away_is_reported():
     status, _, _, y = run(BLOW_UP, 1.0, [1.0], (0.0, 2.0))
     assert status == STEP_TOO_SMALL
     assert y[0] > 1e10  # 1/(1 - t), up to where it could go
 
 
 @pytest.mark.parametrize("start", [0.0, 0.5])
-def test_rates_that_are_not_numbers_are_told_at_once(start):
+def test_rates_that_are_not_numbers_are_reported_at_once(start):
     """At the start, or on the way: y is the last good point."""
     status, _, steps, y = run(NOT_A_NUMBER, start, [1.0], (0.0, 1.0))
     assert status == STEP_TOO_SMALL
@@ -193,14 +193,14 @@ def test_rates_that_are_not_numbers_are_told_at_once(start):
     assert y[0] == pytest.approx(np.exp(start), rel=1e-6)
 
 
-def test_a_state_that_is_not_a_number_is_told_at_once():
+def test_a_state_that_is_not_a_number_is_reported_at_once():
     status, _, steps, _ = run(OSCILLATOR, 0.0, [np.nan, 0.0], (0.0, 1.0))
     assert status == STEP_TOO_SMALL
     assert steps < 200
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="ten million steps take hours in plain Python")
-def test_too_many_steps_are_told():
+def test_too_many_steps_are_reported():
     status, _, steps, _ = run(RATTLE, 1e10, [0.0], (0.0, 1.0), 1e-13, 1e-15)
     assert status == TOO_MANY_STEPS
     assert steps == MOST_STEPS
@@ -212,7 +212,7 @@ class Nameless(NamedTuple):
     kind: int
 
 
-def test_a_problem_without_rates_is_told():
+def test_a_problem_without_rates_is_reported():
     with pytest.raises(TypeError, match=r"dop853: must have rates_of\(Nameless\); received none"):
         rates(Nameless(1), 0.0, np.zeros(1), np.zeros(1))
 
@@ -223,7 +223,7 @@ def test_rates_are_found_by_the_class_of_the_problem_in_plain_python_too():
     assert dy.tolist() == [4.0, -3.0]
 
 
-def test_rates_with_other_arguments_are_told():
+def test_rates_with_other_arguments_are_reported():
     message = "rates_of: f must have the arguments problem, t, y, dy; received p, t, y, dy"
     with pytest.raises(TypeError, match=message):
 

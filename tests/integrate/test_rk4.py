@@ -48,7 +48,7 @@ def unit_start():
 
 
 def reference(strength, t_end):
-    """Euler's equations and kinematics written anew, by an independent integrator."""
+    """Euler's equations and kinematics written out, by an independent integrator."""
     inverse = np.linalg.inv(INERTIA)
 
     def rates(t, y):

@@ -61,7 +61,7 @@ def by_rk4(rigid, strength, x, h, steps):
 
 
 def reference(strength, wheels, start, t_end):
-    """Euler's equations and kinematics written anew, by an independent integrator."""
+    """Euler's equations and kinematics written out, by an independent integrator."""
     inverse = np.linalg.inv(INERTIA)
 
     def rates(t, y):

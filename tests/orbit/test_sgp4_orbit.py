@@ -155,7 +155,7 @@ def test_a_bad_element_set_is_one_clear_line(lines, message):
     assert refusal(*lines).splitlines()[0] == message
 
 
-def test_all_faults_of_an_element_set_are_told_at_once():
+def test_all_faults_of_an_element_set_are_reported_at_once():
     first, second = ONE[:-1] + "5", TWO[:16] + "9" + TWO[17:-1] + "1"
     assert refusal(first, second).splitlines() == [
         "tle line 1: checksum must be 4; received 5",

@@ -87,7 +87,7 @@ def sound(tmp_path_factory):
 
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
 @pytest.mark.parametrize("how", slow_after(1, ["byte", "empty", "cut", "noise"]))
-def test_damaged_code_is_compiled_anew(sound, how, ending):
+def test_damaged_code_is_compiled_again(sound, how, ending):
     cache = sound / "cache"
     files = [path for path in cache.rglob(f"*.{ending}") if "volume.volume" in path.name]
     assert files

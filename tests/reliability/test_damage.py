@@ -149,7 +149,7 @@ def test_a_changed_result_is_refused(stopped, name, value, told, tmp_path):
         assert len(str(error.value).splitlines()) <= 3
 
 
-def test_another_processor_is_told(stopped, monkeypatch):
+def test_another_processor_is_reported(stopped, monkeypatch):
     whole = torquer.resume(stopped)
     monkeypatch.setattr("torquer.simulation.results.restore.processor", lambda: "another (0123)")
     told = r"began with processor .* and goes on with processor another \(0123\): the last bits"

@@ -341,7 +341,7 @@ def test_other_members_are_independent(result):
         comparison(result, other.drop_vars(list(outcomes_of(other))))
 
 
-def test_a_campaign_beside_itself_differs_in_nothing(result):
+def test_a_campaign_compared_with_itself_differs_in_nothing(result):
     found = comparison(result, result)
     for each in (*found["outcomes"].values(), found["success"]):
         assert each["difference"] == 0.0 and each["test"]["p"] == 1.0

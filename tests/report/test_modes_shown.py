@@ -117,7 +117,7 @@ def test_a_strip_leaves_out_what_was_never_entered(view):
     assert task.bars[0].spans[0][1] == task.bars[1].spans[0][0]
 
 
-def test_many_states_can_be_told_apart(view):
+def test_many_states_can_be_distinguished(view):
     region = RegionRecord("r", tuple("abcdefghijkl"), np.arange(len(view.t_s)) % 12)
     bars = strip(view, region).bars
     assert len({(bar.colour, bar.opacity) for bar in bars}) == 12

@@ -44,7 +44,7 @@ def test_labels_of_levels_are_moved_apart():
     st.lists(st.floats(0.0, 1.0), max_size=8).map(sorted),
     st.lists(st.floats(0.01, 0.9), min_size=8, max_size=8),
 )
-def test_labels_beside_their_places_cover_no_other(places, widths):
+def test_labels_next_to_their_places_cover_no_other(places, widths):
     widths = widths[: len(places)]
     found = label_places(places, widths)
     boxes = []

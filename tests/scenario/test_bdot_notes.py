@@ -33,7 +33,7 @@ def told(make):
     ]
 
 
-def test_a_rate_above_the_limit_is_told_with_the_rate_that_it_is_driven_to(told):
+def test_a_rate_above_the_limit_is_reported_with_the_rate_that_it_is_driven_to(told):
     assert told(law()) == []
     (note,) = told(law(), WINDOW, rate(31.0))
     assert note == (
@@ -56,7 +56,7 @@ def test_the_lag_of_the_coils_counts(told):
     assert told(law(), HELD, rate(30.0)) == []
 
 
-def test_near_the_limit_the_braking_that_is_left_is_told(told):
+def test_near_the_limit_the_braking_that_is_left_is_reported(told):
     (note,) = told(law(), HELD, rate(35.0))
     left = 100.0 * damping_efficiency(math.radians(35.0), 2.0, 2.0, 0.5)
     assert "35 deg/s is near the 36.2 deg/s that B-dot can brake" in note
@@ -103,7 +103,7 @@ def test_late_readings_in_a_measurement_window(told):
     assert "differences over 3 s, 3 s old, held for 3 s" in note
 
 
-def test_laws_of_modes_are_told_by_name_with_their_greatest_gain(make, told):
+def test_laws_of_modes_are_reported_by_name_with_their_greatest_gain(make, told):
     """The first works at the start; the gain of the second is set, and its command multiplied."""
     least = float(make().spacecraft.body.principal()[0][0])
     greatest = bdot_greatest_gain(least, 5e-5, 2.0, lag_s=0.5)
@@ -126,7 +126,7 @@ def test_laws_of_modes_are_told_by_name_with_their_greatest_gain(make, told):
 
 @pytest.mark.parametrize("kind", ["nutation_damping", "nutation_damping_rate",
                                   "nutation_damping_derivative"])  # fmt: skip
-def test_nutation_damping_is_told_of_the_precession(told, kind):
+def test_nutation_damping_gets_a_note_about_precession(told, kind):
     round_body = {"spacecraft.body.inertia_kg_m2": [2.0, 2.0, 1.0], "simulation.step_s": 0.5}
     limit = sampling_limit_rad_s(2.0 if kind == "nutation_damping" else 0.0, 2.0, 0.5)
     spin = {"initial.rate_deg_s": [0.0, 0.0, 2.0 * 1.02 * math.degrees(limit)]}  # L/A: half of it
@@ -137,7 +137,7 @@ def test_nutation_damping_is_told_of_the_precession(told, kind):
     assert told(law(kind), HELD, round_body, spin) == []
 
 
-def test_the_first_laws_of_a_scheme_are_told_of_and_no_later_ones(told):
+def test_the_first_laws_of_a_scheme_are_reported_and_no_later_ones(told):
     first = {"kind": "bdot", "gain_a_m2_s_per_t": 1e4}
     until = {"until": {"at_most_s": 100.0}}
     scheme = {"control.law": {"kind": "scheme", "stages": [{"laws": [first], **until}]}}
@@ -156,7 +156,7 @@ def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(told):
         assert f"deg/s is {side} the" in note
 
 
-def test_too_low_a_gain_is_told_from_an_e_fold_of_a_day_on(make, told):
+def test_too_low_a_gain_is_reported_from_an_e_fold_of_a_day_on(make, told):
     least = float(make().spacecraft.body.principal()[0][0])
     weakest = least / (86400.0 * 5e-5**2)
     (note,) = told(law(gain=1.01 * weakest))
@@ -189,7 +189,7 @@ def test_a_gain_that_leaves_the_coils_idle_and_brakes_too_late_is_noted(make, to
     ],
 )
 @pytest.mark.parametrize("kind", ["bdot", "bdot_rate"])
-def test_too_high_a_gain_is_told(make, told, changes, times, kind):
+def test_too_high_a_gain_is_reported(make, told, changes, times, kind):
     least = float(make().spacecraft.body.principal()[0][0])
     difference_s = changes.get("control.sample_s", 1.0) if kind == "bdot" else 0.0
     greatest = bdot_greatest_gain(least, 5e-5, difference_s=difference_s, **times)
@@ -200,7 +200,7 @@ def test_too_high_a_gain_is_told(make, told, changes, times, kind):
     assert ("by coils with a lag" in note) == ("lag_s" in times)
 
 
-def test_the_coils_own_dipole_in_the_readings_is_told(told):
+def test_the_coils_own_dipole_in_the_readings_is_reported(told):
     disturbed = {"spacecraft.magnetometer.coil_disturbance_nt_per_a_m2": 500.0}
     strong = law(gain=2e5)
     (note,) = told(strong, disturbed)  # k c / d = 2e5 * 5e-7 / 1
@@ -232,7 +232,7 @@ def spectrum(polar, share, rate_rad_s):
     )  # fmt: skip
 
 
-def test_what_is_told_as_safe_is_braked_in_nutation_too():
+def test_what_is_reported_as_safe_is_braked_in_nutation_too():
     """At 0.85 of the limit every axisymmetric body loses energy, whatever its nutation."""
     least = math.inf
     for times in ((2.0, 2.0, 0.0), (2.0, 2.0, 0.5), (0.0, 2.0, 0.5), (1.0, 6.0, 0.0)):

@@ -60,7 +60,7 @@ def test_sound_values_need_no_note(make):
          "Sun sensor 0 sees nothing: its field of view is within a blind zone"),
     ],
 )  # fmt: skip
-def test_doubtful_values_are_told(make, key, value, told):
+def test_doubtful_values_are_reported(make, key, value, told):
     scenario = make(SOUND).replace(key, value)
     (note,) = disturbance_notes(scenario)
     assert told in note and "\n" not in note

@@ -22,7 +22,7 @@ def test_every_example_is_valid_and_survives_storage(path):
     assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
 
 
-def test_a_preset_fills_in_and_keys_beside_it_win():
+def test_a_preset_fills_in_and_keys_next_to_it_win():
     text = CHIBIS.read_text().replace('preset = "hmr2300r"', 'preset = "hmr2300r"\nnoise_nt = 7.0')
     magnetometer = scenario_from_text(text).spacecraft.magnetometer
     assert magnetometer.noise_nt == 7.0
@@ -57,7 +57,7 @@ def test_a_byte_order_mark_is_no_mistake(tmp_path):
     assert load_scenario(path).seed == 20120304
 
 
-def test_law_files_are_looked_up_beside_the_scenario(tmp_path, monkeypatch):
+def test_law_files_are_looked_up_next_to_the_scenario(tmp_path, monkeypatch):
     law = 'kind = "user"\nfile = "laws/mine.py"'
     text = CHIBIS.read_text().replace('kind = "bdot"\ngain_a_m2_s_per_t = 5e6', law)
     (tmp_path / "run.toml").write_text(text)
@@ -124,7 +124,7 @@ def test_notes_tell_of_too_long_a_step(make):
     assert notes_of(make({"initial.rate_deg_s": [0.0, 0.0, 20.0]})) == []
 
 
-def test_notes_tell_that_wheels_spoil_the_splitting_at_large_steps(make):
+def test_notes_tell_that_wheels_degrade_the_splitting_at_large_steps(make):
     fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0], "simulation.integrator": "splitting"}
     wheels = {"spacecraft.body.wheel_momentum_n_m_s": [0.0, 0.5, 0.0]}
     (note,) = notes_of(make(fast | wheels))

@@ -50,7 +50,7 @@ SLIPS = [
 
 
 @pytest.mark.parametrize(("change", "told"), SLIPS)
-def test_a_slip_is_told(make, change, told):
+def test_a_slip_is_reported(make, change, told):
     notes = slip_notes(make(change))
     assert len(notes) == len(told)
     assert all(part in note for part, note in zip(told, notes, strict=True))

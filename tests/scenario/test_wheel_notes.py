@@ -77,7 +77,7 @@ def in_modes(first, second, factor=1.0):
     return {"control": {"laws": {"first": first, "second": second}, "modes": {"states": states}}}
 
 
-def test_laws_of_modes_are_told_by_name(told):
+def test_laws_of_modes_are_reported_by_name(told):
     """Holding is looked at in every mode, the start only in the initial ones."""
     far = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
     weak = far | {"spacecraft.wheels": WHEELS | {"torque_limit_n_m": 1e-3}}
@@ -141,7 +141,7 @@ def fall(damping, stiffness, hold_s) -> float:
 
 @settings(max_examples=100, deadline=None)
 @given(st.floats(0.01, 3.0), st.floats(0.1, 3.0), st.sampled_from([0.5, 1.0, 4.0]))
-def test_unstable_laws_are_told(make, bandwidth, damping, hold_s):
+def test_unstable_laws_are_reported(make, bandwidth, damping, hold_s):
     law = HOLD | {"bandwidth_rad_s": bandwidth, "damping": damping}
     scenario = make(
         WELL | {"control.law": law, "control.sample_s": hold_s, "simulation.step_s": 0.5}
@@ -168,7 +168,7 @@ def test_lyapunov_laws_may_be_unstable_too(told):
     )
 
 
-def test_coarse_sampling_is_told(told):
+def test_coarse_sampling_is_reported(told):
     fast = {"control.law": HOLD | {"bandwidth_rad_s": 0.4}, "initial.euler_deg": [0.1, 0, 0]}
     (note,) = told(fast)
     assert "has a time constant of 2.5 s, and torques are held for 1 s" in note

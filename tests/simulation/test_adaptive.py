@@ -78,7 +78,7 @@ FINE_RK4 = {"simulation.step_s": 0.01}
 
 
 @needs_jit
-def test_the_error_falls_with_the_tolerance_and_is_below_what_is_told(make):
+def test_the_error_falls_with_the_tolerance_and_is_below_what_is_reported(make):
     changes = {
         "initial.rate_deg_s": [10.0, -6.0, 8.0],
         "control": {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e5}, "sample_s": 20.0},

@@ -53,7 +53,7 @@ def scenario(integrator="rk4", air=GOST):
 
 
 def torque_inertial(made, result):
-    """The torque at the records, written anew for a plate and a sphere."""
+    """The torque at the records, written independently for a plate and a sphere."""
     r, v = result.position_inertial.values, result.velocity_inertial.values
     environment = made.orbit_environment()
     t = result.time.values

@@ -95,6 +95,6 @@ def test_a_sensor_with_a_rate_of_its_own_keeps_it(make):
         ({"control.actuate_s": 5.0}, "actuate_s: must be a whole multiple of sample_s = 2 s"),
     ],
 )
-def test_mistakes_are_told(make, changes, message):
+def test_mistakes_are_reported(make, changes, message):
     with pytest.raises(ScenarioError, match=message):
         make(ACTING | changes)

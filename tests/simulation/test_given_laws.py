@@ -98,7 +98,7 @@ def test_a_plain_function_of_a_file_is_flown_again(make, file):
     assert same(simulate(scenario_of(result)), result)
 
 
-def test_a_law_of_the_package_is_told_by_its_keys(make):
+def test_a_law_of_the_package_is_reported_by_its_keys(make):
     spec = Bdot(kind="bdot", gain_a_m2_s_per_t=3e5)
     result = simulate(make(), spec.law())
     assert scenario_of(result).control.law == spec

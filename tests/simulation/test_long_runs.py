@@ -157,7 +157,7 @@ def test_a_run_killed_as_it_wrote_its_second_piece_goes_on(scenario, tmp_path):
 
 
 @OF_FILES
-def test_a_checkpoint_that_cannot_be_written_is_told_and_the_run_goes_on(
+def test_a_checkpoint_that_cannot_be_written_is_reported_and_the_run_goes_on(
     scenario, tmp_path, monkeypatch
 ):
     def full(self, run):
@@ -192,7 +192,7 @@ def test_a_run_that_netcdf_refuses_to_store_is_kept(make, tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemError("of the glue of compiled code")])
-def test_a_signal_while_a_run_is_prepared_is_heeded_at_once(make, monkeypatch, error):
+def test_a_signal_while_a_run_is_prepared_takes_effect_at_once(make, monkeypatch, error):
     def interrupted(self):
         signal.raise_signal(signal.SIGINT)
         raise error  # what becomes of it in compiled code
@@ -297,7 +297,7 @@ LAWS = FULL["control"]["laws"]
     {"law": {"kind": "user", "file": "logging.py"}},
 ], ids=["plain", "modes", "estimator", "ephemeris", "log"])  # fmt: skip
 @pytest.mark.parametrize("wheels", [True, False])
-def test_a_row_has_as_many_numbers_as_told(plain_data, tmp_path, control, wheels):
+def test_a_row_has_as_many_numbers_as_stated(plain_data, tmp_path, control, wheels):
     if "laws" in control and not wheels:
         pytest.skip("a law of these drives wheels")
     (tmp_path / "logging.py").write_text(LOGGING)

@@ -120,7 +120,7 @@ def test_what_a_law_knows_is_what_the_result_tells(environment):
         assert np.abs(sun - fixed).max() < 1e-4  # the parallax in a low orbit
 
 
-def test_other_laws_are_not_told_where_they_are():
+def test_other_laws_get_no_note_about_where_they_are():
     seen, _ = watched()
     place = seen[3].ephemeris
     assert np.isnan([*place.r_inertial_m, *place.v_inertial_m_s, *place.b_inertial_t]).all()

@@ -45,7 +45,7 @@ def amplitude(result):
 
 @needs_jit
 @pytest.mark.parametrize("step_s", [0.2, 0.25, 0.5])
-def test_the_damping_that_is_told_is_the_damping_that_happened(make, step_s):
+def test_the_damping_that_is_reported_is_the_damping_that_happened(make, step_s):
     result = simulate(gyrostat(make, step_s))
     lost = np.log(amplitude(result)[:30].mean() / amplitude(result)[-30:].mean())
     told = -np.log1p(-float(result.rk4_damping))
@@ -112,7 +112,7 @@ def test_the_note_names_a_step_that_keeps_the_nutation(make):
 
 @needs_jit
 @pytest.mark.parametrize("rate_deg_s", [30.0, 60.0])
-def test_the_lag_that_is_told_is_the_lag_that_happened(make, rate_deg_s):
+def test_the_lag_that_is_reported_is_the_lag_that_happened(make, rate_deg_s):
     changes = {
         "spacecraft.body.inertia_kg_m2": [1.0, 1.0, 1.0],
         "environment.gravity_gradient": False,

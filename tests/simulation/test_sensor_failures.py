@@ -23,7 +23,7 @@ READINGS = {
     "horizon_sensor": ("nadir_body", "horizon_sensor_s"),
     "sun_cells": ("sun_cells", "sun_cells_s"),
 }
-#: What each sensor needs besides, and some errors that are drawn anew at every reading.
+#: What each sensor needs besides, and some errors that are drawn at every reading.
 KEYS = {
     "magnetometer": {"noise_nt": 50.0},
     "gyro": {"noise_deg_s": 0.1, "bias_drift_deg_s_sqrt_s": 0.01},

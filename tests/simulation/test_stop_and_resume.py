@@ -357,7 +357,7 @@ simulation = {{ duration_s = 40, record_s = 10 }}
 
 @pytest.mark.parametrize(("stop_s", "spare"), [(105.0, 1), (107.5, 0)])
 def test_every_row_that_is_due_must_be_there_and_no_more(make, stop_s, spare):
-    """A row of the very instant of the stop is written anew; all before it are needed."""
+    """A row of the very instant of the stop is written again; all before it are needed."""
     scenario = make(FULL | by("rk4") | {"simulation": FULL["simulation"]})
     whole, part = simulate(scenario), simulate(scenario, until_s=stop_s)
     at_s = float(part.checkpoint[0]) * scenario.grid_s

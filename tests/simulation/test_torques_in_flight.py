@@ -126,7 +126,7 @@ def test_in_the_umbra_sunlight_does_nothing(make):
 
 
 @needs_jit
-def test_a_black_ball_beside_the_centre_of_mass_feels_its_cross_section(make):
+def test_a_black_ball_off_the_centre_of_mass_feels_its_cross_section(make):
     """M = -c x P pi r^2 s, at rest on the first second."""
     keys = {"environment.gravity_gradient": False, "initial.rate_deg_s": [0.0, 0.0, 0.0],
             "simulation.duration_s": 50.0}  # fmt: skip
@@ -231,7 +231,7 @@ def test_a_torque_of_no_size_leaves_the_motion_as_it_is(make, given):
          "received 'cone'"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_told_in_one_line(make, given, changes, told):
+def test_what_cannot_be_is_reported_in_one_line(make, given, changes, told):
     with pytest.raises(ScenarioError) as error:
         disturbed(make, given, "rk4", **changes)
     assert str(error.value).removeprefix("scenario.") == told.removeprefix("scenario.")

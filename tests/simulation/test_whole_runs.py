@@ -147,7 +147,7 @@ def test_momentum_changes_by_the_torque_of_coils_that_lag(make, integrator):
 
 
 def by_scipy(scenario, result):
-    """The final state by another integrator, formulated anew, under the dipoles held in the run."""
+    """The final state by another integrator, under the dipoles held in the run."""
     inertia, environment = inertia_of(scenario), scenario.orbit_environment()
     wheels = np.array(scenario.spacecraft.body.wheel_momentum_n_m_s)
 

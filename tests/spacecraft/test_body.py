@@ -46,7 +46,7 @@ def turned(moments, seed):
         ((1.0, 2.0), "at least 3 items|Field required|missing"),
     ],
 )
-def test_unphysical_inertia_is_told_in_words(inertia, told):
+def test_unphysical_inertia_is_reported_in_words(inertia, told):
     with pytest.raises(ValidationError, match=told):
         Body(inertia_kg_m2=inertia)
 

@@ -272,6 +272,6 @@ def test_axes_are_scaled_to_length_one():
         ({}, "Field required"),
     ],
 )
-def test_what_cannot_be_is_told(keys, told):
+def test_what_cannot_be_is_reported(keys, told):
     with pytest.raises(ValidationError, match=told):
         Coils(**keys)

@@ -206,7 +206,7 @@ def four_in_motion(rotors):
 
 
 @pytest.mark.parametrize("step", [6, 7])
-def test_what_the_rotors_gain_is_told_to_the_body(step):
+def test_what_the_rotors_gain_is_taken_from_the_body(step):
     rotors, h = four(), 0.5
     state = four_in_motion(rotors)
     before = state["momentum"].copy()

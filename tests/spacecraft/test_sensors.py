@@ -279,6 +279,6 @@ def test_noise_of_a_sun_sensor_is_an_angle_of_the_size_asked_for_on_each_cross_a
         ),
     ],
 )
-def test_what_cannot_be_is_told(spec, keys, told):
+def test_what_cannot_be_is_reported(spec, keys, told):
     with pytest.raises(ValidationError, match=told):
         spec(**keys)

@@ -43,6 +43,6 @@ def test_noise_is_on_cells_that_are_there():
         ({"normals": [[1, 0, 0]], "scale_error": -1.0}, "scale_error: must be one number above -1"),
     ],
 )
-def test_mistakes_are_told(keys, message):
+def test_mistakes_are_reported(keys, message):
     with pytest.raises(ValidationError, match=message):
         SunCells(**keys)

@@ -148,6 +148,6 @@ def test_in_flight_readings_err_towards_the_lit_earth(make):
         ({"blind_zones": [{"axis": (0, 0, 1)}]}, "half_angle_deg"),
     ],
 )
-def test_what_cannot_be_is_told(keys, told):
+def test_what_cannot_be_is_reported(keys, told):
     with pytest.raises(ValidationError, match=told):
         SunSensors(**{"axes": np.eye(3).tolist(), "half_field_deg": 60.0} | keys)

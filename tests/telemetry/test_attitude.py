@@ -171,7 +171,7 @@ def test_readings_of_single_rows_may_be_missing_or_wild():
     assert nees(found.data, q).mean() < 1.6
 
 
-def spoilt(kind):
+def corrupted(kind):
     """A session and a filter whose model is not that of the session."""
     noise = {"quiet Sun": {"sun_deg": 0.5}, "quiet gyro": {"gyro_deg_s": 0.015}}.get(kind, {})
     data, _, _, place = session(0, **noise)
@@ -203,7 +203,7 @@ def spoilt(kind):
     ],
 )
 def test_a_model_that_does_not_fit_states_no_accuracy(kind, reason):
-    found = spoilt(kind)
+    found = corrupted(kind)
     assert not found.fit.fits and found.data.attrs["fits"] == 0
     assert reason in found.verdict and "attitude to" not in found.verdict
 

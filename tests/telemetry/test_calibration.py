@@ -30,7 +30,7 @@ def normalised(found):
     return error @ np.linalg.solve(found.covariance, error) / len(error)
 
 
-def spoilt(data, part, kind, seed):
+def corrupted(data, part, kind, seed):
     data, rng = data.copy(deep=True), np.random.default_rng(seed)
     rows = rng.choice(data.sizes["time"], round(part * data.sizes["time"]), replace=False)
     m = data["b_measured"].values
@@ -88,11 +88,11 @@ def test_gross_outliers(kind):
     for seed in range(4):
         data, _ = session(seed)
         field = field_of(data)
-        clean, found = calibrate(data, field), calibrate(spoilt(data, 0.2, kind, seed), field)
+        clean, found = calibrate(data, field), calibrate(corrupted(data, 0.2, kind, seed), field)
         assert np.linalg.norm(found.bias - clean.bias) < 0.2e-6
         assert found.outliers == pytest.approx(0.2, abs=0.01)
         with pytest.raises(TooManyOutliers, match=r"at most 30 % outliers.*received (39|40) %"):
-            calibrate(spoilt(data, 0.4, kind, seed), field)
+            calibrate(corrupted(data, 0.4, kind, seed), field)
 
 
 def test_readings_that_do_not_follow_the_field_are_refused():

@@ -52,7 +52,7 @@ def test_order_sense_frame_and_axes_are_found(along, sensor, scalar, inverse, fr
     assert 0.2 < best.error_deg < 0.6  # noise of 0.005 rad about two axes: 0.41 deg
 
 
-def test_frames_within_the_noise_are_not_told_apart(along):
+def test_frames_within_the_noise_are_not_distinguished(along):
     found = find_convention(telemetry(along, noise=0.05), along)
     assert not found.is_clear
     assert found.is_wrong and "TEME or J2000, axes" in found.verdict

@@ -60,7 +60,7 @@ def test_both_forms_of_the_full_motion_agree(model):
 
 
 def test_the_full_motion_is_that_of_an_independent_integrator():
-    """B-dot written down anew, with scipy's rotation and solver."""
+    """B-dot written down independently, with scipy's rotation and solver."""
     spinner, eps = spinner_of(field="direct_dipole"), 0.1
     field, gain = spinner.orbit_field(), eps * spinner.axial_kg_m2
     inertia = np.array([spinner.transverse_kg_m2] * 2 + [spinner.axial_kg_m2])

@@ -53,15 +53,15 @@ def test_every_row_of_the_text_follows_from_the_law_with_corrected_definitions(o
     rows = text.rows_of(order)
     assert [row.printed for row in rows if row.difference != 0] == []
     for number in range(2):  # as printed, each definition spoils a row at least
-        assert any(number in row.spoilt for row in rows)
+        assert any(number in row.corrections for row in rows)
 
 
-def test_the_definitions_spoil_the_rows_that_have_their_symbols():
-    spoilt = [[i for i, row in enumerate(text.rows_of(order)) if number in row.spoilt]
+def test_the_definitions_falsify_the_rows_that_have_their_symbols():
+    corrections = [[i for i, row in enumerate(text.rows_of(order)) if number in row.corrections]
               for order in (12, 15) for number in (0, 1)]  # fmt: skip
-    assert spoilt[:2] == [[0, 1, 4], [0, 1, 4]]  # k and n: both channels, not the filters
-    assert spoilt[2] == [3, 5, 9]  # k5, k3, k1
-    assert spoilt[3] == [0, 7, 8, 9, 10, 11]  # wherever the estimate of pitch stands
+    assert corrections[:2] == [[0, 1, 4], [0, 1, 4]]  # k and n: both channels, not the filters
+    assert corrections[2] == [3, 5, 9]  # k5, k3, k1
+    assert corrections[3] == [0, 7, 8, 9, 10, 11]  # wherever the estimate of pitch stands
 
 
 @pytest.mark.parametrize(

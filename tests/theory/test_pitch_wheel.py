@@ -1,4 +1,4 @@
-"""Pitch wheel and B-dot: FIELD (2.15), (2.16), against equations written anew in inertial axes."""
+"""Pitch wheel and B-dot: FIELD (2.15), (2.16), against equations in inertial axes."""
 
 import math
 

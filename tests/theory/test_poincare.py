@@ -100,7 +100,7 @@ def test_a_periodic_motion_closes():
     assert middle == pytest.approx(found[20], abs=1e-9)
 
 
-def test_resonances_are_told():
+def test_resonances_are_reported():
     """Near and far from the natural frequency 2.01, and a motion that the force leaves alone."""
     u = samples_of(2.0 * math.pi, 32)
     two = np.zeros((4, 4))

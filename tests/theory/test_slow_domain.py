@@ -237,7 +237,7 @@ def error_of(comparison, name):
         *("reorientation", "sdot"),
     ],
 )
-def test_the_averages_err_by_what_is_told_and_a_tenth_is_where_it_is_noted(name, eta1):
+def test_the_averages_err_by_what_is_reported_and_a_tenth_is_where_it_is_noted(name, eta1):
     """Against the full motion over u = 1/eps, at the limit, half and a quarter of it."""
     spinner = Spinner(
         inclination_deg=45.0, transverse_kg_m2=1 / 33.7, axial_kg_m2=1 / (eta1 + 33.7),

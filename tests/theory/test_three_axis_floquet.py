@@ -42,7 +42,7 @@ def test_the_law_is_a_spring_and_a_damper_across_the_field(reference):
     assert held.free(np.linspace(0.0, 6.0, 7)).b_body_t == pytest.approx(b, abs=1e-9 * 4e-5)
 
 
-def test_free_motion_beside_the_orbital_frame_is_the_textbook_one():
+def test_free_motion_relative_to_the_orbital_frame_is_the_textbook_one():
     """J theta'' and the gravity gradient about the orbital axes, by hand.
 
     Axes along the motion, normal, up; roll, pitch, yaw of small turns on a circular orbit:
@@ -260,7 +260,7 @@ def scaled(held, k, k_a):
 
 
 def test_any_law_that_is_a_kernel_has_its_chart():
-    """Parameters in which it is not affine are linearised anew at every point."""
+    """Parameters in which it is not affine are linearised again at every point."""
     held = at_strength(hold(70.0), 1.0)
     k, k_a = gains_of(held)
     own = scaled(held, k, k_a)

@@ -28,7 +28,7 @@ def _row(row: Row) -> dict:
         "text": row.printed,
         "law": row.derived,
         "difference": formula(row.difference),
-        "corrected": [i + 1 for i in row.spoilt],
+        "corrected": [i + 1 for i in row.corrections],
     }
 
 

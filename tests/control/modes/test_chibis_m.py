@@ -73,7 +73,7 @@ def test_nothing_is_doubtful():
 def test_it_detumbles_while_the_rate_is_high_and_a_while_longer(logic):
     assert logic.fly(4000, rate_deg_s=2.0) == ["bdot", "detumbling"]
     assert logic.fly(295, rate_deg_s=0.39) == ["bdot", "detumbling"]
-    assert logic.fly(2, rate_deg_s=0.41) == ["bdot", "detumbling"]  # the time begins anew
+    assert logic.fly(2, rate_deg_s=0.41) == ["bdot", "detumbling"]  # the time begins again
     assert logic.fly(295, rate_deg_s=0.39) == ["bdot", "detumbling"]
     assert logic.fly(10, rate_deg_s=0.39)[0] == "waiting"
 

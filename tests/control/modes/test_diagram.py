@@ -181,7 +181,7 @@ def test_states_that_differ_in_signs_only_have_identifiers_of_their_own():
 
 
 @tables
-def test_the_dot_of_a_start_lies_beside_its_own_box(modes):
+def test_the_dot_of_a_start_lies_next_to_its_own_box(modes):
     root = ElementTree.fromstring(svg(modes))
     dots = [each for each in root.iter() if each.tag.endswith("circle")]
     starts = [box_of(box) for box in layout(modes).boxes if box.initial]

@@ -164,7 +164,7 @@ final = true
 
 def test_a_hold_time_without_hysteresis_never_ends():
     """Turning with the field, at 0.1 to 0.15 deg/s, the noisy rate is above 0.12 every minute: each
-    time the ten minutes begin anew. A way back of 0.3 lets them pass."""
+    time the ten minutes begin again. A way back of 0.3 lets them pass."""
     assert entered_s(flown(NEVER_HOLDS.format("")), "main", 1) == np.inf
     held = flown(NEVER_HOLDS.format(", back_above = 0.3"))
     assert entered_s(held, "main", 1) < np.inf

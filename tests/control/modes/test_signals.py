@@ -138,7 +138,7 @@ def test_the_target_may_be_the_sun():
     assert math.isnan(value("axis_to_target_deg", reading(**spinning(1.0)), target="sun"))
 
 
-def test_what_cannot_be_told_is_unknown():
+def test_what_cannot_be_decided_is_unknown():
     """Angles without the Sun, at rest, or without an estimate; never a number made up."""
     blind = reading(**spinning(1.0))._replace(estimate=UNKNOWN_ESTIMATE)
     unknown = "rate_deg_s spin_deg_s nutation_deg axis_to_target_deg momentum_to_target_deg"

@@ -180,7 +180,7 @@ def condition(**keys):
         ({"states": {"a": {}}, "speed": 3}, "speed: must be a known key; received 3"),
     ],
 )  # fmt: skip
-def test_what_makes_no_sense_is_told_in_one_line(data, line):
+def test_what_makes_no_sense_is_reported_in_one_line(data, line):
     with pytest.raises(ValidationError) as error:
         Modes.model_validate(data)
     (told,) = explain(error.value, data)

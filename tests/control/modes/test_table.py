@@ -76,7 +76,7 @@ def test_hysteresis_keeps_a_condition_true_until_the_signal_is_beyond():
 
 
 def test_a_condition_looks_at_the_change_since_its_state_was_entered():
-    """From the first known value in the state on; entering the state again begins anew."""
+    """From the first known value in the state on; entering the state once more restarts it."""
     grown = {"signal": "rate_deg_s", "above": 1.0, "since_entry": True}
     assert (
         letters(Flown(**two_states(when=grown)).states(rates([9, 5, 4, 5.9, 6.1, 6]))) == "aaaabb"
@@ -136,7 +136,7 @@ def test_timers_of_transitions_from_any_state_go_on():
     assert letters(found) == "aaabbaccc"
 
 
-def test_a_transition_from_any_state_waits_where_it_leads_to_and_then_starts_anew():
+def test_a_transition_from_any_state_waits_where_it_leads_to_and_then_starts_again():
     states = {"a": {}, "b": {"transitions": [{"to": "a", "at_most_s": 3.0}]}}
     flown = Flown(states=states, transitions=[{"to": "b", "when": SLOW, "for_s": 2.0}])
     assert letters(flown.states(rates([0.1] * 14))) == "aaabbbaaabbbaa"

@@ -21,7 +21,7 @@ from torquer.theory.magneto_gyro.stage_2 import (
 )
 from torquer.theory.periodic_systems import PeriodicSystem
 
-#: Steps of a revolution, and those whose matrices are computed together, in the processor's cache.
+#: Steps of a revolution; those whose matrices are computed at a time (a tenth faster than all).
 STEPS, _TOGETHER = 360, 60
 
 

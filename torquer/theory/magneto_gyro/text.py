@@ -1,8 +1,8 @@
 """The text's linear models as printed, row by row, against those derived from its laws.
 
 The rows are MGS's, in its letters; a prime is d/dtau. Where a definition of the text does not lead
-to its rows, the corrected one is used, and the rows that the printed one would spoil are named.
-Needs sympy.
+to its rows, the corrected one is used, and the rows that do not follow from the printed one are
+named. Needs sympy.
 """
 
 import re
@@ -41,13 +41,13 @@ class Text(NamedTuple):
 class Row(NamedTuple):
     """An equation of the text, the one that follows from the law, and text less law: 0 if the same.
 
-    `spoilt`: indices of the definitions with which, as printed, it would not follow.
+    `corrections`: indices of the definitions with which, as printed, it would not follow.
     """
 
     printed: str
     derived: str
     difference: sympy.Expr
-    spoilt: tuple[int, ...]
+    corrections: tuple[int, ...]
 
 
 STAGE_1 = Text(
