@@ -220,8 +220,10 @@ SLOW_GYRO = GYRO | {"angle_random_walk_deg_sqrt_s": 0.01 * np.sqrt(2.0)}
 @WHOLE_RUNS
 @pytest.mark.parametrize(
     ("estimator", "windows", "steps"),
-    [(DYNAMICS, (1.0, 2.0, 6.0), 3 * 150), (SLOW_GYRO, (2.0, 6.0, 2.0), 4 * 150)],
-    ids=["dynamics", "gyro"],
+    [
+        pytest.param(DYNAMICS, (1.0, 2.0, 6.0), 3 * 150, id="dynamics", marks=pytest.mark.slow),
+        pytest.param(SLOW_GYRO, (2.0, 6.0, 2.0), 4 * 150, id="gyro"),
+    ],
 )
 def test_windows_of_measurement_and_actuation_change_nothing(estimator, windows, steps):
     """A filter that works at uneven steps, with coils on in between, is as honest; one with a gyro

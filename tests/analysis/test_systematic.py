@@ -43,7 +43,11 @@ def motion_of(flown):
 @WHOLE_RUNS
 @pytest.mark.parametrize(
     ("estimator", "ephemeris"),
-    [(GYRO, COARSE), (DYNAMICS, BEHIND), (BIASED, {"clock_error_s": 3.0})],
+    [
+        (GYRO, COARSE),
+        (DYNAMICS, BEHIND),
+        pytest.param(BIASED, {"clock_error_s": 3.0}, marks=pytest.mark.slow),
+    ],
     ids=["gyro, degree 8", "dynamics, along the track", "magnetometer bias, clock"],
 )
 def test_the_systematic_error_is_the_mean_of_monte_carlo(estimator, ephemeris):

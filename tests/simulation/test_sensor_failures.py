@@ -5,6 +5,7 @@ The computer believes what it is sent.
 
 import numpy as np
 import pytest
+from slow_cases import slow_after
 
 from torquer import Law, ScenarioError, simulate
 from torquer.compile import engine
@@ -190,7 +191,7 @@ def test_two_failures_act_one_after_the_other(make):
     assert read == pytest.approx(np.tile(np.radians([1.0, 0.0, 0.0]), (len(read), 1)), abs=1e-15)
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "auto"])
+@pytest.mark.parametrize("integrator", slow_after(1, ["rk4", "auto"]))
 def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
     """Stopped within failures, it goes on as if it had not been."""
     simulation = {"duration_s": 60.0, "record_s": 1.0, "integrator": integrator}
