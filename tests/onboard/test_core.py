@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import pytest
 from onboard_ground import Ground, flying, scenario
+from slow_cases import slow_after
 
 from torquer import simulate
 from torquer.compile import engine
@@ -48,8 +49,9 @@ def test_the_day_with_all_modules_is_the_day():
 
 
 @pytest.mark.verifies("REQ-COR-003")
-def test_snapshots_give_the_same_stream(tmp_path):
-    """40 of them, at random control steps, with commands and a reboot on the way."""
+@pytest.mark.parametrize("count", slow_after(1, [40, 100]))
+def test_snapshots_give_the_same_stream(count):
+    """At random control steps, with commands and a reboot on the way."""
     ground = flying(400.0)
     core, random = ground.core, np.random.default_rng(3)
     uplink = {
@@ -67,7 +69,7 @@ def test_snapshots_give_the_same_stream(tmp_path):
             break
         stream.append(sent)
     files = core.memory.snapshot()
-    for start in random.choice(len(stream), 40, replace=False):
+    for start in random.choice(len(stream), count, replace=False):
         core.restore(snapshots[start])
         until = min(start + 12, len(stream))
         again = [core.tick(uplink.get(k, b"")) for k in range(start, until)]

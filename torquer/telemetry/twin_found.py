@@ -19,11 +19,10 @@ class Twin(NamedTuple):
     commands at the limit of a coil. `chi2` of `freedoms`: squares of the errors over their
     variances. `window_s`: what the twin follows, of `session_s`. `undetermined`: directions of
     which the telemetry says nothing. `doubt`: why the covariance cannot be relied on, "" if it can.
-    `data` over `time`: the twin's `b_body` [T] and `omega_body`
-    [rad/s] with the readings. `scenario`: the twin as found, from its start; `onward`: from the
-    start of its last leg; `members`: tables `[[campaign.correlated]]` of what may be there instead.
-    Without a fit the last
-    three are None and there are no values.
+    `data` over `time`: the twin's `b_body` [T] and `omega_body` [rad/s] with the readings.
+    `scenario`: the twin as found, from its start; `onward`: from the start of its last leg;
+    `members`: tables `[[campaign.correlated]]` of what may be there instead. Without a fit there
+    are no values, and `data`, `scenario` and `onward` are None.
     """
 
     names: tuple[str, ...]
