@@ -29,8 +29,7 @@ PLAIN = {
 def pytest_configure():
     """Let Ctrl-C interrupt: what a shell starts in the background is born ignoring it.
 
-    And search all objects for garbage less often: a process that has compiled for a while holds
-    millions of objects, and none of them is garbage.
+    And search all objects for garbage less often: it took 13.5 of 240 s in tests with all compiled.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     gc.set_threshold(7_000, 10, 100)

@@ -242,7 +242,7 @@ def together(**changes):
 
 
 def changes(kinds, keys=None):
-    size = sum({"vector": 3, "rotation": 3}.get(kind, 1) for kind in kinds)
+    size = sum({"vector": 3, "rotation": 3, "inertia": 6}.get(kind, 1) for kind in kinds)
     covariance = [[float(i == k) for i in range(size)] for k in range(size)]
     if keys is None:
         return together(mean=None, changes=kinds)
@@ -293,6 +293,8 @@ TABLES = [
      "[[1.0, 0.0], [0.0, 1.0]]"),
     (changes(["rotation"], keys=[NOISE]), ".correlated[0].changes[0]: must be 'rotation' for "
      f"initial.attitude, and for no other key; received 'rotation' for {NOISE}"),
+    (changes(["inertia"], keys=["spacecraft.coils.axes"]), ".correlated[0].changes[0]: must be "
+     "'inertia' for an inertia_kg_m2 alone; received 'inertia' for spacecraft.coils.axes"),
     (changes(["vector"], keys=[NOISE]), f'.correlated."{NOISE}": must have a value of shape (3,) '
      "for a change by 'vector'; received {}"),
     (changes(["number"], keys=["orbit.raan"]), '.correlated."orbit.raan": must apply to numbers '

@@ -177,6 +177,11 @@ class Campaign(Spec):
                         f"correlated[{i}].changes[{j}]: must be 'rotation' for {ATTITUDE}, and for "
                         f"no other key; received {change!r} for {key}"
                     )
+                if change == "inertia" and not key.endswith("inertia_kg_m2"):
+                    raise ValueError(
+                        f"correlated[{i}].changes[{j}]: must be 'inertia' for an inertia_kg_m2 "
+                        f"alone; received 'inertia' for {key}"
+                    )
         return self
 
     @model_validator(mode="after")
