@@ -35,8 +35,10 @@ OPTIONS: Any = {"error_model": "numpy"}
 #: Without the code to be called from Python: that unpacks every cell of nested arguments and takes
 #: longer to compile than the function itself. (Called from there it ends the process.)
 FOR_KERNELS: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-#: How functions chosen by type that LLVM is to inline are compiled.
-INLINED_OPTIONS: Any = {**OPTIONS, **FOR_KERNELS, "forceinline": True}
+#: How loops over lanes are compiled: to vectors, before LLVM puts them where they are called.
+LOOP_OPTIONS: Any = {**OPTIONS, **FOR_KERNELS, "forceinline": True}
+#: How other functions chosen by type that LLVM is to inline are compiled.
+INLINED_OPTIONS: Any = {**LOOP_OPTIONS, "pipeline_class": PartCompiler}
 #: New objects after which Python looks for garbage while it compiles; usually 700, with which the
 #: searches took 2.4 s of the 27 s that the main example compiles.
 _NEW_OBJECTS = 100_000
@@ -54,6 +56,14 @@ def rare_collections() -> Iterator[None]:
             gc.set_threshold(*usual)
 
 
+class _ForKernels(CPUDispatcher):
+    """The form of a kernel for kernels; compiled for a type of number, not again for a constant."""
+
+    def get_call_template(self, args, kws):
+        kws = {name: types.unliteral(of_type) for name, of_type in kws.items()}
+        return super().get_call_template(tuple(map(types.unliteral, args)), kws)
+
+
 class Kernel(CPUDispatcher):
     """A compiled function with two forms: other kernels call the one that Python cannot call."""
 
@@ -61,7 +71,7 @@ class Kernel(CPUDispatcher):
     def for_kernels(self) -> CPUDispatcher:
         """The form for kernels."""
         options = {**self.targetoptions, **FOR_KERNELS}
-        made = CPUDispatcher(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
+        made = _ForKernels(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
         return kept_with(self, made)
 
     def compile(self, sig):
@@ -97,6 +107,8 @@ released = _decorator(nogil=True)
 #: A small kernel of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = _decorator(forceinline=True)
+#: A large kernel that is called, even by one that is inlined itself: Numba hands `forceinline` on.
+called = _decorator(forceinline=False)
 #: For kernels that take others as arguments: their code becomes part of the calling kernel's.
 plugged = numba.njit(inline="always", **OPTIONS)
 
@@ -148,7 +160,7 @@ def without_reference_counts(value):
     return value
 
 
-@overload(without_reference_counts)
+@overload(without_reference_counts, jit_options=INLINED_OPTIONS)
 def _without_reference_counts(value):
     return lambda value: _cut(value)
 
@@ -180,12 +192,12 @@ _to_bits = _same_bits(types.uint64, ir.IntType(64))
 _to_float = _same_bits(types.float64, ir.DoubleType())
 
 
-@overload(bits_of)
+@overload(bits_of, jit_options=INLINED_OPTIONS)
 def _bits_of(number):
     return lambda number: _to_bits(float(number))
 
 
-@overload(float_of)
+@overload(float_of, jit_options=INLINED_OPTIONS)
 def _float_of(bits):
     return lambda bits: _to_float(bits)
 
@@ -236,7 +248,7 @@ def caller(signature):
 
         return signature.return_type(address, arguments), build
 
-    @overload(call)
+    @overload(call, jit_options=INLINED_OPTIONS)
     def _call(function, *arguments):
         if isinstance(function, types.Integer):
             return lambda function, *arguments: by_address(function, arguments)

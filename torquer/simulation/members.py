@@ -11,7 +11,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import whole
-from torquer.compile.engine import INLINED_OPTIONS, inlined
+from torquer.compile.engine import INLINED_OPTIONS, LOOP_OPTIONS, inlined
 from torquer.compile.lanes import LaneLayout, Rows, lane_maker, lane_plant, lane_state
 from torquer.noise import normal3
 
@@ -79,9 +79,14 @@ def each(members, phase, *arguments):
 
 
 @overload(each, jit_options=INLINED_OPTIONS)
+def _each_of_one(members, phase, *arguments):
+    return each if members.instance_class is One else None
+
+
+@overload(each, jit_options=LOOP_OPTIONS)
 def _each(members, phase, *arguments):
     if members.instance_class is One:
-        return each
+        return None
 
     def in_lanes(members, phase, *arguments):
         for lane in range(members.lanes):
@@ -124,9 +129,14 @@ def must_stop(members, test, how, step, *arguments):
 
 
 @overload(must_stop, jit_options=INLINED_OPTIONS)
+def _must_stop_one(members, test, how, step, *arguments):
+    return must_stop if members.instance_class is One else None
+
+
+@overload(must_stop, jit_options=LOOP_OPTIONS)
 def _must_stop(members, test, how, step, *arguments):
     if members.instance_class is One:
-        return must_stop
+        return None
 
     def in_lanes(members, test, how, step, *arguments):
         failed = 0
