@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.engine import inlined, kernel, plugged
+from torquer.compile.engine import called, inlined, kernel, plugged
 from torquer.environment.albedo import earthlight
 from torquer.estimation import kalman_dynamics, kalman_gyro
 from torquer.estimation.covariance import slices_of, update
@@ -104,7 +104,7 @@ def sun_reading(parameters, q, reference, sun):
     return direction_measurement(q, reference, rotate_inverse(q, sun), parameters.sensing.r_sun)
 
 
-@inlined
+@called
 def take_readings(parameters, along, k, p, gain, correction):
     """Update a covariance by what sensors would read at a place of the motion."""
     q, sensing = quaternion_of(along.q[k]), parameters.sensing
