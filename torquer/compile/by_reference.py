@@ -13,7 +13,7 @@ from numba.core import cgutils
 from numba.core.datamodel import ArgPacker, default_manager
 from numba.extending import intrinsic, models, overload, register_model
 
-from torquer.compile.engine import COMPILED, INLINED_OPTIONS
+from torquer.compile.engine import COMPILED, INLINED_OPTIONS, without_owner
 
 #: Records of up to so many numbers are used as they are. The constants of a step have 41, with
 #: wheels 78 and with disturbance torques 132: called, a control step with wheels took 17 % longer
@@ -42,14 +42,15 @@ class _PlaceModel(models.PrimitiveModel):
 
 @intrinsic
 def _stored(typing_context, record):
+    def leave(context, builder, signature, arguments):
+        return without_owner(context, builder, record, arguments[0])
+
     def build(context, builder, signature, arguments):
         place = cgutils.alloca_once(builder, context.get_value_type(signature.return_type).pointee)
-        for k, number in enumerate(_numbers_of(record).as_arguments(builder, arguments)):
+        given = leave(context, builder, signature, arguments)
+        for k, number in enumerate(_numbers_of(record).as_arguments(builder, [given])):
             builder.store(number, cgutils.gep_inbounds(builder, place, 0, k))
         return place
-
-    def leave(context, builder, signature, arguments):
-        return arguments[0]
 
     if len(_numbers_of(record).argument_types) <= _MOST:
         return record(record), leave
@@ -74,10 +75,10 @@ def _unchanged(record):
 
 
 #: For kernels: the place of a long record, which is valid in the kernel that stores it; a short
-#: record itself.
-stored = _stored if COMPILED else _unchanged
+#: record itself. The arrays in it are not counted as used: others must keep them alive.
+stored: Callable = _stored if COMPILED else _unchanged
 #: For kernels: the record at a place.
-loaded = _loaded if COMPILED else _unchanged
+loaded: Callable = _loaded if COMPILED else _unchanged
 
 
 def by_record(kernel: Callable, of_place: Callable) -> Callable:

@@ -127,13 +127,11 @@ def records(value):
     return value if COMPILED else with_attributes(value)
 
 
-def _without_owner(context, builder, of_type, value):
+def without_owner(context, builder, of_type, value):
     """The value with every array in it, however deep in tuples, cut from its reference count."""
     if isinstance(of_type, types.BaseTuple):
         parts = cgutils.unpack_tuple(builder, value)
-        parts = [
-            _without_owner(context, builder, t, v) for t, v in zip(of_type, parts, strict=True)
-        ]
+        parts = [without_owner(context, builder, t, v) for t, v in zip(of_type, parts, strict=True)]
         return context.make_tuple(builder, of_type, parts)
     if isinstance(of_type, types.Array):
         view = context.make_array(of_type)(context, builder, value)
@@ -146,7 +144,7 @@ def _without_owner(context, builder, of_type, value):
 @intrinsic
 def _cut(typing_context, value):
     def build(context, builder, signature, arguments):
-        return _without_owner(context, builder, value, arguments[0])
+        return without_owner(context, builder, value, arguments[0])
 
     return value(value), build
 
