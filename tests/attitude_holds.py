@@ -31,7 +31,7 @@ def hold(
     inclination_deg=30.0, inertia=INERTIA, field="averaged", reference="inertial", k=1e5, k_a=30.0,
     gravity_gradient=False, altitude_km=ALTITUDE_KM, euler_deg=None, revolutions=None, u0_deg=0.0,
 ):  # fmt: skip
-    """A hold by the three-axis law, along Z for an inertial reference unless told otherwise.
+    """A hold by the three-axis law, along Z for an inertial reference unless stated otherwise.
 
     `u0_deg`: argument of latitude at the start.
     """

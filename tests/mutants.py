@@ -146,8 +146,8 @@ class Workshop:
         command += ["--hypothesis-seed=0", *files]
         environment = os.environ | {"PYTHONPATH": str(self.tree), "TORQUER_CACHE_DIR": str(cache)}
         with self.log.open("w") as log:
-            told = {"stdout": log, "stderr": log, "start_new_session": True}
-            process = subprocess.Popen(command, cwd=self.tree, env=environment, **told)
+            options = {"stdout": log, "stderr": log, "start_new_session": True}
+            process = subprocess.Popen(command, cwd=self.tree, env=environment, **options)
             try:
                 return process.wait(budget_s)
             except BaseException:
@@ -202,8 +202,8 @@ def main() -> int:
     equivalent = {(m["file"], m["text"], m["change"]): m["reason"] for m in known}
     given.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     results, answers = given.folder / "results.jsonl", []
-    told = [json.loads(line) for line in results.open()] if results.exists() else []
-    tried = {Mutant(*(each[key] for key in Mutant._fields)): each for each in told}
+    reported = [json.loads(line) for line in results.open()] if results.exists() else []
+    tried = {Mutant(*(each[key] for key in Mutant._fields)): each for each in reported}
     workshop, count = Workshop(given.folder.resolve(), given.of), given.first + given.count
     chosen = drawn_of(given.of, given.seed, count) if given.of else drawn(given.seed, count)
     for mutant in chosen[given.first :]:

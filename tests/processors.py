@@ -1,7 +1,7 @@
 """The suite under other numeric kernels: `make test-processors`; arguments go to pytest.
 
 OpenBLAS, NumPy and Numba each choose code for the processor that they find, and round
-differently on each. Here they are told to take that of other processors. A number that only
+differently on each. Here they take that of other processors. A number that only
 agrees on one of them is a bug of the code or of the test: find the cause, leave the tolerance.
 """
 
@@ -11,7 +11,7 @@ import sys
 
 from numpy._core import _multiarray_umath as numpy_kernels
 
-#: What NumPy has special code for on this processor, so that it can be told not to use it.
+#: What NumPy has special code for on this processor, so that it can be kept from using it.
 DISPATCHED = [
     name for name in numpy_kernels.__cpu_dispatch__ if numpy_kernels.__cpu_features__[name]
 ]

@@ -17,7 +17,7 @@ from torquer.control.law import Law
 ROW = inputs(2.0, b=(1.0, 2.0, 3.0))
 BOTH = pytest.mark.parametrize("call", [compiled, by_hand])
 COMPILED = pytest.mark.skipif(
-    not engine.COMPILED, reason="what does not compile is told by the compiler"
+    not engine.COMPILED, reason="the compiler reports what does not compile"
 )
 
 
@@ -165,7 +165,7 @@ def test_a_law_may_answer_with_a_dipole_a_torque_or_a_command():
 
 @COMPILED
 @pytest.mark.parametrize(
-    ("answers", "body", "told"),
+    ("answers", "body", "expected"),
     [
         ("dipole", "return torquer.Command()", r"\(x, y, z\); received one that returns Command"),
         (
@@ -186,7 +186,7 @@ def test_a_law_may_answer_with_a_dipole_a_torque_or_a_command():
         ),
     ],
 )
-def test_a_wrong_answer_or_name_is_one_clear_line(tmp_path, answers, body, told):
+def test_a_wrong_answer_or_name_is_one_clear_line(tmp_path, answers, body, expected):
     file = tmp_path / "law.py"
     file.write_text(
         "import torquer\n\n\n@torquer.law(parameters={'gain': 1.0, 'axis': (1.0, 0.0, 0.0)}, "
@@ -196,13 +196,13 @@ def test_a_wrong_answer_or_name_is_one_clear_line(tmp_path, answers, body, told)
     from torquer.control.user import load_law
 
     must = r"law mine: must compile as \(inputs, parameters, memory\) -> "
-    with pytest.raises(ValueError, match=f"^{must}{told}") as caught:
+    with pytest.raises(ValueError, match=f"^{must}{expected}") as caught:
         load_law(file)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "expected"),
     [
         ({"speed": 1.0}, "parameter must be one of: gain, axis, inner; received 'speed'"),
         ({"axis": 1.0}, "parameter axis must be 3 numbers; received 1.0"),
@@ -214,31 +214,31 @@ def test_a_wrong_answer_or_name_is_one_clear_line(tmp_path, answers, body, told)
         ({"gain": (1.0,)}, "parameter gain must be a number; received (1.0,)"),
     ],
 )
-def test_unknown_parameters_and_other_shapes_are_refused(values, told):
-    with pytest.raises(ValueError, match=f"^{re.escape('law named: ' + told)}$"):
+def test_unknown_parameters_and_other_shapes_are_refused(values, expected):
+    with pytest.raises(ValueError, match=f"^{re.escape('law named: ' + expected)}$"):
         named.with_parameters(**values)
 
 
 def test_vectors_must_be_finite_numbers():
     law = named.with_parameters(axis=(0.0, float("nan"), 0.0))
-    told = "law named: parameter axis must be finite numbers; received (0.0, nan, 0.0)"
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+    message = "law named: parameter axis must be finite numbers; received (0.0, nan, 0.0)"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         law.pack()
 
 
 def test_memory_at_the_start_may_be_given_as_cells():
     law = named.with_memory([5.0, 1.0, 2.0, 3.0, 4.0, 6.0])
     assert law.memory == {"calls": 5.0, "last_t": (1.0, 2.0, 3.0), "flag": 4.0, "field": 6.0}
-    told = "law named: memory must have 6 cells, as the block has; received 2"
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+    message = "law named: memory must have 6 cells, as the block has; received 2"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         named.with_memory([1.0, 2.0])
 
 
 @pytest.mark.parametrize("key", ["size", "T", "mean", "dtype"])
 def test_names_that_records_have_for_themselves_are_refused(key):
-    told = f"f: a name in memory must not be an attribute of NumPy's records; received '{key}'"
+    message = f"f: a name in memory must not be an attribute of NumPy's records; received '{key}'"
     for keys in ({"memory": {key: 0.0}}, {"log": {key: "1"}}):
-        with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
             Law("f", lambda inputs, parameters, memory: (0.0, 0.0, 0.0), **keys)
 
 
@@ -248,15 +248,15 @@ def quiet(inputs, parameters, memory):
 
 @pytest.mark.parametrize("log", [{"a/b": "T"}, {"x": (Axis("a b", ("u",), "T"),)}])
 def test_names_in_a_log_can_be_stored(log):
-    told = r"^f: log: a name must be of letters, digits, '_' and '-' .*; received 'a[/ ]b'$"
-    with pytest.raises(ValueError, match=told):
+    message = r"^f: log: a name must be of letters, digits, '_' and '-' .*; received 'a[/ ]b'$"
+    with pytest.raises(ValueError, match=message):
         Law("f", quiet, log=log)
 
 
 @pytest.mark.parametrize("unit", ["a\0", "\ud800", None, 5, ("T",)])
 def test_units_in_a_log_can_be_stored(unit):
-    told = f"f: log x: unit: must be text without NUL, to be stored; received {unit!r}"
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+    message = f"f: log x: unit: must be text without NUL, to be stored; received {unit!r}"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         Law("f", quiet, log={"x": unit})
 
 
@@ -264,8 +264,8 @@ def test_names_of_functions_and_parameters_can_be_stored():
     with pytest.raises(ValueError, match=r"^name: must be text without NUL, to be stored; "):
         Law("a\0b", quiet)
     for key in ("a b", "class", "_a", 5):
-        told = "f: parameters must be named as variables in Python are, and not begin with '_'; "
-        with pytest.raises(ValueError, match=f"^{told}received {key!r}$"):
+        message = "f: parameters must be named as variables in Python are, and not begin with '_'; "
+        with pytest.raises(ValueError, match=f"^{message}received {key!r}$"):
             Law("f", quiet, {key: 1.0})
 
 
@@ -273,8 +273,8 @@ def test_a_log_needs_memory_by_names():
     def f(inputs, parameters, memory):
         return (0.0, 0.0, 0.0)
 
-    told = "f: memory must be given by names for a log; received cells without names"
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+    message = "f: memory must be given by names for a log; received cells without names"
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         Law("f", f, (), 3, log={"x": "T"})
     assert Law("f", f, (), 0, log={"x": "T"}).memory == {"x": 0.0}
 

@@ -18,8 +18,8 @@ def test_every_shipped_file_of_data_has_its_rights():
     assert len(data) > 10
     for path in data:
         places = (path, path.parent)
-        told = [f"`{p.relative_to(ROOT).as_posix()}{'/' if p.is_dir() else ''}`" for p in places]
-        assert any(name in PAGE for name in told), path
+        names = [f"`{p.relative_to(ROOT).as_posix()}{'/' if p.is_dir() else ''}`" for p in places]
+        assert any(name in PAGE for name in names), path
 
 
 def test_the_citation_is_of_this_version():

@@ -40,6 +40,6 @@ def test_a_file_of_any_size_is_read_up_to_a_limit(tmp_path, monkeypatch):
     with pytest.raises(ScenarioError, match="must be given; received nothing"):
         load_scenario(path)
     path.write_bytes(b"#" * 2_000_001)
-    told = rf"^scenario: must be a readable file; received {path} \(more than 2 MB\)$"
-    with pytest.raises(ScenarioError, match=told):
+    message = rf"^scenario: must be a readable file; received {path} \(more than 2 MB\)$"
+    with pytest.raises(ScenarioError, match=message):
         load_scenario(path)

@@ -16,7 +16,7 @@ def test_finite_gives_float64_arrays():
 
 
 @pytest.mark.parametrize(
-    ("value", "shape", "told"),
+    ("value", "shape", "expected"),
     [
         ("some", None, "x: must be numbers; received 'some'"),
         ([1.0, [2.0]], None, r"x: must be numbers; received \[1.0, \[2.0\]\]"),
@@ -32,8 +32,8 @@ def test_finite_gives_float64_arrays():
         ([[1.0, 2.0], [3.0, False]], None, r"x: must be numbers; received \[.*False\]\]"),
     ],
 )
-def test_finite_tells_what_is_wrong(value, shape, told):
-    with pytest.raises(ValueError, match=f"^{told}$"):
+def test_finite_tells_what_is_wrong(value, shape, expected):
+    with pytest.raises(ValueError, match=f"^{expected}$"):
         validate.finite("x", value, shape)
 
 
@@ -42,7 +42,7 @@ def test_inertia_of_three_moments_is_diagonal():
 
 
 @pytest.mark.parametrize(
-    ("value", "told"),
+    ("value", "expected"),
     [
         ((1.0, 2.0), r"J: must be 3 moments or a 3x3 tensor; received shape \(2,\)"),
         (np.ones((3, 2)), r"J: must be 3 moments or a 3x3 tensor; received shape \(3, 2\)"),
@@ -59,8 +59,8 @@ def test_inertia_of_three_moments_is_diagonal():
         ((1.0, 1.0, np.nan), "J: must be finite; received .*"),
     ],
 )
-def test_inertia_tells_what_is_wrong(value, told):
-    with pytest.raises(ValueError, match=f"^{told}$"):
+def test_inertia_tells_what_is_wrong(value, expected):
+    with pytest.raises(ValueError, match=f"^{expected}$"):
         validate.inertia_tensor("J", value)
 
 
@@ -88,15 +88,15 @@ def test_rotation_matrices_pass():
 
 
 @pytest.mark.parametrize(
-    ("value", "told"),
+    ("value", "expected"),
     [
         (np.diag([1.0, 1.0, -1.0]), "off by 0 with determinant -1"),
         (1.001 * np.eye(3), "off by 0.002 with determinant 1.003"),
         (np.ones((3, 3)), "off by 3 with determinant 0"),
     ],
 )
-def test_what_is_no_rotation_is_reported(value, told):
-    message = f"^R: must be a right-handed rotation matrix; received one that is {told}$"
+def test_what_is_no_rotation_is_reported(value, expected):
+    message = f"^R: must be a right-handed rotation matrix; received one that is {expected}$"
     with pytest.raises(ValueError, match=message):
         validate.rotation_matrix("R", value)
 
@@ -111,11 +111,11 @@ def test_directions_of_any_size_become_unit_vectors():
 def test_numbers_beyond_floats_and_inertia_beyond_bodies():
     with pytest.raises(ValueError, match=r"^x: must be numbers that a float can hold$"):
         validate.finite("x", [10**400])
-    for moments, told in (
+    for moments, message in (
         ((1e13, 1e13, 1e13), r"J: must be at most 1e\+12 kg m\^2; received 1e\+13"),
         ((1e-13, 1e-13, 1e-13), "J: principal moments must be at least 1e-12 kg m\\^2; received 1"),
     ):
-        with pytest.raises(ValueError, match=f"^{told}"):
+        with pytest.raises(ValueError, match=f"^{message}"):
             validate.inertia_tensor("J", moments)
 
 
@@ -159,7 +159,7 @@ class Ranged(Spec):
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ({"limit_a_m2": 2e-301}, "at least 1e-12"),
         ({"limit_a_m2": 1e200}, r"at most 1e\+09"),
@@ -175,9 +175,9 @@ class Ranged(Spec):
         ({"number": 10**400}, "an integer of 64 bits"),
     ],
 )
-def test_what_is_out_of_range_is_reported(keys, told):
+def test_what_is_out_of_range_is_reported(keys, expected):
     for spec, data in ((Ranged, keys), (Within, {"ranged": keys}), (Within, {"all": [keys]})):
-        with pytest.raises(ValidationError, match=told):
+        with pytest.raises(ValidationError, match=expected):
             spec.model_validate(data)
 
 
@@ -221,7 +221,7 @@ def test_specs_are_frozen_and_compare_by_value():
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ({"length_m": float("nan")}, "finite number"),
         ({"length_m": float("inf")}, "finite number"),
@@ -235,8 +235,8 @@ def test_specs_are_frozen_and_compare_by_value():
         ({}, "Field required"),
     ],
 )
-def test_specs_tell_what_is_wrong(keys, told):
-    with pytest.raises(ValidationError, match=told):
+def test_specs_tell_what_is_wrong(keys, expected):
+    with pytest.raises(ValidationError, match=expected):
         Thing(**keys)
 
 
@@ -307,15 +307,15 @@ def test_inertia_is_kept_as_a_tensor_and_moments_as_three():
 
 
 @pytest.mark.parametrize(
-    ("value", "told"),
+    ("value", "expected"),
     [
         ((1.0, 2.0, 4.0), "the sum of two principal moments must not be below the third"),
         ((1.0, -2.0, 2.0), "must be positive definite; received principal moments -2, 1, 2"),
     ],
 )
-def test_what_no_body_can_have(value, told):
+def test_what_no_body_can_have(value, expected):
     for keys in ({"inertia_kg_m2": value}, {"inertia_kg_m2": (1, 1, 1), "principal": value}):
-        with pytest.raises(ValidationError, match=f"inertia_kg_m2: {told}"):
+        with pytest.raises(ValidationError, match=f"inertia_kg_m2: {expected}"):
             Heavy(**keys)
     with pytest.raises(ValidationError, match="must be symmetric"):
         Heavy(inertia_kg_m2=((1.0, 0.1, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))

@@ -145,10 +145,10 @@ def test_only_filters_have_statistics():
 
 @WHOLE_RUNS
 def test_the_whole_check_passes_an_honest_filter_and_fails_another():
-    told = []
-    found = check_filter(scenario(GYRO, duration_s=1200.0), 40, told.append)
+    answer = []
+    found = check_filter(scenario(GYRO, duration_s=1200.0), 40, answer.append)
     honest = as_plain(found)
-    assert told == sorted(told) and told[-1] == 1.0 and len(told) == 40
+    assert answer == sorted(answer) and answer[-1] == 1.0 and len(answer) == 40
     assert found.consistent and honest["consistent"] and len(honest["checks"]) == 7
     assert honest["error_deg"] == pytest.approx(honest["sigma_deg"], rel=0.1)
     assert honest["error_deg"] == pytest.approx(honest["expected_deg"], rel=0.1)

@@ -109,7 +109,7 @@ def test_a_dipole_among_the_states_needs_no_coils():
 
 
 def test_the_same_run_has_the_same_errors_whatever_the_start():
-    """So that the effect of a start can be told from chance."""
+    """So that the effect of a start can be distinguished from chance."""
     one, other = (next(members_of(scenario(), 1, start)) for start in (AS_STATED, Start()))
     assert one.seed == other.seed
     assert one.spacecraft.gyro.bias_deg_s == other.spacecraft.gyro.bias_deg_s

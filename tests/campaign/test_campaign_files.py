@@ -104,8 +104,8 @@ def test_a_grid_knows_its_runs():
 
 def test_validate_checks_the_campaign_and_tells_of_it(file, capsys):
     assert cli.validate(file, as_json=False) == 0
-    told = capsys.readouterr().out
-    assert "campaign: 1000 runs, sampling 'sobol'; varied: start, initial.attitude, " in told
+    answer = capsys.readouterr().out
+    assert "campaign: 1000 runs, sampling 'sobol'; varied: start, initial.attitude, " in answer
     assert cli.validate(file, as_json=True) == 0
     assert json.loads(capsys.readouterr().out)["campaign"]["runs"] == 1000
     file.write_text(file.read_text().replace("sigma = 50", "sigma = -50"))
@@ -131,7 +131,7 @@ def test_a_campaign_is_a_table(value):
 
 
 NOISE, BIAS = "spacecraft.magnetometer.noise_nt", "spacecraft.magnetometer.bias_nt"
-#: (what varies, what is told of it: after `campaign.vary`).
+#: (what varies, what is reported of it: after `campaign.vary`).
 VARIED = [
     ({"orbit.raan": {"values": [1.0]}},
      '."orbit.raan": must be a known key; received 1.0 (did you mean raan_deg?)'),
@@ -251,7 +251,7 @@ def changes(kinds, keys=None):
 
 OUTCOME = {"x": {"signal": "rate_deg_s", "what": {"at_end": True}}}
 GRID = {"runs": None, "sampling": "grid", "vary": {NOISE: {"values": [1, 2]}}}
-#: (keys of the table, what is told: after `campaign`).
+#: (keys of the table, what is reported: after `campaign`).
 TABLES = [
     ({"runs": None}, ".runs: must be given; received nothing"),
     ({"runs": 0}, ".runs: must be greater than or equal to 1; received 0"),

@@ -100,7 +100,7 @@ def test_a_cluster_gives_the_same_bits(cluster, flown):
 
 @pytest.mark.parametrize("at_the_end", slow_after(1, [TimeoutError, OSError, RuntimeError]))
 @pytest.mark.parametrize(
-    ("event", "told"),
+    ("event", "expected"),
     slow_after(
         1,
         [
@@ -115,13 +115,13 @@ def test_a_cluster_gives_the_same_bits(cluster, flown):
         names=2,
     ),
 )
-def test_what_was_flown_is_kept(cluster, flown, tmp_path, event, told, at_the_end):
+def test_what_was_flown_is_kept(cluster, flown, tmp_path, event, expected, at_the_end):
     scenario, made, whole = flown
     path = tmp_path / "campaign.nc"
     cluster({32: event}, at_the_end)
     with pytest.raises(ValueError, match=r"^where: must keep its scheduler and its") as error:
         torquer.fly_campaign(scenario, made, to=path, where=ADDRESS)
-    assert str(error.value).endswith(f"({told}); what was flown is kept, resume continues")
+    assert str(error.value).endswith(f"({expected}); what was flown is kept, resume continues")
     assert "\n" not in str(error.value)
     kept = {file: file.read_bytes() for file in chunks_there(path).values()}
     assert len(kept) >= 4  # all that had come back, also those beside the lost one

@@ -59,21 +59,21 @@ def test_units_are_those_of_the_ranges():
     known |= {"first_coil", "parameters", "height_km", "a_m2_s_t", "limits"}
     named = {ending.removeprefix("gain_") for ending in validate.RANGES}
     assert named <= known
-    told = {key: unit_of(key) for key in ("rate_deg_s", "gain_a_m2_s_per_t", "limit_a_m2", "f107")}
-    assert told == {"rate_deg_s": "deg/s", "gain_a_m2_s_per_t": "A m² s/T",
+    known = {key: unit_of(key) for key in ("rate_deg_s", "gain_a_m2_s_per_t", "limit_a_m2", "f107")}
+    assert known == {"rate_deg_s": "deg/s", "gain_a_m2_s_per_t": "A m² s/T",
                     "limit_a_m2": "A m²", "f107": ""}  # fmt: skip
 
 
 def test_ranges_and_defaults_are_those_that_are_checked():
-    told = {f"{title}.{key.name}": key for title, key in KEYS}
-    inclination = told["orbit, kind = 'circular'.inclination_deg"]
+    known = {f"{title}.{key.name}": key for title, key in KEYS}
+    inclination = known["orbit, kind = 'circular'.inclination_deg"]
     assert (inclination.values, inclination.default) == ("a number, ≥ 0, ≤ 180", "")
-    limit = told["spacecraft.coils.limit_a_m2"]
+    limit = known["spacecraft.coils.limit_a_m2"]
     assert limit.values == "a number or a list of numbers, > 0, ≤ 1e+09"
-    assert told["spacecraft.gyro.bias_deg_s"].values == "a list of 3 numbers, within ±1e+06"
-    assert told["simulation.record_s"].default == "10"
-    assert told["environment.field"].default == 'kind = "igrf14"'
-    for default in (key.default for key in told.values() if key.default.startswith('"')):
+    assert known["spacecraft.gyro.bias_deg_s"].values == "a list of 3 numbers, within ±1e+06"
+    assert known["simulation.record_s"].default == "10"
+    assert known["environment.field"].default == 'kind = "igrf14"'
+    for default in (key.default for key in known.values() if key.default.startswith('"')):
         tomllib.loads(f"x = {default}")
 
 
@@ -166,8 +166,8 @@ def test_keys_of_wheel_designs_are_explained_below_design(capsys):
 
 def test_a_misspelt_key_is_answered_with_the_nearest_ones(capsys):
     assert answer(["explain", "altitud_km"]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(
+    reported = capsys.readouterr().err
+    assert reported.startswith(
         "error: KEY: must be a key or table of scenario files or wheel designs; received "
     )
-    assert "did you mean altitude_km" in told and "Traceback" not in told
+    assert "did you mean altitude_km" in reported and "Traceback" not in reported

@@ -125,8 +125,10 @@ def test_a_campaign_goes_on_without_a_worker_that_died(
     monkeypatch.setattr(Mortal, "deaths", deaths)
     options = {"to": path, "where": "processes", "workers": 1}
     if deaths == 3:
-        told = r"^workers: must survive; received 3 that were killed, as by a lack of memory: take "
-        with pytest.raises(ValueError, match=told):
+        message = (
+            r"^workers: must survive; received 3 that were killed, as by a lack of memory: take "
+        )
+        with pytest.raises(ValueError, match=message):
             torquer.fly_campaign(scenario, made, **options)
         assert len(chunks_there(path)) >= 2
         options["resume"] = True
@@ -180,8 +182,10 @@ def begun(scenario, tmp_path):
 def test_a_chunk_that_goes_missing_is_counted_and_flown_again(scenario, whole, begun):
     path, made, (first, *_) = begun
     options = {"to": path, "workers": 1, "resume": True}
-    told = r"^to: must have all 40 members when they are joined; received 32, without 0 to 7, whose"
-    with pytest.raises(ValueError, match=told):
+    message = (
+        r"^to: must have all 40 members when they are joined; received 32, without 0 to 7, whose"
+    )
+    with pytest.raises(ValueError, match=message):
         torquer.fly_campaign(
             scenario, made, **options, progress=lambda _: first.unlink(missing_ok=True)
         )
@@ -193,9 +197,9 @@ def test_files_that_are_no_chunks_of_the_campaign_are_named(scenario, begun):
     path, made, (first, second, *_) = begun
     content = second.read_bytes()
 
-    def refused(name, told):
+    def refused(name, expected):
         file = chunks_folder(path) / name
-        with pytest.raises(ValueError, match=told.format(file=re.escape(str(file)))):
+        with pytest.raises(ValueError, match=expected.format(file=re.escape(str(file)))):
             torquer.fly_campaign(scenario, made, to=path, resume=True)
         file.unlink()
 
@@ -271,8 +275,8 @@ def test_the_file_of_a_single_run_is_no_campaign_to_go_on_with(scenario, tmp_pat
 def test_no_member_is_dropped_by_fewer_runs(scenario, tmp_path):
     path = tmp_path / "campaign.nc"
     there = len(interrupted(scenario, campaign(scenario), path)) * 8
-    told = rf"^campaign.runs: must be {there} or more, as .* has so many members; received 13$"
-    with pytest.raises(ValueError, match=told):
+    message = rf"^campaign.runs: must be {there} or more, as .* has so many members; received 13$"
+    with pytest.raises(ValueError, match=message):
         torquer.fly_campaign(scenario, campaign(scenario, runs=13), to=path, resume=True)
     result = torquer.fly_campaign(scenario, campaign(scenario, runs=there), to=path, resume=True)
     assert result.sizes["member"] == there
@@ -285,8 +289,8 @@ def test_runs_are_added_where_members_do_not_depend_on_them(scenario, tmp_path, 
     torquer.fly_campaign(scenario, campaign(scenario, runs=8, sampling=sampling), to=path)
     before, more = path.read_bytes(), campaign(scenario, runs=16, sampling=sampling)
     if sampling == "latin_hypercube":
-        told = r"^campaign.runs: must be 8, as when .* was started: a Latin hyper.* received 16$"
-        with pytest.raises(ValueError, match=told):
+        message = r"^campaign.runs: must be 8, as when .* was started: a Latin hyper.* received 16$"
+        with pytest.raises(ValueError, match=message):
             torquer.fly_campaign(scenario, more, to=path, resume=True)
         assert path.read_bytes() == before
     else:
@@ -338,7 +342,7 @@ GAIN = {"control.law.gain_a_m2_s_per_t": {"log_uniform": [1e4, 1e6]}}
 
 
 @pytest.mark.parametrize(
-    ("vary", "told"),
+    ("vary", "expected"),
     [
         (GAIN, None),
         (GAIN | {"orbit.raan_deg": {"uniform": [0, 360]}}, "orbit.raan_deg varies, and members "
@@ -348,18 +352,18 @@ GAIN = {"control.law.gain_a_m2_s_per_t": {"log_uniform": [1e4, 1e6]}}
     ],
 )  # fmt: skip
 def test_it_is_reported_whether_members_fit_and_each_is_prepared_once(
-    scenario, monkeypatch, recwarn, vary, told
+    scenario, monkeypatch, recwarn, vary, expected
 ):
     made, prepared = campaign(scenario, runs=24, vary=vary), []
     monkeypatch.setattr(fleet, "prepare", lambda *a, **k: prepared.append(a) or prepare(*a, **k))
     flying = fleet.Fleet(scenario, made)
-    assert flying.why_not_in_lanes == (told or "")
+    assert flying.why_not_in_lanes == (expected or "")
     prepared.clear()
     flying.fly(np.arange(24))
     assert len(prepared) == 24
     torquer.fly_campaign(scenario, made)
-    assert [told in str(each.message) for each in recwarn if each.category is OneByOne] == (
-        [True] if told else []
+    assert [expected in str(each.message) for each in recwarn if each.category is OneByOne] == (
+        [True] if expected else []
     )
 
 
@@ -435,14 +439,14 @@ def test_campaigns_fly_checked_scenarios_only(scenario):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "expected"),
     [
         ({"workers": 0}, "workers: must be 1 or more; received 0"),
         ({"where": "elsewhere"}, "where: must be "),
     ],
 )
-def test_mistakes_are_reported(scenario, options, told):
-    with pytest.raises(ValueError, match=told):
+def test_mistakes_are_reported(scenario, options, expected):
+    with pytest.raises(ValueError, match=expected):
         torquer.fly_campaign(scenario, campaign(scenario, runs=2), **options)
 
 

@@ -203,8 +203,8 @@ def test_a_member_flown_side_by_side_has_the_bits_of_its_own_flight(name):
         assert np.array_equal(beside, kept)
         for total in ("coil_energy_j", "peak_dipole_a_m2"):
             assert cells[total] == own[total], total
-        for told in ("damping", "lag"):  # how well the step follows
-            assert cells[told] == own[told], told
+        for key in ("damping", "lag"):  # how well the step follows
+            assert cells[key] == own[key], key
 
 
 def test_an_estimate_that_a_law_states_is_each_members_own():
@@ -383,14 +383,14 @@ WHEELS = {
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "expected"),
     [
         ({"simulation": {"duration_s": 900.0, "record_s": 20.0}}, "their steps are adaptive"),
         ({"spacecraft.wheels": WHEELS}, "wheels"),
     ],
 )
-def test_what_cannot_fly_side_by_side_is_reported(change, told):
+def test_what_cannot_fly_side_by_side_is_reported(change, expected):
     scenario = scenario_from_text(HEAD + PLAIN)
     for key, value in change.items():
         scenario = scenario.replace(key, value)
-    assert told in why_not_in_lanes(prepare(scenario))
+    assert expected in why_not_in_lanes(prepare(scenario))

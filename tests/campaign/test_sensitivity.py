@@ -188,7 +188,7 @@ def test_statistics_are_of_the_members_that_are_independent():
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ({"runs": 10}, "runs: must be a multiple of 3, the members of a point of sampling "
          "'saltelli', best with a power of 2 of them; received 10"),
@@ -197,11 +197,11 @@ def test_statistics_are_of_the_members_that_are_independent():
          "stop: must be left out with sampling 'saltelli', which must be complete"),
     ],
 )  # fmt: skip
-def test_mistakes_are_reported(make, keys, told):
+def test_mistakes_are_reported(make, keys, expected):
     noise = {"spacecraft.magnetometer.noise_nt": {"uniform": [0, 50]}}
     with pytest.raises(ValueError) as caught:
         campaign_from_data({"runs": 12, "sampling": "saltelli", "vary": noise, **keys}, make())
-    assert str(caught.value) == f"campaign.{told}"
+    assert str(caught.value) == f"campaign.{expected}"
 
 
 # ------------------------------------------------------------------ flown

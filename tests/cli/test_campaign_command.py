@@ -95,7 +95,7 @@ def test_flying_one_by_one_is_reported(call, campaign_file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "expected"),
     [
         (("--runs", 0), "--runs: must be greater than or equal to 1; received 0"),
         (("--runs", 1.5), "Invalid value for --runs: must be a whole number; received 1.5"),
@@ -113,9 +113,9 @@ def test_flying_one_by_one_is_reported(call, campaign_file, tmp_path):
         (("--member", 20, "--runs", 20), "--member: must lie within 0..19; received 20"),
     ],
 )  # fmt: skip
-def test_mistakes_are_one_line(call, campaign_file, tmp_path, options, told):
+def test_mistakes_are_one_line(call, campaign_file, tmp_path, options, expected):
     code, out, err = call("campaign", campaign_file, "--out", tmp_path / "out", *options)
-    assert (code, out, err) == (2, "", f"error: {told}\n")
+    assert (code, out, err) == (2, "", f"error: {expected}\n")
 
 
 def test_a_file_without_a_campaign_is_refused(call, scenario, tmp_path):
@@ -219,12 +219,12 @@ def test_a_comparison_is_printed_as_json_and_written_as_a_report(call, two, tmp_
 def test_what_cannot_be_compared_is_reported(call, two, tmp_path):
     nothing, single = tmp_path / "none", tmp_path / "single.nc"
     save(artificial().drop_attrs(), single)
-    for b, told in (
+    for b, message in (
         (nothing, "B: must be the folder or the campaign.nc of a flown campaign; received "
          f"{nothing} (No such file or directory)"),
         (single, f"B: must be the result of a campaign; received {single}"),
     ):  # fmt: skip
-        assert call("campaign", "compare", two[0], b) == (2, "", f"error: {told}\n")
+        assert call("campaign", "compare", two[0], b) == (2, "", f"error: {message}\n")
     damaged = bytearray((two[1] / "campaign.nc").read_bytes())
     damaged[5000] ^= 1
     (two[1] / "campaign.nc").write_bytes(damaged)

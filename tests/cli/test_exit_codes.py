@@ -37,7 +37,7 @@ WRITERS = {
     ),
 }  # fmt: skip
 DEEP = 10_000
-#: Files with several mistakes, a line each; both lines of a TLE are told.
+#: Files with several mistakes, a line each; both lines of a TLE are reported.
 SEVERAL = ("empty", "no_table", "deep_key", "long_hex", "twice")
 UNREADABLE = {
     "nowhere": None,

@@ -44,7 +44,7 @@ def test_no_satellite_lost(call, tmp_path, strict_json):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "expected"),
     [
         (("--only", "tuba"), "--only: must be part of the name of a fault, which begins with one"),
         (("--at-h", "25"), "--at-h: must be a time before the end of the flights, 24 h; received"),
@@ -53,7 +53,7 @@ def test_no_satellite_lost(call, tmp_path, strict_json):
         (("--workers", "0"), "--workers: must be 1 or more; received 0"),
     ],
 )
-def test_mistakes(call, tmp_path, options, told):
+def test_mistakes(call, tmp_path, options, expected):
     code, said, err = call("faults", SAFE_MODE, *options, "--out", tmp_path)
     assert code == 2 and not said
-    assert err.startswith(f"error: {told}") and err.count("\n") == 1
+    assert err.startswith(f"error: {expected}") and err.count("\n") == 1

@@ -34,9 +34,9 @@ def test_every_command_has_examples():
 def test_help_ends_with_examples_and_has_no_stray_flags(call, name):
     code, out, err = call(*name.split(), "--help")
     assert (code or 0, err) == (0, "")
-    told = " ".join(out.split())
-    assert "--empty" not in told and "--no-json" not in told
-    shown = told.partition("Examples:")[2]
+    answer = " ".join(out.split())
+    assert "--empty" not in answer and "--no-json" not in answer
+    shown = answer.partition("Examples:")[2]
     for line in EXAMPLES[name]:
         assert " ".join(line.split()) in shown
 
@@ -150,8 +150,8 @@ def test_examples_are_found_where_they_are_installed(tmp_path, monkeypatch):
 )  # fmt: skip
 def test_mistakes_are_json_where_that_is_asked(call, strict_json, arguments, first):
     code, out, err = call(*arguments)
-    (told,) = strict_json(out)["errors"]
-    assert code == 2 and told.startswith(first) and err == f"error: {told}\n"
+    (answer,) = strict_json(out)["errors"]
+    assert code == 2 and answer.startswith(first) and err == f"error: {answer}\n"
 
 
 def test_a_mistyped_key_has_its_suggestion(call, scenario):
@@ -218,13 +218,13 @@ def test_both_ways_say_the_same(call, scenario):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (("init", ""), "NAME: must begin with a letter, digit or '_' and hold only these"),
         (("explain", "gain"), "did you mean gain_a_m2_s_per_t or "),
         (("schema", "b", "c"), "arguments: must be no more than the command takes; received also"),
     ],
 )
-def test_mistakes_are_reported_with_a_way_out(call, arguments, told):
+def test_mistakes_are_reported_with_a_way_out(call, arguments, expected):
     code, _, err = call(*arguments)
-    assert code == 2 and told in err and err.count("\n") == 1
+    assert code == 2 and expected in err and err.count("\n") == 1

@@ -26,9 +26,9 @@ def test_a_flight_is_written_flown_again_and_compared(call, tmp_path):
     code, text, _ = call(
         "fly", DAY, "--ticks", 300, "--faults", faults, "--out", tmp_path / "other", "--json"
     )
-    told = json.loads(text)
-    assert code == 0 and told["ticks"] == 300 and told["reboots"] == 1
-    assert told["packets"]["ready"] == 2 and len(told["digest"]) == 16
+    answer = json.loads(text)
+    assert code == 0 and answer["ticks"] == 300 and answer["reboots"] == 1
+    assert answer["packets"]["ready"] == 2 and len(answer["digest"]) == 16
     both = (out / "session.json", tmp_path / "other" / "session.json")
     code, text, _ = call("session", "bisect", *both)
     assert code == 1 and "control step 60," in text

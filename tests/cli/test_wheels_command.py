@@ -45,7 +45,7 @@ def test_a_sweep_is_a_table_and_a_picture(call, tmp_path, strict_json):
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("asked", "expected"),
     [
         ("gamma_deg=20:80", "must be ANGLE=FROM:TO, such as alpha_deg=20:85 or"),
         ("alpha_deg", "must be ANGLE=FROM:TO"),
@@ -55,9 +55,9 @@ def test_a_sweep_is_a_table_and_a_picture(call, tmp_path, strict_json):
         ("alpha_deg=20:80:1", "must have 2 to 1001 points; received 1"),
     ],
 )
-def test_a_mistaken_sweep_is_one_line(call, asked, told):
+def test_a_mistaken_sweep_is_one_line(call, asked, expected):
     code, out, err = call("wheels", EXAMPLE, "--sweep", asked)
-    assert (code, out) == (2, "") and err.startswith(f"error: --sweep: {told}")
+    assert (code, out) == (2, "") and err.startswith(f"error: --sweep: {expected}")
     assert err.count("\n") == 1
 
 

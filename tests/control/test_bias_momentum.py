@@ -138,7 +138,7 @@ def test_plain_python_flies_the_same():
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ({"reference": "inertial"}, r"reference\n.*'orbital'"),
         ({"pitch_axis": (0.0, 0.0, 0.0)}, "pitch_axis: must be non-zero vectors"),
@@ -147,8 +147,8 @@ def test_plain_python_flies_the_same():
         ({"unloading_gain_per_s": -1.0}, r"unloading_gain_per_s\n.*greater than or equal to 0"),
     ],
 )
-def test_keys_are_checked(keys, told):
-    with pytest.raises(ValidationError, match=told):
+def test_keys_are_checked(keys, expected):
+    with pytest.raises(ValidationError, match=expected):
         BiasMomentum(**(LAW | keys))
 
 

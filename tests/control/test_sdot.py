@@ -30,7 +30,7 @@ def no_reading():
     return law.record_of(law.first_memory())
 
 
-def told(gain, *rows, memory=None):
+def answers(gain, *rows, memory=None):
     """Answers to (time, direction to the Sun) one after another."""
     memory = no_reading() if memory is None else memory
     known = [inputs(t, sun=sun, **MODELS) for t, sun in rows]
@@ -65,7 +65,7 @@ def test_with_the_field_in_place_of_the_sun_it_is_b_dot(omega, b, gain):
 def test_difference_form_is_the_formula(first, before, now, gain, dt):
     """SDOT (1.17); the first interval tells how long one lasts."""
     rows = [(k * dt, unit(v)) for k, v in enumerate((first, before, now))]
-    found = told(gain, *rows)
+    found = answers(gain, *rows)
     expected = -gain * COS_ALPHA * (unit(now) - unit(before)) / (2.0 * dt - dt)
     assert np.array_equal(found[:2], np.zeros((2, 3)))
     assert found[2] == pytest.approx(expected, rel=1e-12, abs=1e-13 * gain / dt)
@@ -79,7 +79,7 @@ def test_difference_tends_to_the_rate_form_with_the_first_power_of_the_interval(
 
     errors = []
     for dt in (0.4, 0.2, 0.1):
-        m = told(gain, *((10.0 - k * dt, seen(10.0 - k * dt)) for k in (2, 1, 0)))[-1]
+        m = answers(gain, *((10.0 - k * dt, seen(10.0 - k * dt)) for k in (2, 1, 0)))[-1]
         exact = sdot_rate(inputs(omega=omega, sun=seen(10.0), **MODELS), Gain(gain), ())
         errors.append(np.linalg.norm(m - exact))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(1.0, abs=0.05)
@@ -88,7 +88,7 @@ def test_difference_tends_to_the_rate_form_with_the_first_power_of_the_interval(
 
 def test_alpha_goes_on_between_two_readings():
     memory, gain = no_reading(), 1e3
-    first = told(gain, (0.0, (1.0, 0.0, 0.0)), (1.0, (0.8, 0.6, 0.0)), (2.0, (0.6, 0.8, 0.0)),
+    first = answers(gain, (0.0, (1.0, 0.0, 0.0)), (1.0, (0.8, 0.6, 0.0)), (2.0, (0.6, 0.8, 0.0)),
                  memory=memory)[-1]  # fmt: skip
     later = inputs(2.0, sun=(0.6, 0.8, 0.0), model_b=(0.0, 0.0, 2e-5), model_sun=(0.6, 0.0, 0.8))
     m = sdot_difference(later._replace(t_s=2.5), Gain(gain), memory)
@@ -106,27 +106,27 @@ def test_no_field_in_the_model_no_dipole():
 
 def test_without_the_sun_there_is_no_dipole():
     assert np.all(sdot_rate(inputs(omega=(0.1, 0.2, 0.3), **MODELS), Gain(1e3), ()) == np.zeros(3))
-    found = told(1e3, (0.0, X), (1.0, Y), (2.0, Z), (3.0, ZERO), (4.0, ZERO))
+    found = answers(1e3, (0.0, X), (1.0, Y), (2.0, Z), (3.0, ZERO), (4.0, ZERO))
     assert np.abs(found[2]).max() > 100.0 and np.all(found[3:] == 0.0)
 
 
 def test_the_difference_starts_afresh_after_a_reading_without_the_sun():
     """However short the loss: the reading after it has none before it to be compared with."""
-    found = told(1e3, (0.0, X), (1.0, Y), (2.0, Z), (3.0, ZERO), (4.0, Y), (5.0, X))
+    found = answers(1e3, (0.0, X), (1.0, Y), (2.0, Z), (3.0, ZERO), (4.0, Y), (5.0, X))
     assert np.all(found[4] == 0.0)
     assert found[5] == pytest.approx(-1e3 * COS_ALPHA * np.array([1.0, -1.0, 0.0]), rel=1e-12)
 
 
 @pytest.mark.parametrize(("gap_s", "taken"), [(2.0, True), (2.5, True), (2.6, False), (2e3, False)])
 def test_no_difference_is_taken_across_a_gap(gap_s, taken):
-    """The law not called through an eclipse: nothing told it of the loss of the Sun."""
-    found = told(1e3, (0.0, X), (1.0, Y), (2.0, X), (2.0 + gap_s, Y), (3.0 + gap_s, Z))
+    """The law not called through an eclipse: it does not know of the loss of the Sun."""
+    found = answers(1e3, (0.0, X), (1.0, Y), (2.0, X), (2.0 + gap_s, Y), (3.0 + gap_s, Z))
     assert np.any(found[3] != 0.0) == taken
     assert np.any(found[4] != 0.0)
 
 
 def test_a_single_call_before_a_gap_is_not_taken_for_an_interval():
-    found = told(1e3, (0.0, X), (2e3, Y), (2001.0, Z))
+    found = answers(1e3, (0.0, X), (2e3, Y), (2001.0, Z))
     assert np.all(found[:2] == 0.0) and np.any(found[2] != 0.0)
 
 
@@ -134,14 +134,14 @@ def test_readings_at_uneven_intervals_are_all_used():
     """A sensor read every 0.7 s at control steps of 1 s: intervals of 0.7 and 1.4 s."""
     times = np.array([0.0, 0.7, 1.4, 2.8, 3.5, 4.9, 5.6])
     suns = [(np.cos(0.1 * t), np.sin(0.1 * t), 0.0) for t in times]
-    found = told(1.0, *zip(times, suns, strict=True))
+    found = answers(1.0, *zip(times, suns, strict=True))
     expected = -COS_ALPHA * np.diff(suns, axis=0) / np.diff(times)[:, None]
     assert found[2:] == pytest.approx(expected[1:], rel=1e-12)
 
 
 def test_between_two_readings_the_difference_stays():
     memory, rows = no_reading(), [(0.0, X), (1.0, Y), (2.0, Z)]
-    last = told(1e3, *rows, memory=memory)[-1]
+    last = answers(1e3, *rows, memory=memory)[-1]
     again = inputs(2.0, sun=Z, **MODELS)._replace(t_s=2.4)
     assert sdot_difference(again, Gain(1e3), memory) == pytest.approx(last, rel=1e-15)
 
@@ -176,7 +176,7 @@ IN_THE_LIGHT = {
 @needs_jit
 @pytest.mark.parametrize("control", [{"law": DIFFERENCE}, IN_THE_LIGHT], ids=["always", "by modes"])
 def test_through_an_eclipse(make, control):
-    """Every command is the formula of the readings told; none from a difference across the dark."""
+    """Every command is the formula of the readings; none is from a difference across the dark."""
     run = simulate(make({**FLIGHT, "control": control}))
     command, sun = run["command_body"].values, run["sun_measured"].values
     b, to_sun = run["b_inertial"].values, run["sun_inertial"].values

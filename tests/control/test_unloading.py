@@ -165,7 +165,7 @@ def test_a_held_body_sheds_the_momentum_of_its_wheels():
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ({"gain_per_s": 0.0}, r"gain_per_s\n.*greater than 0"),
         ({}, r"gain_per_s\n.*required"),
@@ -180,6 +180,6 @@ def test_a_held_body_sheds_the_momentum_of_its_wheels():
         ),
     ],
 )
-def test_keys_are_checked(keys, told):
-    with pytest.raises(ValidationError, match=told):
+def test_keys_are_checked(keys, expected):
+    with pytest.raises(ValidationError, match=expected):
         Unloading(**keys)

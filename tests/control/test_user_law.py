@@ -203,7 +203,7 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "name", "told"),
+    ("text", "name", "expected"),
     [
         ("def f(:\n", None, r"FILE: must import; received SyntaxError.* \(NAME, line 1\)$"),
         ("x = 1\n1 / 0\n", None, r"FILE: .* received ZeroDivisionError.* \(NAME, line 2\)$"),
@@ -237,13 +237,13 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
         ),
     ],
 )
-@pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")
-def test_a_mistake_is_one_clear_line(tmp_path, text, name, told):
+@pytest.mark.skipif(not engine.COMPILED, reason="the compiler reports what does not compile")
+def test_a_mistake_is_one_clear_line(tmp_path, text, name, expected):
     file = written(tmp_path, text)
-    told = told.replace("NAME", re.escape(file.name))
-    told = told.replace("FILE", re.escape(f"law file {file}"))
-    told = told.replace("LAW", "law mine: must compile")
-    with pytest.raises(ValueError, match=f"^{told}") as caught:
+    expected = expected.replace("NAME", re.escape(file.name))
+    expected = expected.replace("FILE", re.escape(f"law file {file}"))
+    expected = expected.replace("LAW", "law mine: must compile")
+    with pytest.raises(ValueError, match=f"^{expected}") as caught:
         load_law(file, name)
     assert "\n" not in str(caught.value)
 
@@ -292,7 +292,7 @@ def test_a_law_may_return_an_array_of_three(tmp_path):
         np.testing.assert_allclose(found.dipole_a_m2, expected, rtol=1e-15)
 
 
-@pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")
+@pytest.mark.skipif(not engine.COMPILED, reason="the compiler reports what does not compile")
 @pytest.mark.parametrize("expression", NUMPY_THAT_DOES_NOT)
 def test_the_error_of_a_law_says_what_works_instead_of_numpy(tmp_path, expression):
     file = with_numpy(tmp_path, expression)
@@ -317,7 +317,7 @@ def test_what_the_message_names_works(tmp_path):
     np.testing.assert_allclose(answer(law), (14.0 * 11.0, 14.0 * -3.0, 14.0 * 3.0), rtol=1e-15)
 
 
-@pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")
+@pytest.mark.skipif(not engine.COMPILED, reason="the compiler reports what does not compile")
 def test_wrong_arguments_are_one_clear_line(tmp_path):
     file = written(tmp_path, HEAD + "def mine(inputs, parameters):\n    return (0.0, 0.0, 0.0)\n")
     with pytest.raises(ValueError, match=r"^law mine: must compile as .*takes 2 arguments"):

@@ -225,7 +225,7 @@ LYAPUNOV = {"rate_gain_n_m_s": 1.0, "angle_gain_n_m": 1.0, "inertia_kg_m2": (1.0
 
 
 @pytest.mark.parametrize(
-    ("make", "keys", "told"),
+    ("make", "keys", "expected"),
     [
         (WheelPd, PD | {"bandwidth_rad_s": 0.0}, r"bandwidth_rad_s\n.*greater than 0"),
         (WheelPd, PD | {"damping": -1.0}, r"damping\n.*greater than 0"),
@@ -246,6 +246,6 @@ LYAPUNOV = {"rate_gain_n_m_s": 1.0, "angle_gain_n_m": 1.0, "inertia_kg_m2": (1.0
         (WheelLyapunov, LYAPUNOV | {"gravity_feedforward": "maybe"}, r"gravity_feedforward\n"),
     ],
 )
-def test_keys_are_checked(make, keys, told):
-    with pytest.raises(ValidationError, match=told):
+def test_keys_are_checked(make, keys, expected):
+    with pytest.raises(ValidationError, match=expected):
         make(**keys)

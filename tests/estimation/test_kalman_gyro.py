@@ -123,7 +123,7 @@ def test_filters_with_one_direction_are_consistent_after_they_took_over(estimato
 
 def test_the_sun_comes_back_to_a_filter_that_stays_honest():
     """After half an hour in the umbra, 6 deg wrong about each axis: the turn about the Sun, which
-    no reading tells, does not seem to be told by the readings that correct the others."""
+    no reading tells, does not seem to follow from the readings that correct the others."""
     runs = flown(60, SUN, HANDED_OVER, duration_s=5000.0, record_s=20.0)
     after = slice(3700 // 20, None)
     wrong = np.degrees(np.sqrt(np.mean(runs.errors[:, 3500 // 20, :3] ** 2)))

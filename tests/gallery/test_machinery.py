@@ -285,13 +285,13 @@ def outcomes(tmp_path, *made):
 
 
 def test_compute_all_writes_pictures_and_results(tmp_path):
-    told = []
+    answer = []
     made = [
         entry(GOOD, figures={"": made_figure()}, ids=("FIELD-11",)),
         entry(GOOD, figures={"a": made_figure(), "b": made_figure()}),
     ]
-    found = compute_all(made, tmp_path, None, lambda name, count: told.append((name, count)))
-    assert told == [("FIELD-11", 0), ("FIELD-10", 1)]
+    found = compute_all(made, tmp_path, None, lambda name, count: answer.append((name, count)))
+    assert answer == [("FIELD-11", 0), ("FIELD-10", 1)]
     names = ["FIELD-11.png", "FIELD-10-a.png", "FIELD-10-b.png"]
     assert [p.name for o in found for p in o.pictures] == names
     assert all((tmp_path / name).stat().st_size > 5000 for name in names)

@@ -99,11 +99,11 @@ def test_a_client_commands_and_gets_the_acknowledgement(call, tmp_path, monkeypa
     client = Client(monkeypatch, act)
     code, text, err = flown(call, tmp_path)
     client.end.close()
-    told = json.loads(text)
+    answer = json.loads(text)
     assert code == 0 and f"listening on {client.link.address}" in err
     assert "acknowledgement" in client.names()
-    assert told["packets"]["acknowledgement"] == 1
-    assert told["link"]["received_bytes"] > 0 == told["link"]["lost_bytes"]
+    assert answer["packets"]["acknowledgement"] == 1
+    assert answer["link"]["received_bytes"] > 0 == answer["link"]["lost_bytes"]
     assert (tmp_path / "downlink.bin").read_bytes().endswith(client.got[-200:])
     uplink = load_session(tmp_path / "session.json").uplink
     assert len(uplink) == 2 and all(step >= 50 for step, _ in uplink)
@@ -130,8 +130,8 @@ def test_garbage_and_clients_that_come_and_go_leave_a_flight_that_replays(
     client = Client(monkeypatch, act)
     code, text, _ = flown(call, tmp_path)
     client.end.close()
-    told = json.loads(text)
-    assert code == 0 and told["ticks"] == TICKS
+    answer = json.loads(text)
+    assert code == 0 and answer["ticks"] == TICKS
     assert "acknowledgement" in client.names()
     assert call("session", "replay", tmp_path / "session.json")[0] == 0
 

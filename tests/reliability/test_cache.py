@@ -93,9 +93,9 @@ def test_damaged_code_is_compiled_again(sound, how, ending):
     assert files
     for path in files:
         damage(path, how, random.Random(f"{how} {ending}"))
-    volume, hits, told = run_script(sound, TORQUER_CACHE_DIR=str(cache))
+    volume, hits, answer = run_script(sound, TORQUER_CACHE_DIR=str(cache))
     assert (volume, hits) == ("6.0", "0")
-    assert told.count("CacheNote: compiled code in ") == 1
+    assert answer.count("CacheNote: compiled code in ") == 1
     assert run_script(sound, TORQUER_CACHE_DIR=str(cache)) == ("6.0", "1", "")
 
 
@@ -133,9 +133,9 @@ def test_code_of_another_function_is_not_believed(alike, ending):
     first, second = one.read_bytes(), other.read_bytes()
     one.write_bytes(second)
     other.write_bytes(first)
-    half, twice, told = run_alike(alike)
+    half, twice, answer = run_alike(alike)
     assert (half, twice) == ("1.75", "7.0")
-    assert told.count("CacheNote: compiled code in ") == 1
+    assert answer.count("CacheNote: compiled code in ") == 1
     assert run_alike(alike) == ("1.75", "7.0", "")
 
 
@@ -144,9 +144,9 @@ def test_code_for_another_kind_of_number_is_not_believed(alike):
     assert run_alike(alike, "3", "other") == ("1.5", "7.0", "")
     data = entry(alike, "half", "nbc", "other").read_bytes()
     entry(alike, "half", "nbc").write_bytes(data)
-    half, twice, told = run_alike(alike)
+    half, twice, answer = run_alike(alike)
     assert (half, twice) == ("1.75", "7.0")  # that for whole numbers gives 1.5
-    assert told.count("CacheNote: compiled code in ") == 1
+    assert answer.count("CacheNote: compiled code in ") == 1
     assert run_alike(alike) == ("1.75", "7.0", "")
 
 
@@ -161,10 +161,12 @@ def test_a_folder_in_place_of_a_file_is_a_note(alike, ending):
     path.unlink()
     (path / "inside").mkdir(parents=True)
     for _ in range(2):
-        half, twice, told = run_alike(alike)
+        half, twice, answer = run_alike(alike)
         assert (half, twice) == ("1.75", "7.0")
-        assert "CacheNote: compiling again: " in told
-        assert "CacheNote: compiled code is not kept, so that it is compiled at every start" in told
+        assert "CacheNote: compiling again: " in answer
+        assert (
+            "CacheNote: compiled code is not kept, so that it is compiled at every start" in answer
+        )
 
 
 def test_a_folder_in_which_others_can_write_is_not_used(tmp_path):
@@ -179,9 +181,9 @@ def test_a_folder_in_which_others_can_write_is_not_used(tmp_path):
     assert own.stat().st_mode & 0o777 == 0o700
     assert run_script(tmp_path, **there) == ("6.0", "1", "")
     own.chmod(0o777)  # now that one is not private either
-    volume, hits, told = run_script(tmp_path, **there)
+    volume, hits, answer = run_script(tmp_path, **there)
     assert (volume, hits) == ("6.0", "0")
-    assert told.count("CacheNote: compiled code is not kept, so that every start compiles") == 1
+    assert answer.count("CacheNote: compiled code is not kept, so that every start compiles") == 1
 
 
 def test_nor_is_one_within_a_folder_of_our_own(tmp_path):
@@ -211,8 +213,8 @@ def test_a_folder_of_another_user_is_not_used(tmp_path, monkeypatch):
 def test_without_a_home_or_a_place_to_write_everything_works(tmp_path):
     (tmp_path / "file").write_text("")
     nowhere = str(tmp_path / "file" / "nowhere")
-    volume, hits, told = run_script(tmp_path, TORQUER_CACHE_DIR=nowhere, TMPDIR=str(tmp_path))
-    assert (volume, hits, told) == ("6.0", "0", "")  # kept among the temporary files
+    volume, hits, answer = run_script(tmp_path, TORQUER_CACHE_DIR=nowhere, TMPDIR=str(tmp_path))
+    assert (volume, hits, answer) == ("6.0", "0", "")  # kept among the temporary files
     full = {"TORQUER_CACHE_DIR": "/dev/full", "XDG_CACHE_HOME": ""}
     assert run_script(tmp_path, TMPDIR=str(tmp_path), **full)[:2] == ("6.0", "1")
     volume, _, _ = run_script(tmp_path, TORQUER_CACHE_DIR="", XDG_CACHE_HOME="", HOME="")

@@ -102,7 +102,7 @@ def content_of(result, tmp_path):
 @pytest.mark.parametrize("name", [*BOMBS, "one text many times"])
 def test_what_cannot_stand_in_a_file_is_not_read(result, name, tmp_path, monkeypatch):
     path, content = tmp_path / "result.nc", content_of(result, tmp_path)
-    change, told = BOMBS.get(name, (None, LARGE))
+    change, message = BOMBS.get(name, (None, LARGE))
     path.write_bytes(sealed(edited(content, change) if change else one_text_many_times(content)))
 
     def not_yet(*given, **how):
@@ -113,7 +113,7 @@ def test_what_cannot_stand_in_a_file_is_not_read(result, name, tmp_path, monkeyp
     for read in (files.load, files.lazily, torquer.resume):
         text = message_of(read, path)
         assert text.startswith("result: must hold numbers and texts as torquer writes them; ")
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             read(path)
 
 

@@ -123,7 +123,7 @@ def with_cell(place, value):
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "told"),
+    ("name", "value", "expected"),
     [
         ("checkpoint", with_cell(0, -1e6), "checkpoint must be at a step from 0 to .*-1e\\+06"),
         ("checkpoint", with_cell(0, 1e6), "checkpoint must be at a step from 0 to "),
@@ -140,11 +140,11 @@ def with_cell(place, value):
         ("digest", lambda text: "", "must be as the run left it"),
     ],
 )
-def test_a_changed_result_is_refused(stopped, name, value, told, tmp_path):
+def test_a_changed_result_is_refused(stopped, name, value, expected, tmp_path):
     other = changed(stopped, name, value)
     torquer.save(other, tmp_path / "result.nc")
     for result in (other, tmp_path / "result.nc"):
-        with pytest.raises(ValueError, match=told) as error:
+        with pytest.raises(ValueError, match=expected) as error:
             torquer.resume(result)
         assert len(str(error.value).splitlines()) <= 3
 
@@ -152,8 +152,8 @@ def test_a_changed_result_is_refused(stopped, name, value, told, tmp_path):
 def test_another_processor_is_reported(stopped, monkeypatch):
     whole = torquer.resume(stopped)
     monkeypatch.setattr("torquer.simulation.results.restore.processor", lambda: "another (0123)")
-    told = r"began with processor .* and goes on with processor another \(0123\): the last bits"
-    with pytest.warns(UserWarning, match=told):
+    message = r"began with processor .* and goes on with processor another \(0123\): the last bits"
+    with pytest.warns(UserWarning, match=message):
         assert np.array_equal(torquer.resume(stopped).omega_body, whole.omega_body)
 
 
@@ -191,13 +191,15 @@ def test_an_unfinished_run_is_replaced_only_if_asked(stopped, stored):
 def test_an_unfinished_or_damaged_result_is_not_overwritten(call, scenario_file, stored):
     path, content = stored
     scenario, out = scenario_file("built-in"), path.parent
-    told = r"error: --out: must hold no unfinished run; .*--overwrite replaces it; .*\n"
+    message = r"error: --out: must hold no unfinished run; .*--overwrite replaces it; .*\n"
     code, _, err = call("run", scenario, "--out", out, "--no-report")
-    assert code == 2 and re.fullmatch(told, err)
+    assert code == 2 and re.fullmatch(message, err)
     path.write_bytes(content[:-1])
-    told = r"error: --out: must hold no file that cannot be read; .*--overwrite replaces it; .*\n"
+    message = (
+        r"error: --out: must hold no file that cannot be read; .*--overwrite replaces it; .*\n"
+    )
     code, _, err = call("run", scenario, "--out", out, "--no-report")
-    assert code == 2 and re.fullmatch(told, err)
+    assert code == 2 and re.fullmatch(message, err)
     assert path.read_bytes() == content[:-1]
     assert call("run", scenario, "--out", out, "--no-report", "--overwrite")[0] == 0
     assert torquer.load(path).attrs["how_it_ended"] == "complete"

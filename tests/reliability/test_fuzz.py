@@ -78,7 +78,7 @@ def mutated(number):
 
 
 def check(number):
-    """Whether the scenario is valid; what is wrong with it is told in short lines."""
+    """Whether the scenario is valid; what is wrong with it is reported in short lines."""
     try:
         scenario = scenario_from_text(mutated(number))
         _checked_size(scenario)

@@ -72,8 +72,8 @@ def check_every_write(call, disk, path, command, result, whys):
         lines = [line for line in err.splitlines() if not line.startswith("note: nothing saved")]
         # when the last file has its name, no more than the entry of its folder is not sure
         assert code == 2 or (out / "summary.json").exists()
-        told = f"error: --out: must be a folder that can be written; received {out} ("
-        assert [line.startswith(told) for line in lines] == [True] * (code == 2), err
+        message = f"error: --out: must be a folder that can be written; received {out} ("
+        assert [line.startswith(message) for line in lines] == [True] * (code == 2), err
         kept = {file: file.read_bytes() for file in out.rglob("*.nc")}
         assert not [file for file in out.rglob("*") if file.suffix in (".part", ".claimed")]
         for file in kept:

@@ -27,8 +27,8 @@ def planted(tmp_path):
 def test_no_user_code_is_executed_where_it_is_refused(call, planted, tmp_path, command):
     scenario, file = planted("here")
     code, _, err = call(command, scenario, "--no-user-code")
-    told = "control.law.file: must not be given with --no-user-code; "
-    assert (code, err) == (2, f"error: {told}received {file}\n")
+    message = "control.law.file: must not be given with --no-user-code; "
+    assert (code, err) == (2, f"error: {message}received {file}\n")
     assert not (tmp_path / "executed").exists()
 
 

@@ -114,9 +114,9 @@ def test_the_command_prints_the_same(both, detumble, short, tmp_path, capsys):
         torquer.save(result, tmp_path / name / "result.nc")
     with pytest.raises(SystemExit) as left:
         main(["compare", str(tmp_path / "a"), str(tmp_path / "b" / "result.nc"), "--json"])
-    told = json.loads(capsys.readouterr().out)
-    assert not left.value.code and told["changed"] == both.changed
-    assert [run["name"] for run in told["runs"]] == ["a", "b"]
+    printed = json.loads(capsys.readouterr().out)
+    assert not left.value.code and printed["changed"] == both.changed
+    assert [run["name"] for run in printed["runs"]] == ["a", "b"]
     with pytest.raises(SystemExit):
         main(["compare", str(tmp_path / "a"), str(tmp_path / "b"), "--out", str(tmp_path)])
     out = capsys.readouterr().out
@@ -236,8 +236,8 @@ def test_every_variable_of_a_result_is_described(detumble, flown, switched, esti
         for name, values in result.variables.items():
             if not (kind := kind_of(name, values)):
                 continue
-            told, known = values.attrs, KNOWN[kind]
-            found = (values.dims, told.get("units", ""), told.get("frame", ""))
+            attributes, known = values.attrs, KNOWN[kind]
+            found = (values.dims, attributes.get("units", ""), attributes.get("frame", ""))
             assert found == (known.dims, known.units, known.frame), name
             seen.add(kind)
     assert seen == set(KNOWN)  # and nothing is described that there is not

@@ -24,7 +24,7 @@ def rate(deg_s):
 
 
 @pytest.fixture
-def told(make):
+def notes_with(make):
     """Notes of the plain scenario with changes, but for those on the length of the step."""
     return lambda *changes: [
         note
@@ -33,31 +33,31 @@ def told(make):
     ]
 
 
-def test_a_rate_above_the_limit_is_reported_with_the_rate_that_it_is_driven_to(told):
-    assert told(law()) == []
-    (note,) = told(law(), WINDOW, rate(31.0))
+def test_a_rate_above_the_limit_is_reported_with_the_rate_that_it_is_driven_to(notes_with):
+    assert notes_with(law()) == []
+    (note,) = notes_with(law(), WINDOW, rate(31.0))
     assert note == (
         "the initial rate of 31 deg/s is above the 30 deg/s that B-dot can brake with differences "
         "over 3 s held for 3 s: the law will drive the rotation, a steady one up to 90 deg/s"
     )
-    assert told(law(), WINDOW, rate(25.0)) == []
-    (note,) = told(law(), WINDOW, rate(95.0))
+    assert notes_with(law(), WINDOW, rate(25.0)) == []
+    (note,) = notes_with(law(), WINDOW, rate(95.0))
     assert note.endswith(": the law will not stop the rotation")
 
 
-def test_the_lag_of_the_coils_counts(told):
+def test_the_lag_of_the_coils_counts(notes_with):
     """A rate that B-dot brakes with coils without lag, and drives with these."""
-    (note,) = told(law(), HELD, rate(40.0))
+    (note,) = notes_with(law(), HELD, rate(40.0))
     assert note == (
         "the initial rate of 40 deg/s is above the 36.2 deg/s that B-dot can brake with "
         "differences over 2 s held for 2 s by coils with a lag of 0.5 s: the law will drive the "
         "rotation, a steady one up to 113 deg/s"
     )
-    assert told(law(), HELD, rate(30.0)) == []
+    assert notes_with(law(), HELD, rate(30.0)) == []
 
 
-def test_near_the_limit_the_braking_that_is_left_is_reported(told):
-    (note,) = told(law(), HELD, rate(35.0))
+def test_near_the_limit_the_braking_that_is_left_is_reported(notes_with):
+    (note,) = notes_with(law(), HELD, rate(35.0))
     left = 100.0 * damping_efficiency(math.radians(35.0), 2.0, 2.0, 0.5)
     assert "35 deg/s is near the 36.2 deg/s that B-dot can brake" in note
     assert note.endswith(f": {left:.2g} % of its damping is left, perhaps none for a nutating body")
@@ -68,11 +68,11 @@ def test_near_the_limit_the_braking_that_is_left_is_reported(told):
     [("bdot", "differences over 2 s held"), ("bdot_rate", "readings held"),
      ("bdot_derivative", "readings held"), ("bdot_model", "readings held")],
 )  # fmt: skip
-def test_every_form_of_b_dot_has_its_limit(told, kind, words):
+def test_every_form_of_b_dot_has_its_limit(notes_with, kind, words):
     limit = sampling_limit_rad_s(2.0 if kind == "bdot" else 0.0, 2.0, 0.5)
-    (note,) = told(law(kind), HELD, rate(1.02 * math.degrees(limit)))
+    (note,) = notes_with(law(kind), HELD, rate(1.02 * math.degrees(limit)))
     assert f"above the {math.degrees(limit):.3g} deg/s that B-dot can brake with {words}" in note
-    assert told(law(kind), HELD, rate(0.8 * math.degrees(limit))) == []
+    assert notes_with(law(kind), HELD, rate(0.8 * math.degrees(limit))) == []
 
 
 @pytest.mark.parametrize(
@@ -85,25 +85,25 @@ def test_every_form_of_b_dot_has_its_limit(told, kind, words):
         ({"sample_s": 3.0}, (3.0, 4.0, 0.5, 1.0), "3 s, 1 s old, held for 4 s"),
     ],
 )
-def test_the_magnetometers_own_rate_and_delay_count(told, magnetometer, times, words):
+def test_the_magnetometers_own_rate_and_delay_count(notes_with, magnetometer, times, words):
     """Readings every 3 s, control every 2 s: at 4 s the one of 3 s is known, held until 6 s."""
     own = {"spacecraft.magnetometer": magnetometer, "simulation.step_s": 0.5}
     limit = math.degrees(sampling_limit_rad_s(*times))
-    (note,) = told(law(), HELD, own, rate(1.02 * limit))
+    (note,) = notes_with(law(), HELD, own, rate(1.02 * limit))
     assert f"above the {limit:.3g} deg/s that B-dot can brake with differences over {words}" in note
-    assert told(law(), HELD, own, rate(0.8 * limit)) == []
+    assert notes_with(law(), HELD, own, rate(0.8 * limit)) == []
 
 
-def test_late_readings_in_a_measurement_window(told):
+def test_late_readings_in_a_measurement_window(notes_with):
     """Readings every 3 s reach the computer 2 s later: at the window's end, 6 s, those of 0 and
     3 s are known."""
     own = {"spacecraft.magnetometer": {"sample_s": 3.0, "delay_s": 2.0}}
     limit = math.degrees(sampling_limit_rad_s(3.0, 3.0, 0.0, 3.0))
-    (note,) = told(law(), WINDOW, own, rate(1.02 * limit))
+    (note,) = notes_with(law(), WINDOW, own, rate(1.02 * limit))
     assert "differences over 3 s, 3 s old, held for 3 s" in note
 
 
-def test_laws_of_modes_are_reported_by_name_with_their_greatest_gain(make, told):
+def test_laws_of_modes_are_reported_by_name_with_their_greatest_gain(make, notes_with):
     """The first works at the start; the gain of the second is set, and its command multiplied."""
     least = float(make().spacecraft.body.principal()[0][0])
     greatest = bdot_greatest_gain(least, 5e-5, 2.0, lag_s=0.5)
@@ -118,56 +118,56 @@ def test_laws_of_modes_are_reported_by_name_with_their_greatest_gain(make, told)
         control = {"laws": laws, "modes": {"states": states}, "sample_s": 2.0}
         return {"control": control, "spacecraft.coils.lag_s": 0.5}
 
-    rated, gained = told(modes(0.26 * greatest, 4.0), rate(40.0))
+    rated, gained = notes_with(modes(0.26 * greatest, 4.0), rate(40.0))
     assert rated.startswith("first: the initial rate of 40 deg/s is above the 36.2 deg/s")
     assert gained.startswith(f"second: the gain of {1.04 * greatest:.3g} A m^2 s/T is above")
-    assert told(modes(0.24 * greatest, 4.0), rate(10.0)) == []
+    assert notes_with(modes(0.24 * greatest, 4.0), rate(10.0)) == []
 
 
 @pytest.mark.parametrize("kind", ["nutation_damping", "nutation_damping_rate",
                                   "nutation_damping_derivative"])  # fmt: skip
-def test_nutation_damping_gets_a_note_about_precession(told, kind):
+def test_nutation_damping_gets_a_note_about_precession(notes_with, kind):
     round_body = {"spacecraft.body.inertia_kg_m2": [2.0, 2.0, 1.0], "simulation.step_s": 0.5}
     limit = sampling_limit_rad_s(2.0 if kind == "nutation_damping" else 0.0, 2.0, 0.5)
     spin = {"initial.rate_deg_s": [0.0, 0.0, 2.0 * 1.02 * math.degrees(limit)]}  # L/A: half of it
-    (note,) = told(law(kind), HELD, round_body, spin)
+    (note,) = notes_with(law(kind), HELD, round_body, spin)
     assert note.startswith(f"the initial precession of {1.02 * math.degrees(limit):.3g} deg/s is ")
     assert note.endswith(": the law will drive the nutation")
     spin = {"initial.rate_deg_s": [0.0, 0.0, 1.6 * math.degrees(limit)]}
-    assert told(law(kind), HELD, round_body, spin) == []
+    assert notes_with(law(kind), HELD, round_body, spin) == []
 
 
-def test_the_first_laws_of_a_scheme_are_reported_and_no_later_ones(told):
+def test_the_first_laws_of_a_scheme_are_reported_and_no_later_ones(notes_with):
     first = {"kind": "bdot", "gain_a_m2_s_per_t": 1e4}
     until = {"until": {"at_most_s": 100.0}}
     scheme = {"control.law": {"kind": "scheme", "stages": [{"laws": [first], **until}]}}
-    assert len(told(scheme, HELD, rate(40.0))) == 1
+    assert len(notes_with(scheme, HELD, rate(40.0))) == 1
     stages = [{"laws": [{"kind": "off"}], **until}, {"laws": [first]}]
-    assert told({"control.law": {"kind": "scheme", "stages": stages}}, HELD, rate(40.0)) == []
+    assert notes_with({"control.law": {"kind": "scheme", "stages": stages}}, HELD, rate(40.0)) == []
 
 
-def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(told):
+def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(notes_with):
     """Along the orbit normal, X2, the orbital rate adds; the other way it takes off."""
     limit = math.degrees(sampling_limit_rad_s(2.0, 2.0, 0.5))
     frame = {"initial.euler_deg": [0.0] * 3, "initial.reference": "orbital",
              "initial.rate_relative_to": "orbital"}  # fmt: skip
     for sign, side in ((1.0, "above"), (-1.0, "near")):
-        (note,) = told(law(), HELD, frame, rate(sign * limit))
+        (note,) = notes_with(law(), HELD, frame, rate(sign * limit))
         assert f"deg/s is {side} the" in note
 
 
-def test_too_low_a_gain_is_reported_from_an_e_fold_of_a_day_on(make, told):
+def test_too_low_a_gain_is_reported_from_an_e_fold_of_a_day_on(make, notes_with):
     least = float(make().spacecraft.body.principal()[0][0])
     weakest = least / (86400.0 * 5e-5**2)
-    (note,) = told(law(gain=1.01 * weakest))
+    (note,) = notes_with(law(gain=1.01 * weakest))
     assert "at most 0.12 % of the coils' limit" in note and "with 24 h allowed" in note
-    (note,) = told(law(gain=0.99 * weakest))
+    (note,) = notes_with(law(gain=0.99 * weakest))
     assert note.startswith(f"the gain of {0.99 * weakest:.3g} A m^2 s/T takes 24.2 h or more")
-    (note,) = told(law(gain=1.01 * weakest), WINDOW)  # coils act for a third of the time
+    (note,) = notes_with(law(gain=1.01 * weakest), WINDOW)  # coils act for a third of the time
     assert "takes 71.3 h or more" in note
 
 
-def test_a_gain_that_leaves_the_coils_idle_and_brakes_too_late_is_noted(make, told):
+def test_a_gain_that_leaves_the_coils_idle_and_brakes_too_late_is_noted(make, notes_with):
     """Ten times the gain is ten times as fast here: the coils stay below their limits."""
     goal = {"simulation.duration_s": 18000.0, "mission": {"rate_below_deg_s": 0.3}}
     scenario = make(law(gain=1e5) | goal)
@@ -175,9 +175,9 @@ def test_a_gain_that_leaves_the_coils_idle_and_brakes_too_late_is_noted(make, to
     case = tumbling_of(scenario, scenario.control.law)
     needed_s = detumbling_time_s(case, 1e5, float(np.linalg.norm(omega)), math.radians(0.3))
     assert needed_s > 18000.0
-    (note,) = told(law(gain=1e5), goal)
+    (note,) = notes_with(law(gain=1e5), goal)
     assert f"takes about {needed_s / 3600.0:.3g} h to brake to 0.3 deg/s, with 5 h allowed" in note
-    assert told(law(gain=1e6), goal) == []
+    assert notes_with(law(gain=1e6), goal) == []
 
 
 @pytest.mark.parametrize(
@@ -189,33 +189,33 @@ def test_a_gain_that_leaves_the_coils_idle_and_brakes_too_late_is_noted(make, to
     ],
 )
 @pytest.mark.parametrize("kind", ["bdot", "bdot_rate"])
-def test_too_high_a_gain_is_reported(make, told, changes, times, kind):
+def test_too_high_a_gain_is_reported(make, notes_with, changes, times, kind):
     least = float(make().spacecraft.body.principal()[0][0])
     difference_s = changes.get("control.sample_s", 1.0) if kind == "bdot" else 0.0
     greatest = bdot_greatest_gain(least, 5e-5, difference_s=difference_s, **times)
-    assert told(law(kind, 0.99 * greatest), changes) == []
-    (note,) = told(law(kind, 1.01 * greatest), changes)
+    assert notes_with(law(kind, 0.99 * greatest), changes) == []
+    (note,) = notes_with(law(kind, 1.01 * greatest), changes)
     assert note.startswith(f"the gain of {1.01 * greatest:.3g} A m^2 s/T is above {greatest:.3g}, ")
     assert note.endswith("overshoots in a field of 50000 nT")
     assert ("by coils with a lag" in note) == ("lag_s" in times)
 
 
-def test_the_coils_own_dipole_in_the_readings_is_reported(told):
+def test_the_coils_own_dipole_in_the_readings_is_reported(notes_with):
     disturbed = {"spacecraft.magnetometer.coil_disturbance_nt_per_a_m2": 500.0}
     strong = law(gain=2e5)
-    (note,) = told(strong, disturbed)  # k c / d = 2e5 * 5e-7 / 1
+    (note,) = notes_with(strong, disturbed)  # k c / d = 2e5 * 5e-7 / 1
     assert note == (
         "the magnetometer reads the coils' own dipole: 0.1 of it returns in the next command, "
         "which the limit stated for B-dot does not include"
     )
-    assert told(strong, disturbed, WINDOW) == []  # off, and without lag
-    (note,) = told(law(gain=2e6), disturbed, WINDOW, {"spacecraft.coils.lag_s": 3.0})
+    assert notes_with(strong, disturbed, WINDOW) == []  # off, and without lag
+    (note,) = notes_with(law(gain=2e6), disturbed, WINDOW, {"spacecraft.coils.lag_s": 3.0})
     back = (np.exp(-1.0) - np.exp(-2.0)) / 3.0  # between the last two readings, 3 s and 6 s late
     assert f"own dipole: {2e6 * 5e-7 * back:.2g} of it" in note
-    assert told(strong, disturbed, WINDOW, {"spacecraft.coils.lag_s": 1e-3}) == []
-    assert told(law("bdot_derivative", 2e5), disturbed) == []
-    assert told(law("bdot_rate", 2e5), disturbed, rate(10.0)) == []  # k c omega
-    assert "own dipole: 0.087 of it" in told(law("bdot_rate", 1e6), disturbed, rate(10.0))[0]
+    assert notes_with(strong, disturbed, WINDOW, {"spacecraft.coils.lag_s": 1e-3}) == []
+    assert notes_with(law("bdot_derivative", 2e5), disturbed) == []
+    assert notes_with(law("bdot_rate", 2e5), disturbed, rate(10.0)) == []  # k c omega
+    assert "own dipole: 0.087 of it" in notes_with(law("bdot_rate", 1e6), disturbed, rate(10.0))[0]
 
 
 def spectrum(polar, share, rate_rad_s):
@@ -244,18 +244,20 @@ def test_what_is_reported_as_safe_is_braked_in_nutation_too():
     assert 0.0 < least < 0.05  # so the margin is not a wasteful one
 
 
-def test_coils_that_follow_no_command_have_no_limit_of_the_gain(told):
+def test_coils_that_follow_no_command_have_no_limit_of_the_gain(notes_with):
     """Beyond 1e9 holds the map of a cycle is rounding: no note on the gain, and no error either."""
     slow = {"spacecraft.coils.lag_s": 1e10, "initial.rate_deg_s": [0.0, 0.0, 0.0]}
-    (note,) = told(law(), slow)
+    (note,) = notes_with(law(), slow)
     assert note.startswith("spacecraft.coils.lag_s of 1e+10 s is longer than the 1 s")
 
 
-def test_the_precession_of_nutation_damping_has_the_momentum_of_the_wheels(told):
+def test_the_precession_of_nutation_damping_has_the_momentum_of_the_wheels(notes_with):
     wheels = {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 20.0,
               "torque_limit_n_m": 0.1, "speed_limit_rpm": 6000.0,
               "initial_speed_rpm": [0.0, 0.0, 360.0]}  # fmt: skip
     body = {"spacecraft.body.inertia_kg_m2": [2.0, 2.0, 1.0], "simulation.step_s": 0.1}
     rest = {"initial.rate_deg_s": [0.0, 0.0, 0.0], "spacecraft.wheels": wheels}
-    (note,) = [n for n in told(law("nutation_damping"), HELD, body, rest) if "precession" in n]
+    (note,) = [
+        n for n in notes_with(law("nutation_damping"), HELD, body, rest) if "precession" in n
+    ]
     assert note.startswith(f"the initial precession of {math.degrees(1.2 / 2.0):.3g} deg/s is near")

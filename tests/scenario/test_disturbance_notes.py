@@ -32,7 +32,7 @@ def test_sound_values_need_no_note(make):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "expected"),
     [
         ("disturbance.constant_torque_n_m", [1e-3, 0, 0],
          "the constant torque of 0.001 N m exceeds what the coils can give in a field of 4e-05 "
@@ -60,10 +60,10 @@ def test_sound_values_need_no_note(make):
          "Sun sensor 0 sees nothing: its field of view is within a blind zone"),
     ],
 )  # fmt: skip
-def test_doubtful_values_are_reported(make, key, value, told):
+def test_doubtful_values_are_reported(make, key, value, expected):
     scenario = make(SOUND).replace(key, value)
     (note,) = disturbance_notes(scenario)
-    assert told in note and "\n" not in note
+    assert expected in note and "\n" not in note
     assert note in notes_of(scenario)
 
 

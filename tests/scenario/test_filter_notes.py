@@ -22,7 +22,7 @@ def test_a_far_turn_between_readings_is_noted_without_a_gyro(estimator, sample_s
 
 
 @pytest.mark.parametrize(
-    ("estimator", "windows", "told"),
+    ("estimator", "windows", "expected"),
     [
         (GYRO, {"measure_s": 2.0, "actuate_s": 6.0}, True),
         (GYRO, {"measure_s": 2.0, "actuate_s": 1.0}, False),
@@ -30,7 +30,7 @@ def test_a_far_turn_between_readings_is_noted_without_a_gyro(estimator, sample_s
         (DYNAMICS, {"measure_s": 2.0, "actuate_s": 6.0}, False),
     ],
 )
-def test_uneven_steps_of_a_filter_with_a_gyro_are_reported(estimator, windows, told):
+def test_uneven_steps_of_a_filter_with_a_gyro_are_reported(estimator, windows, expected):
     control = {"law": {"kind": "off"}, "estimator": estimator, **windows}
     notes = filter_notes(scenario_from_data({**SCENARIO, "control": control}))
-    assert len(notes) == told and all("steps of 1 and of 6 s" in note for note in notes)
+    assert len(notes) == expected and all("steps of 1 and of 6 s" in note for note in notes)

@@ -1,4 +1,4 @@
-"""Likely slips of units are told, and ordinary satellites are left alone."""
+"""Likely slips of units are reported, and ordinary satellites are left alone."""
 
 from pathlib import Path
 
@@ -49,11 +49,11 @@ SLIPS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("change", "told"), SLIPS)
-def test_a_slip_is_reported(make, change, told):
+@pytest.mark.parametrize(("change", "expected"), SLIPS)
+def test_a_slip_is_reported(make, change, expected):
     notes = slip_notes(make(change))
-    assert len(notes) == len(told)
-    assert all(part in note for part, note in zip(told, notes, strict=True))
+    assert len(notes) == len(expected)
+    assert all(part in note for part, note in zip(expected, notes, strict=True))
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda p: p.stem)

@@ -16,7 +16,7 @@ PYRAMID = '{ kind = "four_sided_pyramid", alpha_deg = 80.5, beta_deg = 45.5 }'
 
 
 @pytest.mark.parametrize(
-    ("told", "axes"),
+    ("expected", "axes"),
     [
         (PYRAMID, layout.four_sided_pyramid(80.5, 45.5)),
         ('{ kind = "regular_pyramid", count = 5, gamma_deg = 50 }', layout.regular_pyramid(5, 50)),
@@ -26,10 +26,10 @@ PYRAMID = '{ kind = "four_sided_pyramid", alpha_deg = 80.5, beta_deg = 45.5 }'
         ('{ kind = "axes", axes = [[2, 0, 0], [0, 3, 0], [0, 0, 1]] }', np.eye(3)),
     ],
 )
-def test_every_kind_of_layout(told, axes):
-    design = wheels_from_text(TEXT.replace(PYRAMID, told))
+def test_every_kind_of_layout(expected, axes):
+    design = wheels_from_text(TEXT.replace(PYRAMID, expected))
     assert np.array(design.wheels.array().axes) == pytest.approx(axes)
-    assert any(f'"{kind}"' in told for kind in LAYOUTS)
+    assert any(f'"{kind}"' in expected for kind in LAYOUTS)
 
 
 def test_the_name_is_that_of_the_file_if_none_is_given(tmp_path):

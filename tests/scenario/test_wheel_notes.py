@@ -28,13 +28,13 @@ WELL = {
 
 
 @pytest.fixture
-def told(make):
+def notes_with(make):
     """Notes of the good scenario with changes."""
     return lambda changes=(): notes_of(make(WELL | dict(changes)))
 
 
-def test_nothing_is_said_where_all_is_well(told):
-    assert told() == []
+def test_nothing_is_said_where_all_is_well(notes_with):
+    assert notes_with() == []
 
 
 UNLOADING = {"kind": "unloading", "gain_per_s": 1e-3}
@@ -46,24 +46,24 @@ def laws(**laws):
     return {"control": {"laws": laws}}
 
 
-def test_wheels_without_a_law(told):
+def test_wheels_without_a_law(notes_with):
     damping = laws(coils={"kind": "bdot", "gain_a_m2_s_per_t": 1e4})
-    (note,) = told(COILS | damping)
+    (note,) = notes_with(COILS | damping)
     assert note.startswith("no law drives the wheels (control.laws)")
-    assert told({"control.law": {"kind": "off"}}) == []
+    assert notes_with({"control.law": {"kind": "off"}}) == []
     damping["control"]["laws"]["wheels"] = {"kind": "off"}
-    assert told(COILS | damping) == []
+    assert notes_with(COILS | damping) == []
 
 
-def test_a_law_of_the_users_own_may_drive_the_wheels(told):
+def test_a_law_of_the_users_own_may_drive_the_wheels(notes_with):
     own = {"kind": "user", "file": "own.py", "function": "own"}
-    assert told({"control.law": own}) == []
+    assert notes_with({"control.law": own}) == []
 
 
-def test_unloading_of_nothing(told):
+def test_unloading_of_nothing(notes_with):
     both = laws(coils=UNLOADING, wheels=HOLD)
-    assert told(COILS | both) == []
-    without = told(COILS | {"control.law": UNLOADING})
+    assert notes_with(COILS | both) == []
+    without = notes_with(COILS | {"control.law": UNLOADING})
     assert len(without) == 2
     assert without[0].startswith("no wheel law compensates the torque of the coils")
 
@@ -77,31 +77,31 @@ def in_modes(first, second, factor=1.0):
     return {"control": {"laws": {"first": first, "second": second}, "modes": {"states": states}}}
 
 
-def test_laws_of_modes_are_reported_by_name(told):
+def test_laws_of_modes_are_reported_by_name(notes_with):
     """Holding is looked at in every mode, the start only in the initial ones."""
     far = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
     weak = far | {"spacecraft.wheels": WHEELS | {"torque_limit_n_m": 1e-3}}
     fast = HOLD | {"bandwidth_rad_s": 0.4}
-    (note,) = told(far | in_modes(HOLD, fast))
+    (note,) = notes_with(far | in_modes(HOLD, fast))
     assert note.startswith("second: the wheel law has a time constant of 2.5 s")
-    (note,) = told(weak | in_modes(HOLD, HOLD))
+    (note,) = notes_with(weak | in_modes(HOLD, HOLD))
     assert note.startswith("first: at the start the law demands")
     rest = {"kind": "off"}
-    assert told(weak | in_modes(rest, HOLD)) == []
+    assert notes_with(weak | in_modes(rest, HOLD)) == []
 
 
-def test_the_factor_of_a_mode_counts(told):
+def test_the_factor_of_a_mode_counts(notes_with):
     """A factor of 1000 on 2 zeta kappa = 0.1 1/s, and held for 1 s."""
-    (note,) = told(in_modes(HOLD, HOLD, 1000.0))
+    (note,) = notes_with(in_modes(HOLD, HOLD, 1000.0))
     assert note.startswith("second: the wheel law is unstable with torques held for 1 s")
 
 
-def test_the_pitch_loop_of_a_momentum_bias_may_be_unstable(told):
+def test_the_pitch_loop_of_a_momentum_bias_may_be_unstable(notes_with):
     law = {"kind": "bias_momentum", "bias_momentum_n_m_s": 0.1, "pitch_inertia_kg_m2": 1.3,
            "bandwidth_rad_s": 0.05, "nutation_gain_a_m2_s_per_t": 0.0,
            "unloading_gain_per_s": 0.0}  # fmt: skip
-    assert told(COILS | {"control.law": law}) == []
-    (note,) = told(COILS | {"control.law": law | {"bandwidth_rad_s": 1.1}})
+    assert notes_with(COILS | {"control.law": law}) == []
+    (note,) = notes_with(COILS | {"control.law": law | {"bandwidth_rad_s": 1.1}})
     assert "unstable with torques held for 1 s: its damping of 2.2 1/s must be below 2" in note
 
 
@@ -116,17 +116,17 @@ def test_the_pitch_loop_of_a_momentum_bias_may_be_unstable(told):
         ),
     ],
 )
-def test_friction_beyond_the_motors(told, keys, text):
-    (note,) = told({"spacecraft.wheels": WHEELS | keys})
+def test_friction_beyond_the_motors(notes_with, keys, text):
+    (note,) = notes_with({"spacecraft.wheels": WHEELS | keys})
     assert text in note
     less = {name: 0.4 * value for name, value in keys.items()}
-    assert told({"spacecraft.wheels": WHEELS | less}) == []
+    assert notes_with({"spacecraft.wheels": WHEELS | less}) == []
 
 
-def test_idle_share_needs_a_null_space(told):
-    assert told({"spacecraft.wheels": WHEELS | {"minimum_speed_fraction": 0.1}}) == []
+def test_idle_share_needs_a_null_space(notes_with):
+    assert notes_with({"spacecraft.wheels": WHEELS | {"minimum_speed_fraction": 0.1}}) == []
     three = WHEELS | {"minimum_speed_fraction": 0.1, "layout": {"kind": "orthogonal"}}
-    (note,) = told({"spacecraft.wheels": three})
+    (note,) = notes_with({"spacecraft.wheels": three})
     assert note.startswith(
         "minimum_speed_fraction has no effect: these wheels cannot all spin above 10%"
     )
@@ -152,33 +152,33 @@ def test_unstable_laws_are_reported(make, bandwidth, damping, hold_s):
         assert said is (root > 1.0)
 
 
-def test_lyapunov_laws_may_be_unstable_too(told):
+def test_lyapunov_laws_may_be_unstable_too(notes_with):
     def law(rate, angle):
         gains = {"rate_gain_n_m_s": rate, "angle_gain_n_m": angle}
         keys = {k: v for k, v in HOLD.items() if k != "bandwidth_rad_s"}
         return {"control.law": keys | gains | {"kind": "wheel_lyapunov"}}
 
-    assert told(law(0.1, 0.005)) == []
+    assert notes_with(law(0.1, 0.005)) == []
     # the lightest axis has 1 kg m^2: d T = 2.1
-    (note,) = told(law(2.1, 0.005))
+    (note,) = notes_with(law(2.1, 0.005))
     assert note.startswith("the wheel law is unstable with torques held for 1 s: its damping")
-    (note,) = told(law(1.9, 0.005))
+    (note,) = notes_with(law(1.9, 0.005))
     assert note.startswith(
         "the wheel law has a time constant of 1.05 s, and torques are held for 1 s"
     )
 
 
-def test_coarse_sampling_is_reported(told):
+def test_coarse_sampling_is_reported(notes_with):
     fast = {"control.law": HOLD | {"bandwidth_rad_s": 0.4}, "initial.euler_deg": [0.1, 0, 0]}
-    (note,) = told(fast)
+    (note,) = notes_with(fast)
     assert "has a time constant of 2.5 s, and torques are held for 1 s" in note
-    assert told(fast | {"control.sample_s": 0.5, "simulation.step_s": 0.5}) == []
+    assert notes_with(fast | {"control.sample_s": 0.5, "simulation.step_s": 0.5}) == []
     window = {"control.measure_s": 0.5, "control.actuate_s": 1.0}
-    assert len(told(fast | window | {"control.sample_s": 0.5, "simulation.step_s": 0.5})) == 1
+    assert len(notes_with(fast | window | {"control.sample_s": 0.5, "simulation.step_s": 0.5})) == 1
 
 
 @pytest.mark.parametrize("allocation", ["minimax", "least_squares"])
-def test_torque_beyond_the_wheels(told, allocation):
+def test_torque_beyond_the_wheels(notes_with, allocation):
     """About z: 2 kappa^2 J sin(a/2) = 0.0085 N m at 60 deg and kappa = 0.1."""
     turn = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
     law = {"control.law": HOLD | {"bandwidth_rad_s": 0.1}}
@@ -188,24 +188,24 @@ def test_torque_beyond_the_wheels(told, allocation):
         three = {"layout": {"kind": "orthogonal"}, "allocation": allocation}
         return {"spacecraft.wheels": WHEELS | three | {"torque_limit_n_m": limit}}
 
-    assert told(turn | law | wheels(1.001 * torque)) == []
-    (note,) = told(turn | law | wheels(0.5 * torque))
+    assert notes_with(turn | law | wheels(1.001 * torque)) == []
+    (note,) = notes_with(turn | law | wheels(0.5 * torque))
     assert "the law demands 0.017 N m, 2 times what the wheels can give" in note
 
 
-def test_sharing_by_least_squares_gives_less(told):
+def test_sharing_by_least_squares_gives_less(notes_with):
     """Axes x, y, z and (1, 1, 1): about x the pseudo-inverse asks 5/6 of the torque of wheel x."""
     turn = {"initial": {"euler_deg": [0.0, 0.0, 60.0], "rate_deg_s": [0.0] * 3}}
     law = {"control.law": HOLD | {"bandwidth_rad_s": 0.1}}
     torque = 2.0 * 0.1**2 * 1.0 * 0.5
     for factor, count in ((0.84, 0), (0.82, 1)):
         keys = {"torque_limit_n_m": factor * torque, "allocation": "least_squares"}
-        assert len(told(turn | law | {"spacecraft.wheels": WHEELS | keys})) == count
+        assert len(notes_with(turn | law | {"spacecraft.wheels": WHEELS | keys})) == count
     minimax = {"torque_limit_n_m": 0.82 * torque}
-    assert told(turn | law | {"spacecraft.wheels": WHEELS | minimax}) == []
+    assert notes_with(turn | law | {"spacecraft.wheels": WHEELS | minimax}) == []
 
 
-def test_the_wanted_attitude_is_reached_from_any_frame(told):
+def test_the_wanted_attitude_is_reached_from_any_frame(notes_with):
     """The same attitude named in the orbital frame by both: no spring, whatever the torque."""
     law = HOLD | {"reference": "orbital", "euler_deg": [100.0, 20.0, 0.0]}
     at_rest = {
@@ -215,19 +215,19 @@ def test_the_wanted_attitude_is_reached_from_any_frame(told):
         "rate_deg_s": [0.0, 0.0, 0.0],
     }
     weak = {"spacecraft.wheels": WHEELS | {"torque_limit_n_m": 1e-6}}
-    assert told(weak | {"control.law": law, "initial": at_rest}) == []
+    assert notes_with(weak | {"control.law": law, "initial": at_rest}) == []
     turned = at_rest | {"euler_deg": [100.0, 60.0, 0.0]}
-    (note,) = told(weak | {"control.law": law, "initial": turned})
+    (note,) = notes_with(weak | {"control.law": law, "initial": turned})
     assert "demands" in note
 
 
-def test_momentum_beyond_the_wheels(told):
+def test_momentum_beyond_the_wheels(notes_with):
     fine = {"simulation": {"duration_s": 60.0, "step_s": 0.5}}
     three = fine | {"spacecraft.wheels": WHEELS | {"layout": {"kind": "orthogonal"}}}
     reach = 0.5 * np.sqrt(3.0)
     for factor, count in ((0.99, 0), (1.01, 1)):
         rate = np.degrees(factor * reach / 1.3)
-        notes = told(three | {"initial.rate_deg_s": [0.0, rate, 0.0]})
+        notes = notes_with(three | {"initial.rate_deg_s": [0.0, rate, 0.0]})
         assert len(notes) == count
     assert notes[0] == (
         "the satellite starts with 0.875 N m s more than the body has in the wanted attitude, "
@@ -237,14 +237,14 @@ def test_momentum_beyond_the_wheels(told):
     spun = WHEELS | {"layout": {"kind": "orthogonal"}, "initial_speed_rpm": [0.0, 6000.0, 0.0]}
     rate = np.degrees((0.99 * reach - 0.5) / 1.3)
     spinning = fine | {"spacecraft.wheels": spun}
-    assert told(spinning | {"initial.rate_deg_s": [0.0, rate, 0.0]}) == []
-    assert len(told(spinning | {"initial.rate_deg_s": [0.0, 1.1 * rate, 0.0]})) == 1
+    assert notes_with(spinning | {"initial.rate_deg_s": [0.0, rate, 0.0]}) == []
+    assert len(notes_with(spinning | {"initial.rate_deg_s": [0.0, 1.1 * rate, 0.0]})) == 1
 
 
-def test_too_long_a_step_with_wheels(told):
+def test_too_long_a_step_with_wheels(notes_with):
     """The splitting knows no wheels."""
     wheels = WHEELS | {"momentum_limit_n_m_s": 5.0}
-    (note,) = told({"spacecraft.wheels": wheels, "initial.rate_deg_s": [0.0, 40.0, 0.0]})
+    (note,) = notes_with({"spacecraft.wheels": wheels, "initial.rate_deg_s": [0.0, 40.0, 0.0]})
     assert note.endswith("take shorter steps, or adaptive ones (no step_s)")
 
 
@@ -254,14 +254,14 @@ ONE_AXIS = {
 }  # fmt: skip
 
 
-def test_one_axis_laws_are_looked_at_as_others(told):
-    assert told({"control.law": ONE_AXIS}) == []
-    (note,) = told({"control.law": ONE_AXIS | {"rate_gain_n_m_s": 2.1}})
+def test_one_axis_laws_are_looked_at_as_others(notes_with):
+    assert notes_with({"control.law": ONE_AXIS}) == []
+    (note,) = notes_with({"control.law": ONE_AXIS | {"rate_gain_n_m_s": 2.1}})
     assert note.startswith("the wheel law is unstable with torques held for 1 s")
 
 
 @pytest.mark.parametrize("kind", ["wheel_pd", "wheel_one_axis"])
-def test_turns_for_which_the_wheels_lack_momentum_or_torque(told, kind):
+def test_turns_for_which_the_wheels_lack_momentum_or_torque(notes_with, kind):
     """1.7 kg m^2 about the heaviest axis; three wheels of 0.5 N m s and 0.05 N m."""
     law = {"wheel_pd": HOLD, "wheel_one_axis": ONE_AXIS}[kind]
     wheels = {"spacecraft.wheels": WHEELS | {"layout": {"kind": "orthogonal"}}}
@@ -269,7 +269,9 @@ def test_turns_for_which_the_wheels_lack_momentum_or_torque(told, kind):
     def at(rate_deg_s, **limits):
         turn = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
         changed = {"spacecraft.wheels": wheels["spacecraft.wheels"] | limits}
-        return told(turn | changed | {"control.law": law | {"greatest_rate_deg_s": rate_deg_s}})
+        return notes_with(
+            turn | changed | {"control.law": law | {"greatest_rate_deg_s": rate_deg_s}}
+        )
 
     most_deg_s = np.degrees(0.5 / 1.7)
     assert at(0.99 * most_deg_s) == []

@@ -127,7 +127,7 @@ def test_a_restart_loses_modes_parameters_and_memory(make, kind, again):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "expected"),
     [
         ({"spacecraft.coils.failures": [{"coil": 3, "kind": "dead"}]},
          "spacecraft.coils.failures[0].coil: must be the number of a coil, 0 to 2; received 3"),
@@ -147,7 +147,7 @@ def test_a_restart_loses_modes_parameters_and_memory(make, kind, again):
          "until_s: must be above from_s, 9 s; received 8 s"),
     ],
 )  # fmt: skip
-def test_messages(make, changes, told):
+def test_messages(make, changes, expected):
     with pytest.raises(ScenarioError) as error:
         make({"simulation": RUN, **changes})
-    assert told in str(error.value)
+    assert expected in str(error.value)

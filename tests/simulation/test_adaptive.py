@@ -1,4 +1,4 @@
-"""Steps that keep a tolerance: against exact motions, the same readings, what is told, refusals."""
+"""Steps that keep a tolerance: against exact motions, the same readings, messages, refusals."""
 
 import json
 import math
@@ -131,8 +131,8 @@ def test_no_step_is_longer_than_the_longest_allowed(make):
 @needs_jit
 def test_the_error_of_a_run_that_ended_early_is_not_measured(make):
     early = simulate(adaptive(make), until_s=100.0)
-    told = "flown: must be a complete run; received one that stopped at t = 100 s as asked"
-    with pytest.raises(ValueError, match=f"^{told}$"):
+    message = "flown: must be a complete run; received one that stopped at t = 100 s as asked"
+    with pytest.raises(ValueError, match=f"^{message}$"):
         integration_error(early)
 
 

@@ -149,7 +149,7 @@ def test_lagging_coils_still_disturb_the_first_reading_of_the_window(make):
     at = result.sel(time=[10.0, 12.0, 14.0, 16.0, 30.0])
     error = at.b_measured.values - at.b_body.values
     now = result.dipole_body.values[[10, 12, 14, 16, 30]]
-    # at 16 s the coils have just been told to go on: they are where they were
+    # at 16 s the coils have just been switched on: they are where they were
     assert np.abs(error - 500e-9 * now).max() < 1e-15
     assert np.abs(error[0]).max() > 500e-9
 
@@ -260,10 +260,10 @@ def test_a_law_can_be_tried_by_hand():
     assert counting(None, np.zeros(0), memory) == (1.0, 0.0, 0.0)
 
 
-@law(memory={"calls": 0.0, "told": (0.0, 0.0, 0.0)}, log={"told": "A m2"})
+@law(memory={"calls": 0.0, "stated": (0.0, 0.0, 0.0)}, log={"stated": "A m2"})
 def asking_more(inputs, parameters, memory):
     """Asks for a longer dipole from call to call; logs what its coils have done."""
-    memory.told[0], memory.told[1], memory.told[2] = inputs.coil_dipole_body_a_m2
+    memory.stated[0], memory.stated[1], memory.stated[2] = inputs.coil_dipole_body_a_m2
     memory.calls += 1.0
     return (0.02 * memory.calls, -0.01 * memory.calls, 0.15)
 
@@ -284,15 +284,17 @@ def test_the_computer_knows_the_mean_dipole_between_its_control_steps(make, lag_
         "simulation.record_s": 0.02,
     }
     result = simulate(make(changes), asking_more)
-    told = result["law.told"].values
+    stated = result["law.stated"].values
     acting = result.dipole_body.values - RESIDUAL
     if lag_s:  # it goes on smoothly, else it is held
         acting[:-1] = 0.5 * (acting[:-1] + acting[1:])
-    assert np.array_equal(told[0], [0.0, 0.0, 0.0])
+    assert np.array_equal(stated[0], [0.0, 0.0, 0.0])
     control = [k for k in range(0, 3000, 100) if measure_s == 0.0 or k % 500 <= 300]
     for before, now in itertools.pairwise(control):
-        assert told[now] == pytest.approx(acting[before:now].mean(axis=0), abs=1e-4 * lag_s + 1e-12)
-    assert np.abs(told).max() > 0.19
+        assert stated[now] == pytest.approx(
+            acting[before:now].mean(axis=0), abs=1e-4 * lag_s + 1e-12
+        )
+    assert np.abs(stated).max() > 0.19
 
 
 def test_the_computer_does_not_know_that_a_coil_is_wired_the_wrong_way_round(make):
@@ -302,5 +304,5 @@ def test_the_computer_does_not_know_that_a_coil_is_wired_the_wrong_way_round(mak
         result = simulate(make(WINDOW | {"spacecraft.coils": coils}), asking_more)
         found[tuple(polarity)] = result
     right, wrong = found.values()
-    assert np.array_equal(right["law.told"], wrong["law.told"])
+    assert np.array_equal(right["law.stated"], wrong["law.stated"])
     assert np.abs(right.dipole_body - wrong.dipole_body).max() > 0.1

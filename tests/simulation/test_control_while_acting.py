@@ -28,14 +28,14 @@ ACTING = {
 
 
 @law(
-    memory={"calls": 0.0, "field_s": 0.0, "gyro_s": 0.0, "told": 0.0},
-    log={"field_s": "s", "gyro_s": "s", "told": "A m2"},
+    memory={"calls": 0.0, "field_s": 0.0, "gyro_s": 0.0, "stated": 0.0},
+    log={"field_s": "s", "gyro_s": "s", "stated": "A m2"},
     answers="command",
 )
 def counting(inputs, parameters, memory):
     """Asks for more from call to call, of coils and wheels; logs the times of readings."""
     memory.field_s, memory.gyro_s = inputs.read_at.magnetometer_s, inputs.read_at.gyro_s
-    memory.told = inputs.coil_dipole_body_a_m2[0]
+    memory.stated = inputs.coil_dipole_body_a_m2[0]
     memory.calls += 1.0
     return Command((memory.calls, 0.0, 0.0), (0.0, 0.0, 1e-6 * memory.calls))
 
@@ -70,10 +70,10 @@ def test_the_magnetometer_is_read_in_the_window_only_and_the_gyro_always(result)
 
 def test_the_computer_knows_that_the_coils_go_on(result):
     """Mean dipole since the step before: what the plant has done."""
-    told, acting = result["law.told"].values, result.dipole_body.values[:, 0]
+    stated, acting = result["law.stated"].values, result.dipole_body.values[:, 0]
     for before, now in itertools.pairwise(STEPS):
-        assert told[now] == pytest.approx(acting[before:now].mean(), abs=1e-12)
-    assert told.max() > 20.0
+        assert stated[now] == pytest.approx(acting[before:now].mean(), abs=1e-12)
+    assert stated.max() > 20.0
 
 
 def test_without_it_wheels_wait_for_the_next_window(make):

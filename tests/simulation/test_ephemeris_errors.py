@@ -316,5 +316,7 @@ def test_a_report_says_how_far_the_models_are_off():
 
 def test_results_have_the_models_only_where_they_are_not_the_truth():
     assert "b_believed" not in flown(BDOT).data_vars
-    told = flown(BDOT, radial_error_m=1e3)
-    assert told.b_believed.attrs["units"] == "T" and told.position_believed.attrs["frame"] == "J"
+    answer = flown(BDOT, radial_error_m=1e3)
+    assert (
+        answer.b_believed.attrs["units"] == "T" and answer.position_believed.attrs["frame"] == "J"
+    )

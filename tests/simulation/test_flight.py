@@ -133,19 +133,19 @@ def test_what_is_read_is_what_a_law_is_given(make):
 def test_software_outside_knows_what_its_coils_have_done(make):
     """Within their limits; off in the measurement window; the same after a restoration."""
     flight = Flight(make({**FULL, "spacecraft.coils": {"limit_a_m2": 3.0}}))
-    told = []
+    answer = []
     for k in range(8):
         if k == 5:
             before = flight.snapshot()
-        told.append(flight.read().coil_dipole_body_a_m2)
+        answer.append(flight.read().coil_dipole_body_a_m2)
         flight.command((6.0, 1.0 + k, 0.0))
     off = (0.0, 0.0, 0.0)
     expected = [off, off, off, (3.0, 1.5, 0.0), off, off, (3.0, 3.0, 0.0), off]
-    assert np.array(told) == pytest.approx(np.array(expected), abs=1e-15)
+    assert np.array(answer) == pytest.approx(np.array(expected), abs=1e-15)
     flight.restore(before)
     flight.read()
     flight.command((6.0, 6.0, 0.0))
-    assert flight.read().coil_dipole_body_a_m2 == told[6]
+    assert flight.read().coil_dipole_body_a_m2 == answer[6]
 
 
 def test_reading_again_changes_nothing(make):

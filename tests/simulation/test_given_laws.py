@@ -73,12 +73,12 @@ def test_a_law_of_a_file_is_flown_again_from_the_result(make, file, own, memory,
     given = dataclasses.replace(of_the_file(file, "tuned", gain=3e5), memory=memory)
     result = simulate(make({"control.law": own}), given)
     save(result, tmp_path / "result.nc")
-    told = scenario_of(load(tmp_path / "result.nc"))
-    assert told.control.law == UserLaw(
+    answer = scenario_of(load(tmp_path / "result.nc"))
+    assert answer.control.law == UserLaw(
         kind="user", file=file, function="tuned", parameters={"gain": 3e5, "bias": 0.5},
         memory=None if memory == (1.0, 0.0) else memory,
     )  # fmt: skip
-    assert same(simulate(told), result)
+    assert same(simulate(answer), result)
     part = simulate(make({"control.law": own}), given, until_s=200.0)
     assert same(resume(part), result)
 
@@ -136,10 +136,10 @@ def given_laws(file, tmp_path_factory):
 def test_other_laws_must_be_given_again(make, given_laws, which):
     given = given_laws[which]
     result = simulate(make(), given)
-    told = scenario_of(result).control.law
+    answer = scenario_of(result).control.law
     known = torquer.control.law.as_law(given)
     memory = tuple(known.first_memory().tolist())
-    assert told == GivenLaw(name=known.name, parameters=known.values(), memory=memory)
+    assert answer == GivenLaw(name=known.name, parameters=known.values(), memory=memory)
     with pytest.raises(ValueError, match=r"^law .*: must be given again \(.*\): .* none$") as said:
         simulate(scenario_of(result))
     assert "\n" not in str(said.value)
@@ -214,8 +214,8 @@ def test_what_a_given_law_needs_is_checked(make):
 
 
 def test_a_given_law_in_a_file_is_one_line(plain_data):
-    told = {"kind": "given_in_python", "name": "mine"}
-    scenario = scenario_from_data(plain_data({"control.law": told}))
+    answer = {"kind": "given_in_python", "name": "mine"}
+    scenario = scenario_from_data(plain_data({"control.law": answer}))
     with pytest.raises(ValueError, match="law mine: must be given again"):
         simulate(scenario)
 

@@ -171,9 +171,9 @@ def test_a_plain_function_may_be_given_as_the_law(make):
 
     scenario = make({"simulation.duration_s": 50.0, "spacecraft.coils.limit_a_m2": 100.0})
     result = simulate(scenario, own)
-    told = laws_of(result)["law"]
-    assert (told["name"], told["parameters"]) == ("own", {})
-    assert told["runs_as"] == "plain Python (slow: not decorated)"
+    described = laws_of(result)["law"]
+    assert (described["name"], described["parameters"]) == ("own", {})
+    assert described["runs_as"] == "plain Python (slow: not decorated)"
     assert result.command_body.values[-1].tolist() == [50.0, 16.0, 0.0]
     part = simulate(scenario, own, until_s=20.0)
     assert np.array_equal(torquer.resume(part, own).omega_body, result.omega_body)
@@ -326,11 +326,11 @@ def test_a_law_that_fails_in_odd_words_keeps_the_result(make, tmp_path, odd, sho
     def answers(inputs, parameters, memory):
         return odd
 
-    for law, told in ((raises, "must not raise"), (answers, "must return three numbers")):
+    for law, problem in ((raises, "must not raise"), (answers, "must return three numbers")):
         with pytest.raises(RunStopped) as stopped:
             simulate(make(), law, to=tmp_path / "result.nc", overwrite=True)
         message = str(stopped.value)
-        assert message.startswith(f"law {law.__name__}: {told}; received {shown} ")
+        assert message.startswith(f"law {law.__name__}: {problem}; received {shown} ")
         assert message.endswith(" at t = 0 s")
         assert load(tmp_path / "result.nc").attrs["ended"] == message
 
@@ -344,9 +344,11 @@ def test_an_absurd_but_finite_answer_is_scaled_to_the_limit(with_law):
 def test_a_state_that_blows_up_stops_the_run(make, integrator, tmp_path):
     run = prepare(make({"simulation.integrator": integrator}))
     run.state.cells["omega_x"] = 1e200  # a rate [rad/s] that no scenario may have
-    told = {"rk4": "simulation.step_s: must be shorter for RK4 to follow the motion from t = 0 s"}
+    problem = {
+        "rk4": "simulation.step_s: must be shorter for RK4 to follow the motion from t = 0 s"
+    }
     finite = "the state stopped being finite after t = "
-    with pytest.raises(RunStopped, match=f"^{told.get(integrator, finite)}") as stopped:
+    with pytest.raises(RunStopped, match=f"^{problem.get(integrator, finite)}") as stopped:
         finish(run, InMemory())
     assert "quaternion and rate: " in str(stopped.value)
     result = stopped.value.result

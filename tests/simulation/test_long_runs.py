@@ -182,10 +182,10 @@ def test_a_run_that_netcdf_refuses_to_store_is_kept(make, tmp_path, monkeypatch)
     scenario = make()
     whole = simulate(scenario)
     monkeypatch.setattr(xarray.Dataset, "to_netcdf", refusing)
-    told = "result: must be what NetCDF can store; received: Forward slashes '/' are not allowed"
+    message = "result: must be what NetCDF can store; received: Forward slashes '/' are not allowed"
     with (
-        pytest.warns(NotSaved, match=rf"^nothing saved at t = \d+ s: {told}$"),
-        pytest.raises(RunStopped, match=f"^{told}$") as stopped,
+        pytest.warns(NotSaved, match=rf"^nothing saved at t = \d+ s: {message}$"),
+        pytest.raises(RunStopped, match=f"^{message}$") as stopped,
     ):
         simulate(scenario, to=tmp_path / "result.nc", checkpoint_s=1e-9)
     assert np.array_equal(stopped.value.result.omega_body, whole.omega_body)

@@ -29,7 +29,7 @@ record_s = 60
 
 
 def watched(*needs):
-    """What a law in plain Python was told, at every second, and the run's result."""
+    """What a law in plain Python received, at every second, and the run's result."""
     seen = []
 
     def watch(inputs, parameters, memory):
@@ -106,10 +106,10 @@ def test_what_a_law_knows_is_what_the_result_tells(environment):
     fixed, eclipses = SUNS[environment]
     result = torquer.simulate(torquer.scenario_from_text(DAY + environment), noting)
     result = result.isel(time=slice(0, -1))
-    for name, told in (("r", "position_inertial"), ("v", "velocity_inertial"),
+    for name, variable in (("r", "position_inertial"), ("v", "velocity_inertial"),
                        ("b", "b_inertial"), ("sun", "sun_inertial")):  # fmt: skip
-        size = np.abs(result[told].values).max()
-        away = np.abs(result[f"law.{name}"].values - result[told].values).max()
+        size = np.abs(result[variable].values).max()
+        away = np.abs(result[f"law.{name}"].values - result[variable].values).max()
         assert away < (1e-6 if name == "v" else 1e-8) * size, name
     sunlit_fraction = result["law.sunlit_fraction"].values
     assert sunlit_fraction == pytest.approx(result.sunlit_fraction.values, abs=1e-4)

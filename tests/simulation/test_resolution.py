@@ -1,4 +1,4 @@
-"""What RK4 does to the motion by itself is told; what its step cannot follow ends the run."""
+"""What RK4 does to the motion by itself is reported; what its step cannot follow ends the run."""
 
 import numpy as np
 import pytest
@@ -48,10 +48,10 @@ def amplitude(result):
 def test_the_damping_that_is_reported_is_the_damping_that_happened(make, step_s):
     result = simulate(gyrostat(make, step_s))
     lost = np.log(amplitude(result)[:30].mean() / amplitude(result)[-30:].mean())
-    told = -np.log1p(-float(result.rk4_damping))
+    answer = -np.log1p(-float(result.rk4_damping))
     z = NUTATION * step_s  # the next term of RK4's polynomial: -(1 - z^2/8) z^6/144
     whole = 1.0 - 30.0 / result.sizes["time"]  # from the middle of the first 30 rows to the last
-    assert lost == pytest.approx(told * whole * (1.0 - z * z / 8.0), rel=0.03)
+    assert lost == pytest.approx(answer * whole * (1.0 - z * z / 8.0), rel=0.03)
 
 
 @needs_jit

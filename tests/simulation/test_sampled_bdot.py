@@ -22,7 +22,7 @@ DIFFERENCES = ("bdot", "nutation_damping")
 
 
 def rows():
-    """Rows of the page's table: law, times, and the numbers told."""
+    """Rows of the page's table: law, times, and the numbers stated."""
     lines = PAGE.read_text(encoding="utf-8").splitlines()
     cells = [[x.strip() for x in line.strip("|").split("|")] for line in lines if line[:1] == "|"]
     return [(c[0].strip("`"), *map(float, c[1:])) for c in cells if c[0].startswith("`bdot")]
@@ -92,13 +92,13 @@ def test_the_table_holds_what_was_asked_for():
 
 @pytest.mark.parametrize("row", slow_after(4, ROWS), ids=lambda row: " ".join(map(str, row[:5])))
 def test_formula_multipliers_and_runs_agree_with_the_table(make, row):
-    case, told = row[:5], row[5:]
+    case, answer = row[:5], row[5:]
     times = times_of(*case)
     limit = sampling_limit_rad_s(*times[:3])
     by_multipliers = brentq(lambda w: growth(w, 1e-7, *times), 0.85 * limit, 1.12 * limit)
     runs = (limit_by_runs(make, case, **changes) for changes in (WEAK, SATURATED))
     found = (math.degrees(limit), math.degrees(by_multipliers), *runs)
-    assert found == pytest.approx(told, abs=0.0051)  # two decimals
+    assert found == pytest.approx(answer, abs=0.0051)  # two decimals
     assert found == pytest.approx([found[0]] * 4, rel=1e-4)
 
 

@@ -36,7 +36,7 @@ KEYS = {
 DELAY = {"sample_s": 1.0, "delay_s": 1.0}
 
 
-def told(make, sensor, delay=None, **failure):
+def readings_of(make, sensor, delay=None, **failure):
     """(Readings, their times) at every control step."""
     seen = []
 
@@ -62,7 +62,7 @@ def sound(make):
     def once(sensor, delay=None):
         key = sensor, delay is None
         if key not in kept:
-            kept[key] = told(make, sensor, delay)
+            kept[key] = readings_of(make, sensor, delay)
         return kept[key]
 
     return once
@@ -73,7 +73,7 @@ def sound(make):
 @pytest.mark.parametrize(("kind", "value"), [("zeros", 0.0), ("nan", np.nan), ("infinite", np.inf)])
 def test_a_sensor_reads_one_value_and_recovers(make, sound, sensor, delay, kind, value):
     healthy, times = sound(sensor, delay)
-    found, found_times = told(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
+    found, found_times = readings_of(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
     late = 1 if delay else 0
     gone = slice(20 + late, 30 + late)
     assert np.array_equal(found_times, times)
@@ -88,7 +88,7 @@ def test_a_sensor_reads_one_value_and_recovers(make, sound, sensor, delay, kind,
 @pytest.mark.parametrize("kind", ["silent", "stuck"])
 def test_a_sensor_repeats_its_last_reading_and_tells_it_or_not(make, sound, sensor, delay, kind):
     healthy, times = sound(sensor, delay)
-    found, found_times = told(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
+    found, found_times = readings_of(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
     late = 1 if delay else 0
     last, gone = 19 + late, slice(20 + late, 30 + late)
     assert np.array_equal(found[: last + 1], healthy[: last + 1])
@@ -100,7 +100,7 @@ def test_a_sensor_repeats_its_last_reading_and_tells_it_or_not(make, sound, sens
 
 
 def test_a_failure_without_an_end_lasts(make):
-    found, times = told(make, "magnetometer", kind="silent", from_s=40.0)
+    found, times = readings_of(make, "magnetometer", kind="silent", from_s=40.0)
     assert (times[40:] == 39.0).all()
     assert np.array_equal(found[40:], np.tile(found[39], (20, 1)))
 
@@ -121,7 +121,7 @@ CHANGES = {
 def test_a_sensor_with_wrong_axes(make, sound, sensor, delay, name):
     failure, wrong = CHANGES[name]
     healthy, times = sound(sensor, delay)
-    found, found_times = told(make, sensor, delay, **failure, from_s=20.0, until_s=30.0)
+    found, found_times = readings_of(make, sensor, delay, **failure, from_s=20.0, until_s=30.0)
     gone = slice(21, 31) if delay else slice(20, 30)
     assert np.array_equal(found_times, times)
     assert np.array_equal(found[gone], wrong(healthy[gone]))
@@ -151,7 +151,7 @@ def test_a_bias_jumps_and_goes(make, sound, sensor, delay):
     bias = np.array([3.0, -2.0, 6.0])
     failure = {"kind": "bias", f"bias_{unit}": bias.tolist(), "from_s": 20.0, "until_s": 30.0}
     healthy, _ = sound(sensor, delay)
-    found, _ = told(make, sensor, delay, **failure)
+    found, _ = readings_of(make, sensor, delay, **failure)
     gone = slice(21, 31) if delay else slice(20, 30)
     errors = errors_of(sensor, found[gone], healthy[gone])
     if sensor in (
@@ -174,7 +174,7 @@ def test_a_burst_of_noise(make, sound, sensor):
     unit, si = UNITS[sensor]
     failure = {"kind": "noise", f"noise_{unit}": 2.0, "from_s": 5.0, "until_s": 55.0}
     healthy, _ = sound(sensor)
-    found, _ = told(make, sensor, **failure)
+    found, _ = readings_of(make, sensor, **failure)
     errors = errors_of(sensor, found[5:55], healthy[5:55]) / si
     axes = {"sun_sensors": 2, "horizon_sensor": 2, "attitude_sensor": 3}.get(
         sensor, 1
@@ -222,7 +222,7 @@ def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "readings_of"),
     [
         ("failures", [{"kind": "mute"}],
          "spacecraft.gyro.failures[0].kind: must be 'silent', 'stuck', 'zeros', 'nan', 'infinite', "
@@ -241,17 +241,20 @@ def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
          "spacecraft.gyro.failures[0].from_s: must be before the end of the run, 60 s;"),
     ],
 )  # fmt: skip
-def test_messages(make, key, value, told):
+def test_messages(make, key, value, readings_of):
     with pytest.raises(ScenarioError) as error:
         make({f"spacecraft.gyro.{key}": value, "simulation": RUN})
-    assert told in str(error.value)
+    assert readings_of in str(error.value)
 
 
 def test_a_coil_of_the_wrong_polarity_pushes_the_other_way():
-    told, wrong = Coils(limit_a_m2=1.0).pack(), Coils(limit_a_m2=1.0, polarity=(1, -1, 0)).pack()
+    readings_of, wrong = (
+        Coils(limit_a_m2=1.0).pack(),
+        Coils(limit_a_m2=1.0, polarity=(1, -1, 0)).pack(),
+    )
     for c in "xyz":
-        assert np.array_equal(wrong.rows[f"share_{c}"], told.rows[f"share_{c}"])
-        assert np.array_equal(wrong.rows[f"axis_{c}"], [1, -1, 0] * told.rows[f"axis_{c}"])
+        assert np.array_equal(wrong.rows[f"share_{c}"], readings_of.rows[f"share_{c}"])
+        assert np.array_equal(wrong.rows[f"axis_{c}"], [1, -1, 0] * readings_of.rows[f"axis_{c}"])
     assert wrong.rows["power"].tolist() == [1.0, 1.0, 0.0]
 
 

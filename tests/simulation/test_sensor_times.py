@@ -21,7 +21,7 @@ SENT = {"magnetometer_s": (3.0, 2.0), "gyro_s": (4.0, 4.0), "attitude_sensor_s":
 
 
 def watched(scenario):
-    """What a law in plain Python is told at every control step, and the result."""
+    """What a law in plain Python receives at every control step, and the result."""
     seen = []
 
     def watch(inputs, parameters, memory):

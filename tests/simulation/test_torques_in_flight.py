@@ -209,7 +209,7 @@ def test_a_torque_of_no_size_leaves_the_motion_as_it_is(make, given):
 
 
 @pytest.mark.parametrize(
-    ("given", "changes", "told"),
+    ("given", "changes", "expected"),
     [
         ({"solar_pressure": {}}, {},
          "disturbance.solar_pressure.parts: must be given without spacecraft.aerodynamics, whose "
@@ -231,7 +231,7 @@ def test_a_torque_of_no_size_leaves_the_motion_as_it_is(make, given):
          "received 'cone'"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_reported_in_one_line(make, given, changes, told):
+def test_what_cannot_be_is_reported_in_one_line(make, given, changes, expected):
     with pytest.raises(ScenarioError) as error:
         disturbed(make, given, "rk4", **changes)
-    assert str(error.value).removeprefix("scenario.") == told.removeprefix("scenario.")
+    assert str(error.value).removeprefix("scenario.") == expected.removeprefix("scenario.")

@@ -83,13 +83,13 @@ def test_what_is_recorded_of_the_wheels(craft):
     ):
         assert result[name].attrs["units"] == unit
         assert np.isfinite(result[name].values).all()
-    told = laws_of(result)
-    assert told["wheels"]["name"] == "braking"
-    assert told["wheels"]["parameters"] == {"gain": 0.3}
-    assert told["coils"]["name"] == "unloading"
+    message = laws_of(result)
+    assert message["wheels"]["name"] == "braking"
+    assert message["wheels"]["parameters"] == {"gain": 0.3}
+    assert message["coils"]["name"] == "unloading"
     axes = np.array(craft().spacecraft.wheels.array().axes)
-    told = -result.wheel_torque.values @ axes
-    assert told == pytest.approx(result.torque_command_body.values, abs=1e-15)
+    message = -result.wheel_torque.values @ axes
+    assert message == pytest.approx(result.torque_command_body.values, abs=1e-15)
     asked, read = result.torque_command_body.values[:-1, 0], result.omega_measured.values[:-1, 0]
     assert asked == pytest.approx(-0.3 * read, abs=1e-15)  # of the last reading, both
     assert len(np.unique(asked)) == 70  # from 1.5 to 2 s and from 2 to 3 s the same would be held
@@ -158,8 +158,8 @@ def test_noise_of_the_tachometers_by_the_seed(craft):
     axes = np.array(craft().spacecraft.wheels.array().axes)
     noise = []
     for result in (first, other):
-        told = result.torque_command_body.values[:-1] / 1e-3
-        noise.append(told - result.wheel_momentum.values[:-1] @ axes)
+        message = result.torque_command_body.values[:-1] / 1e-3
+        noise.append(message - result.wheel_momentum.values[:-1] @ axes)
     deviation = 5.0 * np.pi / 30.0 / (200.0 * np.pi) * np.sqrt(np.sum(axes**2, axis=0))
     assert noise[0].std(axis=0) == pytest.approx(deviation, rel=0.15)  # five standard errors
     assert np.all(np.abs(noise[0].mean(axis=0)) < 5.0 * deviation / np.sqrt(600.0))
@@ -338,6 +338,6 @@ def test_a_full_wheel_does_not_cost_the_others(craft):
 def test_what_is_no_law_and_what_is_no_scenario(craft):
     with pytest.raises(ValueError, match=r"^laws\.wheels: must be a torquer\.Law .*; received 3$"):
         simulate(craft(), laws={"wheels": 3})
-    told = r"^scenario: must be a torquer Scenario \(see .*\); received 'file\.toml'$"
-    with pytest.raises(ValueError, match=told):
+    message = r"^scenario: must be a torquer Scenario \(see .*\); received 'file\.toml'$"
+    with pytest.raises(ValueError, match=message):
         simulate("file.toml")

@@ -174,8 +174,8 @@ def difference(result, friction=(), gravity=False):
     """Greatest differences of (quaternion, rate, wheel speed [rad/s]) from the reference."""
     expected = Reference(result, dict(friction), gravity).fly(result)
     names = ("q_body_to_inertial", "omega_body", "wheel_speed")
-    told = np.hstack([result[name].values for name in names])
-    return [float(np.abs(part).max()) for part in np.split(told - expected, (4, 7), axis=1)]
+    flown = np.hstack([result[name].values for name in names])
+    return [float(np.abs(part).max()) for part in np.split(flown - expected, (4, 7), axis=1)]
 
 
 MINUTE = {"duration_s": 60.0, "record_s": 2.0}
@@ -259,13 +259,13 @@ def test_wheels_left_alone_run_down_and_leave_their_momentum_to_the_body(craft):
 def test_wheels_of_no_weight_are_as_none(craft, make):
     light = {"momentum_limit_n_m_s": 1e-11, "initial_speed_rpm": SPEEDS}
     changes = {"environment.gravity_gradient": True}
-    told = simulate(craft(light, changes))
+    flown = simulate(craft(light, changes))
     bare = {"spacecraft.coils": None, "simulation": {"duration_s": 120.0, "step_s": 0.5,
                                                      "record_s": 2.0}}  # fmt: skip
     none = simulate(make(bare))
     assert "wheel_speed" not in none
     for name in ("q_body_to_inertial", "omega_body"):
-        assert told[name].values == pytest.approx(none[name].values, abs=1e-10)
+        assert flown[name].values == pytest.approx(none[name].values, abs=1e-10)
 
 
 def turn_deg(result):
@@ -357,7 +357,7 @@ def test_failures_in_flight(craft):
     t, whole, _ = flight()
     dead = {"wheel": 0, "time_s": 101.0}
     _, at_once, _ = flight(dead)
-    _, later, told = flight({**dead, "noticed_after_s": 40.0})
+    _, later, flown = flight({**dead, "noticed_after_s": 40.0})
     _, never, _ = flight({**dead, "noticed_after_s": 1e5})
     before, noticed = t <= 100.0, t > 101.0 + 40.0 + 60.0
     for turn in (at_once, later, never):
@@ -368,7 +368,7 @@ def test_failures_in_flight(craft):
     assert later.max() > 5.0 * at_once.max()
     assert later[noticed] == pytest.approx(at_once[noticed], abs=0.02 * at_once.max())
     assert never[noticed].min() > 5.0 * at_once.max()
-    asked = told.wheel_torque.values[:, 0]
+    asked = flown.wheel_torque.values[:, 0]
     assert np.all(asked[(t > 101.0) & (t <= 140.0)] != 0.0)
     assert not asked[t > 141.0].any()
 

@@ -28,7 +28,7 @@ def turned(moments, seed):
 
 
 @pytest.mark.parametrize(
-    ("inertia", "told"),
+    ("inertia", "expected"),
     [
         ((1.0, 1.0, -0.5), "must be positive definite; received principal moments -0.5, 1, 1"),
         ((0.0, 1.0, 1.0), "must be positive definite; received principal moments 0, 1, 1"),
@@ -46,13 +46,13 @@ def turned(moments, seed):
         ((1.0, 2.0), "at least 3 items|Field required|missing"),
     ],
 )
-def test_unphysical_inertia_is_reported_in_words(inertia, told):
-    with pytest.raises(ValidationError, match=told):
+def test_unphysical_inertia_is_reported_in_words(inertia, expected):
+    with pytest.raises(ValidationError, match=expected):
         Body(inertia_kg_m2=inertia)
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "expected"),
     [
         ("mass_kg", 0.0, "greater than 0"),
         ("mass_kg", -3.0, "greater than 0"),
@@ -66,8 +66,8 @@ def test_unphysical_inertia_is_reported_in_words(inertia, told):
         ("colour", "red", "Extra inputs are not permitted"),
     ],
 )
-def test_other_keys_are_checked(key, value, told):
-    with pytest.raises(ValidationError, match=told):
+def test_other_keys_are_checked(key, value, expected):
+    with pytest.raises(ValidationError, match=expected):
         Body(**{"inertia_kg_m2": (1.0, 1.2, 1.4), key: value})
 
 

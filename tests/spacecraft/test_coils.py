@@ -248,7 +248,7 @@ def test_axes_are_scaled_to_length_one():
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ({"limit_a_m2": 0.0}, "greater than 0"),
         ({"limit_a_m2": -1.0}, "greater than 0"),
@@ -272,6 +272,6 @@ def test_axes_are_scaled_to_length_one():
         ({}, "Field required"),
     ],
 )
-def test_what_cannot_be_is_reported(keys, told):
-    with pytest.raises(ValidationError, match=told):
+def test_what_cannot_be_is_reported(keys, expected):
+    with pytest.raises(ValidationError, match=expected):
         Coils(**keys)

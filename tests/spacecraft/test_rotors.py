@@ -249,17 +249,17 @@ def test_a_rotor_starts_from_a_stand_with_the_rate_of_the_body_as_it_is_now():
     state = state_of(rotors, 0.0, OMEGA, motor=3e-3, stands=1.0)
     step_rotors(rotors, state, other, 0, 0.5)
     assert state["stands"][0] == 0.0
-    told = relative_momentum(rotors.rows, state, other, 0)
-    assert told == pytest.approx((3e-3 - 1e-3) * 0.5, rel=1e-13)
+    answer = relative_momentum(rotors.rows, state, other, 0)
+    assert answer == pytest.approx((3e-3 - 1e-3) * 0.5, rel=1e-13)
 
 
 def test_momentum_relative_to_the_body():
     rotors = four()
     state = four_in_motion(rotors)
-    told = [relative_momentum(rotors.rows, state, OMEGA, k) for k in range(4)]
-    assert told == pytest.approx(rotors.rows["inertia"] * [10.0, -20.0, 0.0, 5.0], abs=1e-16)
+    answer = [relative_momentum(rotors.rows, state, OMEGA, k) for k in range(4)]
+    assert answer == pytest.approx(rotors.rows["inertia"] * [10.0, -20.0, 0.0, 5.0], abs=1e-16)
     spin = step_rotors(rotors, state, OMEGA, 0, 0.5)
     axes = axes_of(rotors)
-    assert carried_momentum(spin, OMEGA, 0.0) == pytest.approx(told @ axes, abs=1e-15)
+    assert carried_momentum(spin, OMEGA, 0.0) == pytest.approx(answer @ axes, abs=1e-15)
     later = [relative_momentum(rotors.rows, state, (0.1, 0.2, 0.3), k) for k in range(4)]
     assert carried_momentum(spin, (0.1, 0.2, 0.3), 0.5) == pytest.approx(later @ axes, abs=1e-15)

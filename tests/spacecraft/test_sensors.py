@@ -248,7 +248,7 @@ def test_noise_of_a_sun_sensor_is_an_angle_of_the_size_asked_for_on_each_cross_a
 
 
 @pytest.mark.parametrize(
-    ("spec", "keys", "told"),
+    ("spec", "keys", "expected"),
     [
         (Magnetometer, {"range_nt": 0.0}, "greater than 0"),
         (Magnetometer, {"noise_nt": -1.0}, "greater than or equal to 0"),
@@ -279,6 +279,6 @@ def test_noise_of_a_sun_sensor_is_an_angle_of_the_size_asked_for_on_each_cross_a
         ),
     ],
 )
-def test_what_cannot_be_is_reported(spec, keys, told):
-    with pytest.raises(ValidationError, match=told):
+def test_what_cannot_be_is_reported(spec, keys, expected):
+    with pytest.raises(ValidationError, match=expected):
         spec(**keys)

@@ -133,7 +133,7 @@ def test_in_flight_readings_err_towards_the_lit_earth(make):
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "expected"),
     [
         ({"half_field_deg": (10.0, 20.0)}, r"half_field_deg: must be one number or one per sensor"),
         ({"half_field_deg": (10.0, 20.0, 0.0)}, "greater than 0"),
@@ -148,6 +148,6 @@ def test_in_flight_readings_err_towards_the_lit_earth(make):
         ({"blind_zones": [{"axis": (0, 0, 1)}]}, "half_angle_deg"),
     ],
 )
-def test_what_cannot_be_is_reported(keys, told):
-    with pytest.raises(ValidationError, match=told):
+def test_what_cannot_be_is_reported(keys, expected):
+    with pytest.raises(ValidationError, match=expected):
         SunSensors(**{"axes": np.eye(3).tolist(), "half_field_deg": 60.0} | keys)

@@ -320,13 +320,13 @@ def test_a_tensor_is_a_number_three_or_nine():
     forms = (2.0, (2.0, 2.0, 2.0), ((2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 2.0)))
     packed = [EddyCurrents(damping_n_m_s_per_t2=form).pack(()) for form in forms]
     assert packed[0] == packed[1] == packed[2]
-    for wrong, told in (
+    for wrong, message in (
         (-1.0, "greater than or equal to 0"),
         ((1.0, 1.0, -1.0), "must have no negative principal value"),
         (((1.0, 2.0, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 1.0)), "no negative principal value"),
         (((1.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), "must be symmetric"),
     ):
-        with pytest.raises(ValidationError, match=told):
+        with pytest.raises(ValidationError, match=message):
             EddyCurrents(damping_n_m_s_per_t2=wrong)
 
 

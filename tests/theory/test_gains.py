@@ -143,9 +143,9 @@ def test_the_pages_table_of_greatest_gains():
     lags = [float(x.removeprefix("lag_s = ")) for x in cells[0][1:]]
     for row, times in zip(cells[2:], ((2, 2, 0), (3, 3, 6), (0, 2, 0)), strict=True):
         d, a, off_s = times
-        for told, lag_s in zip(row[1:], lags, strict=True):
+        for printed, lag_s in zip(row[1:], lags, strict=True):
             gain = bdot_greatest_gain(1.0, 1.0, a, difference_s=d, lag_s=lag_s, measure_s=off_s)
-            assert gain * a == pytest.approx(float(told), abs=0.00051), (row[0], lag_s)
+            assert gain * a == pytest.approx(float(printed), abs=0.00051), (row[0], lag_s)
 
 
 @pytest.mark.parametrize(("part", "below_percent"), [(0.01, 0.7), (0.1, 6.6)])

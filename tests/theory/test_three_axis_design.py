@@ -187,7 +187,7 @@ def test_no_gains_nearby_or_far_are_better_than_the_refined_ones(made, task):
 
 
 def test_any_law_that_holds_the_attitude_can_be_assessed(task):
-    """That of Lovera and Astolfi, without a field's strength; what is doubtful is told."""
+    """That of Lovera and Astolfi, without a field's strength; what is doubtful is reported."""
     keys, n = attitude_keys(task.sampled.hold), task.sampled.hold.rate_rad_s
     law = ProjectedPd(rate_gain_n_m_s=3.0 * n, angle_gain_n_m=6.0 * n * n, **keys).law()
     found = assessed(task, law)

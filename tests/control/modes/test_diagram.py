@@ -115,7 +115,7 @@ def test_ways_run_from_box_to_box_and_share_no_lane(modes):
 @tables
 def test_the_picture_says_all_that_the_table_says(modes):
     root = ElementTree.fromstring(svg(modes))
-    told = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
+    answer = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
     expected = []
     for name, region in modes.regions.items():
         expected += [name] if len(modes.regions) > 1 else []
@@ -123,7 +123,7 @@ def test_the_picture_says_all_that_the_table_says(modes):
         expected += [transition_in_words(way) for _, way in region.all_transitions()]
         for state, spec in region.states.items():
             expected += [state, *state_in_words(spec)]
-    assert sorted(told) == sorted(expected)
+    assert sorted(answer) == sorted(expected)
     final = sum(state.final for r in modes.regions.values() for state in r.states.values())
     rectangles = [r.get("class") for r in root.iter("{http://www.w3.org/2000/svg}rect")]
     assert rectangles.count("inner") == final

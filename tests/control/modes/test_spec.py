@@ -183,8 +183,8 @@ def condition(**keys):
 def test_what_makes_no_sense_is_reported_in_one_line(data, line):
     with pytest.raises(ValidationError) as error:
         Modes.model_validate(data)
-    (told,) = explain(error.value, data)
-    assert line in told and "\n" not in told and "main" not in told
+    (answer,) = explain(error.value, data)
+    assert line in answer and "\n" not in answer and "main" not in answer
 
 
 TWICE = {"states": {"on": {}, "off": {}}}
