@@ -18,7 +18,7 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.checkpoints import Checkpoints, advance_in_pieces
 from torquer.simulation.results.dataset import rate_in_orbit, sun_direction
 from torquer.simulation.results.variables import RECORDED, read
-from torquer.simulation.run import Piece, Run, prepare, record_this_instant, surroundings_of
+from torquer.simulation.run import Piece, Run, environments_of, prepare, record_this_instant
 from torquer.simulation.size import check_memory, size_of
 from torquer.simulation.state import Record
 
@@ -82,7 +82,7 @@ class Orbits:
         return found
 
     def _fitting(self, scenario: Scenario) -> list[Piece]:
-        wanted = (*surroundings_of(scenario), scenario.grid_s)
+        wanted = (*environments_of(scenario), scenario.grid_s)
         return [p for p in self._pieces if (p.environment, p.believed, p.step_s) == wanted]
 
     def _keep(self, piece: Piece) -> None:

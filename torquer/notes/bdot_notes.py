@@ -205,8 +205,8 @@ def tumbling_of(scenario: Scenario, law) -> Tumbling:
 
 def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
     """Strengths of the field [T] along the orbit."""
-    times, surroundings = np.linspace(0.0, span_s, _FIELDS), scenario.orbit_environment()
-    return np.linalg.norm(surroundings.field(times, *surroundings.state(times)), axis=1)
+    times, environment = np.linspace(0.0, span_s, _FIELDS), scenario.orbit_environment()
+    return np.linalg.norm(environment.field(times, *environment.state(times)), axis=1)
 
 
 def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:

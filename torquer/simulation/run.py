@@ -233,7 +233,7 @@ def prepare(
     """
     scenario, given = with_given(scenario, law, laws)
     blocks, environment = blocks_of(scenario, given), scenario.orbit_environment()
-    for each in surroundings_of(scenario):
+    for each in environments_of(scenario):
         each.check_dates(0.0, scenario.steps() * scenario.grid_s)
     r, v = environment.state(np.zeros(1))
     run = _without_tables(scenario, blocks, (r[0], v[0]), stops, driven_from_outside)
@@ -298,7 +298,7 @@ def _without_tables(
 
 def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     """Tables for the steps first..last-1."""
-    environment, believed = surroundings_of(scenario)
+    environment, believed = environments_of(scenario)
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
     orbit = environment.orbit_table(duration_s, plan.step_s, start_s)
     needed = _tables_needed(scenario, plan)
@@ -320,14 +320,14 @@ def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     return Piece(first, last, tables, moving, error, environment, believed, plan.step_s, needed)
 
 
-def surroundings_of(scenario: Scenario) -> tuple[OrbitEnvironment, AnyEnvironment]:
+def environments_of(scenario: Scenario) -> tuple[OrbitEnvironment, AnyEnvironment]:
     """The environment of a run, and what its computer believes of it."""
     return scenario.orbit_environment(), scenario.believed_environment()
 
 
 def _check_shared(piece: Piece, run: Run) -> None:
     """ValueError unless a piece is what the run would begin with."""
-    own = (*surroundings_of(run.scenario), run.plan.step_s, 0, min(run.piece_steps, run.steps))
+    own = (*environments_of(run.scenario), run.plan.step_s, 0, min(run.piece_steps, run.steps))
     if (piece.environment, piece.believed, piece.step_s, piece.first, piece.last) != own:
         raise ValueError(
             "piece: must have the orbit, environment, start and steps of this run, and the models "

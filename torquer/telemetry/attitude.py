@@ -31,7 +31,7 @@ from torquer.scenario.explain import explain
 from torquer.scenario.load import data_of, text_of
 from torquer.simulation.results.variables import ESTIMATED, read
 from torquer.spec import Spec
-from torquer.telemetry.surroundings import Surroundings, surroundings_of
+from torquer.telemetry.environment import RowEnvironments, environments_at_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -268,7 +268,7 @@ def known_by(data: xr.Dataset, along: OrbitEnvironment) -> np.ndarray:
         _put(
             known, KNOWN_VARIABLES["coil_dipole_on_board"].cells, np.nan_to_num(data[dipole].values)
         )
-    _put_surroundings(known, surroundings_of(data, along))
+    _put_environments(known, environments_at_rows(data, along))
     return known
 
 
@@ -287,7 +287,7 @@ def _put(known, cells, values) -> None:
         known[cell] = column
 
 
-def _put_surroundings(known, around: Surroundings) -> None:
+def _put_environments(known, around: RowEnvironments) -> None:
     """Put position, velocity, field, Sun and shadow of each row into what is known."""
     for name, values in (
         ("position_on_board", around.r), ("velocity_on_board", around.v), ("b_on_board", around.b),

@@ -18,7 +18,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.field.along import angles_deg
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.telemetry.axes import SIGNED_PERMUTATIONS, axis_names
-from torquer.telemetry.surroundings import surroundings_of
+from torquer.telemetry.environment import environments_at_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -172,7 +172,7 @@ _SENSES = ("body to reference", "reference to body")
 
 def _directions(telemetry, along: OrbitEnvironment, sensor: str) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (n, 3) of the field or to the Sun in J, and which rows count (n,)."""
-    around = surroundings_of(telemetry, along)
+    around = environments_at_rows(telemetry, along)
     if sensor == "sun":
         return around.sun, around.sunlit_fraction > _LIT
     found = around.b / np.linalg.norm(around.b, axis=1)[:, None]

@@ -15,7 +15,7 @@ from torquer.simulation.lanes.packing import Packed, packed
 from torquer.simulation.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.run import Piece, Run, piece_of, surroundings_of
+from torquer.simulation.run import Piece, Run, environments_of, piece_of
 from torquer.simulation.signals import noted_signals
 from torquer.simulation.state import CELLS, HERE_CELLS
 from torquer.simulation.step import Loop, run_steps
@@ -42,7 +42,7 @@ class Pieces:
 
     def of(self, scenario: Scenario) -> bool:
         """Whether the pieces are those of a scenario."""
-        return surroundings_of(self._run.scenario) == surroundings_of(scenario)
+        return environments_of(self._run.scenario) == environments_of(scenario)
 
     def at(self, first: int) -> Piece:
         """The piece that begins at a step."""

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 _APART_S = 1.0
 
 
-class Surroundings(NamedTuple):
-    """Surroundings at n rows, in J: position (n, 3) m and velocity m/s, field T and its rate of
+class RowEnvironments(NamedTuple):
+    """Environment at n rows, in J: position (n, 3) m and velocity m/s, field T and its rate of
     change along the orbit T/s, unit vector to the Sun from the satellite, visible part of the
     Sun's disc (n,)."""
 
@@ -28,8 +28,8 @@ class Surroundings(NamedTuple):
     sunlit_fraction: np.ndarray
 
 
-def surroundings_of(data: xr.Dataset, along: OrbitEnvironment) -> Surroundings:
-    """Surroundings at the rows of a session, whose first one is at `along.start`.
+def environments_at_rows(data: xr.Dataset, along: OrbitEnvironment) -> RowEnvironments:
+    """Environment at the rows of a session, whose first one is at `along.start`.
 
     Without an orbit in `along`, positions are those of `position_j`, by splines where a row has
     none.
@@ -44,7 +44,7 @@ def surroundings_of(data: xr.Dataset, along: OrbitEnvironment) -> Surroundings:
         b_rate = (after - before) / (2.0 * _APART_S)
     sun = along.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
-    return Surroundings(r, v, b, b_rate, sun, along.sunlit_fraction(t_s, r))
+    return RowEnvironments(r, v, b, b_rate, sun, along.sunlit_fraction(t_s, r))
 
 
 def _at_positions(data, along, t_s):
