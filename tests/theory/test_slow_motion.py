@@ -94,7 +94,7 @@ def test_nutation_after_15_revolutions_as_the_book_tells():
 
 def test_b_dot_slows_the_rotation_fastest_at_46_degrees_and_not_at_the_pole():
     """MAG, of Figs. 2.1.2 and 2.1.3, which holds up to 46 deg only; eps = 0.1, theta0 = 1."""
-    rho = np.linspace(0.5, 89.5, 90)
+    rho = np.linspace(1.5, 88.5, 30)
     axes = {"inclination_deg": np.array([10.0, 45.577, 90.0]), "rho_deg": rho}
     fixed = {"sigma_deg": 0.0, "theta_deg": math.degrees(1.0), "eps": 0.1}
 
@@ -103,7 +103,7 @@ def test_b_dot_slows_the_rotation_fastest_at_46_degrees_and_not_at_the_pole():
         end = 2.0 * math.pi * revolutions
         return map_of_evolution(EVOLUTIONS["bdot"], axes, fixed, end, spinner=satellite).l
 
-    for ratio in (1.0 / 3.0, 2.0 / 3.0, 1.0, 1.9):
+    for ratio in (1.0 / 3.0, 2.0 / 3.0, 1.9):
         mean = np.average(left(10.0, ratio), axis=1, weights=np.sin(np.radians(rho)))
         assert mean[1] < mean[2] < mean[0]
         assert np.all(np.diff(left(2.0, ratio)[:, -1]) > 0.0)
