@@ -245,6 +245,34 @@ def test_at_h_of_2_pointing_takes_many_orbits_more():
     assert fly(changes, 15.0).stays_below(1.0) > 14.0
 
 
+def test_the_field_turns_by_at_most_about_three_orbital_rates():
+    """|B x dB/dt|/B^2 along 15 orbits, over nu0: 3 over the equator for a polar dipole."""
+    t = np.arange(0.0, 15.0 * PERIOD_S, 20.0)
+    b = EXAMPLE.orbit_environment().sample(t)[:, 3:6]
+    turning = np.linalg.norm(np.cross(b, np.gradient(b, t, axis=0))[1:-1], axis=1)
+    greatest = np.max(turning / np.sum(b[1:-1] ** 2, axis=1)) / RATE
+    assert 3.0 < greatest < 3.5
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_stage_1_alone_comes_to_rest_in_the_orbital_frame_and_points_by_degrees(seed):
+    flown = fly({**tip_off(seed), **STAGE_1_ALONE}, 12.0)
+    rate = np.degrees(np.linalg.norm(flown.result.omega_orbital.values, axis=1))
+    late = flown.orbits > 10.0
+    assert rate[0] > 2.9 and rate[late].max() < 0.01
+    assert flown.stays_below(20.0) < 10.0
+    assert np.linalg.norm(flown.error_deg[late], axis=1).max() < 5.0
+
+
+def test_the_dipole_leaves_an_error_without_the_compensator_alone():
+    bare = LAW.model_copy(update={"compensator_gains": (0.0, 0.0, 0.0)})
+    left = []
+    for law in (LAW, bare):
+        flown = fly({**EXACT, **NEARLY, "control.law": law}, 8.0)
+        left.append(np.linalg.norm(flown.error_deg[flown.orbits > 6.0], axis=1).max())
+    assert left[0] < 1e-3 and left[1] > 0.1
+
+
 @pytest.mark.parametrize(("rate_deg_s", "brakes"), [(4.5, True), (8.0, False)])
 def test_stage_1_brakes_below_the_frequency_of_its_filters_alone(rate_deg_s, brakes):
     """0.1 rad/s are 5.7 deg/s: beyond it the satellite is spun up."""

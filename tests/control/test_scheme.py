@@ -9,6 +9,7 @@ from law_cases import ZERO, inputs
 from numba import typeof
 from on_board import OnBoard
 
+from gallery.entries import mag_3_3_2, mag_3_4_3
 from gallery.spinning import course_of
 from torquer.compile import engine
 from torquer.control.built_in import BUILT_IN
@@ -333,3 +334,26 @@ def test_the_example_ends_with_a_spin_that_points_to_its_target():
     assert course.at(starts[1], "nutation") < 5.5 and course.at(starts[2], "nutation") < 2.5
     assert course.at(starts[3], "spin") == pytest.approx(5.0, abs=0.05)
     assert course.end("axis") < 3.0 and course.end("nutation") < 0.2
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
+@pytest.mark.parametrize("inclination_deg", mag_3_3_2.INCLINATIONS)
+def test_relays_spin_up_in_the_published_time(inclination_deg):
+    """MAG Figs. 3.3.3, 3.3.6: about 1000 s; and J3 of the spin is what |B1| + |B2| give it."""
+    result = simulate(mag_3_3_2.scenario(inclination_deg))
+    starts, course = stage_starts_s(result), course_of(result, (1.0, 1.0, 0.0))
+    assert starts[2] - starts[1] == pytest.approx(1000.0, abs=mag_3_3_2.ROUND_S)
+    t = result.time.values
+    during = (t >= starts[1]) & (t <= starts[2])
+    b, spin = result.b_body.values[during], np.radians(course.spin[during])
+    given = 0.1 * np.trapezoid(np.abs(b[:, 0]) + np.abs(b[:, 1]), t[during])
+    assert 0.02 * (spin[-1] - spin[0]) == pytest.approx(given, rel=0.02)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
+@pytest.mark.parametrize("ratio", [0.8, 1.04, 1.8])
+def test_gains_of_mag_3_4_leave_a_precession_of_a_long_body(ratio):
+    """At arccos(C omega3 k2/(A k5)) from the target; above C/A = 1.146 they come to the target."""
+    scenario = mag_3_4_3.scenario((1.5, 1.5, 1.5 * ratio)).replace("simulation.revolutions", 8.0)
+    course = course_of(simulate(scenario), mag_3_4_3.aside(12.0, 0.0))
+    assert course.end("axis") == pytest.approx(mag_3_4_3.precession_deg(ratio), abs=1.0)

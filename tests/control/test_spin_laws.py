@@ -140,6 +140,28 @@ def test_the_target_may_be_the_sun_as_the_sensors_see_it(b, omega, turn):
         assert not answer(by_sun, row(b, omega)).any()
 
 
+@pytest.mark.parametrize("ratio", [0.8, 1.04, 1.14])
+def test_nutation_damping_and_the_first_law_cancel_in_a_precession(ratio):
+    """MAG 3.4 with its k2 = 5e6, k5 = 1e6 and 10 deg/s: free motion about the target, any field.
+
+    The axis goes round the target at k5/k2, at the angle arccos(C omega3 k2/(A k5)).
+    """
+    rng = np.random.default_rng(7)
+    rate, spin, b = 1e6 / 5e6, math.radians(10.0), 3e-5 * rng.normal(size=3)
+    turn = Rotation.random(random_state=rng)
+    direction, across = turn.as_matrix()[:2]  # in the body: the target is axis 1 of the frame
+    target, angle = (1.0, 0.0, 0.0), math.acos(ratio * spin / rate)
+    axis = math.cos(angle) * direction + math.sin(angle) * across
+    # L along the target, of size A k5/k2: omega = L/A + (1/C - 1/A) (L.e3) e3
+    omega = rate * (direction + (1.0 / ratio - 1.0) * math.cos(angle) * axis)
+    assert omega @ axis == pytest.approx(spin, rel=1e-12)
+    known, e3 = row(b, omega, turn.as_quat()), tuple(axis.tolist())
+    damping = answer(NutationDampingRate(gain_a_m2_s_per_t=5e6, axis=e3), known)
+    first = answer(Preliminary1(gain_a_m2_per_t=1e6, target=target, axis=e3), known)
+    assert np.linalg.norm(first) > 0.1
+    assert damping == pytest.approx(-first, rel=1e-9)
+
+
 def test_at_rest_there_is_no_direction_of_momentum_to_take_off():
     *_, first, second = pointed((1.0, 0.0, 0.0))
     at_rest = row((1e-5, 2e-5, 3e-5))

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from integrators import INTEGRATORS, by
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
 from torquer.conventions import MU_EARTH_M3_S2
-from torquer.environment.field.averaged import cone_angle
+from torquer.environment.field.averaged import cone_angle, mean_over_orbit
 from torquer.theory.gains import bdot_gain, damping_efficiency, sampling_limit_rad_s
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -296,6 +297,70 @@ def test_bdot_ends_with_twice_the_orbital_rate_about_the_cone_axis(make):
     rate = result.momentum_inertial.values[-1]  # J = 1
     assert np.linalg.norm(rate) == pytest.approx(2.0 * omega0, rel=0.01)
     assert np.degrees(np.arccos(unit(rate) @ axis)) < 1.0
+
+
+#: MAG 5.1: omega0, B0, and k B0^2/(J omega0) = 1, of a sphere of 1 kg m^2.
+TUMBLING = {"omega0": 1e-3, "b0": 2.656e-5, "inclination": np.radians(62.0)}
+
+
+def tumbling(make, model, rho=0.1):
+    """Three revolutions from 10 omega0 at `rho` to the cone axis: result, gain, first rate."""
+    omega0, b0, inclination = TUMBLING.values()
+    radius_km = 1e-3 * (MU_EARTH_M3_S2 / omega0**2) ** (1.0 / 3.0)
+    field = {"kind": "averaged", "b0": b0}
+    if model != "averaged":
+        mu_e = b0 / mean_over_orbit(1.0, inclination) * radius_km**3
+        field = {"kind": model, "mu_e_t_km3": mu_e}
+    if model == "tilted_dipole":
+        field |= {"tilt_deg": 168.4, "longitude_deg": 107.4}
+    gain, leaning = omega0 / b0**2, cone_angle(inclination) + rho
+    rate = 10.0 * omega0 * np.array([0.0, -np.sin(leaning), np.cos(leaning)])
+    result = sphere(make, {
+        "orbit": {"kind": "circular", "radius_km": radius_km, "inclination_deg": 62.0},
+        "environment.field": field,
+        "initial.rate_deg_s": np.degrees(rate).tolist(),
+        "control": {"law": {"kind": "bdot_derivative", "gain_a_m2_s_per_t": gain}, "sample_s": 1.0},
+        "simulation": {"revolutions": 3.0, "step_s": 1.0, "record_s": 10.0},
+    })  # fmt: skip
+    return result, gain, rate
+
+
+MODELS = ["averaged", "direct_dipole", "tilted_dipole"]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_momentum_under_bdot_is_that_of_its_linear_equation(make, model):
+    """A sphere: omega' = k (B x B' - B^2 omega + B (B.omega)), in the field of the run."""
+    result, gain, rate = tumbling(make, model)
+    field = CubicSpline(result.time.values, result.b_inertial.values)
+    slope = field.derivative()
+
+    def rates(t, omega):
+        b = field(t)
+        return gain * np.cross(b, slope(t) - np.cross(omega, b))
+
+    found = solve_ivp(rates, result.time.values[[0, -1]], rate, t_eval=result.time.values,
+                      rtol=1e-8, atol=1e-12)  # fmt: skip
+    apart = np.linalg.norm(found.y.T - result.momentum_inertial.values, axis=1)
+    assert apart.max() < 2e-3 * np.linalg.norm(rate)
+
+
+def momentum_of(result):
+    """Over that of the turn with twice the orbital rate."""
+    return np.linalg.norm(result.momentum_inertial.values, axis=1) / (2.0 * TUMBLING["omega0"])
+
+
+def test_bdot_slows_tumbling_alike_under_three_models_of_the_field(make):
+    """MAG Fig. 5.1.1: practically the same time; about half a revolution below the steady turn,
+    which is so for a satellite that rotates against the field.
+    """
+    runs = [momentum_of(tumbling(make, model)[0]) for model in MODELS]
+    turns = np.linspace(0.0, 3.0, len(runs[0]))
+    assert runs[0][turns > 2.0] == pytest.approx(1.0, abs=1e-3)
+    assert np.ptp([turns[np.argmax(run < 2.0)] for run in runs]) < 0.25
+    below = [3.0 * np.mean(run < 0.95) for run in
+             (runs[0], momentum_of(tumbling(make, "averaged", np.pi - 0.1)[0]))]  # fmt: skip
+    assert below[0] == 0.0 and 0.25 < below[1] < 0.75
 
 
 @pytest.mark.parametrize("law", ["bdot", "bdot_rate", "bdot_derivative"])

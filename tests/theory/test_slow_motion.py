@@ -9,7 +9,7 @@ import pytest
 from torquer.control.bdot import BdotRate
 from torquer.control.nutation_damping import NutationDampingRate
 from torquer.theory.averaging import converged_nodes
-from torquer.theory.evolution import EVOLUTIONS
+from torquer.theory.evolution import BDOT, EVOLUTIONS, bdot
 from torquer.theory.evolution.model import Slow
 from torquer.theory.slow_motion import evolve, evolve_law, map_of_evolution, map_of_law
 from torquer.theory.spinner import Spinner
@@ -90,6 +90,26 @@ def test_nutation_after_15_revolutions_as_the_book_tells():
     )
     assert left[1].max() == pytest.approx(14.0, abs=1.0)
     assert left[0].max() > 69.0
+
+
+def test_b_dot_slows_the_rotation_fastest_at_46_degrees_and_not_at_the_pole():
+    """MAG, of Figs. 2.1.2 and 2.1.3, which holds up to 46 deg only; eps = 0.1, theta0 = 1."""
+    rho = np.linspace(1.5, 88.5, 30)
+    axes = {"inclination_deg": np.array([10.0, 45.577, 90.0]), "rho_deg": rho}
+    fixed = {"sigma_deg": 0.0, "theta_deg": math.degrees(1.0), "eps": 0.1}
+
+    def left(revolutions, ratio):
+        satellite = Spinner(inclination_deg=0.0, axial_kg_m2=ratio)
+        end = 2.0 * math.pi * revolutions
+        return map_of_evolution(EVOLUTIONS["bdot"], axes, fixed, end, spinner=satellite).l
+
+    for ratio in (1.0 / 3.0, 2.0 / 3.0, 1.9):
+        mean = np.average(left(10.0, ratio), axis=1, weights=np.sin(np.radians(rho)))
+        assert mean[1] < mean[2] < mean[0]
+        assert np.all(np.diff(left(2.0, ratio)[:, -1]) > 0.0)
+    cases = [BDOT.case(0.1, Spinner(inclination_deg=i)) for i in axes["inclination_deg"]]
+    sphere = [[bdot.sphere(20.0 * math.pi, case, x)[0] for x in np.radians(rho)] for case in cases]
+    assert left(10.0, 1.0) == pytest.approx(np.array(sphere), rel=1e-5)
 
 
 def test_a_motion_into_a_singular_point_is_marked_in_a_map_and_stops_alone():
