@@ -8,7 +8,7 @@ q_estimated exp(a); it is zero between steps, so that `states` (n - 3) holds the
 import math
 from typing import NamedTuple
 
-from torquer.compile.engine import called, inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.frames import mat_mul, transpose
 from torquer.geometry.quaternion import conjugate, to_dcm
 from torquer.geometry.vec3 import add_scaled, scale
@@ -232,7 +232,7 @@ def factors_of(gain, m):
     return (l21, l31, l32), (d1, d2, d3)
 
 
-@called
+@inlined
 def update(p, gain, correction, m, gate, estimated):
     """Update a covariance (n, n) by a `Measurement`, unless its normalised square exceeds `gate`.
 

@@ -7,7 +7,7 @@ filtering for spacecraft attitude estimation' (1982).
 
 import math
 
-from torquer.compile.engine import called, inlined, plugged
+from torquer.compile.engine import inlined, plugged
 from torquer.estimation.covariance import (
     ATTITUDE,
     RATE_ERROR,
@@ -107,7 +107,7 @@ def nothing_estimated(parameters, memory):
     return Estimate(e.t_s, e.q_body_to_inertial, nothing, bias, e.sigma_rad, e.sigma_rad_s, wrong)
 
 
-@called
+@inlined
 def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     """Update by each sensor that has been read since; the body turns with omega.
 
@@ -174,7 +174,7 @@ def take(sensing, memory, m, sensor, innovation):
         row[sensor] = 0.0
 
 
-@called
+@inlined
 def put_back(memory):
     """Move the change of the states into quaternion and states; refer the error to the new axes."""
     c = memory.correction
