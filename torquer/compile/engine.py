@@ -35,7 +35,7 @@ OPTIONS: Any = {"error_model": "numpy"}
 #: Without the code to be called from Python: that unpacks every cell of nested arguments and takes
 #: longer to compile than the function itself. (Called from there it ends the process.)
 FOR_KERNELS: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-#: How loops over lanes are compiled: to vectors, before LLVM puts them where they are called.
+#: How loops over lanes are compiled: they become vectors before LLVM puts them in their place.
 LOOP_OPTIONS: Any = {**OPTIONS, **FOR_KERNELS, "forceinline": True}
 #: How other functions chosen by type that LLVM is to inline are compiled.
 INLINED_OPTIONS: Any = {**LOOP_OPTIONS, "pipeline_class": PartCompiler}
@@ -56,14 +56,6 @@ def rare_collections() -> Iterator[None]:
             gc.set_threshold(*usual)
 
 
-class _ForKernels(CPUDispatcher):
-    """The form of a kernel for kernels; compiled for a type of number, not again for a constant."""
-
-    def get_call_template(self, args, kws):
-        kws = {name: types.unliteral(of_type) for name, of_type in kws.items()}
-        return super().get_call_template(tuple(map(types.unliteral, args)), kws)
-
-
 class Kernel(CPUDispatcher):
     """A compiled function with two forms: other kernels call the one that Python cannot call."""
 
@@ -71,7 +63,7 @@ class Kernel(CPUDispatcher):
     def for_kernels(self) -> CPUDispatcher:
         """The form for kernels."""
         options = {**self.targetoptions, **FOR_KERNELS}
-        made = _ForKernels(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
+        made = CPUDispatcher(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
         return kept_with(self, made)
 
     def compile(self, sig):
