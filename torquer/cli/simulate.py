@@ -64,7 +64,8 @@ def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
     out = how.out or Path("runs") / scenario.name
     with compiling.compiling_shown():
-        begin_compiling(scenario)
+        if not how.resume:  # what is complete needs no compiled code
+            begin_compiling(scenario)
         check_orbit_environment(scenario)
     make_writable(out)
     # the folder is free again before a late signal ends the process

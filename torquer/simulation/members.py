@@ -84,7 +84,7 @@ def _each_of_one(members, phase, *arguments):
 
 
 @overload(each, jit_options=LOOP_OPTIONS)
-def _each(members, phase, *arguments):
+def _each_of_many(members, phase, *arguments):
     if members.instance_class is One:
         return None
 
@@ -129,12 +129,12 @@ def must_stop(members, test, how, step, *arguments):
 
 
 @overload(must_stop, jit_options=INLINED_OPTIONS)
-def _must_stop_one(members, test, how, step, *arguments):
+def _one_must_stop(members, test, how, step, *arguments):
     return must_stop if members.instance_class is One else None
 
 
 @overload(must_stop, jit_options=LOOP_OPTIONS)
-def _must_stop(members, test, how, step, *arguments):
+def _many_must_stop(members, test, how, step, *arguments):
     if members.instance_class is One:
         return None
 
