@@ -7,7 +7,7 @@ from gallery.drawing import BLUE, GREEN, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, lost, near, uncertain, within
 from gallery.wheels import INERTIA, LIMIT, worst_rate_deg_s
 from torquer.wheel_array import angles, layout
-from torquer.wheel_array.envelope import volume
+from torquer.wheel_array.faces import volume
 
 NOTE = (
     "The text's values of gamma and of the angle of greatest volume are lost; ours are from "

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
         momentum_envelope as momentum_envelope,
         support as support,
         torque_envelope as torque_envelope,
-        volume as volume,
     )
+    from torquer.wheel_array.faces import volume as volume
     from torquer.wheel_array.failures import (
         FailureCase as FailureCase,
         LeastSquaresComparison as LeastSquaresComparison,

@@ -7,12 +7,11 @@ larger faces; a set that spans a plane or a line gives a flat envelope.
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
 from torquer import validate
-from torquer.wheel_array.faces import flat, solid
+from torquer.wheel_array.faces import flat, solid, triangles, volume
 from torquer.wheel_array.planes import FLAT, face_rows, span
 
 #: A bound below this part of the sum of all lengths is zero: the envelope is flat there.
@@ -22,13 +21,6 @@ THIN = 1e-12
 def support(generators, directions) -> np.ndarray:
     """Greatest u . x over the envelope, for directions u (..., 3): sum of |u . a_k|."""
     return np.abs(np.asarray(directions) @ np.asarray(generators).T).sum(axis=-1)
-
-
-def volume(generators) -> float:
-    """Volume of the envelope: 8 times the sum of |det| over all triples of vectors."""
-    a = np.asarray(generators, dtype=np.float64)
-    i, j, k = np.array(list(combinations(range(len(a)), 3)), dtype=int).reshape(-1, 3).T
-    return float(8.0 * np.abs(np.einsum("pi,pi->p", a[i], np.cross(a[j], a[k]))).sum())
 
 
 @dataclass(frozen=True)
@@ -154,8 +146,7 @@ class Envelope:
 
     def triangles(self) -> np.ndarray:
         """The faces cut into triangles (t, 3) of vertex numbers, for drawing."""
-        cut = [(f[0], f[k], f[k + 1]) for f in self.faces for k in range(1, len(f) - 1)]
-        return np.array(cut, dtype=np.int64).reshape(-1, 3)
+        return triangles(self.faces)
 
 
 def momentum_envelope(array) -> Envelope:

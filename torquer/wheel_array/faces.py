@@ -2,8 +2,8 @@
 
 What is an edge or a vertex is decided by signs of determinants alone: zero within a tolerance, so
 that axes which are coplanar but for rounding make one face. Inconsistent signs (three nearly
-coplanar axes next to two nearly parallel ones) make no closed surface; then the tolerance is
-reduced, finally to exact arithmetic, whose signs are always consistent.
+coplanar axes next to two nearly parallel ones) make no closed surface, or one of another volume;
+then the tolerance is reduced, finally to exact arithmetic, whose signs are always consistent.
 """
 
 from collections.abc import Iterator
@@ -55,15 +55,37 @@ def _determinant(a, b, c):
     )
 
 
+def volume(vectors) -> float:
+    """Volume of a zonotope: 8 times the sum of |det| over all triples of its vectors (n, 3)."""
+    a = np.asarray(vectors, dtype=np.float64)
+    i, j, k = np.array(list(combinations(range(len(a)), 3)), dtype=int).reshape(-1, 3).T
+    return float(8.0 * np.abs(np.einsum("pi,pi->p", a[i], np.cross(a[j], a[k]))).sum())
+
+
+def triangles(faces) -> np.ndarray:
+    """Faces cut into triangles (t, 3) of vertex numbers."""
+    cut = [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]
+    return np.array(cut, dtype=np.int64).reshape(-1, 3)
+
+
+def volume_within(vertices, faces) -> float:
+    """Volume within a closed surface."""
+    a, b, c = (vertices[k] for k in triangles(faces).T)
+    return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0)
+
+
 def solid(vectors) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
     """Vertices (v, 3) and faces, loops of their numbers, for vectors that span space."""
+    whole, size = volume(vectors), np.linalg.norm(vectors, axis=1).sum()
     for tolerance in TOLERANCES:
         lines = merged(vectors, tolerance)
         numbers: dict[tuple[int, ...], int] = {}
         faces = _numbered(_loops(orientations(lines, tolerance)), numbers)
-        if is_closed(len(numbers), faces):
+        vertices = np.array(list(numbers), dtype=np.float64) @ lines
+        wrong = abs(volume_within(vertices, faces) - whole) > TOLERANCES[0] * size**3
+        if is_closed(len(numbers), faces) and not wrong:
             break
-    return np.array(list(numbers), dtype=np.float64) @ lines, faces
+    return vertices, faces
 
 
 def flat(vectors, normal) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from torquer import validate
 from torquer.wheel_array.demand import Ellipsoid, momentum_pieces, norm_pieces, share_pieces
-from torquer.wheel_array.envelope import volume
+from torquer.wheel_array.faces import volume
 from torquer.wheel_array.minimise import HUGE, TOLERANCE, least_greatest
 
 
