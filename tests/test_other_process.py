@@ -2,21 +2,15 @@
 
 import importlib
 import sys
-from pathlib import Path
 
-import numpy as np
 import pytest
 
-from torquer import load_scenario
 from torquer.compile import other_process
 from torquer.compile.arguments import Arguments
 from torquer.compile.code_cache import is_missing
 from torquer.compile.engine import COMPILED
-from torquer.simulation.run import _NO_TABLES, _loop_of, _problem_of, _tables_like, prepare
-from torquer.simulation.state import HERE_CELLS
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="without the compiler nothing is compiled")
-EXAMPLES = Path(__file__).parents[1] / "examples"
 SOURCE = """
 from typing import NamedTuple
 
@@ -75,14 +69,3 @@ def test_one_core_compiles_by_itself_and_so_does_a_process_that_finds_the_code(m
     assert module.times(arguments, 6) == 42
     signature = module.times._signature(arguments)
     assert other_process.compile_in_other_process(module.times.kernel, signature) is None
-
-
-@pytest.mark.parametrize("example", ["chibis_m_detumble", "disturbances", "wheels_in_flight"])
-def test_what_is_compiled_ahead_is_what_flies(example):
-    """Were the types others, the other process would compile what nobody calls."""
-    scenario = load_scenario(EXAMPLES / f"{example}.toml")
-    run, here = prepare(scenario), np.zeros(HERE_CELLS)
-    ahead = _problem_of(run, _tables_like(scenario, run.plan), here)
-    assert Arguments(ahead).number == Arguments(_problem_of(run, run.piece.moving, here)).number
-    loop = _loop_of(run, _NO_TABLES, here)
-    assert Arguments(loop).number == Arguments(_loop_of(run, run.piece.tables, here)).number

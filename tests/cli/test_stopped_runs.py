@@ -122,7 +122,9 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     assert same(torquer.load(out / "result.nc"), unbroken)
 
     before = (out / "result.nc").read_bytes()
-    monkeypatch.setattr("torquer.cli.simulate.begin_compiling", None)  # nothing is to be compiled
+    monkeypatch.setattr("torquer.cli.compiling.is_cold", lambda: True)
+    monkeypatch.setattr("torquer.cli.compiling._printed", True)
+    monkeypatch.setattr("torquer.cli.simulate.begin_loop", None)  # nothing is to be compiled
     code, stdout, err = call("run", scenario, "--out", out, "--resume")
     assert (code, err) == (0, "")  # the report of a complete run is drawn again
     assert (out / "result.nc").read_bytes() == before

@@ -32,7 +32,7 @@ LATE = """
 import pathlib, signal, sys, types
 from torquer.cli import simulate
 from torquer.cli.app import RunOptions
-simulate.begin_compiling = simulate.check_orbit_environment = lambda scenario: None
+simulate.check_orbit_environment = lambda scenario: None
 simulate._flown = lambda *given: (None, "", 0)
 simulate._write = lambda *given: signal.raise_signal(signal.SIGTERM)
 simulate.run_scenario(types.SimpleNamespace(name="x"), RunOptions(out=pathlib.Path(sys.argv[1])))

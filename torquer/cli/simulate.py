@@ -39,7 +39,7 @@ from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.results.store import check_free
-from torquer.simulation.run import begin_compiling
+from torquer.simulation.run import begin_loop
 from torquer.simulation.signals import ALL, Stop, noting_signals
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import bytes_text, check_disk, check_memory, size_of, time_text
@@ -64,8 +64,8 @@ def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
     out = how.out or Path("runs") / scenario.name
     with compiling.compiling_shown():
-        if not how.resume:  # what is complete needs no compiled code
-            begin_compiling(scenario)
+        if compiling.is_cold() and not how.resume:  # what is complete needs no compiled code
+            begin_loop(scenario)
         check_orbit_environment(scenario)
     make_writable(out)
     # the folder is free again before a late signal ends the process

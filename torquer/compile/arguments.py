@@ -275,14 +275,13 @@ class Entry:
     def _signature(self, arguments: Arguments):
         return types.int64(_Address(arguments.type), *[types.int64] * self._numbers)
 
-    def begin(self, record: tuple) -> bool:
-        """Whether the kernel for such records is compiled in another process, until it is needed.
+    def begin(self, record: tuple) -> None:
+        """Compile the kernel for such records in another process, until it is needed here.
 
         Only the first kernel of an entry, if the disk has none.
         """
         if COMPILED and not self._known and self._begun is None:
             self._begun = compile_in_other_process(self.kernel, self._signature(Arguments(record)))
-        return self._begun is not None
 
     def of(self, arguments: Arguments) -> Callable:
         """The kernel for arguments of this type, to be called from Python."""

@@ -184,8 +184,7 @@ class _Ready(NamedTuple):
 #: A place [m] and velocity [m/s] on some orbit.
 _ANYWHERE = np.array([7e6, 0.0, 0.0]), np.array([0.0, 7.5e3, 0.0])
 #: Tables of the same type as any.
-_NO_TABLE = Table(0.0, np.zeros((0, 0, 0)))
-_NO_TABLES = ReadingTables(*[_NO_TABLE] * len(ReadingTables._fields))
+_NO_TABLES = ReadingTables(*[Table(0.0, np.zeros((0, 0, 0)))] * len(ReadingTables._fields))
 
 
 def _loop_of(run: Run, tables: ReadingTables, here: np.ndarray, problem: Any = 0) -> Loop:
@@ -195,21 +194,17 @@ def _loop_of(run: Run, tables: ReadingTables, here: np.ndarray, problem: Any = 0
     return Loop(plan, tables, member, (), state.at, here, run.record, 0, 0, problem)
 
 
-def _problem_of(run: Run, tables: EnvironmentTables, here: np.ndarray) -> Problem:
-    """What `propagate` takes."""
-    drawn = np.zeros((STREAMS, 3))
-    members = One(Member(run.state, run.dynamics, run.scenario.seed, drawn))
-    return Problem(run.integrator, members, tables, here, run.plan.step_s, run.plan.record_steps)
-
-
 def _ready_for(run: Run) -> _Ready:
-    piece, here = run.piece, np.zeros(HERE_CELLS)
-    problem = Arguments(_problem_of(run, piece.moving, here))
+    plan, piece, state, seed = run.plan, run.piece, run.state, run.scenario.seed
+    drawn = np.zeros((STREAMS, 3))
+    moving, here = One(Member(state, run.dynamics, seed, drawn)), np.zeros(HERE_CELLS)
+    problem = Arguments(
+        Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)
+    )
     loop = _loop_of(run, piece.tables, here, problem.address)
-    if len(run.plan.plant.rotors.rows):
-        loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
-    # last, as another process may be compiling it
     loop = loop._replace(propagate=propagate.address(problem))
+    if len(plan.plant.rotors.rows):
+        loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
     arguments = Arguments(loop)
     return _Ready(piece, run.record, run_steps.of(arguments), arguments, problem)
 
@@ -254,28 +249,17 @@ def prepare(
     return run
 
 
-def begin_compiling(scenario: Scenario) -> None:
-    """Begin to compile in another process what takes longest, unless the disk has it.
+def begin_loop(scenario: Scenario) -> None:
+    """Begin to compile the loop in another process, unless the disk has it.
 
-    For a scenario about to be flown, before anything else of it is compiled here: the loop, which
-    is of one type for all, wherever they start; or, where there is a loop, `propagate`.
+    For a scenario about to be flown, before anything else of it is compiled here: the loop is of
+    one type for all, wherever they start.
     """
-    run = _without_tables(scenario, blocks_of(scenario), _ANYWHERE)
-    if not _begin(run):
-        propagate.begin(_problem_of(run, _tables_like(scenario, run.plan), np.zeros(HERE_CELLS)))
+    _begin(_without_tables(scenario, blocks_of(scenario), _ANYWHERE))
 
 
-def _begin(run: Run) -> bool:
-    """Whether the loop is compiled in another process."""
-    return run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(HERE_CELLS)))
-
-
-def _tables_like(scenario: Scenario, plan: Plan) -> EnvironmentTables:
-    """Empty tables of the types that `piece_of` makes of what moves the body."""
-    needed, shadow = _tables_needed(scenario, plan), scenario.orbit_environment().shadow
-    air = _NO_TABLE if "air" in needed else ()
-    light = Light(_NO_TABLE, shadow, np.zeros(0)) if "light" in needed else ()
-    return EnvironmentTables(_NO_TABLE, air, 1.0, light, scenario.orbit_angle())
+def _begin(run: Run) -> None:
+    run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(HERE_CELLS)))
 
 
 def _without_tables(
