@@ -166,6 +166,16 @@ def test_the_envelope_is_a_closed_polyhedron_with_all_its_faces(seed, power):
     assert np.abs(momenta @ np.array(wheels.axes) - found.vertices).max() < (1e-11 + thin) * size
 
 
+@pytest.mark.parametrize("apart", [1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
+def test_three_axes_near_a_line_make_a_solid_whatever_their_determinant(apart):
+    """The determinant is the square of the angle: below all tolerances but that of exact signs."""
+    found = Envelope(np.array([[1.0, 0.0, 0.0], [1.0, apart, 0.0], [1.0, 0.0, apart]]))
+    assert found.rank == 3 and len(found.vertices) == 8 and len(found.faces) == 6
+    assert found.volume == pytest.approx(8.0 * apart**2, rel=1e-12)
+    farthest = np.abs(found.vertices).max(axis=0)
+    assert farthest == pytest.approx([3.0, apart, apart], rel=1e-12)
+
+
 @pytest.mark.parametrize("separation", SEPARATIONS)
 def test_rates_failures_and_demands_see_all_faces(separation):
     """The worst case over the normals of all pairs, exact to rounding, for each loss."""

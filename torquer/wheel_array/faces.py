@@ -68,24 +68,24 @@ def triangles(faces) -> np.ndarray:
     return np.array(cut, dtype=np.int64).reshape(-1, 3)
 
 
-def volume_within(vertices, faces) -> float:
-    """Volume within a closed surface."""
+def _encloses(vertices, faces, vectors) -> bool:
+    """Whether a closed surface has the volume of the vectors' zonotope, to the first tolerance."""
     a, b, c = (vertices[k] for k in triangles(faces).T)
-    return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0)
+    within = np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0
+    size = np.linalg.norm(vectors, axis=1).sum()
+    return abs(within - volume(vectors)) <= TOLERANCES[0] * size**3
 
 
 def solid(vectors) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
     """Vertices (v, 3) and faces, loops of their numbers, for vectors that span space."""
-    whole, size = volume(vectors), np.linalg.norm(vectors, axis=1).sum()
     for tolerance in TOLERANCES:
         lines = merged(vectors, tolerance)
         numbers: dict[tuple[int, ...], int] = {}
         faces = _numbered(_loops(orientations(lines, tolerance)), numbers)
-        vertices = np.array(list(numbers), dtype=np.float64) @ lines
-        wrong = abs(volume_within(vertices, faces) - whole) > TOLERANCES[0] * size**3
-        if is_closed(len(numbers), faces) and not wrong:
+        closed = is_closed(len(numbers), faces)  # if not, there may be no face at all
+        if closed and _encloses(_places(numbers, lines), faces, vectors):
             break
-    return vertices, faces
+    return _places(numbers, lines), faces
 
 
 def flat(vectors, normal) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
@@ -101,7 +101,7 @@ def flat(vectors, normal) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
         faces = _numbered(loops, numbers)
         if len(numbers) == 2 * len(lines):
             break
-    return np.array(list(numbers), dtype=np.float64) @ lines, faces
+    return _places(numbers, lines), faces
 
 
 def is_closed(vertices: int, faces) -> bool:
@@ -115,6 +115,11 @@ def is_closed(vertices: int, faces) -> bool:
 def _numbered(loops, numbers: dict) -> tuple[tuple[int, ...], ...]:
     """The loops with vertices by number; a vertex is known by the signs of its vectors."""
     return tuple(tuple(numbers.setdefault(s, len(numbers)) for s in loop) for loop in loops)
+
+
+def _places(numbers: dict, lines) -> np.ndarray:
+    """Vertices (v, 3), known by the signs of the vectors."""
+    return np.array(list(numbers), dtype=np.float64) @ lines
 
 
 def _loops(signs) -> Iterator:
