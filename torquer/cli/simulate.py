@@ -64,7 +64,8 @@ def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
     out = how.out or Path("runs") / scenario.name
     with compiling.compiling_shown():
-        if compiling.is_cold() and not how.resume:  # what is complete needs no compiled code
+        # a run that goes on compiles when it is prepared; one that is complete compiles nothing
+        if compiling.is_cold() and not how.resume:
             begin_loop(scenario)
         check_orbit_environment(scenario)
     make_writable(out)
