@@ -220,6 +220,21 @@ def test_a_run_into_a_singular_point_is_one_line():
     assert "between u = 5 and 40" in str(caught.value) and one_line(caught.value)
 
 
+@pytest.mark.skipif(not engine.COMPILED, reason="a million steps take minutes in plain Python")
+def test_a_motion_too_fast_for_its_points_is_one_line():
+    """It has not left its domain: how far it came is said, and nothing of where it ends."""
+    case, start, u = case_of(54.58, 1.935, 136.0), Slow(3e-6, 0.0245, -0.08, 0.0), [0.0, 4.5]
+    problem = ClosedMotion(compile_rates(EVOLUTIONS["preliminary_1"].rates), case)
+    for integrate in (
+        lambda: evolve(EVOLUTIONS["preliminary_1"], case, start, u, rtol=1e-8),
+        lambda: path_of(problem, start, u, rtol=1e-8),
+    ):
+        with pytest.raises((ValueError, RuntimeError)) as caught:
+            integrate()
+        assert "at most 1000000 steps between two points; received 0 and 4.5" in str(caught.value)
+        assert "came to 0.358" in str(caught.value) and one_line(caught.value)
+
+
 def test_without_momentum_there_are_no_angles():
     found = slow_of(
         SPINNER, [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, 0.1, 0.0, 0.2]]

@@ -124,11 +124,11 @@ def _attempt(problem, t, y, h, work):
 
 @kernel
 def dop853(problem, t, t_end, y, rtol, atol, h, work):
-    """Integrate y' = rates from t to t_end, in place; return (status, next step, steps taken).
+    """Integrate y' = rates from t to t_end, in place; return (status, t reached, next step, steps).
 
     `problem` is a NamedTuple whose class has its `rates_of`; `h` is the first step to try
     (0: chosen here); `work` comes from `workspace(y.size)`. Error per step below atol + rtol |y|
-    (atol > 0 unless no component ever vanishes). On failure y is the last point reached.
+    (atol > 0 unless no component ever vanishes). On failure y is the state at the t reached.
     """
     rates(problem, t, y, work.rows[0])
     span = t_end - t
@@ -146,7 +146,7 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
     for steps in range(MOST_STEPS):
         left = abs(t_end - t)
         if left <= 1e-15 * max(abs(t), abs(t_end)):
-            return DONE, h, steps
+            return DONE, t, h, steps
         step = sign * min(h, left)
         _attempt(problem, t, y, step, work)
         error = _error_norm(work, step, y, rtol, atol)
@@ -160,5 +160,5 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
         else:  # also reached by an error that is not a number
             h = abs(step) * max(0.333, 0.9 * error ** (-1.0 / 8.0)) if error < 1e30 else 0.1 * h
             if not h >= 1e-14 * max(abs(t), abs(span)):
-                return STEP_TOO_SMALL, h, steps
-    return TOO_MANY_STEPS, h, MOST_STEPS
+                return STEP_TOO_SMALL, t, h, steps
+    return TOO_MANY_STEPS, t, h, MOST_STEPS

@@ -90,7 +90,7 @@ def _fly(forces, rotation, t, step, y, h, work, nodes):
         while t != end:
             pause = _midnight(rotation, t, end)
             problem = PointMass(forces, rotation, day_of_year_at(rotation, 0.5 * (t + pause)))
-            status, h, _ = dop853(problem, t, pause, y, RTOL, ATOL, h, work)
+            status, _, h, _ = dop853(problem, t, pause, y, RTOL, ATOL, h, work)
             if status != DONE:
                 return status, h, row
             t = pause

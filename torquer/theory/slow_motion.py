@@ -13,7 +13,15 @@ from torquer import validate
 from torquer.compile.engine import kernel, released
 from torquer.control.law import Law
 from torquer.geometry.vec3 import put_row
-from torquer.integrate.dop853 import DONE, dop853, rates, rates_of, workspace
+from torquer.integrate.dop853 import (
+    DONE,
+    MOST_STEPS,
+    TOO_MANY_STEPS,
+    dop853,
+    rates,
+    rates_of,
+    workspace,
+)
 from torquer.theory.averaging import (
     AveragedMotion,
     Nodes,
@@ -56,19 +64,19 @@ def _closed_rates(problem, t, y, dy):
 
 @kernel
 def sampled(problem, u, y, rtol, work, out):
-    """States at the points `u` from y at u[0], into the rows of `out`; how many were reached.
+    """States at the points `u` from y at u[0], into the rows of `out`.
 
-    The absolute tolerance is that for angles: a hundredth of the relative one. If not all are
-    reached, y is the last state on the way to the next.
+    (status of `dop853`, how many points were reached, u where it ended.) The absolute tolerance is
+    that for angles: a hundredth of the relative one.
     """
     h = 0.0
     put_row(out[0], y)
     for i in range(1, u.size):
-        status, h, _ = dop853(problem, u[i - 1], u[i], y, rtol, 0.01 * rtol, h, work)
+        status, ended, h, _ = dop853(problem, u[i - 1], u[i], y, rtol, 0.01 * rtol, h, work)
         if status != DONE:
-            return i
+            return status, i, ended
         put_row(out[i], y)
-    return u.size
+    return DONE, u.size, u[-1]
 
 
 def _row(u) -> np.ndarray:
@@ -81,12 +89,15 @@ def _row(u) -> np.ndarray:
 def path_of(problem, start, u, rtol: float = 1e-10) -> np.ndarray:
     """States [n, size] of any problem at the points `u`, from `start` at the first.
 
-    RuntimeError if the integration fails (a singular point of the variables is reached).
+    RuntimeError if the integration fails: a singular point of the variables is reached, or the
+    motion is too fast for the points.
     """
     u, y = _row(u), np.array(start, dtype=np.float64)
     within(TOLERANCE, rtol)
     out = np.empty((u.size, y.size))
-    reached = sampled(problem, u, y, rtol, workspace(y.size), out)
+    status, reached, ended = sampled(problem, u, y, rtol, workspace(y.size), out)
+    if status == TOO_MANY_STEPS:
+        raise RuntimeError(_too_fast(u, reached, ended))
     if reached < u.size:
         raise RuntimeError(
             f"motion: must stay away from the singular points of its variables; it reached "
@@ -100,7 +111,8 @@ def evolve(evolution: Evolution, case: Case, start: Slow, u, rtol: float = 1e-10
 
     The equations are those of first-order averaging: good to about 0.4 of `Evolution.change`
     over u = 1/eps, which is noted where it passes a tenth. ValueError where the
-    equations are not those of the case (`Evolution.checked`).
+    equations are not those of the case (`Evolution.checked`), and for a motion too fast for the
+    points.
     """
     check_slow(start)
     case = evolution.checked(start, case)
@@ -147,12 +159,18 @@ def _slow_path(problem, start, u, rtol) -> tuple[Slow, float | None]:
     u, y, work = _row(u), _off_pole(problem, start), workspace(4)
     within(TOLERANCE, rtol)
     out, first = np.full((u.size, 4), np.nan), y.copy()
-    reached = sampled(problem, u, first, rtol, work, out)
+    status, reached, ended = sampled(problem, u, first, rtol, work, out)
+    if status == TOO_MANY_STEPS:
+        raise ValueError(_too_fast(u, reached, ended))
     out[reached:] = np.nan
-    if reached == u.size:
-        return in_range(out.T, rtol), None
-    ended = _end(problem, out[reached - 1], u[reached - 1 : reached + 1], rtol, work)
-    return in_range(out.T, rtol), ended
+    return in_range(out.T, rtol), None if status == DONE else float(ended)
+
+
+def _too_fast(u, reached, ended) -> str:
+    return (
+        f"u: a motion must need at most {MOST_STEPS} steps between two points; received "
+        f"{u[reached - 1]:.6g} and {u[reached]:.6g}, between which it came to {ended:.6g}"
+    )
 
 
 @kernel
@@ -177,16 +195,6 @@ def _off_pole(problem, start) -> np.ndarray:
             outwards = dy[1] if y[1] < 1.0 else -dy[1]
             y[2] += math.atan2(math.sin(y[1]) * dy[2], outwards)
     return y
-
-
-def _end(problem, y, span, rtol, work) -> float:
-    """Where within a span the motion from y leaves its domain, by bisection."""
-    low, high = span
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        ended = dop853(problem, span[0], middle, y.copy(), rtol, 0.01 * rtol, 0.0, work)
-        low, high = (middle, high) if ended[0] == DONE else (low, middle)
-    return float(low)
 
 
 @kernel
