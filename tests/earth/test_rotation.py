@@ -120,3 +120,16 @@ def test_an_unknown_model_is_one_clear_line():
     with pytest.raises(ValueError) as error:
         rotation.dcm_inertial_to_ecef([0.0], START, "flat")
     assert str(error.value) == message
+
+
+def test_runs_of_the_same_days_share_the_costly_series(monkeypatch):
+    """The same half days around both: the series once, and to the bit what a first run has."""
+    t, calls, series = np.linspace(0.0, 600.0, 7), [], erfa.c2i06a
+    rotation._on_grid.cache_clear()
+    first = rotation.dcm_inertial_to_ecef(t, START)
+    monkeypatch.setattr(erfa, "c2i06a", lambda *date: calls.append(date) or series(*date))
+    for start in (START, "2012-03-04T09:00:00Z", START):
+        again = rotation.dcm_inertial_to_ecef(t, start)
+    assert len(calls) == 1 and np.array_equal(again, first)
+    rotation.dcm_inertial_to_ecef(t, "2012-03-05T10:31:47Z")
+    assert len(calls) == 2

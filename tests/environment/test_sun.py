@@ -99,8 +99,13 @@ def test_costly_series_is_evaluated_at_few_dates(monkeypatch):
     calls = []
     series = erfa.epv00
     monkeypatch.setattr(erfa, "epv00", lambda *date: calls.append(date[1].size) or series(*date))
-    sun.sun_position(np.linspace(0.0, 57000.0, 6000), START)
-    assert len(calls) == 1 and calls[0] <= 8
+    days_of_no_other_test = "2031-09-09T09:09:09Z"  # a grid that was evaluated before is kept
+    for mode in ("precise", "sidereal"):
+        sun.sun_position(np.linspace(0.0, 57000.0, 6000), days_of_no_other_test, mode)
+        assert len(calls) == 1 and calls.pop() <= 8
+        sun.sun_position(np.linspace(0.0, 5700.0, 600), days_of_no_other_test, mode)
+        sun.sun_position(np.linspace(0.0, 57000.0, 6000), days_of_no_other_test, mode)
+        assert len(calls) == 1 and calls.pop() <= 7  # of fewer days
 
 
 def test_interpolated_position_equals_the_series():

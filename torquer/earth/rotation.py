@@ -12,6 +12,7 @@ and interpolated by polynomials of degree 5 (error below 1e-11 rad). The grid is
 time: a date has the same matrix, to rounding, in every run.
 """
 
+import functools
 import math
 from datetime import datetime
 
@@ -35,16 +36,17 @@ def check_mode(mode: str) -> None:
         raise ValueError(f"earth rotation: must be one of {', '.join(MODES)}; received {mode!r}")
 
 
-def interpolate_slow(grid_values, day: float, fraction) -> np.ndarray:
+def interpolate_slow(grid_values, day: float, fraction, *more: float) -> np.ndarray:
     """A slow function of TT at the Julian dates `day + fraction` [n]: [n, ...].
 
-    `grid_values(day, fractions)` evaluates the function where it is costly; it is called once,
-    for the half-day grid around the dates. Polynomials of degree 5 through six neighbours.
+    `grid_values(day, fractions, *more)` evaluates the function where it is costly; it is called
+    once for the half-day grid around the dates, however many runs of these days follow.
+    Polynomials of degree 5 through six neighbours.
     """
     place = np.atleast_1d(fraction) / GRID_DAYS
     cell = np.floor(place).astype(np.int64)
     first = cell.min() + NODES[0]
-    values = grid_values(day, np.arange(first, cell.max() + NODES[-1] + 1) * GRID_DAYS)
+    values = _on_grid(grid_values, day, int(first), int(cell.max() + NODES[-1] + 1), *more)
     table = values.reshape(len(values), -1)
     out = np.empty((place.size, table.shape[1]))
     for here in np.unique(cell):
@@ -53,6 +55,11 @@ def interpolate_slow(grid_values, day: float, fraction) -> np.ndarray:
         coefficients = TO_POWERS @ table[begin : begin + NODES.size]
         out[rows] = np.vander(place[rows] - here, NODES.size, increasing=True) @ coefficients
     return out.reshape(place.size, *values.shape[1:])
+
+
+@functools.lru_cache(maxsize=32)
+def _on_grid(grid_values, day, first, end, *more) -> np.ndarray:
+    return grid_values(day, np.arange(first, end) * GRID_DAYS, *more)
 
 
 def dcm_inertial_to_ecef(

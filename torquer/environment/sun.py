@@ -2,7 +2,6 @@
 
 import math
 from datetime import datetime
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +59,7 @@ def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.nd
     if mode == "precise":
         return rotation.interpolate_slow(apparent_sun_gcrf, *tt)
     lag = float(ut1[1][0] - tt[1][0])
-    return rotation.interpolate_slow(partial(_apparent_teme, lag), *tt)
+    return rotation.interpolate_slow(_apparent_teme, *tt, lag)
 
 
 def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
@@ -80,7 +79,7 @@ def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
     return out
 
 
-def _apparent_teme(ut1_minus_tt_days, day, fraction) -> np.ndarray:
+def _apparent_teme(day, fraction, ut1_minus_tt_days) -> np.ndarray:
     turn = rotation.gcrf_to_teme_on_grid(ut1_minus_tt_days, day, fraction)
     return (turn @ apparent_sun_gcrf(day, fraction)[..., None])[..., 0]
 
