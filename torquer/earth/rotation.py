@@ -39,9 +39,9 @@ def check_mode(mode: str) -> None:
 def interpolate_slow(grid_values, day: float, fraction, *more: float) -> np.ndarray:
     """A slow function of TT at the Julian dates `day + fraction` [n]: [n, ...].
 
-    `grid_values(day, fractions, *more)` evaluates the function where it is costly; it is called
-    once for the half-day grid around the dates, however many runs of these days follow.
-    Polynomials of degree 5 through six neighbours.
+    `grid_values(day, fractions, *more)` evaluates the function where it is costly, on the half-day
+    grid around the dates; what it gave for the last 32 grids is kept. Polynomials of degree 5
+    through six neighbours.
     """
     place = np.atleast_1d(fraction) / GRID_DAYS
     cell = np.floor(place).astype(np.int64)

@@ -66,8 +66,8 @@ def _closed_rates(problem, t, y, dy):
 def sampled(problem, u, y, rtol, work, out):
     """States at the points `u` from y at u[0], into the rows of `out`.
 
-    (status of `dop853`, how many points were reached, u where it ended.) The absolute tolerance is
-    that for angles: a hundredth of the relative one.
+    Returns the status of `dop853`, the number of points that were reached, and u where it stopped.
+    The absolute tolerance is that for angles: a hundredth of the relative one.
     """
     h = 0.0
     put_row(out[0], y)
@@ -133,6 +133,7 @@ def evolve_law(
     """Slow variables along the points `u` (arrays) by averaging a law as the integration goes.
 
     `notes` has a momentum that changes fast at some phase, a slow precession, too few nodes.
+    ValueError for a motion too fast for the points.
     """
     check_slow(start)
     problem = averaged_motion(law, spinner, at)
@@ -324,7 +325,7 @@ def map_of_evolution(
 
     `axes`: rows of values for some of `AXES`; `fixed`: the others' values. Start: l = 1. `spinner`
     gives C/A and the field's model; `target` as `Evolution.case` takes it. NaN where the motion
-    meets a singular point.
+    meets a singular point or needs more than `MOST_STEPS` steps.
     """
     spinner = spinner or Spinner(inclination_deg=0.0)
     columns, shape = _grid(axes, fixed)
