@@ -298,7 +298,7 @@ def test_a_member_that_tumbles_too_fast_for_the_step_ends_alone():
 
 
 ZERO = (0.0, 0.0, 0.0)
-HERE = LocalEnvironment(ZERO, ZERO, ())
+LOCAL = LocalEnvironment(ZERO, ZERO, ())
 SKY = Sky(ZERO, ZERO, 2.0)
 #: Loops over members by name.
 LOOPS = {
@@ -307,7 +307,7 @@ LOOPS = {
     "attitude sensor": lambda members: each(members, attitude_sensor_step, 0, SKY, 0.0),
     "gyro": lambda members: each(members, gyro_step, 0, 0.0),
     "coils": lambda members: each(members, drive_coils_step),
-    "rk4": lambda members: each(members, rk4_phase, HERE, HERE, HERE, ZERO, 0, 1.0),
+    "rk4": lambda members: each(members, rk4_phase, LOCAL, LOCAL, LOCAL, ZERO, 0, 1.0),
 }
 
 

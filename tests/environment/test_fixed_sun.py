@@ -42,8 +42,8 @@ def test_no_eclipse_is_light_everywhere_even_inside_the_earth():
     rng = np.random.default_rng(5)
     r = rng.normal(size=(2000, 3)) * np.geomspace(1e3, 1e9, 2000)[:, None]
     s = ASTRONOMICAL_UNIT_M * np.array([0.6, 0.0, -0.8])
-    assert np.all(sun.lit_fraction(r, s, "none") == 1.0)
-    assert np.any(sun.lit_fraction(r, s) == 0.0)  # the test can tell
+    assert np.all(sun.sunlit_fraction(r, s, "none") == 1.0)
+    assert np.any(sun.sunlit_fraction(r, s) == 0.0)  # the test can tell
 
 
 @pytest.mark.parametrize("eclipse", ["conical", "oblate", "cylindrical"])

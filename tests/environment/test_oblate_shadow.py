@@ -77,7 +77,7 @@ def contact_errors(orbit, start, contact):
     true = changes(lambda t: by_rays(stopped(at(t), rays_to_sun(at(t), s), pole)), times)
     errors = []
     for shadow in (sun.shadow_of(), environment.shadow):
-        found = changes(lambda t, m=shadow: by_fraction(sun.lit_fraction(at(t), s, m)[0]), times)
+        found = changes(lambda t, m=shadow: by_fraction(sun.sunlit_fraction(at(t), s, m)[0]), times)
         assert len(found) == len(true)
         errors.append(np.abs(found - true))
     return errors
@@ -114,12 +114,12 @@ def test_partly_lit_discs_are_as_bright_as_rays_say():
     part, turn = np.sqrt((np.arange(n) + 0.5) / n), np.pi * (3.0 - np.sqrt(5.0)) * np.arange(n)
     t = edge + np.linspace(-6.0, 6.0, 25)
     r = orbit.state(t)[0]
-    ours = sun.lit_fraction(r, s, environment.shadow)
+    ours = sun.sunlit_fraction(r, s, environment.shadow)
     counted = [1.0 - stopped(x, rays_to_sun(x, s, part, turn)[1:], pole).mean() for x in r]
     # flat discs are off by 0.1 % (see test_sun), the round Sun by as much again
     assert np.abs(ours - counted).max() < 4e-3
     assert np.count_nonzero((ours > 0.02) & (ours < 0.98)) > 5
-    sphere = sun.lit_fraction(r, s)
+    sphere = sun.sunlit_fraction(r, s)
     assert np.abs(sphere - counted).max() > 0.2
 
 
@@ -127,7 +127,9 @@ def first_half_lit(environment, s):
     """Time [s] of the first half-lit instant, by the model itself."""
     times = np.arange(0.0, environment.orbit.period_s, 20.0)
     return changes(
-        lambda t: sun.lit_fraction(environment.orbit.state([t])[0], s, environment.shadow)[0] < 0.5,
+        lambda t: (
+            sun.sunlit_fraction(environment.orbit.state([t])[0], s, environment.shadow)[0] < 0.5
+        ),
         times,
     )[0]
 
@@ -137,9 +139,9 @@ def test_where_the_pole_plays_no_part_the_shadows_are_one():
     s = np.array([1.5e11, 0.0, 0.0])
     angle = np.linspace(0.0, 2.0 * np.pi, 3001)
     r = 7e6 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-    assert np.array_equal(sun.lit_fraction(r, s, "oblate"), sun.lit_fraction(r, s))
+    assert np.array_equal(sun.sunlit_fraction(r, s, "oblate"), sun.sunlit_fraction(r, s))
     over_the_pole = r[:, [0, 2, 1]]
-    dark = [np.sum(1.0 - sun.lit_fraction(over_the_pole, s, m)) for m in sun.ECLIPSES[:2]]
+    dark = [np.sum(1.0 - sun.sunlit_fraction(over_the_pole, s, m)) for m in sun.ECLIPSES[:2]]
     # the edge is 21.4 km lower over each pole: 2 * 21.4 / 7000 rad / cos(elevation)
     horizon = np.sqrt(1.0 - (EARTH_RADIUS_M / 7e6) ** 2)
     expected = 2.0 * (EARTH_RADIUS_M - POLAR_RADIUS_M) / 7e6 / horizon / (angle[1] - angle[0])
@@ -151,8 +153,8 @@ def test_any_pole_will_do():
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     r, s = rng.normal(size=(4000, 3)), np.array([1.1e11, 0.7e11, 0.6e11])
     r *= 6.9e6 / np.linalg.norm(r, axis=1)[:, None]
-    plain = sun.lit_fraction(r, s, "oblate")
-    turned = sun.lit_fraction(r @ turn.T, turn @ s, sun.shadow_of("oblate", turn[:, 2]))
+    plain = sun.sunlit_fraction(r, s, "oblate")
+    turned = sun.sunlit_fraction(r @ turn.T, turn @ s, sun.shadow_of("oblate", turn[:, 2]))
     # rounding of a position, 1e-9 m, over the width of the penumbra
     assert turned == pytest.approx(plain, abs=1e-9)
     assert np.count_nonzero((plain > 0.0) & (plain < 1.0)) > 0

@@ -149,7 +149,7 @@ def test_conical_shadow_equals_counting_points(distance):
     reach = np.arcsin(min(EARTH_RADIUS_M / distance, 1.0)) + 0.006
     low = max(reach - 0.03, 0.0) if distance < 1e9 else 0.0
     r = behind_earth(distance, np.linspace(low, reach, 40))
-    ours = sun.lit_fraction(r, SUN)
+    ours = sun.sunlit_fraction(r, SUN)
     counted = [counted_fraction(row, 40000) for row in r]
     # the disc of the Earth is curved on a sky seen from close by: flat discs are off by 0.1 %
     assert np.abs(ours - counted).max() < 2e-3
@@ -159,14 +159,14 @@ def test_conical_shadow_equals_counting_points(distance):
 
 def test_limits_of_the_conical_shadow():
     r = np.stack([*behind_earth(7e6, [0.0, 0.9, 2.0, np.pi]), [0.0, 0.0, 7e6]])
-    assert np.array_equal(sun.lit_fraction(r, SUN), (0.0, 0.0, 1.0, 1.0, 1.0))
+    assert np.array_equal(sun.sunlit_fraction(r, SUN), (0.0, 0.0, 1.0, 1.0, 1.0))
 
 
 def test_earth_inside_the_sun_is_an_annular_eclipse():
     r = behind_earth(1.6e9, [0.0])
     size_sun = np.arcsin(SUN_RADIUS_M / (1.6e9 + ASTRONOMICAL_UNIT_M))
     sizes = np.arcsin(EARTH_RADIUS_M / 1.6e9) / size_sun
-    assert sun.lit_fraction(r, SUN)[0] == pytest.approx(1.0 - sizes**2, abs=1e-12)
+    assert sun.sunlit_fraction(r, SUN)[0] == pytest.approx(1.0 - sizes**2, abs=1e-12)
     assert 0.1 < 1.0 - sizes**2 < 0.3
 
 
@@ -176,7 +176,7 @@ def test_penumbra_is_continuous_at_both_edges():
     size_earth = np.arcsin(EARTH_RADIUS_M / distance)
     for edge, value in ((size_earth - size_sun, 0.0), (size_earth + size_sun, 1.0)):
         near = behind_earth(distance, edge + np.linspace(-3e-6, 3e-6, 41))
-        assert np.abs(sun.lit_fraction(near, SUN) - value).max() < 5e-3
+        assert np.abs(sun.sunlit_fraction(near, SUN) - value).max() < 5e-3
 
 
 @pytest.mark.parametrize("au", (0.983, 1.017))
@@ -195,7 +195,7 @@ def test_all_is_lit_or_dark_where_the_discs_are_apart_or_covered(radius, au):
     apart = np.arctan2(
         np.linalg.norm(np.cross(to_sun, r), axis=1), -np.einsum("ni,ni->n", to_sun, r)
     )
-    sunlit_fraction = sun.lit_fraction(r, there)
+    sunlit_fraction = sun.sunlit_fraction(r, there)
     assert np.all(sunlit_fraction[apart > sizes[0] + sizes[1] + 1e-9] == 1.0)
     assert np.all(sunlit_fraction[apart < sizes[1] - sizes[0] - 1e-9] == 0.0)
     between = np.abs(apart - sizes[1]) < sizes[0] - 1e-9
@@ -205,7 +205,7 @@ def test_all_is_lit_or_dark_where_the_discs_are_apart_or_covered(radius, au):
 def test_cylindrical_shadow():
     aside = np.arcsin(EARTH_RADIUS_M / 7e6)
     r = behind_earth(7e6, [0.0, aside - 1e-9, aside + 1e-9, np.pi - aside + 1e-3, np.pi])
-    assert np.array_equal(sun.lit_fraction(r, SUN, "cylindrical"), (0.0, 0.0, 1.0, 1.0, 1.0))
+    assert np.array_equal(sun.sunlit_fraction(r, SUN, "cylindrical"), (0.0, 0.0, 1.0, 1.0, 1.0))
 
 
 @pytest.mark.parametrize("model", ["conical", "oblate", "cylindrical"])
@@ -213,7 +213,7 @@ def test_eclipse_lasts_as_long_as_geometry_says(model):
     orbit = Circular(altitude_km=500.0, inclination_deg=0.0)
     t = np.arange(0.0, orbit.period_s, 1.0)
     s = np.broadcast_to([ASTRONOMICAL_UNIT_M, 0.0, 0.0], (t.size, 3))
-    dark = np.sum(1.0 - sun.lit_fraction(orbit.state(t)[0], s, model))
+    dark = np.sum(1.0 - sun.sunlit_fraction(orbit.state(t)[0], s, model))
     half = np.arcsin(EARTH_RADIUS_M / orbit.radius_m)
     assert dark == pytest.approx(orbit.period_s * half / np.pi, abs=1.0)
 
@@ -233,7 +233,7 @@ def test_flight_session_of_chibis_m():
     start, t = "2012-03-04T10:20:00Z", np.arange(0.0, 3600.0, 5.0)
     r, v = chibis.state(t, start)
     s = sun.sun_position(t, start, "sidereal")
-    dark = t[sun.lit_fraction(r, s) < 0.5] / 60.0
+    dark = t[sun.sunlit_fraction(r, s) < 0.5] / 60.0
     assert dark[0] == pytest.approx(10.5, abs=0.2) and dark[-1] == pytest.approx(42.5, abs=0.2)
     normal = np.cross(r[0], v[0])
     sine = normal @ s[0] / np.linalg.norm(normal) / np.linalg.norm(s[0])
@@ -247,7 +247,7 @@ def test_flight_session_of_chibis_m():
 
 def test_unknown_models_are_one_clear_line():
     with pytest.raises(ValueError) as error:
-        sun.lit_fraction([7e6, 0, 0], SUN, "x")
+        sun.sunlit_fraction([7e6, 0, 0], SUN, "x")
     assert (
         str(error.value)
         == "eclipse: must be one of conical, oblate, cylindrical, none; received 'x'"

@@ -49,10 +49,10 @@ def by_splitting(inertia, principal, wheels, strength, x, h, steps):
 def by_rk4(rigid, strength, x, h, steps):
     gravity_gradient = (0.0, 0.0, 0.0)
     for i in range(steps):
-        here = LocalEnvironment(field_at(i * h, strength), gravity_gradient, ())
+        local = LocalEnvironment(field_at(i * h, strength), gravity_gradient, ())
         middle = LocalEnvironment(field_at((i + 0.5) * h, strength), gravity_gradient, ())
         end = LocalEnvironment(field_at((i + 1) * h, strength), gravity_gradient, ())
-        k1 = motion_rates(rigid, here, DIPOLE, x, ())
+        k1 = motion_rates(rigid, local, DIPOLE, x, ())
         k2 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k1), ())
         k3 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k2), ())
         k4 = motion_rates(rigid, end, DIPOLE, moved(x, h, k3), ())

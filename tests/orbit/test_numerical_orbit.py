@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 import threading
 from datetime import timedelta
 
@@ -356,6 +357,30 @@ def test_an_orbit_through_the_ground_is_an_error():
     down = {"kind": "state_vector", "position_km": (6800, 0, 0), "velocity_km_s": (0, 0, 5.0)}
     with pytest.raises(ValueError, match="must stay above the Earth's surface"):
         Numerical(start=down, degree=2).state([7000.0], START)
+
+
+def test_a_fall_through_air_without_a_lower_bound_ends_at_the_surface():
+    drag = {"mass_kg": 1.0, "area_m2": 1.0, "atmosphere": {"kind": "exponential"}}
+    start = {"kind": "circular", "altitude_km": 200.0, "inclination_deg": 60.0}
+    orbit = Numerical(start=start, degree=2, drag=drag)
+    message = r"above the Earth's surface; received one that reaches it (\d\S*) s after"
+    with pytest.raises(ValueError, match=message) as raised:
+        orbit.state([DAY], START)
+    reached = float(re.search(message, str(raised.value))[1])
+    last_node = point_mass.NODE_S * (reached // point_mass.NODE_S)
+    r, v = orbit.state([last_node], START)
+    height = geodetic_from_ecef(dcm_inertial_to_ecef([last_node], START)[0] @ r[0])[2]
+    falling = -(v[0] @ r[0]) / np.linalg.norm(r)
+    assert height == pytest.approx(falling * (reached - last_node), rel=0.01)
+
+
+def test_an_orbit_that_ends_otherwise_than_at_a_bound_of_the_air_says_so():
+    """Backwards in time drag accelerates: with this one beyond all bounds within 0.05 s."""
+    drag = {"mass_kg": 1.0, "area_m2": 1e7, "atmosphere": {"kind": "exponential"}}
+    start = {"kind": "circular", "altitude_km": 200.0, "inclination_deg": 60.0}
+    message = r"steps become too small -0.043\d* s after the start state, at a height of 200.9 km"
+    with pytest.raises(ValueError, match=message):
+        Numerical(start=start, degree=2, drag=drag).state([-60.0], START)
 
 
 def test_rate_and_period_are_those_of_the_start():

@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from torquer.environment.sun import (
         ECLIPSES as ECLIPSES,
         Shadow as Shadow,
-        lit_fraction as lit_fraction,
         shadow_of as shadow_of,
         sun_position as sun_position,
+        sunlit_fraction as sunlit_fraction,
     )
     from torquer.environment.table import (
         ProvenTable as ProvenTable,

@@ -16,7 +16,7 @@ from torquer.earth.gravity import gravity_gradient_vector
 from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
-from torquer.environment.sun import Shadow, lit_fraction, shadow_of, sun_position
+from torquer.environment.sun import Shadow, shadow_of, sun_position, sunlit_fraction
 from torquer.environment.table import (
     DEGREE,
     NotSmooth,
@@ -128,7 +128,7 @@ class OrbitEnvironment:
 
     def sunlit_fraction(self, t_s: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Visible fraction of the Sun's disc [n]."""
-        return lit_fraction(r, self.sun(t_s), self.shadow)
+        return sunlit_fraction(r, self.sun(t_s), self.shadow)
 
     @cached_property
     def shadow(self) -> Shadow:

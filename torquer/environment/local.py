@@ -31,12 +31,12 @@ def _turned(q, v_inertial):
 
 
 @inlined
-def in_body(here, q):
+def in_body(local, q):
     """This environment with its vectors in body axes, for an attitude (body to inertial)."""
     return LocalEnvironment(
-        rotate_inverse(q, here.b_t),
-        rotate_inverse(q, here.gravity_gradient),
-        _turned(q, here.flow),
-        _turned(q, here.light),
-        here.orbit_angle,
+        rotate_inverse(q, local.b_t),
+        rotate_inverse(q, local.gravity_gradient),
+        _turned(q, local.flow),
+        _turned(q, local.light),
+        local.orbit_angle,
     )

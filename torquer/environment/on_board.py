@@ -143,8 +143,8 @@ def _put(cells, e):
 @kernel
 def _given_along(models, elements, t_s, r, v, out):
     for k in range(t_s.size):
-        here, there = vector_of(r[k]), vector_of(v[k])
-        _put(out[k], given_ephemeris(models, elements[0], t_s[k], here, there))
+        position, velocity = vector_of(r[k]), vector_of(v[k])
+        _put(out[k], given_ephemeris(models, elements[0], t_s[k], position, velocity))
 
 
 @kernel

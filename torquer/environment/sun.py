@@ -15,7 +15,7 @@ from torquer.conventions import (
 from torquer.earth import rotation
 from torquer.earth.apparent_sun import apparent_sun_gcrf
 from torquer.earth.rotation import check_mode
-from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub
+from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub, vector_of
 from torquer.time import julian_dates
 
 #: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder, no shadow.
@@ -62,7 +62,7 @@ def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.nd
     return rotation.interpolate_slow(_apparent_teme, *tt, lag)
 
 
-def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
+def sunlit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
     """Visible fraction of the Sun's disc, 0 (umbra) to 1, at positions [n, 3] m; Sun at [n, 3] m.
 
     "conical": the Earth (a sphere of the equatorial radius) and the Sun are flat discs on the
@@ -75,7 +75,7 @@ def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
     r, sun = np.broadcast_arrays(np.atleast_2d(r_m), np.atleast_2d(sun_m))
     r, sun = (np.ascontiguousarray(x, np.float64) for x in (r, sun))
     out = np.empty(len(r))
-    _lit_fractions(shadow, r, sun, out)
+    _sunlit_fractions(shadow, r, sun, out)
     return out
 
 
@@ -139,7 +139,6 @@ def _overlap(a, b, c):
 
 
 @kernel
-def _lit_fractions(shadow, r, sun, out):
+def _sunlit_fractions(shadow, r, sun, out):
     for i in range(out.size):
-        here, there = (r[i, 0], r[i, 1], r[i, 2]), (sun[i, 0], sun[i, 1], sun[i, 2])
-        out[i] = sunlit_fraction_at(shadow, here, there)
+        out[i] = sunlit_fraction_at(shadow, vector_of(r[i]), vector_of(sun[i]))

@@ -20,7 +20,7 @@ from torquer.earth.atmosphere.air import Air, air_velocity, density, height_m
 from torquer.earth.harmonics import Harmonics
 from torquer.earth.rotation_table import RotationTable, day_of_year_at, rotation_at, rotation_table
 from torquer.geometry.vec3 import add, mat_t_vec, mat_vec, norm, scale
-from torquer.integrate.dop853 import DONE, dop853, rates_of, workspace
+from torquer.integrate.dop853 import DONE, TOO_MANY_STEPS, dop853, rates_of, workspace
 from torquer.time import DAY_S
 
 NODE_S = 60.0
@@ -30,6 +30,8 @@ _FEW, _MANY = 60, 14400
 RTOL, ATOL = 1e-13, 1e-9
 _LOWEST_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)
 HIT_EARTH = 10
+#: Distance from a bound of height at which steps that become too small have met it.
+_AT_BOUND_KM = 1e-3
 
 
 class Forces(NamedTuple):
@@ -84,20 +86,22 @@ def _midnight(rotation, t, end):
 
 @kernel
 def _fly(forces, rotation, t, step, y, h, work, nodes):
-    """Fill `nodes` [n, 9] with r, v, a one step after the other from y; (status, h, filled)."""
+    """Fill `nodes` [n, 9] with r, v, a one step after the other from y.
+
+    Returns (status, time reached, next step of DOP853, nodes filled); y is then that of this time.
+    """
     for row in range(nodes.shape[0]):
         end = t + step
         while t != end:
             pause = _midnight(rotation, t, end)
             problem = PointMass(forces, rotation, day_of_year_at(rotation, 0.5 * (t + pause)))
-            status, _, h, _ = dop853(problem, t, pause, y, RTOL, ATOL, h, work)
+            status, t, h, _ = dop853(problem, t, pause, y, RTOL, ATOL, h, work)
             if status != DONE:
-                return status, h, row
-            t = pause
+                return status, t, h, row
         if norm((y[0], y[1], y[2])) < _LOWEST_M:
-            return HIT_EARTH, h, row
+            return HIT_EARTH, t, h, row
         _note(problem, t, y, nodes[row])
-    return DONE, h, nodes.shape[0]
+    return DONE, t, h, nodes.shape[0]
 
 
 @kernel
@@ -170,25 +174,32 @@ class Trajectory:
             end = begin + sign * count * NODE_S
             rotation = self._rotation(min(begin, end), max(begin, end))
             more, y = np.empty((count, 9)), nodes[-1, :6].copy()
-            status, h, filled = _fly(
+            status, t, h, filled = _fly(
                 self._forces, rotation, begin, sign * NODE_S, y, h, self._work, more
             )
             whole = np.concatenate([nodes, more[:filled]])
             self._branches[sign] = [whole, h]
             if status != DONE and (len(whole) - 1) * NODE_S < distance_s:
-                self._refuse(status, rotation, begin + sign * filled * NODE_S, y)
+                self._refuse(status, rotation, t, y)
 
     def _refuse(self, status: int, rotation: RotationTable, t: float, y: np.ndarray) -> None:
         """Raise `ValueError` with the place and the reason of the trajectory's end."""
-        if status == HIT_EARTH:
-            raise ValueError(
-                "orbit: must stay above the Earth's surface; received one that goes through it "
-                f"{t:.6g} s after the start state"
-            )
         dcm, _ = rotation_at(rotation, t)
-        height = 1e-3 * height_m(mat_vec(dcm, (y[0], y[1], y[2])))
+        height_km = 1e-3 * height_m(mat_vec(dcm, (y[0], y[1], y[2])))
         lowest, highest = self._forces.air.lowest_km, self._forces.air.highest_km
+        end = f"{t:.6g} s after the start state"
+        if status == HIT_EARTH or abs(height_km) < _AT_BOUND_KM:
+            raise ValueError(
+                f"orbit: must stay above the Earth's surface; received one that reaches it {end}"
+            )
+        if min(abs(height_km - lowest), abs(height_km - highest)) < _AT_BOUND_KM:
+            raise ValueError(
+                f"orbit: must stay within the atmosphere model's {lowest:g}..{highest:g} km; "
+                f"received one that leaves them {end}, last at {height_km:.4g} km"
+            )
+        speed = 1e-3 * norm((y[3], y[4], y[5]))
         raise ValueError(
-            f"orbit: must stay within the atmosphere model's {lowest:g}..{highest:g} km; received "
-            f"one that leaves them {t:.6g} s after the start state, last at {height:.4g} km"
+            "orbit: must be such that it can be integrated; received one whose steps become too "
+            f"{'many' if status == TOO_MANY_STEPS else 'small'} {end}, at a height of "
+            f"{height_km:.4g} km and a speed of {speed:.4g} km/s"
         )

@@ -41,7 +41,7 @@ from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.record import Instant, record_instant
 from torquer.simulation.size import piece_steps
-from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, ReadingTables, Record, State
+from torquer.simulation.state import LOCAL_CELLS, Dynamics, Plan, ReadingTables, Record, State
 from torquer.simulation.step import SENSED, Loop, drive_wheels, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.attitude_sensor import excludes_sun
@@ -187,21 +187,21 @@ _ANYWHERE = np.array([7e6, 0.0, 0.0]), np.array([0.0, 7.5e3, 0.0])
 _NO_TABLES = ReadingTables(*[Table(0.0, np.zeros((0, 0, 0)))] * len(ReadingTables._fields))
 
 
-def _loop_of(run: Run, tables: ReadingTables, here: np.ndarray, problem: Any = 0) -> Loop:
+def _loop_of(run: Run, tables: ReadingTables, local: np.ndarray, problem: Any = 0) -> Loop:
     """What the loop takes, but for the addresses of what it calls."""
     plan, state, drawn = run.plan, run.state, np.zeros((STREAMS, 3))
     member = One(Member(state, plan.plant, run.scenario.seed, drawn))
-    return Loop(plan, tables, member, (), state.at, here, run.record, 0, 0, problem)
+    return Loop(plan, tables, member, (), state.at, local, run.record, 0, 0, problem)
 
 
 def _ready_for(run: Run) -> _Ready:
     plan, piece, state, seed = run.plan, run.piece, run.state, run.scenario.seed
     drawn = np.zeros((STREAMS, 3))
-    moving, here = One(Member(state, run.dynamics, seed, drawn)), np.zeros(HERE_CELLS)
+    moving, local = One(Member(state, run.dynamics, seed, drawn)), np.zeros(LOCAL_CELLS)
     problem = Arguments(
-        Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)
+        Problem(run.integrator, moving, piece.moving, local, plan.step_s, plan.record_steps)
     )
-    loop = _loop_of(run, piece.tables, here, problem.address)
+    loop = _loop_of(run, piece.tables, local, problem.address)
     loop = loop._replace(propagate=propagate.address(problem))
     if len(plan.plant.rotors.rows):
         loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
@@ -259,7 +259,7 @@ def begin_loop(scenario: Scenario) -> None:
 
 
 def _begin(run: Run) -> None:
-    run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(HERE_CELLS)))
+    run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(LOCAL_CELLS)))
 
 
 def _without_tables(

@@ -210,13 +210,13 @@ def sun_cells_step(member, late, sunlight, t):
     """Signals of the Sun cells; `sunlight`: as for the Sun sensors."""
     state, q = member.state, motion_of(member.state.cells).q
     state.sensors[SUN_CELLS].count += 1.0
-    cells, (direction, lit, of_earth) = member.constants.sun_cells, sunlight
+    cells, (direction, sunlit, of_earth) = member.constants.sun_cells, sunlight
     sun, earth = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
     a, b, c = drawn_for(member, sun_cells.STREAM)
     d, e, f = drawn_for(member, sun_cells.MORE_STREAM)
-    a, b = read_cell(cells, 0, sun, lit, earth, a), read_cell(cells, 1, sun, lit, earth, b)
-    c, d = read_cell(cells, 2, sun, lit, earth, c), read_cell(cells, 3, sun, lit, earth, d)
-    e, f = read_cell(cells, 4, sun, lit, earth, e), read_cell(cells, 5, sun, lit, earth, f)
+    a, b = read_cell(cells, 0, sun, sunlit, earth, a), read_cell(cells, 1, sun, sunlit, earth, b)
+    c, d = read_cell(cells, 2, sun, sunlit, earth, c), read_cell(cells, 3, sun, sunlit, earth, d)
+    e, f = read_cell(cells, 4, sun, sunlit, earth, e), read_cell(cells, 5, sun, sunlit, earth, f)
     is_late, known, r = late & (READ << SUN_CELLS) != 0, state.board.known[0], state.sensors
     put_late(is_late, r[SUN_CELLS], t, a, b, c, d)
     r[SUN_CELLS].u = chosen(is_late, e, r[SUN_CELLS].u)

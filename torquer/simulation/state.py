@@ -41,17 +41,17 @@ class ReadingTables(NamedTuple):
 
 #: Cells of B [T] and gravity-gradient vector [1/s] where the loop stands: each of its phases would
 #: look them up again.
-HERE_CELLS = 6
+LOCAL_CELLS = 6
 
 
 @inlined
-def put_here(cells, found):
+def put_local(cells, found):
     """Keep field and gravity-gradient vector."""
     (cells[0], cells[1], cells[2]), (cells[3], cells[4], cells[5]) = found
 
 
 @inlined
-def here_in(cells):
+def local_in(cells):
     """Field and gravity-gradient vector, as they are kept."""
     return (cells[0], cells[1], cells[2]), (cells[3], cells[4], cells[5])
 

@@ -28,7 +28,7 @@ from torquer.simulation.members import (
 from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
 from torquer.simulation.record import record_members
 from torquer.simulation.sensors import ephemeris_at, ephemeris_step, read_sensors, update_step
-from torquer.simulation.state import Plan, ReadingTables, Record, here_in, put_goal, put_here
+from torquer.simulation.state import Plan, ReadingTables, Record, local_in, put_goal, put_local
 from torquer.simulation.timetable import (
     COILS_OFF,
     COILS_ON,
@@ -54,7 +54,7 @@ BETWEEN, SENSED, WORKED = range(3)
 class Loop(NamedTuple):
     """What the loop takes. `at`: steps done, and how far the control step has come.
 
-    `here`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
+    `local`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
     `record`: of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
     `drive_wheels`, `propagate`: addresses of these functions; `problem`: of what the latter takes.
     """
@@ -64,7 +64,7 @@ class Loop(NamedTuple):
     members: One | Many
     boards: Boards | tuple[()]
     at: np.ndarray
-    here: np.ndarray
+    local: np.ndarray
     record: Record | np.ndarray
     drive_wheels: Any
     propagate: Any
@@ -143,7 +143,7 @@ def sense(loop, actions, step, works):
     if works and actions & COILS_OFF:
         each(members, coils_off_step)
     fail_members_coils(members, plan.plant, t)
-    read_sensors(members, plan, tables, here_in(loop.here)[0], actions, step)
+    read_sensors(members, plan, tables, local_in(loop.local)[0], actions, step)
     if works and actions & CONTROL:
         before_s = first_of(members).state.board.known[0].t_s
         if is_back(plan.plant.failures.computer, before_s, t):
@@ -197,7 +197,7 @@ def _run_steps(address, last):
     loop = record_at(address)
     members, plan, at, timetable = loop.members, loop.plan, loop.at, loop.plan.timetable
     step = at[0]
-    put_here(loop.here, lookup6(loop.tables.orbit, step * plan.step_s, 3))
+    put_local(loop.local, lookup6(loop.tables.orbit, step * plan.step_s, 3))
     number, cycle = row_from(timetable, step)
     due = cycle + timetable.rows[number].step
     to_record = step + -step % plan.record_steps

@@ -55,17 +55,17 @@ def _with_air(torque, surface, flow, q):
 
 
 @inlined
-def torque_body(rigid, here, dipole_body_a_m2, motion, held):
+def torque_body(rigid, local, dipole_body_a_m2, motion, held):
     """Torque [N m] in the body: dipole times field, gravity gradient, air, other disturbances.
 
     `held`: any further torque, () for none.
     """
     q = motion.q
-    control = cross(dipole_body_a_m2, rotate_inverse(q, here.b_t))
-    gravity_gradient_body = rotate_inverse(q, here.gravity_gradient)
+    control = cross(dipole_body_a_m2, rotate_inverse(q, local.b_t))
+    gravity_gradient_body = rotate_inverse(q, local.gravity_gradient)
     torque = add(control, gravity_gradient_torque(rigid.inertia, gravity_gradient_body))
-    torque = _with_air(torque, rigid.surface, here.flow, q)
-    torque = with_acting(torque, rigid.acting, here, q, motion.omega)
+    torque = _with_air(torque, rigid.surface, local.flow, q)
+    torque = with_acting(torque, rigid.acting, local, q, motion.omega)
     if len(held) == 0:
         return torque
     return add(torque, held)
@@ -78,13 +78,13 @@ def momentum_body(rigid, omega):
 
 
 @inlined
-def motion_rates(rigid, here, dipole_body_a_m2, motion, held):
+def motion_rates(rigid, local, dipole_body_a_m2, motion, held):
     """Euler's equations and kinematics: J omega' + omega x (J omega + h) = M.
 
     `held`: torque [N m, body] that neither motion nor place changes, () for none.
     """
     gyroscopic = cross(motion.omega, momentum_body(rigid, motion.omega))
-    torque = sub(torque_body(rigid, here, dipole_body_a_m2, motion, held), gyroscopic)
+    torque = sub(torque_body(rigid, local, dipole_body_a_m2, motion, held), gyroscopic)
     return Motion(derivative(motion.q, motion.omega), sym_vec(rigid.inverse_inertia, torque))
 
 

@@ -17,7 +17,7 @@ from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.run import Piece, Run, environments_of, piece_of
 from torquer.simulation.signals import noted_signals
-from torquer.simulation.state import CELLS, HERE_CELLS
+from torquer.simulation.state import CELLS, LOCAL_CELLS
 from torquer.simulation.step import Loop, run_steps
 
 _MOTION = 7
@@ -140,7 +140,7 @@ class Lanes:
         seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
         kept = np.zeros((run.steps // plan.record_steps + 1, _MOTION, LANES))
         drawn, boards = np.zeros((STREAMS, 3, LANES)), self._boards(numbers[fill])
-        at, here = np.zeros(2, np.int64), np.zeros(HERE_CELLS)
+        at, local = np.zeros(2, np.int64), np.zeros(LOCAL_CELLS)
         rest = (seeds, drawn, ends, LANES)
         members = Many(self.packed.of_loop, cells, plan.plant, *rest)
         moving = Many(self.packed.of_dynamics, cells, run.dynamics, *rest)
@@ -149,11 +149,11 @@ class Lanes:
             if noted_signals().asked:
                 raise KeyboardInterrupt
             problem = Arguments(
-                Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)
+                Problem(run.integrator, moving, piece.moving, local, plan.step_s, plan.record_steps)
             )
             compiled = propagate.address(problem)
             loop = Loop(
-                plan, piece.tables, members, boards, at, here, kept, 0, compiled, problem.address
+                plan, piece.tables, members, boards, at, local, kept, 0, compiled, problem.address
             )
             run_steps(Arguments(loop), piece.last)
         propagate(problem, run.steps, run.steps, LOOK_ONLY)

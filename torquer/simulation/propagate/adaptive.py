@@ -95,7 +95,7 @@ def _shrunk(h, ratio):
 
 
 @inlined
-def in_steps(integrator, smooth, cells, x, here, length_s):
+def in_steps(integrator, smooth, cells, x, local, length_s):
     """Motion after an interval, in equal steps; not a number where they vanish."""
     t = 0.0
     for _ in range(MOST_STEPS):
@@ -105,11 +105,11 @@ def in_steps(integrator, smooth, cells, x, here, length_s):
         wanted = min(cells.next_step_s, integrator.longest_s)
         whole = wanted >= left
         h = left if whole else left / math.ceil(left / wanted)
-        y, end, error = attempt(smooth, here, t, x, h)
+        y, end, error = attempt(smooth, local, t, x, h)
         ratio = _ratio(integrator, x, h, error)
         if ratio <= 1.0:
             t = length_s if whole else t + h
-            x, here = y, end
+            x, local = y, end
             _count(cells, h, error)
             cells.next_step_s = h * _growth(ratio)
         else:
@@ -121,7 +121,7 @@ def in_steps(integrator, smooth, cells, x, here, length_s):
 
 
 @kernel
-def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step):
+def in_steps_with_wheels(integrator, smooth, cells, wheels, x, local, length_s, step):
     """Motion after an interval with wheels, in steps.
 
     A step ends where a rotor stops, starts or reaches its limit. Not a number where they vanish.
@@ -138,7 +138,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
         left = length_s - t
         wanted = left / math.ceil(left / min(cells.next_step_s, integrator.longest_s))
         h = min(wanted, time_to_change(turning), shorter)
-        y, end, error = attempt(now, here, t, x, h)
+        y, end, error = attempt(now, local, t, x, h)
         ratio = _ratio(integrator, x, h, error)
         if ratio <= 1.0:
             part = part_to_change(turning, h, y.omega)
@@ -149,7 +149,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
                 continue
             end_turning(turning, wheels.state, h, y.omega)
             t = length_s if h >= left else t + h
-            x, here, shorter = y, end, math.inf
+            x, local, shorter = y, end, math.inf
             _count(cells, h, error)
             grown = h * _growth(ratio)
             cells.next_step_s = grown if h == wanted else max(cells.next_step_s, grown)
@@ -162,13 +162,13 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
 
 
 @inlined
-def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step):
+def propagate_smooth(integrator, smooth, cells, wheels, x, local, length_s, step):
     """Motion after an interval without events: a step of order 5 may do."""
     if len(wheels) > 0:
-        return in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step)
+        return in_steps_with_wheels(integrator, smooth, cells, wheels, x, local, length_s, step)
     if length_s <= integrator.longest_s:
         if cells.slow_step_s >= length_s:
-            y, error = attempt_5(smooth, here, x, length_s)
+            y, error = attempt_5(smooth, local, x, length_s)
             ratio = _ratio(integrator, x, length_s, error)
             if ratio <= 1.0:
                 _count(cells, length_s, error)
@@ -177,17 +177,17 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
                 return y
             cells.slow_step_s = _LESS * length_s
         cells.slow_step_s *= _MORE
-    return in_steps(integrator, smooth, cells, x, here, length_s)
+    return in_steps(integrator, smooth, cells, x, local, length_s)
 
 
 @inlined
-def propagate_in_light(integrator, smooth, light, cells, wheels, x, here, length_s, step):
+def propagate_in_light(integrator, smooth, light, cells, wheels, x, local, length_s, step):
     """Motion after an interval, in steps that end where the sunlight jumps or bends.
 
     `light`: () for none.
     """
     if len(light) == 0:
-        return propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
+        return propagate_smooth(integrator, smooth, cells, wheels, x, local, length_s, step)
     t, edge_s = 0.0, next_edge(light, smooth.start_s)
     while t < length_s:
         end = min(edge_s - smooth.start_s, length_s)
@@ -196,8 +196,8 @@ def propagate_in_light(integrator, smooth, light, cells, wheels, x, here, length
             continue
         tables = with_light_between(smooth.tables, smooth.start_s + t, smooth.start_s + end)
         part = from_later(smooth, tables, t)
-        here = environment_at(tables, smooth.start_s + t)
-        x = propagate_smooth(integrator, part, cells, wheels, x, here, end - t, step)
+        local = environment_at(tables, smooth.start_s + t)
+        x = propagate_smooth(integrator, part, cells, wheels, x, local, end - t, step)
         t = end
     return x
 
@@ -214,17 +214,17 @@ def next_failure(wheels, step, last):
     return last
 
 
-def by_auto(integrator, forces, cells, x, here, first, last, h):
-    """Motion after steps first..last-1 of the time grid; `here`: the environment before."""
+def by_auto(integrator, forces, cells, x, local, first, last, h):
+    """Motion after steps first..last-1 of the time grid; `local`: the environment before."""
     rigid, tables, path, held, wheels = forces
     step = first
     while step < last:
         until, since_s = next_failure(wheels, step, last), (step - first) * h
         smooth = Smooth(rigid, tables, path, held, (), step * h, since_s)
         x = propagate_in_light(
-            integrator, smooth, tables.light, cells, wheels, x, here, (until - step) * h, step
+            integrator, smooth, tables.light, cells, wheels, x, local, (until - step) * h, step
         )
         step = until
         if step < last:
-            here = environment_at(tables, step * h)
+            local = environment_at(tables, step * h)
     return x

@@ -98,22 +98,22 @@ def _with_wheels(rigid, turning, torque, x, h, stage):
 
 
 @inlined
-def _rates_in(smooth, here, left, x, h, stage):
+def _rates_in(smooth, local, left, x, h, stage):
     """Rates of the motion; `left`: what is left of the dipole's way."""
     rigid, torque = _with_wheels(smooth.rigid, smooth.turning, smooth.torque, x, h, stage)
     dipole = add_scaled(smooth.path.target, left, smooth.path.way)
-    return motion_rates(rigid, here, dipole, x, torque)
+    return motion_rates(rigid, local, dipole, x, torque)
 
 
 @inlined
 def _rates_after_in(smooth, t, left, x, h, stage):
-    here = environment_at(smooth.tables, smooth.start_s + t)
-    return _rates_in(smooth, here, left, x, h, stage)
+    local = environment_at(smooth.tables, smooth.start_s + t)
+    return _rates_in(smooth, local, left, x, h, stage)
 
 
 @called
-def _rates_called(place, here, left, x, h, stage):
-    return _rates_in(loaded(place), here, left, x, h, stage)
+def _rates_called(place, local, left, x, h, stage):
+    return _rates_in(loaded(place), local, left, x, h, stage)
 
 
 @called
@@ -135,10 +135,10 @@ def _combined(five, three):
 
 
 @inlined
-def attempt(smooth, here, t, x, h):
-    """(Motion, environment, error) after a step from t on; `here`: the environment before it."""
+def attempt(smooth, local, t, x, h):
+    """(Motion, environment, error) after a step from t on; `local`: the environment before it."""
     s, left = stored(smooth), _left_at(smooth.path.lag_s, smooth.since_s + t, h)
-    k0 = _rates(s, here, left[0], x, h, 0.0)
+    k0 = _rates(s, local, left[0], x, h, 0.0)
     k1 = _rates_after(s, t + C[1] * h, left[1], stage_1(x, h, k0), h, 1.0)
     k2 = _rates_after(s, t + C[2] * h, left[2], stage_2(x, h, k0, k1), h, 2.0)
     k3 = _rates_after(s, t + C[3] * h, left[3], stage_3(x, h, k0, k2), h, 3.0)
@@ -162,10 +162,10 @@ def attempt(smooth, here, t, x, h):
 
 
 @inlined
-def attempt_5(smooth, here, x, h):
+def attempt_5(smooth, local, x, h):
     """(Motion, error) after a step of order 5 from the start: for slow motion.
 
-    The error is that of order 4; `here`: the environment at the start.
+    The error is that of order 4; `local`: the environment at the start.
     """
     lag_s, since_s = smooth.path.lag_s, smooth.since_s
     c = dp5_stages.C
@@ -173,7 +173,7 @@ def attempt_5(smooth, here, x, h):
     left_2, left_3 = remaining(lag_s, since_s + c[2] * h), remaining(lag_s, since_s + c[3] * h)
     left_4, left_5 = remaining(lag_s, since_s + c[4] * h), remaining(lag_s, since_s + h)
     s, end = stored(smooth), environment_at(smooth.tables, smooth.start_s + h)
-    k0 = _rates(s, here, left, x, h, 0.0)
+    k0 = _rates(s, local, left, x, h, 0.0)
     k1 = _rates_after(s, c[1] * h, left_1, dp5_stages.stage_1(x, h, k0), h, 1.0)
     k2 = _rates_after(s, c[2] * h, left_2, dp5_stages.stage_2(x, h, k0, k1), h, 2.0)
     k3 = _rates_after(s, c[3] * h, left_3, dp5_stages.stage_3(x, h, k0, k1, k2), h, 3.0)

@@ -42,8 +42,8 @@ class Splitting(NamedTuple):
 
 
 @inlined
-def rk4_step(forces, x, here, middle, end, left, step, h):
-    """Motion after a step of RK4 between the environments `here` and `end`.
+def rk4_step(forces, x, local, middle, end, left, step, h):
+    """Motion after a step of RK4 between the environments `local` and `end`.
 
     `left`: parts of the dipole's way that are still to go at start, middle and end.
     """
@@ -54,7 +54,7 @@ def rk4_step(forces, x, here, middle, end, left, step, h):
     m1 = add_scaled(path.target, left[0], path.way)
     m2 = add_scaled(path.target, left[1], path.way)
     m4 = add_scaled(path.target, left[2], path.way)
-    k1 = rates_at(rigid, spin, here, m1, 0.0, x, torque)
+    k1 = rates_at(rigid, spin, local, m1, 0.0, x, torque)
     k2 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k1), torque)
     k3 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k2), torque)
     k4 = rates_at(rigid, spin, end, m4, h, moved(x, h, k3), torque)
@@ -69,8 +69,8 @@ def left_in_step(lag_s, since, h):
 
 
 @kernel
-def by_rk4(forces, x, here, first, last, h):
-    """Motion after steps first..last-1 by RK4; `here` is the environment before.
+def by_rk4(forces, x, local, first, last, h):
+    """Motion after steps first..last-1 by RK4; `local` is the environment before.
 
     The environment is looked up twice a step.
     """
@@ -78,15 +78,15 @@ def by_rk4(forces, x, here, first, last, h):
         middle = environment_at(forces.tables, (step + 0.5) * h)
         end = environment_at(forces.tables, (step + 1) * h)
         left = left_in_step(forces.path.lag_s, (step - first) * h, h)
-        x = rk4_step(forces, x, here, middle, end, left, step, h)
-        here = end
+        x = rk4_step(forces, x, local, middle, end, left, step, h)
+        local = end
     return x
 
 
 @kernel
 def _kicked(forces, x, t, since, h):
-    rigid, here = forces.rigid, environment_at(forces.tables, t)
-    torque = torque_body(rigid, here, dipole_after(forces.path, since), x, forces.held)
+    rigid, local = forces.rigid, environment_at(forces.tables, t)
+    torque = torque_body(rigid, local, dipole_after(forces.path, since), x, forces.held)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
 
 

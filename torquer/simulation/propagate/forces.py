@@ -147,10 +147,10 @@ def with_light_between(tables, early, late):
 
 
 @inlined
-def rates_at(rigid, spin, here, dipole, into, x, torque):
+def rates_at(rigid, spin, local, dipole, into, x, torque):
     """Rates of a motion under a dipole [A m^2, body], `into` seconds into the wheels' step."""
     body = with_wheel_momentum(rigid, spin, x.omega, into)
-    return motion_rates(body, here, dipole, x, torque)
+    return motion_rates(body, local, dipole, x, torque)
 
 
 @inlined

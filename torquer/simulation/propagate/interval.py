@@ -43,7 +43,7 @@ from torquer.simulation.propagate.forces import (
     forces_now,
 )
 from torquer.simulation.propagate.random_torques import draw_torques_step, next_draw
-from torquer.simulation.state import here_in, motion_of, put_here, put_motion
+from torquer.simulation.state import local_in, motion_of, put_local, put_motion
 from torquer.spacecraft.coils import advance_coils
 from torquer.spacecraft.disturbance.acting import leaves_bearing
 
@@ -55,35 +55,35 @@ GO_ON, LOOK, LOOK_ONLY = 0, 1, 2
 class Problem(NamedTuple):
     """What `propagate` takes: integrator, members with their `Dynamics`, tables, time grid.
 
-    `here`: field and gravity-gradient vector at the start of the interval, and later at its end.
+    `local`: field and gravity-gradient vector at the start of the interval, and later at its end.
     """
 
     integrator: Auto | Rk4 | Splitting
     members: One | Many
     tables: EnvironmentTables
-    here: np.ndarray
+    local: np.ndarray
     step_s: float
     record_steps: int
 
 
 _STEPS = {
     Auto: by_auto,
-    Rk4: lambda integrator, forces, cells, x, here, first, last, h: by_rk4(
-        forces, x, here, first, last, h
+    Rk4: lambda integrator, forces, cells, x, local, first, last, h: by_rk4(
+        forces, x, local, first, last, h
     ),
-    Splitting: lambda integrator, forces, cells, x, here, first, last, h: by_splitting(
+    Splitting: lambda integrator, forces, cells, x, local, first, last, h: by_splitting(
         forces, integrator.moments, integrator.q_principal_to_body, x, first, last, h
     ),
 }
 
 
-def steps_by(integrator, forces, cells, x, here, first, last, h):
+def steps_by(integrator, forces, cells, x, local, first, last, h):
     """Motion after steps first..last-1, by the integrator's type."""
-    return _STEPS[type(integrator)](integrator, forces, cells, x, here, first, last, h)
+    return _STEPS[type(integrator)](integrator, forces, cells, x, local, first, last, h)
 
 
 @overload(steps_by, jit_options=INLINED_OPTIONS)
-def _choose_steps(integrator, forces, cells, x, here, first, last, h):
+def _choose_steps(integrator, forces, cells, x, local, first, last, h):
     return _STEPS[integrator.instance_class]
 
 
@@ -100,10 +100,10 @@ def has_motion(member):
 
 
 @inlined
-def rk4_phase(member, here, middle, end, left, step, h):
+def rk4_phase(member, local, middle, end, left, step, h):
     """A member's step of RK4 between these environments; see `rk4_step`."""
     cells = member.state.cells
-    x = rk4_step(forces_now(member, ()), motion_of(cells), here, middle, end, left, step, h)
+    x = rk4_step(forces_now(member, ()), motion_of(cells), local, middle, end, left, step, h)
     put_motion(cells, x)
 
 
@@ -121,11 +121,11 @@ def stays_on_bearing(member, tables, t):
     return not strikes_ring(member.constants.rigid.acting, tables, motion_of(member.state.cells), t)
 
 
-def advance(members, problem, here, step, until):
+def advance(members, problem, local, step, until):
     """Advance the motion; RUNNING, or how it ended: then the state keeps the motion before."""
     member, h = members.member, problem.step_s
     cells, forces = member.state.cells, forces_now(member, problem.tables)
-    x = steps_by(problem.integrator, forces, cells[0], motion_of(cells), here, step, until, h)
+    x = steps_by(problem.integrator, forces, cells[0], motion_of(cells), local, step, until, h)
     if not is_finite(x):
         return BAD_STATE
     if strikes_ring(forces.rigid.acting, problem.tables, x, until * h):
@@ -135,18 +135,18 @@ def advance(members, problem, here, step, until):
 
 
 @overload(advance, jit_options=INLINED_OPTIONS)
-def _advance(members, problem, here, step, until):
+def _advance(members, problem, local, step, until):
     if members.instance_class is One:
         return advance
 
-    def in_lanes(members, problem, here, step, until):
+    def in_lanes(members, problem, local, step, until):
         lag_s, h = first_of(members).constants.coils.lag_s, problem.step_s
         for k in range(step, until):
             middle = environment_at(problem.tables, (k + 0.5) * h)
             end = environment_at(problem.tables, (k + 1) * h)
             left = left_in_step(lag_s, (k - step) * h, h)
-            each(members, rk4_phase, here, middle, end, left, k, h)
-            here = end
+            each(members, rk4_phase, local, middle, end, left, k, h)
+            local = end
         must_stop(members, has_motion, BAD_STATE, until)
         must_stop(members, stays_on_bearing, TILTED, until, problem.tables, until * h)
         return RUNNING
@@ -194,18 +194,18 @@ def _propagate(address, step, last, look):
     """
     problem = whole(record_at(address))
     members, h = problem.members, problem.step_s
-    here = environment_with(problem.tables, here_in(problem.here), step * h)
-    if look != GO_ON and is_too_coarse(problem.integrator, problem, here.b_t, step, look):
+    local = environment_with(problem.tables, local_in(problem.local), step * h)
+    if look != GO_ON and is_too_coarse(problem.integrator, problem, local.b_t, step, look):
         return -COARSE_STEP
     if step == last:
         return step
     until = next_draw(first_of(members).constants, step, last)
     each(members, draw_torques_step, step)
-    ended = advance(members, problem, here, step, until)
+    ended = advance(members, problem, local, step, until)
     if ended != RUNNING:
         return -ended
     each(members, actuators_step, (until - step) * h)
-    put_here(problem.here, lookup6(problem.tables.orbit, until * h, 3))
+    put_local(problem.local, lookup6(problem.tables.orbit, until * h, 3))
     return until
 
 

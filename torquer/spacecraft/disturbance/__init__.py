@@ -1,9 +1,9 @@
 """Disturbance torques besides gravity gradient and air: one file each, listed in `TORQUES`.
 
 A torque's file has its spec, a table within `[disturbance]` whose `pack` gives a named tuple of
-constants, and its kernel `torque(constants, here_body, omega_body)` [N m, body], where `here_body`
-is a `LocalEnvironment` in body axes. Those that a satellite has act at every stage of a step. The
-held torque is no such plug-in: it does not depend on motion or place.
+constants, and its kernel `torque(constants, local_body, omega_body)` [N m, body], where
+`local_body` is a `LocalEnvironment` in body axes. Those that a satellite has act at every stage of
+a step. The held torque is no such plug-in: it does not depend on motion or place.
 """
 
 from collections.abc import Callable

@@ -14,44 +14,44 @@ _KERNELS[Hung] = suspension_torque
 _OF_SATELLITES = len(TORQUES)
 
 
-def torque_of(constants, here_body, omega_body):
+def torque_of(constants, local_body, omega_body):
     """Torque [N m, body] by its constants."""
-    return _KERNELS[type(constants)](constants, here_body, omega_body)
+    return _KERNELS[type(constants)](constants, local_body, omega_body)
 
 
 @overload(torque_of, jit_options=INLINED_OPTIONS)
-def _choose(constants, here_body, omega_body):
+def _choose(constants, local_body, omega_body):
     kernel = _KERNELS[constants.instance_class]
-    return lambda constants, here_body, omega_body: kernel(constants, here_body, omega_body)
+    return lambda constants, local_body, omega_body: kernel(constants, local_body, omega_body)
 
 
-def added(torque, acting, here_body, omega_body):
+def added(torque, acting, local_body, omega_body):
     """A torque [N m, body] and those of the constants, one after another."""
     if len(acting) == 0:
         return torque
-    total = add(torque, torque_of(acting[0], here_body, omega_body))
-    return added(total, acting[1:], here_body, omega_body)
+    total = add(torque, torque_of(acting[0], local_body, omega_body))
+    return added(total, acting[1:], local_body, omega_body)
 
 
 @overload(added, jit_options=INLINED_OPTIONS)
-def _one_by_one(torque, acting, here_body, omega_body):
+def _one_by_one(torque, acting, local_body, omega_body):
     return added
 
 
 @inlined
-def with_acting(torque, acting, here, q, omega_body):
+def with_acting(torque, acting, local, q, omega_body):
     """A torque [N m, body] plus those that act alongside it; `acting`: () for none."""
     if len(acting) == 0:
         return torque
-    return added(torque, acting, in_body(here, q), omega_body)
+    return added(torque, acting, in_body(local, q), omega_body)
 
 
 @inlined
-def leaves_bearing(acting, here, q):
+def leaves_bearing(acting, local, q):
     """Whether a body on a bearing is tilted beyond its limit; never one without."""
     if len(acting) <= _OF_SATELLITES:
         return False
-    return is_tilted(acting[-2], in_body(here, q))
+    return is_tilted(acting[-2], in_body(local, q))
 
 
 @inlined

@@ -37,14 +37,14 @@ class Along(NamedTuple):
 @kernel
 def _seen(along, k):
     """The local environment in body axes at instant k."""
-    here = LocalEnvironment(
+    local = LocalEnvironment(
         vector_of(along.b_t[k]),
         vector_of(along.gravity_gradient[k]),
         vector_of(along.flow[k]),
         vector_of(along.light[k]),
         (along.orbit_angle[k],),
     )
-    return in_body(here, (along.q[k, 0], along.q[k, 1], along.q[k, 2], along.q[k, 3]))
+    return in_body(local, (along.q[k, 0], along.q[k, 1], along.q[k, 2], along.q[k, 3]))
 
 
 @kernel

@@ -22,7 +22,7 @@ NO_EDDY_CURRENTS = EddyTensor(0.0, (0.0,) * 6)
 
 
 @inlined
-def eddy_current_torque(eddy, here_body, omega_body):
+def eddy_current_torque(eddy, local_body, omega_body):
     """Torque [N m, body] of the dipole K (omega x B) that the currents make: K (omega x B) x B.
 
     It takes energy: omega . M = -(omega x B) . K (omega x B). The field's own change along the
@@ -32,7 +32,7 @@ def eddy_current_torque(eddy, here_body, omega_body):
     """
     if eddy.is_on == 0.0:
         return (0.0, 0.0, 0.0)
-    b = here_body.b_t
+    b = local_body.b_t
     return cross(sym_vec(eddy.tensor, cross(omega_body, b)), b)
 
 

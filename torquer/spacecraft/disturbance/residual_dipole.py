@@ -25,13 +25,13 @@ NO_DIPOLE = OscillatingDipole(0.0, _ZERO, _ZERO, 0.0, 0.0)
 
 
 @inlined
-def residual_dipole_torque(dipole, here_body, omega_body):
+def residual_dipole_torque(dipole, local_body, omega_body):
     """Torque [N m, body] of the dipole m0 + m1 sin(n u + phase) in the field."""
     if dipole.is_on == 0.0:
         return (0.0, 0.0, 0.0)
-    swing = math.sin(dipole.cycles_per_orbit * here_body.orbit_angle[0] + dipole.phase_rad)
+    swing = math.sin(dipole.cycles_per_orbit * local_body.orbit_angle[0] + dipole.phase_rad)
     m = add_scaled(dipole.constant_a_m2, swing, dipole.amplitude_a_m2)
-    return cross(m, here_body.b_t)
+    return cross(m, local_body.b_t)
 
 
 class ResidualDipole(Spec):

@@ -49,14 +49,14 @@ def _push(row, to_sun):
 
 
 @inlined
-def solar_pressure_torque(surface, here_body, omega_body):
-    """Torque about the centre of mass [N m, body]; `here_body`: the local environment in body axes.
+def solar_pressure_torque(surface, local_body, omega_body):
+    """Torque about the centre of mass [N m, body]; `local_body`: `LocalEnvironment` in body axes.
 
     Each part's force acts at its centre: for a whole cylinder or sphere of one surface this is
     exact. F. L. Markley, J. L. Crassidis, 'Fundamentals of Spacecraft Attitude Determination and
     Control' (2014), chapter 3.
     """
-    return _torque_by(surface.rows, here_body.light)
+    return _torque_by(surface.rows, local_body.light)
 
 
 @inlined

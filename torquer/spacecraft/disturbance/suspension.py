@@ -35,21 +35,21 @@ class Hung(NamedTuple):
 
 
 @inlined
-def _vertical(here_body):
+def _vertical(local_body):
     """Unit vector up."""
-    up = here_body.gravity_gradient
+    up = local_body.gravity_gradient
     return scale(1.0 / norm(up), up)
 
 
 @inlined
-def suspension_torque(hung, here_body, omega_body):
+def suspension_torque(hung, local_body, omega_body):
     """Torque about the centre of rotation [N m, body].
 
     Weight a x (-m g up), with the arm a of the centre of mass, which moves exponentially while the
     body warms up; friction -k w - c |w| w; the bearing's torque about the vertical.
     """
-    up = _vertical(here_body)
-    cold = math.exp(-hung.warm_up_per_rad * (here_body.orbit_angle[0] - hung.start_rad))
+    up = _vertical(local_body)
+    cold = math.exp(-hung.warm_up_per_rad * (local_body.orbit_angle[0] - hung.start_rad))
     arm = add_scaled(hung.weight_arm_n_m, 1.0 - cold, hung.warm_arm_n_m)
     torque = add_scaled(cross(up, arm), hung.vertical_n_m, up)
     braking = hung.viscous_n_m_s + hung.drag_n_m_s2 * norm(omega_body)
@@ -57,9 +57,9 @@ def suspension_torque(hung, here_body, omega_body):
 
 
 @inlined
-def is_tilted(hung, here_body):
+def is_tilted(hung, local_body):
     """Whether the body is tilted beyond the bearing's limit."""
-    return dot(hung.axis, _vertical(here_body)) < hung.least_cosine
+    return dot(hung.axis, _vertical(local_body)) < hung.least_cosine
 
 
 def _of_length_one(value):

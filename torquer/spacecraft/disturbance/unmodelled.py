@@ -44,14 +44,14 @@ NONE_UNMODELLED = Unmodelled(0.0, 0.0, 0.0, FOR_EVER)
 
 
 @inlined
-def unmodelled_torque(harmonics, here_body, omega_body):
+def unmodelled_torque(harmonics, local_body, omega_body):
     """Torque [N m, body]: a0 + a1 sin u + b1 cos u + a2 sin 2u + b2 cos 2u.
 
     SDOT, section 3.2. u is the argument of latitude as `orbit_angle` has it.
     """
     if harmonics.is_on == 0.0:
         return (0.0, 0.0, 0.0)
-    s, c = math.sin(here_body.orbit_angle[0]), math.cos(here_body.orbit_angle[0])
+    s, c = math.sin(local_body.orbit_angle[0]), math.cos(local_body.orbit_angle[0])
     torque = add_scaled(harmonics.constant, s, harmonics.sine)
     torque = add_scaled(torque, c, harmonics.cosine)
     torque = add_scaled(torque, 2.0 * s * c, harmonics.sine_2)

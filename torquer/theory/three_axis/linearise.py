@@ -96,8 +96,8 @@ def _acceleration(rigid, reference, at, i, x):
     """Relative angular acceleration without control, over n^2, at a state."""
     place, n = _place(at, i), reference.rate_rad_s
     q, omega, carried = _displaced(reference, place, x)
-    here = LocalEnvironment(place.ephemeris.b_inertial_t, row_vector(at.gravity, i), ())
-    absolute = motion_rates(rigid, here, _ZERO, Motion(q, omega), ()).omega
+    local = LocalEnvironment(place.ephemeris.b_inertial_t, row_vector(at.gravity, i), ())
+    absolute = motion_rates(rigid, local, _ZERO, Motion(q, omega), ()).omega
     of_reference = rotate_inverse(q, reference_acceleration(place, reference.orbital))
     turned = cross(scale(n, (x[3], x[4], x[5])), carried)
     return scale(1.0 / (n * n), add(sub(absolute, of_reference), turned))
