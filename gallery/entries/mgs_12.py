@@ -14,7 +14,7 @@ from gallery.gyro import (
     field,
     fly,
 )
-from torquer.report.theory import magneto_gyro as draw
+from torquer.report.theory import magneto_gyro_models as draw
 from torquer.theory.magneto_gyro.astatism import characteristic_factors
 from torquer.theory.magneto_gyro.comparison import (
     CaptureGains,

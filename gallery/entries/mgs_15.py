@@ -14,7 +14,7 @@ from gallery.gyro import (
     fly,
     text_form,
 )
-from torquer.report.theory import magneto_gyro as draw
+from torquer.report.theory import magneto_gyro_models as draw
 from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of
 from torquer.theory.magneto_gyro.astatism import characteristic_factors
 from torquer.theory.magneto_gyro.comparison import (

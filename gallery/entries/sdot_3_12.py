@@ -64,7 +64,7 @@ def compute() -> Answer:
     off = np.abs(ends(cone) / formula - 1.0) > 0.1
     lowest = np.array([each.momentum.min() for each in cone])
     slower = settled(cone) > settled(weak)
-    captured = [np.isfinite(settled(runs)) for runs in (igrf, cone)]
+    in_igrf, in_cone = (np.isfinite(settled(runs)) for runs in (igrf, cone))
     medians = {
         name: float(np.median(settled(runs)))
         for name, runs in (("cone", cone), ("igrf", igrf), ("in_s", in_s), ("weak", weak))
@@ -82,7 +82,7 @@ def compute() -> Answer:
         uncertain(within("Fig. 3.13: median time of capture over that of Fig. 3.12",
                          "somewhat slower", medians["igrf"] / medians["cone"], 1.0, 3.0), 0.2),
         uncertain(ratio_of_shares("Fig. 3.13: share captured within 48 h, over that of Fig. 3.12",
-                                  "same character", *captured, 0.8, 1.25), 0.06),
+                                  "same character", in_igrf, in_cone, 0.8, 1.25), 0.06),
     )  # fmt: skip
     figures = {"": picture({"averaged, k = 60": weak, "averaged, k = 6000": cone,
                             "IGRF-14, k = 6000": igrf}, formula)}  # fmt: skip

@@ -78,8 +78,8 @@ def compute() -> Answer:
                          angle(second, "x3", 99), high=15.5, unit="deg"), 3.0),
         uncertain(ratio_of_shares("Fig. 3.15: captured after 72 h with the printed bias of the "
                                   "gyro, over that with its data sheet's", "damps despite the bias",
-                                  *(captured(each, sdot_ladder.HOURS)
-                                    for each in (literal, second)), low=0.95), 0.03),
+                                  captured(literal, sdot_ladder.HOURS),
+                                  captured(second, sdot_ladder.HOURS), low=0.95), 0.03),
         uncertain(within("Fig. 3.16: angle of x3, median", "mainly 8 to 10 deg",
                          angle(third, "x3", 50), 7.5, 10.5, "deg"), 0.1),
         uncertain(chosen(share("Fig. 3.16: share of the starts captured by 48 h that are beyond 20 "

@@ -47,6 +47,7 @@ from torquer.onboard.software import Software, code_in, load_software
 from torquer.packets.frames import Frame
 from torquer.packets.received import tables_of
 from torquer.packets.station import Station
+from torquer.simulation.results.file import put
 from torquer.simulation.signals import ALL, Stop, noting_signals
 from torquer.simulation.simulate import RunStopped
 from torquer.strict_json import json_text
@@ -182,13 +183,15 @@ def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: boo
 
 def _write(flight: _Flight, session: Session, out: Path) -> str:
     """Write session, tables and picture; the names of the files, for the user."""
+    from torquer.simulation.results.netcdf import written
+
     for name in flight.software.dictionary.down:  # of an earlier flight
         (out / f"{name}.nc").unlink(missing_ok=True)
     (out / "downlink.png").unlink(missing_ok=True)
     saved(session, out / "session.json")
     tables = tables_of(flight.ground.received, flight.software.dictionary)
     for name, table in tables.items():
-        table.to_netcdf(out / f"{name}.nc", engine="h5netcdf")
+        put(out / f"{name}.nc", written(table))
     if "extended" not in tables:
         return "session.json, downlink.bin" + ", a table for each packet" * bool(tables)
     from torquer.report.downlink import draw_downlink

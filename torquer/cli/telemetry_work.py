@@ -13,7 +13,7 @@ from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.telemetry import ProposeOptions, TelemetryOptions
 from torquer.conventions import MU_EARTH_M3_S2
-from torquer.simulation.results.file import put, replacing
+from torquer.simulation.results.file import put
 from torquer.strict_json import json_text
 from torquer.telemetry.attitude import load_filter
 from torquer.telemetry.calibration import GROUPS, MODELS, split_shift
@@ -60,18 +60,16 @@ def check(files: tuple[Path, ...], how: TelemetryOptions, code: CodeOptions) -> 
     twin = None if how.twin is None else load_checked(how.twin, code)
     found = examine(session, orbit, groups, 60.0 * how.leave_out_first_min, filter_, twin)
     from torquer.report.telemetry.page import write_telemetry
+    from torquer.simulation.results.netcdf import written
 
     with writing_to(out):
-        with replacing(out / "calibrated.nc") as path:
-            found.calibrated.to_netcdf(path, engine="h5netcdf")
+        put(out / "calibrated.nc", written(found.calibrated))
         names = ["calibrated.nc"]
         if found.attitude is not None:
-            with replacing(out / "attitude.nc") as path:
-                found.attitude.data.to_netcdf(path, engine="h5netcdf")
+            put(out / "attitude.nc", written(found.attitude.data))
             names.append("attitude.nc")
         if found.twin is not None and found.twin.data is not None and found.twin.onward is not None:
-            with replacing(out / "twin.nc") as path:
-                found.twin.data.to_netcdf(path, engine="h5netcdf")
+            put(out / "twin.nc", written(found.twin.data))
             put(out / "twin.toml", text_of_members(found.twin.onward, found.twin))
             names += ["twin.nc", "twin.toml"]
         names += write_telemetry(found, parameter_rows(found), twin_rows(found), about, out)

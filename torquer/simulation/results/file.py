@@ -41,10 +41,12 @@ class NotStorable(ValueError):
 def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     """Write a result as NetCDF; what stood there before is replaced when all is written.
 
-    `how`: more arguments of `xarray.Dataset.to_netcdf`.
+    `how`: `unlimited_dims` and `encoding`, as of `xarray.Dataset.to_netcdf`.
     """
+    from torquer.simulation.results.netcdf import written
+
     try:
-        data = memoryview(result.to_netcdf(None, engine="h5netcdf", **(how or {})))
+        data = written(result, **(how or {}))
     except (TypeError, ValueError, RuntimeError) as error:
         reason = str(error).partition("\n")[0]
         raise NotStorable(f"result: must be what NetCDF can store; received: {reason}") from error
@@ -68,14 +70,14 @@ def load(path) -> xr.Dataset:
     ValueError for a file that is not as it was written, and for a folder without a result or with
     two.
     """
-    import xarray as xr
+    from torquer.simulation.results import netcdf
 
     path = _in_folder(Path(path))
     check(path)
     with _read(path):
         data = io.BytesIO(path.read_bytes())
         _check_claims(data, data)
-        return xr.load_dataset(data, engine="h5netcdf")
+        return netcdf.read(data)
 
 
 def _in_folder(path: Path) -> Path:
@@ -93,14 +95,14 @@ def _in_folder(path: Path) -> Path:
 
 def lazily(path) -> xr.Dataset:
     """A stored result whose numbers are read when they are asked for, and not kept in memory."""
-    import xarray as xr
+    from torquer.simulation.results import netcdf
 
     path = Path(path)
     check(path)
     with _read(path):
         with path.open("rb") as raw:
             _check_claims(path, raw)
-        return xr.open_dataset(path, engine="h5netcdf", cache=False)
+        return netcdf.view(path)
 
 
 def check(path) -> None:
@@ -183,7 +185,7 @@ def join(first, others: Iterable, grow) -> None:
         _seal(unfinished)
 
 
-def put(path, data: str | bytes) -> Path:
+def put(path, data: str | bytes | memoryview) -> Path:
     """Write a file whole; what stood there is replaced, also a symbolic link, never followed."""
     path = Path(path)
     with replacing(path) as unfinished:

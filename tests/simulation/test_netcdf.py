@@ -1,0 +1,80 @@
+"""NetCDF files through HDF5 files that keep what was found in them, against xarray's own."""
+
+import io
+import pickle
+from copy import deepcopy
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from torquer.simulation.results import netcdf
+
+T_S = np.arange(5.0)
+DATA = xr.Dataset(
+    {
+        "rate": (("time", "axis"), np.random.default_rng(1).normal(size=(5, 3)), {"units": "1/s"}),
+        "count": ("time", np.arange(5)),
+        "note": ("time", np.array(["a", "", "é", "中", "long" * 50])),
+        "number": ((), 3.0),
+    },
+    {
+        "time": T_S,
+        "axis": list("xyz"),
+        "utc": ("time", np.array("2012-03-04", "M8[ns]") + np.arange(5)),
+    },
+    {"name": "tip-off", "laws": ["a", "b"], "seed": 3},
+)
+GROWING = {"unlimited_dims": ("time",), "encoding": {"rate": {"chunksizes": (4, 3)}}}
+WAYS = pytest.mark.parametrize("how", [{}, GROWING], ids=["fixed", "growing"])
+
+
+def encodings(data):
+    """How each variable stands in its file."""
+    kept = {name: {**v.encoding, "source": None} for name, v in data.variables.items()}
+    return str(kept | {"unlimited_dims": data.encoding.get("unlimited_dims")})
+
+
+def test_the_bytes_are_those_of_xarray():
+    assert netcdf.written(DATA) == DATA.to_netcdf(None, engine="h5netcdf")
+
+
+@WAYS
+def test_what_is_written_is_what_xarray_writes(how):
+    """Files that grow have the same in another order of the disk."""
+    ours = xr.load_dataset(netcdf.written(DATA, **deepcopy(how)), engine="h5netcdf")
+    theirs = xr.load_dataset(
+        DATA.to_netcdf(None, engine="h5netcdf", **deepcopy(how)), engine="h5netcdf"
+    )
+    assert ours.identical(theirs)
+    assert encodings(ours) == encodings(theirs)
+
+
+@WAYS
+def test_what_is_read_is_what_xarray_reads(how, tmp_path):
+    path = tmp_path / "data.nc"
+    path.write_bytes(netcdf.written(DATA, **deepcopy(how)))
+    theirs = xr.load_dataset(path, engine="h5netcdf")
+    with netcdf.view(path) as seen:
+        for read in (netcdf.read(path), netcdf.read(io.BytesIO(path.read_bytes())), seen):
+            assert read.identical(theirs)
+            assert encodings(read) == encodings(theirs)
+
+
+def test_what_grew_stays_without_an_end_when_it_is_written_once_more():
+    read = netcdf.read(io.BytesIO(netcdf.written(DATA, **deepcopy(GROWING))))
+    again = netcdf.read(io.BytesIO(netcdf.written(read)))
+    assert again.identical(read)
+    assert again.encoding["unlimited_dims"] == {"time"}
+    assert netcdf.read(io.BytesIO(netcdf.written(read.isel(time=0)))).identical(read.isel(time=0))
+
+
+def test_a_view_reads_when_it_is_asked_and_goes_to_another_process(tmp_path):
+    path = tmp_path / "data.nc"
+    path.write_bytes(netcdf.written(DATA))
+    with netcdf.view(path) as seen:
+        with pytest.raises(OSError, match="already open"), h5py.File(path, "r+"):
+            pass  # HDF5 refuses to write to what is open to be read
+        assert np.array_equal(pickle.loads(pickle.dumps(seen))["rate"], DATA["rate"])
+    h5py.File(path, "r+").close()  # closed with the dataset
