@@ -227,7 +227,9 @@ def _totals(run: Run) -> dict:
         totals["rk4_damping"] = float(-np.expm1(-cells["damping"]))
     if integrator == "auto":
         flown_s = float(run.state.at[0]) * run.plan.step_s
-        totals["mean_step"] = flown_s / totals["steps"] if totals["steps"] else math.nan
+        taken = totals["steps"] > 0.0
+        totals["mean_step"] = flown_s / totals["steps"] if taken else math.nan
+        totals["least_step"] = totals["least_step"] if taken else math.nan
     return described(totals)
 
 

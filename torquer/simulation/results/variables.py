@@ -164,7 +164,8 @@ ADAPTIVE = (
     Variable("integration_error", (), "rad", "",
              "attitude error at the end: sum of the steps' estimates", "error_rad", _AUTO),
     Variable("steps", (), "1", "", "number of integration steps", "steps", _AUTO),
-    Variable("least_step", (), "s", "", "shortest integration step", "least_step_s", _AUTO),
+    Variable("least_step", (), "s", "", "shortest integration step; NaN: none",
+             "least_step_s", _AUTO),
 )
 #: Read from `CELLS` at the end of a run with RK4.
 FIXED = (
@@ -198,10 +199,10 @@ COMPUTED = (
     Variable("mode_REGION", _TIME, "", "",
              "state of a region, as a number; names in the attribute `flag_meanings`; -1: none",
              when=_MODES),
-    Variable("mode_entered", ("mode",), "s", "", "time at which each state was entered last",
-             when=_MODES),
+    Variable("mode_entered", ("mode",), "s", "",
+             "time at which each state was entered last; NaN: never", when=_MODES),
     Variable("mode_entries", ("mode",), "1", "", "how often each state was entered", when=_MODES),
-    Variable("mean_step", (), "s", "", "mean integration step", when=_AUTO),
+    Variable("mean_step", (), "s", "", "mean integration step; NaN: none", when=_AUTO),
     Variable("rk4_damping", (), "1", "",
              "fraction of the nutation or libration amplitude damped by the steps, at most",
              when=_RK4),
