@@ -190,7 +190,8 @@ class Trajectory:
         end = f"{t:.6g} s after the start state"
         if status == HIT_EARTH or abs(height_km) < _AT_BOUND_KM:
             raise ValueError(
-                f"orbit: must stay above the Earth's surface; received one that reaches it {end}"
+                "orbit: must stay above the Earth's surface; received one that is at or below it "
+                f"{end}"
             )
         if min(abs(height_km - lowest), abs(height_km - highest)) < _AT_BOUND_KM:
             raise ValueError(
