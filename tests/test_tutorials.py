@@ -146,7 +146,7 @@ PARTS = {
     *(("modes", 12), ("modes", 13), ("safe-mode", 1), ("safe-mode", 3), ("steps", 2)),
 }
 #: Outputs with shares of flights of which rounding decides some: by how much these may differ [%].
-#: Of 568 flights each, two kinds of processors and two states of the code differed by up to 2.8.
+#: Of 568 flights each: code for two kinds of processors, flown on one, differed by up to 2.8.
 SHARES = {("my-wheels-died", 4): 4.0}
 
 

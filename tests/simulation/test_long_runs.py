@@ -181,7 +181,7 @@ def test_a_run_that_netcdf_refuses_to_store_is_kept(make, tmp_path, monkeypatch)
 
     scenario = make()
     whole = simulate(scenario)
-    monkeypatch.setattr(xarray.Dataset, "dump_to_store", refusing)
+    monkeypatch.setattr(xarray.Dataset, "to_netcdf", refusing)
     message = "result: must be what NetCDF can store; received: Forward slashes '/' are not allowed"
     with (
         pytest.warns(NotSaved, match=rf"^nothing saved at t = \d+ s: {message}$"),

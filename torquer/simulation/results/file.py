@@ -41,13 +41,15 @@ class NotStorable(ValueError):
 def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     """Write a result as NetCDF; what stood there before is replaced when all is written.
 
-    `how`: `unlimited_dims` and `encoding`, as of `xarray.Dataset.to_netcdf`.
+    `how`: more arguments of `xarray.Dataset.to_netcdf`.
     """
+    from h5netcdf import CompatibilityError
+
     from torquer.simulation.results.netcdf import written
 
     try:
         data = written(result, **(how or {}))
-    except (TypeError, ValueError, RuntimeError) as error:
+    except (TypeError, ValueError, RuntimeError, CompatibilityError) as error:
         reason = str(error).partition("\n")[0]
         raise NotStorable(f"result: must be what NetCDF can store; received: {reason}") from error
     with (

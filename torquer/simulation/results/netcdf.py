@@ -33,31 +33,26 @@ class _File(h5py.File):
         super().__delitem__(name)
 
 
-def _opened(source, mode: str = "r") -> h5netcdf.File:
-    """A NetCDF file; its HDF5 file is closed when nothing refers to it any more."""
-    return h5netcdf.File(_File(source, mode), mode, decode_vlen_strings=True)
-
-
 def read(source) -> xr.Dataset:
     """The dataset in a file, given by its path or as a file of bytes; all numbers in memory."""
-    return xr.load_dataset(H5NetCDFStore(_opened(source)))
+    with _File(source) as file:
+        return xr.load_dataset(file, engine="h5netcdf")
+
+
+def _opened(path: str, mode: str) -> h5netcdf.File:
+    """A NetCDF file; its HDF5 file is closed when nothing refers to it any more."""
+    return h5netcdf.File(_File(path, mode), mode, decode_vlen_strings=True)
 
 
 def view(path) -> xr.Dataset:
     """The dataset in a file; its numbers are read when they are asked for, and not kept."""
-    manager = CachingFileManager(_opened, str(path), mode="r")
+    manager = CachingFileManager(_opened, str(path), mode="r")  # goes to other processes, too
     return xr.open_dataset(H5NetCDFStore(manager), cache=False)
 
 
-def written(dataset: xr.Dataset, unlimited_dims=None, encoding: dict | None = None) -> memoryview:
-    """The bytes of a NetCDF file; arguments as of `xarray.Dataset.to_netcdf`."""
-    if unlimited_dims is None:  # as the dataset was read
-        unlimited_dims = set(dataset.encoding.get("unlimited_dims", ())) & set(dataset.sizes)
+def written(dataset: xr.Dataset, **how) -> memoryview:
+    """The bytes of a NetCDF file; `how`: more arguments of `xarray.Dataset.to_netcdf`."""
     data = io.BytesIO()
-    with (
-        _File(data, "w", track_order=True) as hdf5,  # as NetCDF's own library makes files
-        h5netcdf.File(hdf5, "w") as file,
-    ):
-        how = {"unlimited_dims": unlimited_dims, "encoding": encoding or {}}
-        dataset.dump_to_store(H5NetCDFStore(file), **how)
+    with _File(data, "w", track_order=True) as file:  # as h5netcdf makes files
+        dataset.to_netcdf(file, engine="h5netcdf", **how)
     return data.getbuffer()
