@@ -1,0 +1,1 @@
+"""The geomagnetic field mapped and drawn: cones, lines, maps."""

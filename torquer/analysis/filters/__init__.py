@@ -1,0 +1,1 @@
+"""Kalman filters checked: consistency, observability, accuracy to be expected, smoothing."""

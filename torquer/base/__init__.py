@@ -1,0 +1,1 @@
+"""What everything else rests on: conventions, specs, limits, time, random numbers, text files."""

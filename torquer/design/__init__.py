@@ -1,0 +1,1 @@
+"""Design: gains, coils, wheels, benches; a request and its answer."""

@@ -1,0 +1,1 @@
+"""Vectors, rotations, frames and integrators."""

@@ -1,0 +1,1 @@
+"""Simulations driven from outside: flights step by step, laws in plain Python, exported C."""

@@ -1,0 +1,1 @@
+"""Coils, wheels and rotors."""

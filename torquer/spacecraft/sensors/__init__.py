@@ -1,0 +1,1 @@
+"""Sensors, one file each: what they read, and with which errors."""

@@ -1,0 +1,1 @@
+"""Linear and forced systems with periodic coefficients."""

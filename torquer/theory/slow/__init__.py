@@ -1,0 +1,1 @@
+"""Slow motion: averaging, gains, charts, closed equations."""
