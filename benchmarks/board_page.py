@@ -20,7 +20,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 import torquer.scenario
-from torquer.board.server import BoardServer
+from torquer.pages.board.server import BoardServer
 
 HERE = Path(__file__).parent
 START = Path(torquer.scenario.__file__).with_name("start.toml")

@@ -15,14 +15,14 @@ import numpy as np
 
 import torquer
 from torquer.compile.arguments import Arguments, Entry, record_at
-from torquer.control.computer import Board, Computer
-from torquer.export.interface import HANDED_IN
-from torquer.export.recording import recorded
-from torquer.export.tables import numbers_of
-from torquer.interface import KNOWN
-from torquer.simulation.computers import command_from
-from torquer.simulation.library import Library
-from torquer.simulation.run import prepare
+from torquer.computer.computer import Board, Computer
+from torquer.computer.interface import KNOWN
+from torquer.flight.c99.interface import HANDED_IN
+from torquer.flight.c99.recording import recorded
+from torquer.flight.c99.tables import numbers_of
+from torquer.simulation.loop.computers import command_from
+from torquer.simulation.outside.library import Library
+from torquer.simulation.setup.run import prepare
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 NAMES = (

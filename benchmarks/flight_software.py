@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 import torquer
-from torquer.onboard.core import Core
-from torquer.onboard.software import load_software
+from torquer.flight.software.core import Core
+from torquer.flight.software.software import load_software
 
 HERE = Path(__file__).parent
 DAY = HERE.parent / "examples" / "chibis_m_day.toml"
@@ -24,7 +24,7 @@ CASES = ((1.0, 21600.0), (0.1, 3600.0))
 
 def software(every_step_s: float, extended: bool):
     """The shipped software, with an extended packet at every control step or without any."""
-    from torquer.onboard.session import AS_SHIPPED
+    from torquer.flight.software.session import AS_SHIPPED
     from torquer.scenario.load import data_of, text_of
 
     data = data_of(text_of(AS_SHIPPED, "software"), "software")

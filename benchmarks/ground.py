@@ -19,14 +19,14 @@ from urllib.parse import urlsplit
 
 from websockets.sync.client import connect
 
+from torquer.flight.link import open_link
+from torquer.flight.packets.frames import Downlink, Stream
+from torquer.flight.packets.protected import TelemetrySender
+from torquer.flight.software.software import load_link
 from torquer.ground.archive import EPOCH_MS, Archive, RowMaker, read_only
 from torquer.ground.file import SatelliteTable, satellite_of
 from torquer.ground.history import points
-from torquer.ground.server import Ground
-from torquer.link import open_link
-from torquer.onboard.software import load_link
-from torquer.packets.frames import Downlink, Stream
-from torquer.packets.protected import TelemetrySender
+from torquer.pages.ground.server import Ground
 
 HERE = Path(__file__).parent
 SOFTWARE = load_link()

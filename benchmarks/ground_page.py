@@ -22,11 +22,11 @@ from pathlib import Path
 from ground import EXTENDED, SOFTWARE, START_S, numbers
 from playwright.sync_api import sync_playwright
 
+from torquer.flight.link import open_link
+from torquer.flight.packets.frames import Downlink
+from torquer.flight.packets.protected import TelemetrySender
 from torquer.ground.file import SatelliteTable, satellite_of
-from torquer.ground.server import Ground
-from torquer.link import open_link
-from torquer.packets.frames import Downlink
-from torquer.packets.protected import TelemetrySender
+from torquer.pages.ground.server import Ground
 
 HERE = Path(__file__).parent
 RATE_HZ, LISTENED_S, TURNS = 10.0, 20.0, 5

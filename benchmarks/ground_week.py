@@ -20,8 +20,8 @@ from ground import START_S, numbers
 from ground_page import VIEWS, browser, sender, serving
 from playwright.sync_api import sync_playwright
 
-from torquer.link import open_link
-from torquer.onboard.log import Reason
+from torquer.flight.link import open_link
+from torquer.flight.software.log import Reason
 
 HERE = Path(__file__).parent
 DAY = 86_400

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import torquer
-from torquer.geometry.quaternion import angle_between
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import load_scenario, scenario_from_text
 
 ROOT = Path(__file__).parents[1]

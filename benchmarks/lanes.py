@@ -10,7 +10,7 @@ import numpy as np
 from torquer.compile.lanes import LANES
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 LAW = 'control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 4e4 }, sample_s = 1.0 }'
 SCENARIO = f"""

@@ -15,7 +15,7 @@ import numpy as np
 from version import scenario, seconds_per_step
 
 import torquer
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 HERE = Path(__file__).parent
 OWN = HERE.parent

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 import torquer
+from torquer.computer.on_board_environment import ephemeris_along
 from torquer.environment.field import FIELDS
-from torquer.environment.on_board import ephemeris_along
-from torquer.export.ephemeris import ephemeris_of
+from torquer.flight.c99.ephemeris import ephemeris_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CASES = (

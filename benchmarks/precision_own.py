@@ -14,8 +14,8 @@ from precision_tasks import Task
 
 from torquer.scenario.load import ScenarioError
 from torquer.scenario.spec import Scenario
-from torquer.simulation.run import prepare
-from torquer.simulation.step import RUNNING
+from torquer.simulation.loop.step import RUNNING
+from torquer.simulation.setup.run import prepare
 
 STEPS_S = (300, 150, 100, 75, 60, 50, 30, 20, 15, 10, 5, 3, 2, 1.5, 1, 0.5, 0.3, 0.2, 0.1, 0.05,
            0.02, 0.01, 0.005, 0.002)  # fmt: skip

@@ -21,10 +21,10 @@ from precision_own import Way
 from precision_tasks import Task
 from scipy.integrate import solve_ivp
 
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.simulation.propagate.forces import environment_at
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 from torquer.spacecraft.body import motion_rates
 
 SCIPY_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from torquer.geometry.quaternion import angle_between
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 from torquer.scenario.spec import Scenario
 

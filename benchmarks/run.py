@@ -129,7 +129,7 @@ def start_up() -> dict:
     example = str(HERE.parent / "examples/chibis_m_detumble.toml")
     short = (
         f"import torquer; s = torquer.load_scenario({example!r});"
-        "from torquer.simulation.run import prepare; r = prepare(s); r.advance_to(10)"
+        "from torquer.simulation.setup.run import prepare; r = prepare(s); r.advance_to(10)"
     )
     commands = {
         "torquer --help": [tool, "--help"],

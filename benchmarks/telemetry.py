@@ -12,8 +12,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import numpy as np
 from telemetry_session import BIAS, environment, session
 
-from torquer.telemetry.calibration import calibrate
-from torquer.telemetry.modulus import FieldAlong
+from torquer.ground.telemetry.calibration import calibrate
+from torquer.ground.telemetry.modulus import FieldAlong
 
 ROWS = 1_000_000
 

@@ -7,10 +7,10 @@ import numpy as np
 from detumble_task import YEAR, Task
 
 import torquer
-from torquer.geometry.vec3 import put_vector, scale, sub, vector_of
-from torquer.simulation.run import prepare
-from torquer.simulation.state import arrays_of
-from torquer.time import decimal_year, julian_dates
+from torquer.base.time import decimal_year, julian_dates
+from torquer.maths.geometry.vec3 import put_vector, scale, sub, vector_of
+from torquer.simulation.loop.state import arrays_of
+from torquer.simulation.setup.run import prepare
 
 #: A start whose decimal year is that of the task's coefficients, as close as a second allows.
 START = "2012-03-03T05:16:48Z"

@@ -8,7 +8,7 @@ import sys
 import time
 
 from torquer import scenario_from_text
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 SCENARIO = """
 start = 2012-03-03T05:16:48Z

@@ -19,9 +19,9 @@ from torquer.campaign import stored_keys
 from torquer.campaign.keys import design_tables, file_tables, stored_tables
 from torquer.cli.app import app
 from torquer.cli.examples import EXAMPLES
-from torquer.onboard.requirements import requirements, verifications
-from torquer.packets.dictionary import load_dictionary
-from torquer.packets.document import document
+from torquer.flight.packets.dictionary import load_dictionary
+from torquer.flight.packets.document import document
+from torquer.flight.software.requirements import requirements, verifications
 from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
@@ -134,27 +134,27 @@ def _formulas_table(key: str, rows) -> list[str]:
 #: Packages with public names, and modules whose functions are all public.
 PACKAGES = (
     "torquer",
-    "torquer.earth.atmosphere",
+    "torquer.environment.earth.atmosphere",
     "torquer.environment",
     "torquer.environment.field",
     "torquer.theory",
-    "torquer.wheel_array",
+    "torquer.spacecraft.wheel_array",
 )
 MODULES = (
     "torquer.analysis.derived",
-    "torquer.geometry.frames",
-    "torquer.geometry.euler",
-    "torquer.geometry.quaternion",
-    "torquer.geometry.vec3",
+    "torquer.maths.geometry.frames",
+    "torquer.maths.geometry.euler",
+    "torquer.maths.geometry.quaternion",
+    "torquer.maths.geometry.vec3",
     "torquer.environment.field.averaged",
     "torquer.environment.field.direct_dipole",
-    "torquer.theory.evolution.bdot",
-    "torquer.theory.evolution.nutation_damping",
-    "torquer.theory.evolution.spin_up",
-    "torquer.theory.evolution.reorientation",
-    "torquer.theory.evolution.sdot",
-    "torquer.theory.evolution.preliminary_1",
-    "torquer.theory.evolution.preliminary_2",
+    "torquer.theory.slow.evolution.bdot",
+    "torquer.theory.slow.evolution.nutation_damping",
+    "torquer.theory.slow.evolution.spin_up",
+    "torquer.theory.slow.evolution.reorientation",
+    "torquer.theory.slow.evolution.sdot",
+    "torquer.theory.slow.evolution.preliminary_1",
+    "torquer.theory.slow.evolution.preliminary_2",
 )
 
 
@@ -269,7 +269,8 @@ def packets_page() -> str:
     head = [
         "# Packets of Chibis-M",
         "",
-        "Made by `docs/generate.py` from `torquer/packets/chibis_m.toml`. Headers and beacon are",
+        "Made by `docs/generate.py` from `torquer/flight/packets/chibis_m.toml`.",
+        "Headers and beacon are",
         "those of [SDOT](sources.md), App. A; what the other packets hold it only lists: their",
         "fields, scales and all ids are chosen here.",
         "",
@@ -282,7 +283,8 @@ def requirements_page() -> str:
     lines = [
         "# Requirements of the flight software",
         "",
-        "Made by `docs/generate.py` from `torquer/onboard/requirements.toml` and the tests, which",
+        "Made by `docs/generate.py` from `torquer/flight/software/requirements.toml`",
+        "and the tests, which",
         'name what they verify: `@pytest.mark.verifies("REQ-SVR-003")`.',
     ]
     tests: dict[str, list[str]] = {}

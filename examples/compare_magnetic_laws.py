@@ -20,7 +20,7 @@ from pydantic import TypeAdapter
 import torquer
 from torquer.campaign.fly import OneByOne
 from torquer.campaign.statistics import quantile, rate_interval
-from torquer.control import AnyLaw
+from torquer.computer.laws import AnyLaw
 from torquer.theory import (
     AttitudeHold,
     Cycle,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer.analysis.attitude import orbital_axes
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 INERTIA = [[1.0255, 0.0014, -0.0724], [0.0014, 1.5393, 0.0019], [-0.0724, 0.0019, 1.8172]]
 BIAS_DEG_S, DRIFT_DEG_S_SQRT_S = [0.02, -0.015, 0.01], 1e-4

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from torquer.environment.field import averaged, direct_dipole
-from torquer.geometry.frames import dcm_z_to_y
+from torquer.maths.geometry.frames import dcm_z_to_y
 
 
 def cone_axis_y(inclination_deg: float) -> np.ndarray:

@@ -22,11 +22,11 @@ from scipy.spatial.transform import Rotation
 
 from gallery.wheels import INERTIA
 from torquer.analysis.attitude import attitude_error_of
-from torquer.conventions import EARTH_RADIUS_M
-from torquer.orbit.kepler import mean_motion
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.environment.orbit.kepler import mean_motion
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
-from torquer.wheel_array.layout import total_momentum
+from torquer.simulation.setup.simulate import simulate
+from torquer.spacecraft.wheel_array.layout import total_momentum
 
 PERIGEE_KM, APOGEE_KM, PERIGEE_DEG = 400.0, 450.0, 53.5
 AIR = {"kind": "gost", "f107": 150.0, "ap": 12.0}

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from torquer import load_scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "chibis_m_detumble.toml"
 #: First row of Table 5.3.1: its time, 14:33:50 in Moscow (UTC+4), and the rate [deg/s].

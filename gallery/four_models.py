@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gallery.entry import within
-from torquer.geometry import euler
-from torquer.geometry.quaternion import from_dcm
-from torquer.geometry.vec3 import as_matrix
+from torquer.maths.geometry import euler
+from torquer.maths.geometry.quaternion import from_dcm
+from torquer.maths.geometry.vec3 import as_matrix
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 MU_E_T_KM3 = 7.812e6
 #: FIELD's four models; the tilted dipole at the longitude that IGRF-14 has in 2015.

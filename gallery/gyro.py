@@ -14,10 +14,10 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from torquer.analysis.attitude import attitude_error_of
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
-from torquer.earth.rotation import dcm_inertial_to_ecef
+from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.load import load_scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 from torquer.theory.magneto_gyro.along_orbit import field_along
 from torquer.theory.magneto_gyro.comparison import CaptureGains
 from torquer.theory.magneto_gyro.craft import GyroCraft

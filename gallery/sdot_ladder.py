@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from torquer.campaign.fly import OneByOne, fly_campaign
 from torquer.campaign.load import campaign_from_data
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 INERTIA = [[1.0255, 0.0014, -0.0724], [0.0014, 1.5393, 0.0019], [-0.0724, 0.0019, 1.8172]]
 #: The axis of greatest inertia, which the momentum ends along; the text's x3 is 5.2 deg off it.

@@ -25,7 +25,7 @@ from gallery.sdot_runs import (
     Run,
     start_arguments,
 )
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 COUNT = 24
 _P, _Q = 0.5 * math.sin(CONE) ** 2, math.cos(CONE) ** 2

@@ -14,13 +14,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from torquer.environment.field.averaged import cone_angle, mean_over_orbit
-from torquer.geometry.frames import dcm_s_to_y, dcm_z_to_y
-from torquer.orbit import Circular
+from torquer.environment.orbit import Circular
+from torquer.maths.geometry.frames import dcm_s_to_y, dcm_z_to_y
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
-from torquer.theory.evolution import SDOT
-from torquer.theory.evolution.model import Slow
-from torquer.theory.spinner import Spinner
+from torquer.simulation.setup.simulate import simulate
+from torquer.theory.slow.evolution import SDOT
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.spinner import Spinner
 
 MOMENTS = np.array([1.025, 1.5393, 1.8172])
 ALTITUDE_KM, INCLINATION_DEG, MU_E_T_KM3 = 350.0, 51.7, 7.7245e6

@@ -5,9 +5,9 @@ import math
 from matplotlib.figure import Figure
 
 from torquer.report.wheels.pictures import draw_envelope
-from torquer.wheel_array import layout
-from torquer.wheel_array.envelope import Envelope
-from torquer.wheel_array.rates import required, worst_case
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.envelope import Envelope
+from torquer.spacecraft.wheel_array.rates import required, worst_case
 
 #: Like Foton-M4 and Bion-M1: principal moments [kg m^2], limit of a wheel [N m s].
 INERTIA = (2600.0, 11100.0, 10900.0)

@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from torquer.version import VERSION
+from torquer.base.version import VERSION
 
 MAIN = Path(__file__).parents[1] / "examples" / "chibis_m_detumble.toml"
 PYPROJECT = f"""

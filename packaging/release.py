@@ -21,7 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-VERSION = re.search(r'VERSION = "(.*)"', (ROOT / "torquer/version.py").read_text())[1]
+VERSION = re.search(r'VERSION = "(.*)"', (ROOT / "torquer/base/version.py").read_text())[1]
 #: What a user's type checker must find out about the package.
 TYPED = "import torquer\nreveal_type(torquer.bdot_gain)\ntorquer.simulate(1)\n"
 

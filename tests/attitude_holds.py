@@ -5,11 +5,11 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from torquer.control.three_axis import ThreeAxis
+from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.field import FIELDS
 from torquer.environment.field.averaged import cone_angle
-from torquer.orbit import Circular
+from torquer.environment.orbit import Circular
 from torquer.spacecraft.body import Body
 from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
 from torquer.theory.three_axis.hold import AttitudeHold

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.theory.comparison import compare
+from torquer.theory.slow.comparison import compare
 
 
 def fitted_order(law, spinner, start, fast, slow_time, scales, **keys):

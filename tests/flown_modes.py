@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from torquer.control.modes.spec import Modes
-from torquer.control.modes.table import switch_modes
-from torquer.interface import UNKNOWN_ESTIMATE, Ephemeris, Inputs, ReadingTimes
+from torquer.computer.interface import UNKNOWN_ESTIMATE, Ephemeris, Inputs, ReadingTimes
+from torquer.computer.modes.spec import Modes
+from torquer.computer.modes.table import switch_modes
 
 J = (1.0, 1.1, 1.5)
 Z = (0.0, 0.0, 1.0)

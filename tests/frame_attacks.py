@@ -8,7 +8,7 @@ import random
 import struct
 from binascii import crc_hqx
 
-from torquer.packets.protected import CommandReceiver, CommandSender
+from torquer.flight.packets.protected import CommandReceiver, CommandSender
 
 KEY, SPI, SPACECRAFT = bytes(range(32)), 7, 0x15A
 MARK = b"\xeb\x90"

@@ -11,11 +11,11 @@ from urllib.parse import parse_qs, urlsplit
 
 from onboard_ground import scenario
 
+from torquer.flight.link import open_link
+from torquer.flight.software.core import Core
 from torquer.ground.contact import AS_ARCHIVED
 from torquer.ground.file import SatelliteTable, satellite_of
-from torquer.ground.server import Ground
-from torquer.link import open_link
-from torquer.onboard.core import Core
+from torquer.pages.ground.server import Ground
 
 #: Far longer than anything here takes: only a failure waits so long.
 PATIENCE_S = 60.0

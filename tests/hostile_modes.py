@@ -6,7 +6,7 @@ Written as in a scenario's `[control.modes]`. `FACTS` is the satellite around th
 
 import tomllib
 
-from torquer.control.modes.finding import Facts
+from torquer.computer.modes.finding import Facts
 
 FACTS = Facts(
     step_s=1.0,

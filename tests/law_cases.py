@@ -5,8 +5,15 @@ import math
 import numpy as np
 
 from torquer.compile import engine
-from torquer.compile.adapter import flat
-from torquer.interface import CELLS, Ephemeris, Estimate, Inputs, ReadingTimes, nothing_known
+from torquer.computer.blocks.adapter import flat
+from torquer.computer.interface import (
+    CELLS,
+    Ephemeris,
+    Estimate,
+    Inputs,
+    ReadingTimes,
+    nothing_known,
+)
 
 ZERO = (0.0, 0.0, 0.0)
 UNKNOWN = (math.nan, math.nan, math.nan)

@@ -136,7 +136,9 @@ class Workshop:
         environment = os.environ | {"PYTHONPATH": str(self.tree)}
         return subprocess.check_output(command, env=environment, text=True).strip()
 
-    def tests(self, file: str = "torquer/geometry/vec3.py", function: str = "") -> list[list[str]]:
+    def tests(
+        self, file: str = "torquer/maths/geometry/vec3.py", function: str = ""
+    ) -> list[list[str]]:
         """Files of tests that may notice a mistake: those near to it, then the others."""
         return tests_of(self.of, file) if self.of else tests_for(file, function)
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from torquer.compile.adapter import flat
 from torquer.compile.engine import kernel, records
-from torquer.control.computer import (
+from torquer.computer.blocks.adapter import flat
+from torquer.computer.computer import (
     SENSOR_READINGS,
     Blocks,
     computer_of,
@@ -12,7 +12,7 @@ from torquer.control.computer import (
     first_board,
     places_of,
 )
-from torquer.control.modes.table import NO_MODES, first_state
+from torquer.computer.modes.table import NO_MODES, first_state
 
 
 @kernel

@@ -1,8 +1,8 @@
 """A ground segment for tests: commands up, packets down, both links."""
 
-from torquer.onboard.core import Core
-from torquer.packets.frames import Stream, Uplink
-from torquer.packets.protected import CommandSender, TelemetryReceiver
+from torquer.flight.packets.frames import Stream, Uplink
+from torquer.flight.packets.protected import CommandSender, TelemetryReceiver
+from torquer.flight.software.core import Core
 from torquer.scenario.load import load_scenario
 
 DAY, ALL_MODES = "examples/chibis_m_day.toml", "examples/chibis_m_flight.toml"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.packets.dictionary import Dictionary, Field, Packet, load_dictionary
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet, load_dictionary
 
 CHIBIS = load_dictionary("chibis_m")
 #: i8, scales above one, counts other than three, bytes that begin within a segment.

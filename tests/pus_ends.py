@@ -6,11 +6,11 @@ from fastcrc import crc16
 from packet_cases import CHIBIS, ODD
 from spacepackets.ccsds.time import CdsShortTimestamp
 
-from torquer.onboard.log import REJECTIONS, Reason
-from torquer.packets.dictionary import ACKNOWLEDGE, Dictionary
-from torquer.packets.frames import HEADER_BYTES, Uplink
-from torquer.packets.pus import ApplicationProcess
-from torquer.packets.pus_user import User
+from torquer.flight.packets.dictionary import ACKNOWLEDGE, Dictionary
+from torquer.flight.packets.frames import HEADER_BYTES, Uplink
+from torquer.flight.packets.pus import ApplicationProcess
+from torquer.flight.packets.pus_user import User
+from torquer.flight.software.log import REJECTIONS, Reason
 
 APID, SOURCE = 77, 1
 _ODD_COMMAND = {"module": "adc", "fields": (ACKNOWLEDGE, *ODD.fields)}

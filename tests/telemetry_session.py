@@ -7,8 +7,8 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
-from torquer.orbit import Sgp4
-from torquer.telemetry.quantities import session_of
+from torquer.environment.orbit import Sgp4
+from torquer.ground.telemetry.quantities import session_of
 
 TLE = (
     "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",

@@ -59,11 +59,11 @@ def test_every_page_that_cites_a_source_links_to_what_its_key_stands_for():
 @pytest.mark.parametrize(
     "package",
     [
-        "torquer.earth.atmosphere",
+        "torquer.environment.earth.atmosphere",
         "torquer.environment",
         "torquer.environment.field",
         "torquer.theory",
-        "torquer.wheel_array",
+        "torquer.spacecraft.wheel_array",
     ],
 )
 def test_every_public_name_is_there_and_has_its_line(package):
@@ -78,7 +78,8 @@ def test_every_public_name_is_there_and_has_its_line(package):
 
 def test_public_parts_of_the_package_are_imported_when_they_are_used():
     code = (
-        "import sys, torquer.control, torquer.theory, torquer.wheel_array, torquer.environment\n"
+        "import sys, torquer.computer.laws, torquer.theory, torquer.spacecraft.wheel_array\n"
+        "import torquer.environment\n"
         "late = ('torquer.theory.', 'scipy.optimize')\n"
         "print(*(name for name in sys.modules if name.startswith(late)))"
     )
@@ -143,8 +144,8 @@ BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", MODES_PAGE, re.S | re.M)
 
 def shown(path, **options):
     """What `torquer modes` prints."""
-    from torquer.cli import modes
     from torquer.cli.app import ModesOptions
+    from torquer.cli.commands import modes
     from torquer.cli.options import CodeOptions
 
     with contextlib.redirect_stdout(io.StringIO()) as printed:
@@ -190,7 +191,7 @@ def test_the_tutorial_names_every_guard():
 
 
 def test_the_tutorial_names_every_signal():
-    from torquer.control.modes.signals import SIGNALS
+    from torquer.computer.modes.signals import SIGNALS
 
     assert [name for name in SIGNALS if f"`{name}`" not in MODES_PAGE] == []
 

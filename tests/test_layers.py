@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import torquer
-from torquer.lazy import homes_in
+from torquer.base.lazy import homes_in
 
 PACKAGE = Path(torquer.__file__).parent
 #: From the ground up; a room may import rooms of lower floors, and itself.
@@ -51,7 +51,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 
 def room_of(place: str) -> str:
-    """Room of a dotted place: torquer.geometry.vec3 -> geometry."""
+    """Room of a dotted place: torquer.maths.geometry.vec3 -> geometry."""
     parts = place.split(".")
     return parts[1] if len(parts) > 1 else "__init__"
 
@@ -114,22 +114,42 @@ def test_imports_point_down():
 @pytest.mark.parametrize(
     ("place", "source", "wrong"),
     [
-        ("torquer.geometry.vec3", "from torquer.compile.engine import kernel", []),
-        ("torquer.geometry.vec3", "import numpy as np", []),
+        ("torquer.maths.geometry.vec3", "from torquer.compile.engine import kernel", []),
+        ("torquer.maths.geometry.vec3", "import numpy as np", []),
         ("torquer.compile.engine", "from torquer import validate", []),
         ("torquer.compile.engine", "import torquer", ["torquer"]),
         ("torquer.cli.app", "import torquer", []),
-        ("torquer.geometry.vec3", "from torquer.integrate import rk4", ["torquer.integrate"]),
-        ("torquer.geometry.vec3", "import torquer.orbit.kepler", ["torquer.orbit.kepler"]),
-        ("torquer.geometry.vec3", "from torquer import orbit", ["torquer.orbit"]),
-        ("torquer.geometry.vec3", "def f():\n    import torquer.cli", ["torquer.cli"]),
-        ("torquer.orbit.kepler", "from torquer.environment import sun", ["torquer.environment"]),
-        ("torquer.environment.sun", "from torquer.orbit import kepler", []),
-        ("torquer.noise", "from torquer.geometry import vec3", ["torquer.geometry"]),
-        ("torquer.geometry.vec3", "from ..orbit import kepler", ["torquer.orbit"]),
-        ("torquer.geometry.vec3", "from . import quaternion", []),
-        ("torquer.geometry.vec3", "from .. import orbit", ["torquer.orbit"]),
-        ("torquer.geometry.vec3", "from torquer import Scenario", ["torquer.Scenario"]),
+        (
+            "torquer.maths.geometry.vec3",
+            "from torquer.maths.integrate import rk4",
+            ["torquer.maths.integrate"],
+        ),
+        (
+            "torquer.maths.geometry.vec3",
+            "import torquer.environment.orbit.kepler",
+            ["torquer.environment.orbit.kepler"],
+        ),
+        ("torquer.maths.geometry.vec3", "from torquer import orbit", ["torquer.environment.orbit"]),
+        ("torquer.maths.geometry.vec3", "def f():\n    import torquer.cli", ["torquer.cli"]),
+        (
+            "torquer.environment.orbit.kepler",
+            "from torquer.environment import sun",
+            ["torquer.environment"],
+        ),
+        ("torquer.environment.sun", "from torquer.environment.orbit import kepler", []),
+        (
+            "torquer.base.noise",
+            "from torquer.maths.geometry import vec3",
+            ["torquer.maths.geometry"],
+        ),
+        (
+            "torquer.maths.geometry.vec3",
+            "from ..orbit import kepler",
+            ["torquer.environment.orbit"],
+        ),
+        ("torquer.maths.geometry.vec3", "from . import quaternion", []),
+        ("torquer.maths.geometry.vec3", "from .. import orbit", ["torquer.environment.orbit"]),
+        ("torquer.maths.geometry.vec3", "from torquer import Scenario", ["torquer.Scenario"]),
     ],
 )
 def test_the_test_sees_what_points_up(place, source, wrong):

@@ -95,7 +95,7 @@ def test_tests_of_the_unpacked_sdist_pass(tmp_path):
         "-m",
         "pytest",
         *(f"tests/{name}" for name in tests),
-        "tests/geometry",
+        "tests/maths/geometry",
     ]
     environment = os.environ | {"PYTHONPATH": str(source)}
     ended = subprocess.run(command, cwd=source, env=environment, capture_output=True, text=True)

@@ -68,7 +68,7 @@ TOOLS = {
 # Blocks that are not executed, and why.
 NOT_RUN = {
     ("README", 0): "`make run` and `make test` install packages",
-    ("modes", 14): "tests/control/modes/test_hostile_modes.py makes this note and compares it",
+    ("modes", 14): "tests/computer/modes/test_hostile_modes.py makes this note and compares it",
     ("my-wheels-died", 0): "hours: every law flies dozens of designs",
     ("my-wheels-died", 1): "hours: 90 000 flights of a day",
     ("my-wheels-died", 2): "the output of the block before",

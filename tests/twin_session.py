@@ -3,10 +3,10 @@
 import numpy as np
 
 import torquer
-from torquer.geometry.attitudes import rotation_vector
+from torquer.ground.telemetry.quantities import session_of
+from torquer.ground.telemetry.twin_flights import INERTIA
+from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.change import with_values
-from torquer.telemetry.quantities import session_of
-from torquer.telemetry.twin_flights import INERTIA
 
 _ELEMENTS = ([0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2])
 _SENSORS = ("b_measured", "omega_measured", "sun_measured")

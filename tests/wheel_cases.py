@@ -7,8 +7,8 @@ import numpy as np
 from law_cases import UNKNOWN, ZERO, answer_of, compiled, inputs
 from scipy.spatial.transform import Rotation
 
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.orbit import kepler
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.environment.orbit import kepler
 
 AXIS_M = 7.2e6
 RATE = kepler.mean_motion(AXIS_M)

@@ -10,32 +10,36 @@
 Names are imported when first used, so that `import torquer` costs nothing.
 """
 
-from torquer.lazy import lazily
-from torquer.version import VERSION
+from torquer.base.lazy import lazily
+from torquer.base.version import VERSION
 
 #: True to type checkers and editors; `typing` itself would cost a hundredth of a second.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from torquer.analysis.citations import citations as citations
     from torquer.analysis.derived import derived_of as derived_of
-    from torquer.analysis.smoothing import smoothed as smoothed
+    from torquer.analysis.filters.smoothing import smoothed as smoothed
     from torquer.analysis.summary import summary_of as summary_of
     from torquer.analysis.summary_rows import rows_of as rows_of
     from torquer.analysis.together import concat as concat, run_of as run_of
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
-    from torquer.control import LAWS as LAWS
-    from torquer.control.law import Law as Law, law as law
-    from torquer.control.recommended import (
+    from torquer.computer.blocks.law import Law as Law, law as law
+    from torquer.computer.estimation import ESTIMATORS as ESTIMATORS
+    from torquer.computer.interface import (
+        Command as Command,
+        Estimate as Estimate,
+        Inputs as Inputs,
+    )
+    from torquer.computer.laws import LAWS as LAWS
+    from torquer.computer.laws.recommended import (
         recommended_scheme as recommended_scheme,
         standard_scheme as standard_scheme,
     )
-    from torquer.control.scheme import stage_at as stage_at, stage_starts_s as stage_starts_s
+    from torquer.computer.scheme import stage_at as stage_at, stage_starts_s as stage_starts_s
     from torquer.environment.field import FIELDS as FIELDS
-    from torquer.estimation import ESTIMATORS as ESTIMATORS
-    from torquer.export.export import export_c as export_c
-    from torquer.interface import Command as Command, Estimate as Estimate, Inputs as Inputs
-    from torquer.orbit import ORBITS as ORBITS
+    from torquer.environment.orbit import ORBITS as ORBITS
+    from torquer.flight.c99.export import export_c as export_c
     from torquer.report import write_report as write_report
     from torquer.report.flight.compared import Comparison as Comparison, compare as compare
     from torquer.scenario.explain import ScenarioError as ScenarioError
@@ -45,16 +49,16 @@ if TYPE_CHECKING:
         scenario_schema as scenario_schema,
     )
     from torquer.scenario.spec import Scenario as Scenario
-    from torquer.simulation.flight import Flight as Flight
+    from torquer.simulation.outside.flight import Flight as Flight
     from torquer.simulation.results.dataset import laws_of as laws_of
     from torquer.simulation.results.file import load as load, save as save
-    from torquer.simulation.simulate import (
+    from torquer.simulation.setup.simulate import (
         RunStopped as RunStopped,
         resume as resume,
         simulate as simulate,
     )
-    from torquer.simulation.step_error import integration_error as integration_error
-    from torquer.theory.gains import (
+    from torquer.simulation.setup.step_error import integration_error as integration_error
+    from torquer.theory.slow.gains import (
         bdot_gain as bdot_gain,
         bdot_greatest_gain as bdot_greatest_gain,
         sampling_limit_rad_s as sampling_limit_rad_s,

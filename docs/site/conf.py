@@ -8,7 +8,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "docs"), str(Path(__file__).parent)]
 
 import pages  # noqa: E402
 
-from torquer.version import VERSION  # noqa: E402
+from torquer.base.version import VERSION  # noqa: E402
 
 project = "torquer"
 release = version = VERSION

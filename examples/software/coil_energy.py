@@ -1,7 +1,7 @@
 """A user's module: counts the energy that the coils use, and reports it once a minute."""
 
-from torquer.onboard import Module, Reason
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.software import Module, Reason
 
 
 class Settings(Spec):

@@ -30,9 +30,9 @@ from gallery.four_models import (
     by_node,
     draw,
 )
+from gallery.theory.pitch_wheel import PitchWheel, pitch_offset_direct_dipole
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
-from torquer.theory.pitch_wheel import PitchWheel, pitch_offset_direct_dipole
+from torquer.simulation.setup.simulate import simulate
 
 ALTITUDE_KM, INCLINATION_DEG = 1000.0, 82.5
 FIRST_ANGLES_DEG, FIRST_RATE_PER_S = (6.0, 3.0, 2.0), 1e-4

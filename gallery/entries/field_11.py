@@ -28,7 +28,7 @@ from gallery.entries.field_10 import (
 )
 from gallery.entry import Answer, Entry, Verdict
 from gallery.four_models import MU_E_T_KM3, draw
-from torquer.orbit.circular import Circular
+from torquer.environment.orbit.circular import Circular
 
 TURN_DEG, WHEEL_N_M_S, REVOLUTIONS = 40.0, 10.0, 20.0
 K, K_A = 1.0, 4.0

@@ -13,15 +13,15 @@ from gallery.drawing import MODEL_COLOURS, label, level, new_figure
 from gallery.entries.field_10 import ALTITUDE_KM, STABLE
 from gallery.entry import Answer, Entry, consistent, near
 from gallery.four_models import MODELS, START
-from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
-from torquer.theory.pitch_wheel import (
+from gallery.theory.pitch_wheel import (
     PITCH,
     PitchWheel,
     pitch_offset_averaged_polar,
     pitch_offset_direct_dipole,
     pitch_wheel_response,
 )
+from torquer.scenario.load import scenario_from_data
+from torquer.simulation.setup.simulate import simulate
 
 GAIN_A_M2_S_PER_T, WHEEL_N_M_S, REVOLUTIONS = 1e8, 10.0, 10.0
 PREDICTED = {"direct dipole": pitch_offset_direct_dipole, "averaged": pitch_offset_averaged_polar}

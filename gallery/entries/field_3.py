@@ -6,7 +6,7 @@ import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, near, within
-from torquer.conventions import EARTH_RADIUS_M
+from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.environment.field.averaged import mean_of_extremes, mean_over_orbit
 
 MU_E_T_M3 = 7.812e15

@@ -12,7 +12,7 @@ import numpy as np
 from gallery.drawing import COLOURS, new_figure
 from gallery.entry import Answer, Entry, Verdict, consistent, within
 from gallery.four_models import MODELS, Case, scenario
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 PRINTED_S = {"IGRF-14": 147.7, "tilted dipole": 33.8, "direct dipole": 15.0, "averaged": 14.8}
 CASE = Case((60.0, 130.0, 230.0), 5e11, 0.0, 4.0, record_s=100.0)

@@ -9,9 +9,9 @@ import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.entry import Answer, Entry, consistent, near, within
-from torquer.theory.floquet import chart
-from torquer.theory.mathieu import first_tongue
-from torquer.theory.planar_magnet import closed_tongue, motion_edges, tongue_edges, uniform_rotation
+from gallery.theory.mathieu import first_tongue
+from gallery.theory.planar_magnet import closed_tongue, motion_edges, tongue_edges, uniform_rotation
+from torquer.theory.periodic.floquet import chart
 
 MODELS = ("averaged", "direct dipole")
 STEP = 0.02

@@ -10,13 +10,13 @@ import numpy as np
 
 from gallery.drawing import COLOURS, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, consistent, lost, within
-from torquer.control.bdot import BdotRate
-from torquer.theory.comparison import compare
-from torquer.theory.evolution import BDOT, bdot
-from torquer.theory.evolution.model import Slow
-from torquer.theory.full_motion import Fast
-from torquer.theory.slow_motion import evolve
-from torquer.theory.spinner import Spinner
+from torquer.computer.laws.bdot import BdotRate
+from torquer.theory.slow.comparison import compare
+from torquer.theory.slow.evolution import BDOT, bdot
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.full_motion import Fast
+from torquer.theory.slow.slow_motion import evolve
+from torquer.theory.slow.spinner import Spinner
 
 EPS, RHO0 = 0.1, math.radians(30.0)
 INCLINATIONS_DEG = (10.0, 30.0, 45.577, 60.0, 75.0, 90.0)

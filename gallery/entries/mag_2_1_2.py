@@ -10,9 +10,9 @@ import numpy as np
 
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, Verdict, near, within
-from torquer.theory.evolution import BDOT
-from torquer.theory.slow_motion import map_of_evolution
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution import BDOT
+from torquer.theory.slow.slow_motion import map_of_evolution
+from torquer.theory.slow.spinner import Spinner
 
 GRID = np.linspace(0.0, 90.0, 100)
 #: Where the inclination of 45.58 deg is.

@@ -11,11 +11,11 @@ import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, consistent, near, within
-from torquer.control.bdot import BdotRate
-from torquer.theory.comparison import compare
-from torquer.theory.evolution.model import Slow
-from torquer.theory.full_motion import Fast
-from torquer.theory.spinner import Spinner
+from torquer.computer.laws.bdot import BdotRate
+from torquer.theory.slow.comparison import compare
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.full_motion import Fast
+from torquer.theory.slow.spinner import Spinner
 
 EPS, INCLINATION_DEG, START = 0.1, 80.0, Slow(1.0, 1.0, 1.0, 1.0)
 #: Reading: axial moment, momentum over omega0. A = 3.

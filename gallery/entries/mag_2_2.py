@@ -6,7 +6,7 @@ import numpy as np
 
 from gallery.drawing import BLUE, GREEN, RED, label, level, new_figure
 from gallery.entry import Answer, Entry, Verdict, consistent, near, within
-from torquer.theory.steady_bdot import (
+from gallery.theory.steady_bdot import (
     PITCH,
     ROLL,
     SteadyBdot,

@@ -9,8 +9,8 @@ import numpy as np
 
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
-from torquer.theory.evolution import NUTATION_DAMPING
-from torquer.theory.slow_motion import map_of_evolution
+from torquer.theory.slow.evolution import NUTATION_DAMPING
+from torquer.theory.slow.slow_motion import map_of_evolution
 
 GRID = np.linspace(0.0, 90.0, 100)
 STEP_DEG = GRID[1]

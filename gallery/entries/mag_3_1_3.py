@@ -12,7 +12,7 @@ import numpy as np
 from gallery.drawing import COLOURS, label, new_figure
 from gallery.entry import Answer, Entry, within
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 COILS = {"three coils": np.eye(3).tolist(), "two coils": np.eye(3)[:2].tolist()}
 #: Other starts: attitude (3-2-1) and node [deg].

@@ -6,9 +6,9 @@ import numpy as np
 
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, within
-from torquer.theory.evolution import SPIN_UP, spin_up
-from torquer.theory.slow_motion import map_of_evolution
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution import SPIN_UP, spin_up
+from torquer.theory.slow.slow_motion import map_of_evolution
+from torquer.theory.slow.spinner import Spinner
 
 GRID = np.linspace(0.0, 90.0, 100)
 EPS, END = 0.1, 10.0 * math.pi

@@ -11,12 +11,12 @@ import numpy as np
 
 from gallery.drawing import BLUE, COLOURS, RED, SKY, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, within
-from torquer.control.reorientation import Reorientation
-from torquer.theory.evolution import REORIENTATION, REORIENTATION_AS_PRINTED, reorientation
-from torquer.theory.evolution.model import Slow
-from torquer.theory.full_motion import Fast, by_euler, slow_of
-from torquer.theory.slow_motion import evolve
-from torquer.theory.spinner import Spinner
+from torquer.computer.laws.reorientation import Reorientation
+from torquer.theory.slow.evolution import REORIENTATION, REORIENTATION_AS_PRINTED, reorientation
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.slow_motion import evolve
+from torquer.theory.slow.spinner import Spinner
 
 EPS, RHO0 = 0.1, math.radians(90.0)
 INCLINATIONS_DEG = (10.0, 30.0, 45.0, 60.0, 75.0, 90.0)

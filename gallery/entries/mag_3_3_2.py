@@ -17,10 +17,10 @@ import numpy as np
 from gallery.drawing import BLUE, GREEN, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
 from gallery.spinning import Course, course_of
-from torquer.control.recommended import standard_scheme
-from torquer.control.scheme import stage_starts_s
+from torquer.computer.laws.recommended import standard_scheme
+from torquer.computer.scheme import stage_starts_s
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 INERTIA, SPIN_DEG_S = [0.011, 0.011, 0.02], 10.0
 INCLINATIONS = (60.0, 10.0)

@@ -10,11 +10,11 @@ import numpy as np
 
 from gallery.drawing import COLOURS, label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, within
-from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to
-from torquer.theory.evolution import PRELIMINARY_1
-from torquer.theory.evolution.model import Slow
-from torquer.theory.slow_motion import evolve, map_of_evolution
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.equilibria import find_equilibria, rates_of_evolution, tends_to
+from torquer.theory.slow.evolution import PRELIMINARY_1
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.slow_motion import evolve, map_of_evolution
+from torquer.theory.slow.spinner import Spinner
 
 GRID = np.linspace(0.0, 90.0, 100)
 EPS, END = 0.1, 20.0 * math.pi

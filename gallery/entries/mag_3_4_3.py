@@ -18,7 +18,7 @@ from gallery.drawing import BLUE, GREY, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, consistent, near, within
 from gallery.spinning import aside, course_of
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 #: Bodies of MAG 3 (that of 3.6 without its products and the difference of A and B).
 BODIES = {"body of MAG 3.3": (0.011, 0.011, 0.02), "body of MAG 3.6": (1.5, 1.5, 1.56)}

@@ -10,8 +10,8 @@ import numpy as np
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entries.mag_3_4_1 import END, EPS, GRID, figure_map, rho_deg
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
-from torquer.theory.evolution import PRELIMINARY_2
-from torquer.theory.slow_motion import map_of_evolution
+from torquer.theory.slow.evolution import PRELIMINARY_2
+from torquer.theory.slow.slow_motion import map_of_evolution
 
 
 def theta_deg() -> np.ndarray:

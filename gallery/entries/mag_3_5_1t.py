@@ -14,9 +14,9 @@ from scipy.integrate import solve_ivp
 
 from gallery.drawing import BLUE, COLOURS, GREEN, GREY, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, within
-from torquer.theory.evolution import NUTATION_DAMPING, PRELIMINARY_1, PRELIMINARY_2
-from torquer.theory.evolution.model import Slow
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution import NUTATION_DAMPING, PRELIMINARY_1, PRELIMINARY_2
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.spinner import Spinner
 
 TABLE = {
     "low": "preliminary 2 + nutation damping → spin-up → reorientation",

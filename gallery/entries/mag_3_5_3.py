@@ -21,10 +21,10 @@ from scipy.spatial.transform import Rotation
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
 from gallery.spinning import aside, course_of
-from torquer.control.recommended import DAMPED, recommended_scheme, standard_scheme
-from torquer.control.scheme import stage_starts_s
+from torquer.computer.laws.recommended import DAMPED, recommended_scheme, standard_scheme
+from torquer.computer.scheme import stage_starts_s
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 from torquer.spacecraft.parts import box
 
 PRINTED = [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]]

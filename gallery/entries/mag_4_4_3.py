@@ -24,7 +24,7 @@ from gallery.holding import (
     with_gains,
 )
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 from torquer.theory.three_axis.floquet import stability_of
 
 K, K_A = 20.0, 0.015

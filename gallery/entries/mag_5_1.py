@@ -16,12 +16,12 @@ import numpy as np
 
 from gallery.drawing import MODEL_COLOURS, label, level, new_figure
 from gallery.entry import Answer, Entry, Verdict, near, within
-from torquer.conventions import MU_EARTH_M3_S2
+from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.environment.field.averaged import cone_angle, mean_over_orbit
-from torquer.geometry.frames import dcm_body_to_l, dcm_l_to_z, dcm_z_to_y, mat_mul
-from torquer.geometry.quaternion import from_dcm
+from torquer.maths.geometry.frames import dcm_body_to_l, dcm_l_to_z, dcm_z_to_y, mat_mul
+from torquer.maths.geometry.quaternion import from_dcm
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 OMEGA0, B0_T, GAIN = 1e-3, 2.656e-5, 4.5362e6
 INERTIA = (3.0, 3.1, 3.2)

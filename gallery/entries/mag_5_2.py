@@ -13,10 +13,10 @@ import numpy as np
 from gallery.drawing import BLUE, GREEN, RED, label, level, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
 from torquer import load_scenario
-from torquer.analysis.bench_scaling import scaling
 from torquer.analysis.budget import budget_of_run
+from torquer.design.bench_scaling import scaling
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "bench.toml"
 ORBIT = {"kind": "circular", "altitude_km": 500.0, "inclination_deg": 51.7}

@@ -22,8 +22,8 @@ from gallery.entry import (
 )
 from gallery.sdot_resonance import passage
 from gallery.sdot_runs import SUN, Run, averaged_case, start_arguments
-from torquer.theory.evolution import sdot
-from torquer.theory.evolution.model import Slow
+from torquer.theory.slow.evolution import sdot
+from torquer.theory.slow.evolution.model import Slow
 
 GAINS, COUNT = (60.0, 20.0, 6.0), 24
 RATES = {"text's rates": 1.0, "ten times the rates": 10.0}

@@ -14,11 +14,11 @@ import numpy as np
 from gallery.drawing import new_figure
 from gallery.entry import Answer, Entry, consistent, within
 from gallery.sdot_runs import CONE, MOMENTS, SUN, averaged_case, spinner
-from torquer.theory.design import gain_of
-from torquer.theory.evolution import SDOT
-from torquer.theory.evolution.sdot import sun_weight
-from torquer.theory.floquet import exponents, monodromy, multipliers
-from torquer.theory.sun_spin import axis_equilibria, mean_matrix, stable_axes, sun_spin_system
+from torquer.theory.periodic.floquet import exponents, monodromy, multipliers
+from torquer.theory.slow.design import gain_of
+from torquer.theory.slow.evolution import SDOT
+from torquer.theory.slow.evolution.sdot import sun_weight
+from torquer.theory.slow.sun_spin import axis_equilibria, mean_matrix, stable_axes, sun_spin_system
 
 ORDERS = list(permutations(MOMENTS.tolist()))
 #: |B - A|/C of these orders; the table is for values far below one.

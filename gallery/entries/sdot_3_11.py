@@ -19,8 +19,8 @@ from gallery.sdot_runs import (
     spinner,
     start_arguments,
 )
-from torquer.theory.evolution import sdot
-from torquer.theory.sun_spin import mean_decay
+from torquer.theory.slow.evolution import sdot
+from torquer.theory.slow.sun_spin import mean_decay
 
 GAIN, COUNT, HOURS, CAPTURED_DEG = 60.0, 24, 24.0, 5.0
 

@@ -26,7 +26,7 @@ from gallery.sdot_runs import (
     spinner,
     start_arguments,
 )
-from torquer.theory.evolution import sdot
+from torquer.theory.slow.evolution import sdot
 
 GAIN, WEAK, HOURS, COUNT = 6e3, 60.0, 48.0, 48
 CAPTURED_DEG, FAR_DEG = 5.0, 10.0

@@ -21,9 +21,9 @@ from gallery.five_days import (
 )
 from gallery.wheels import LIMIT
 from torquer.report.common.figure import quiet
-from torquer.wheel_array import angles
-from torquer.wheel_array.allocation import allocate
-from torquer.wheel_array.layout import WheelArray, four_sided_pyramid
+from torquer.spacecraft.wheel_array import angles
+from torquer.spacecraft.wheel_array.allocation import allocate
+from torquer.spacecraft.wheel_array.layout import WheelArray, four_sided_pyramid
 
 #: Long enough for all to saturate. The law is computed ten times a second for the first reading,
 #: as good as continuously; twice a second for the others, which moves their momenta by 0.1 %.

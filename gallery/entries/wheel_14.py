@@ -5,8 +5,8 @@ from scipy.optimize import minimize_scalar
 
 from gallery.drawing import BLUE, GREY, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, consistent, lost, near, within
-from torquer.wheel_array import angles, layout
-from torquer.wheel_array.demand import Box, Series, greatest_momentum, greatest_norm
+from torquer.spacecraft.wheel_array import angles, layout
+from torquer.spacecraft.wheel_array.demand import Box, Series, greatest_momentum, greatest_norm
 
 #: As printed: H3/H2, where H1 = H2; the least norm [N m s]; beta [deg] of the section shown.
 RATIO, F_MIN, SECTION = 6.4, 19.4, 21.5

@@ -14,7 +14,7 @@ from gallery.wheels import (
     without,
     worst_rate_deg_s,
 )
-from torquer.wheel_array.demand import greatest_share
+from torquer.spacecraft.wheel_array.demand import greatest_share
 
 
 def compute() -> Answer:

@@ -4,10 +4,10 @@ import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, near, within
-from torquer.wheel_array import angles, layout
-from torquer.wheel_array.demand import Box, greatest_norm
-from torquer.wheel_array.minimise import TOLERANCE
-from torquer.wheel_array.search import find_layout, least_norm
+from torquer.spacecraft.wheel_array import angles, layout
+from torquer.spacecraft.wheel_array.demand import Box, greatest_norm
+from torquer.spacecraft.wheel_array.minimise import TOLERANCE
+from torquer.spacecraft.wheel_array.search import find_layout, least_norm
 
 
 def compute() -> Answer:

@@ -6,8 +6,8 @@ from scipy.optimize import minimize_scalar
 from gallery.drawing import BLUE, GREEN, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, lost, near, uncertain, within
 from gallery.wheels import INERTIA, LIMIT, worst_rate_deg_s
-from torquer.wheel_array import angles, layout
-from torquer.wheel_array.faces import volume
+from torquer.spacecraft.wheel_array import angles, layout
+from torquer.spacecraft.wheel_array.faces import volume
 
 NOTE = (
     "The text's values of gamma and of the angle of greatest volume are lost; ours are from "

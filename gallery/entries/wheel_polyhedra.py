@@ -4,8 +4,8 @@ import numpy as np
 
 from gallery.entry import Answer, Entry, within
 from gallery.wheels import figure_in_space, without
-from torquer.wheel_array.envelope import Envelope
-from torquer.wheel_array.layout import four_sided_pyramid, regular_pyramid
+from torquer.spacecraft.wheel_array.envelope import Envelope
+from torquer.spacecraft.wheel_array.layout import four_sided_pyramid, regular_pyramid
 
 COUNTS = {"P4": (14, 12), "P3": (8, 6), "P6": (32, 30), "P5": (22, 20)}
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from torquer import validate
-from torquer.theory.floquet import PeriodicSystem, periodic_system, transitions
+from torquer.base import validate
+from torquer.theory.periodic.floquet import PeriodicSystem, periodic_system, transitions
 from torquer.theory.validity import Limit, within
 
 

@@ -19,12 +19,12 @@ from dataclasses import replace
 import numpy as np
 from pydantic import Field
 
+from torquer.base.spec import Moments, Spec
 from torquer.environment.field import averaged, direct_dipole
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
-from torquer.orbit.circular import Circular
-from torquer.orbit.kepler import FARTHEST_KM
-from torquer.spec import Moments, Spec
-from torquer.theory.poincare import Response, samples_of, small_parameter
+from torquer.environment.orbit.circular import Circular
+from torquer.environment.orbit.kepler import FARTHEST_KM
+from torquer.theory.periodic.poincare import Response, samples_of, small_parameter
 from torquer.theory.validity import INCLINATION, LEAN, check_regular, passed, within
 
 MODELS = ("direct_dipole", "averaged")

@@ -21,15 +21,15 @@ import numpy as np
 from pydantic import Field
 from scipy.optimize import brentq
 
+from gallery.theory.mathieu import edges, half_trace, hill_equation
+from torquer.base.spec import Moments, Spec
 from torquer.compile.engine import kernel
 from torquer.environment.field.averaged import mean_of_extremes
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
-from torquer.orbit.circular import Circular
-from torquer.orbit.kepler import FARTHEST_KM
-from torquer.spec import Moments, Spec
-from torquer.theory.floquet import PeriodicSystem, periodic_system, transitions
-from torquer.theory.mathieu import edges, half_trace, hill_equation
-from torquer.theory.poincare import periodic_motion, samples_of
+from torquer.environment.orbit.circular import Circular
+from torquer.environment.orbit.kepler import FARTHEST_KM
+from torquer.theory.periodic.floquet import PeriodicSystem, periodic_system, transitions
+from torquer.theory.periodic.poincare import periodic_motion, samples_of
 from torquer.theory.validity import Limit, within
 
 #: Strength over the equator as a part of the averaged B0, for mu = 0 and mu = 1.

@@ -19,10 +19,10 @@ import numpy as np
 from pydantic import Field
 from scipy.integrate import solve_ivp
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec
 from torquer.environment.field.averaged import b_orbital, cone_angle
-from torquer.spec import Spec
-from torquer.theory.poincare import Response, samples_of, small_parameter
+from torquer.theory.periodic.poincare import Response, samples_of, small_parameter
 from torquer.theory.validity import HELD, LEAN, Limit, check_regular, passed, within
 
 #: Relative change of a mean tilt.

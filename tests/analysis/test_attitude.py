@@ -5,8 +5,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.analysis.attitude import attitude_error_deg, orbital_axes
-from torquer.geometry.frames import dcm_orbital_to_inertial
-from torquer.orbit import kepler
+from torquer.environment.orbit import kepler
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 
 
 def test_orbital_axes_are_those_of_the_laws():

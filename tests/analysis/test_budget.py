@@ -15,12 +15,12 @@ from torquer.analysis.budget import (
     rows_of,
     torque_across_field,
 )
+from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.compile import engine
-from torquer.conventions import MU_EARTH_M3_S2
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.panels.torques import COLOURS
 from torquer.report.flight.torque_budget import draw_budget
-from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

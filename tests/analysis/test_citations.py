@@ -11,12 +11,12 @@ import pytest
 
 import torquer
 from torquer.analysis.citations import OWN, cited_in_words, source_table, sources_of
-from torquer.control.built_in import BUILT_IN
-from torquer.earth.atmosphere import ATMOSPHERES
-from torquer.estimation import ESTIMATORS
-from torquer.orbit import ORBITS
+from torquer.base.spec import Spec
+from torquer.computer.estimation import ESTIMATORS
+from torquer.computer.laws.built_in import BUILT_IN
+from torquer.environment.earth.atmosphere import ATMOSPHERES
+from torquer.environment.orbit import ORBITS
 from torquer.scenario.load import scenario_schema
-from torquer.spec import Spec
 
 ROOT = Path(__file__).parents[2]
 REGISTRIES = (BUILT_IN, ESTIMATORS, torquer.FIELDS, ORBITS, ATMOSPHERES)

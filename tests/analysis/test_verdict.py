@@ -10,7 +10,7 @@ from torquer.analysis.summary import summary_of
 from torquer.analysis.verdict import clock_text, limits_met, stays_from, verdict_of
 from torquer.scenario.load import scenario_from_text
 from torquer.scenario.spec import Scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 BASE = {
     "start": "2020-03-01T00:00:00Z",

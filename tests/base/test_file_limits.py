@@ -2,7 +2,7 @@
 
 import pytest
 
-from torquer import file_limits
+from torquer.base import text_files as file_limits
 from torquer.cli.plain_kernels import _needs_no_compiler
 from torquer.scenario import load
 from torquer.scenario.load import ScenarioError, data_of, load_scenario

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from torquer.base.noise import normal3, philox
 from torquer.compile.engine import kernel
-from torquer.noise import normal3, philox
 
 N = 200_000
 

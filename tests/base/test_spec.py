@@ -8,17 +8,17 @@ import pytest
 from pydantic import ValidationError
 from slow_cases import slow_after
 
-from torquer.control import Bdot
+from torquer.base.spec import as_data, checked
+from torquer.computer.laws import Bdot
 from torquer.environment.along_orbit import Environment
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Control, Simulation
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
+from torquer.spacecraft.actuators.wheels import ReactionWheels
 from torquer.spacecraft.body import Body
-from torquer.spacecraft.wheels import ReactionWheels
-from torquer.spec import as_data, checked
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def lines(call) -> list:

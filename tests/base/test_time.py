@@ -7,7 +7,7 @@ import erfa
 import numpy as np
 import pytest
 
-from torquer import time
+from torquer.base import time
 
 LEAP_START = "2016-12-31T23:59:50Z"
 

@@ -5,8 +5,8 @@ import pytest
 from pydantic import Field, ValidationError
 from scipy.spatial.transform import Rotation
 
-from torquer import validate
-from torquer.spec import Inertia, Moments, Spec, Vector
+from torquer.base import validate
+from torquer.base.spec import Inertia, Moments, Spec, Vector
 
 
 def test_finite_gives_float64_arrays():

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
+from torquer.base.validate import inertia_tensor
 from torquer.campaign.changes import CHANGES
-from torquer.validate import inertia_tensor
 
 INERTIA = np.array([[1.0, 0.1, -0.05], [0.1, 1.5, 0.02], [-0.05, 0.02, 1.8]])
 PLATE = np.diag([1.0, 2.0, 3.0])

@@ -8,6 +8,7 @@ import pytest
 
 from torquer import load_scenario, simulate
 from torquer.analysis.goals import goals_of
+from torquer.analysis.notes.fault_notes import unnoticed_faults
 from torquer.campaign.faults.contents import as_plain, dataset_of, table_of
 from torquer.campaign.faults.fly import chosen, fly_faults
 from torquer.campaign.faults.kinds import faults_of
@@ -24,7 +25,6 @@ from torquer.campaign.faults.verdict import (
     outcome_of,
 )
 from torquer.compile import engine
-from torquer.notes.fault_notes import unnoticed_faults
 from torquer.scenario.change import value_at, with_values
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

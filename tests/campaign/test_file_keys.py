@@ -7,15 +7,15 @@ import tomllib
 
 import pytest
 
-from torquer import validate
+from torquer.base import validate
 from torquer.campaign import keys, stored_keys
 from torquer.campaign.keys import design_tables, file_schema, file_tables
 from torquer.campaign.spec import Campaign
 from torquer.campaign.stored_keys import find
 from torquer.cli.app import answer
-from torquer.control import LAWS
+from torquer.computer.estimation import ESTIMATORS
+from torquer.computer.laws import LAWS
 from torquer.environment.field import FIELDS
-from torquer.estimation import ESTIMATORS
 from torquer.scenario.described import Table
 from torquer.scenario.keys import UNITS, specs_below, unit_of
 from torquer.scenario.spec import Scenario

@@ -17,8 +17,8 @@ from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import chunks_folder, chunks_there, remove
 from torquer.compile import engine
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation import size
-from torquer.simulation.run import prepare
+from torquer.simulation.setup import size
+from torquer.simulation.setup.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -20,7 +20,7 @@ from torquer.campaign.outcomes import (
     taken_of,
 )
 from torquer.campaign.signals import Axis, Flown
-from torquer.orbit import kepler
+from torquer.environment.orbit import kepler
 
 LAW = {"kind": "three_axis", "rate_gain_n_m_s_per_t2": 2e5, "angle_gain_n_m_per_t2": 50.0}
 HELD = {

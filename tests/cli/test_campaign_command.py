@@ -7,10 +7,10 @@ import pytest
 from artificial_campaign import artificial
 
 import torquer
+from torquer.base.strict_json import json_text
 from torquer.campaign.comparison import comparison
 from torquer.compile import engine
 from torquer.simulation.results.file import save
-from torquer.strict_json import json_text
 
 CAMPAIGN = """
 [campaign]

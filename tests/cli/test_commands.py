@@ -12,7 +12,7 @@ import pytest
 
 import torquer
 from torquer.compile import code_cache, engine
-from torquer.simulation.step import run_steps
+from torquer.simulation.loop.step import run_steps
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -166,7 +166,7 @@ HUGE = {
 @pytest.mark.parametrize("limit", HUGE)
 def test_what_cannot_fit_is_one_line(call, scenario, monkeypatch, name, limit, tmp_path):
     there = {"memory_of_machine": lambda: 1e6, "free_disk": lambda folder: 1e3}
-    monkeypatch.setattr(f"torquer.simulation.size.{limit}", there[limit])
+    monkeypatch.setattr(f"torquer.simulation.setup.size.{limit}", there[limit])
     code, out, err = call(name, scenario, *(["--out", tmp_path / "out"] if name == "run" else []))
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("error: simulation: 61 rows of the record (duration over record_s) ")
@@ -177,8 +177,8 @@ def test_a_billion_seconds_are_refused_before_the_run(call, scenario, monkeypatc
     text = scenario.read_text().replace("duration_s = 300", "duration_s = 1e9")
     turn = '[environment]\nearth_rotation = "sidereal"'  # the precise one takes seconds here
     scenario.write_text(text.replace("[environment]", turn).replace("5.0", "1.0"))
-    monkeypatch.setattr("torquer.simulation.size.memory_of_machine", lambda: 24e9)
-    monkeypatch.setattr("torquer.simulation.size.free_disk", lambda folder: 300e9)
+    monkeypatch.setattr("torquer.simulation.setup.size.memory_of_machine", lambda: 24e9)
+    monkeypatch.setattr("torquer.simulation.setup.size.free_disk", lambda folder: 300e9)
     code, _, err = call("validate", scenario)
     assert code == 2
     assert "error: simulation: 1e+09 rows of the record (duration over record_s) must fit" in err
@@ -301,7 +301,7 @@ def test_steps_whose_check_stops_are_reported(call, scenario, no_report, tmp_pat
     def stopped(result, progress):
         raise torquer.RunStopped("interrupted at t = 10 s", result, True)
 
-    monkeypatch.setattr("torquer.simulation.step_error.integration_error", stopped)
+    monkeypatch.setattr("torquer.simulation.setup.step_error.integration_error", stopped)
     code, _, err = call("run", scenario, "--out", tmp_path / "out", "--check-steps")
     assert (code, err) == (0, "note: the steps are not checked: interrupted at t = 10 s\n")
     assert "measured" not in (tmp_path / "out" / "summary.json").read_text()
@@ -343,7 +343,7 @@ def test_a_folder_that_cannot_be_made_is_found_before_the_run(call, scenario, tm
 @needs_jit
 def test_a_second_process_finds_the_loop_in_the_cache(scenario):
     code = (
-        "import sys, torquer\nfrom torquer.simulation.step import run_steps\n"
+        "import sys, torquer\nfrom torquer.simulation.loop.step import run_steps\n"
         "torquer.simulate(torquer.load_scenario(sys.argv[1]))\n"
         "stats = run_steps.kernel.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"

@@ -9,9 +9,9 @@ import pytest
 from torquer.analysis.attitude import attitude_error_of
 from torquer.campaign.load import load_campaign
 from torquer.campaign.sampling import member_scenario
-from torquer.control.magneto_gyro.law import MagnetoGyro
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.scenario.load import load_scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples/magneto_gyro.toml"
 #: A short search, and no flights.

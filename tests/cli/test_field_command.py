@@ -9,14 +9,14 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.cli.field_along import CONE_MODELS, instants
-from torquer.cli.field_at import label, model_of, moment
+from torquer.base.time import decimal_year, parse_utc
+from torquer.cli.commands.field_along import CONE_MODELS, instants
+from torquer.cli.commands.field_at import label, model_of, moment
 from torquer.environment.field import FIELDS, Igrf14, TiltedDipole, Wmm2025
 from torquer.environment.field.along import fields_along
 from torquer.environment.field.at_point import point_field
-from torquer.orbit import Circular
+from torquer.environment.orbit import Circular
 from torquer.scenario.load import load_scenario
-from torquer.time import decimal_year, parse_utc
 
 EXAMPLE = ["--date", "2025-07-01", "--lat", "80", "--lon", "240", "--alt-km", "50"]
 CIRCLE = ["--altitude-km", "550", "--inclination-deg", "51.7", "--start", "2025-07-01"]

@@ -10,9 +10,9 @@ import sys
 import pytest
 
 import torquer
+from torquer.analysis.notes.notes import notes_of
 from torquer.cli.app import app
 from torquer.cli.examples import EXAMPLES
-from torquer.notes.notes import notes_of
 
 
 def commands(at=app, words=()):
@@ -88,7 +88,7 @@ def test_init_writes_a_scenario_that_is_valid(call, tmp_path, monkeypatch):
 
 def test_what_is_commented_out_may_be_used(tmp_path):
     """Every key that stands there as a comment is one."""
-    from torquer.cli.init import _START
+    from torquer.cli.commands.init import _START
 
     text = _START.read_text(encoding="utf-8")
     assert "# lag_s" in text and "# [spacecraft.gyro]" in text
@@ -122,7 +122,7 @@ def test_init_refuses(call, tmp_path, monkeypatch, arguments, says):
 
 
 def test_examples_are_found_where_they_are_installed(tmp_path, monkeypatch):
-    from torquer.cli import init as work
+    from torquer.cli.commands import init as work
 
     here = work.examples()
     assert len(here) > 5 and work._about(here["spinner"]) == "Spin stabilisation in four stages"

@@ -51,7 +51,7 @@ def test_the_examples_of_commands_and_faults_are_flown(call, tmp_path):
 @flies
 def test_a_flight_in_real_time_takes_its_time(call, tmp_path, monkeypatch):
     """Each control step waits for its time; the clock is one of our own."""
-    from torquer.onboard import session
+    from torquer.flight.software import session
 
     class Clock:
         now = 100.0
@@ -73,7 +73,7 @@ def test_a_flight_in_real_time_takes_its_time(call, tmp_path, monkeypatch):
 def test_a_flight_that_a_signal_ends_is_written_and_can_be_flown_again(
     call, tmp_path, monkeypatch, name
 ):
-    from torquer.onboard.core import Core
+    from torquer.flight.software.core import Core
 
     tick, number = Core.tick, getattr(signal, name)
 
@@ -104,7 +104,7 @@ def test_a_flight_that_a_signal_ends_is_written_and_can_be_flown_again(
 @flies
 def test_a_signal_ends_a_flight_that_waits_for_the_clock(call, tmp_path, monkeypatch):
     """A wait of years for the second control step is left as soon as a signal comes."""
-    from torquer.onboard import session
+    from torquer.flight.software import session
 
     monkeypatch.setattr(session.time, "sleep", lambda seconds: signal.raise_signal(signal.SIGTERM))
     before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -185,7 +185,11 @@ def test_a_value_that_does_not_fit_its_field_is_refused(call, tmp_path, values, 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("from torquer.spec", "raise SystemExit\nfrom torquer.spec", "file: must be importable"),
+        (
+            "from torquer.base.spec",
+            "raise SystemExit\nfrom torquer.base.spec",
+            "file: must be importable",
+        ),
         ("self.energy_j = 0.0", "1 / 0", "must be made from its settings without an error"),
         ("Settings(Spec)", "Settings", "class: must have Settings derived from"),
         ("period_s = 1.0", "period_s = float('nan')", "class: must have a period_s above 0"),

@@ -10,7 +10,7 @@ from gallery.catalogue import ROW_OF
 from gallery.drawing import new_figure
 from gallery.entry import Answer, Entry, Outcome, Verdict, near
 from gallery.pages import record_of, write_pages
-from torquer.cli import gallery_work
+from torquer.cli.commands import gallery_work
 
 
 def make(measured, **keys):
@@ -28,7 +28,10 @@ def only(monkeypatch):
     """`only(entry)`: the gallery holds just this entry."""
 
     def hold(entry):
-        for place in ("torquer.cli.gallery_work.all_entries", "gallery.lookup.all_entries"):
+        for place in (
+            "torquer.cli.commands.gallery_work.all_entries",
+            "gallery.lookup.all_entries",
+        ):
             monkeypatch.setattr(place, lambda: [entry])
         monkeypatch.setattr(gallery_work, "entry_of", lambda: {entry.id: entry})
 
@@ -181,7 +184,7 @@ def test_a_folder_whose_name_is_no_text(call, only, tmp_path, strict_json):
 
 
 def test_without_a_checkout_one_line_says_what_is_missing(call, monkeypatch, tmp_path):
-    monkeypatch.setattr("torquer.cli.gallery.CHECKOUT", tmp_path)
+    monkeypatch.setattr("torquer.cli.commands.gallery.CHECKOUT", tmp_path)
     for command in (("list",), ("run", "FIELD-10"), ("all",)):
         assert call("gallery", *command) == (2, "", (
             "error: gallery: must be run from a checkout of torquer's repository; received an "

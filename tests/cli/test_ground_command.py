@@ -13,9 +13,9 @@ from slow_cases import slow_after
 
 from torquer.cli import main
 from torquer.compile import engine
-from torquer.onboard.software import load_link
-from torquer.packets.frames import Downlink
-from torquer.packets.protected import TelemetrySender
+from torquer.flight.packets.frames import Downlink
+from torquer.flight.packets.protected import TelemetrySender
+from torquer.flight.software.software import load_link
 
 flies = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
 PATIENCE_S = 120

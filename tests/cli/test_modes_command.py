@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from torquer.control.modes.spec import Modes
+from torquer.computer.modes.spec import Modes
 from torquer.scenario.load import load_scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

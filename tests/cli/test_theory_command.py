@@ -11,14 +11,14 @@ import pytest
 
 from torquer.analysis.averaged import equations as text
 from torquer.analysis.averaged.case import case_of_scenario
-from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.environment.field.averaged import cone_angle
 from torquer.scenario.load import load_scenario
-from torquer.theory.design import slow_time
-from torquer.theory.evolution import EVOLUTIONS
-from torquer.theory.evolution.model import Case, Slow
-from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
-from torquer.theory.second_moments import averaged_moments
+from torquer.theory.slow.design import slow_time
+from torquer.theory.slow.evolution import EVOLUTIONS
+from torquer.theory.slow.evolution.model import Case, Slow
+from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
+from torquer.theory.slow.second_moments import averaged_moments
 
 SATELLITE = ("--inclination-deg", "60", "--altitude-km", "500", "--inertia", "1.5", "1.5", "1.2")
 BDOT = ("bdot", *SATELLITE, "--gain", "4e4", "--rate-deg-s", "5", "5", "5")

@@ -8,8 +8,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.cli.design_gyro_case import craft_of, noise_intensity
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
+from torquer.cli.commands.design_gyro_case import craft_of, noise_intensity
+from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.scenario.load import load_scenario
 from torquer.theory.magneto_gyro.frozen import frozen_2
 
@@ -65,7 +65,7 @@ def test_noise_counts_once_a_control_step(name, noise_nt, interval_s):
 
 @pytest.mark.slow
 def test_the_pictures_are_drawn(models, tmp_path, monkeypatch):
-    from torquer.cli import theory_gyro_work as work
+    from torquer.cli.commands import theory_gyro_work as work
 
     monkeypatch.setattr(work, "_GRID", 7)
     monkeypatch.setattr(work, "_STIFFNESS", np.linspace(-1.0, 10.0, 12))
@@ -93,7 +93,7 @@ def test_mistakes_are_one_line(models, arguments, message):
 
 
 def test_without_sympy_it_says_what_to_install(models, monkeypatch):
-    monkeypatch.delattr("torquer.cli.theory_gyro_rows", raising=False)
-    monkeypatch.setitem(sys.modules, "torquer.cli.theory_gyro_rows", None)
+    monkeypatch.delattr("torquer.cli.commands.theory_gyro_rows", raising=False)
+    monkeypatch.setitem(sys.modules, "torquer.cli.commands.theory_gyro_rows", None)
     code, _, error = models()
     assert code == 2 and "magneto-gyro: needs sympy: pip install 'torquer[symbolic]'" in error

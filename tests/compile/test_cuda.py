@@ -14,14 +14,15 @@ import numba
 import numpy as np
 import pytest
 
-from torquer import noise
-from torquer.compile import adapter, engine
-from torquer.control import computer
-from torquer.estimation import RateFromField
-from torquer.interface import inputs_of
-from torquer.simulation import computers, record, step
+from torquer.base import noise
+from torquer.compile import engine
+from torquer.computer import computer
+from torquer.computer.blocks import adapter
+from torquer.computer.estimation import RateFromField
+from torquer.computer.interface import inputs_of
+from torquer.simulation.loop import computers, record, step
 from torquer.simulation.propagate import fixed_steps, interval
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 pytest.importorskip("numba_cuda", reason="needs the extra 'cuda'")
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="compiles by Numba")

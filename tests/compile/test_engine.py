@@ -1,9 +1,9 @@
 """The compute engine: the key of the cache, its folder, what is kept off the disk."""
 
+import ast
 import contextlib
 import gc
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,33 +19,30 @@ from torquer.compile import code_cache, engine
 from torquer.compile.code_cache import cache_of, cache_root, keep_off_disk, source_key
 from torquer.compile.engine import address_of, caller, is_own, kernel, without_reference_counts
 
+#: The first line of a file that holds kernels.
+ENGINE = "from torquer.compile.engine import kernel\n"
+
 
 @pytest.fixture
 def package(tmp_path, monkeypatch):
-    """A small package in the engine's eyes."""
-    rooms = (
-        "control/bdot.py",
-        "control/__init__.py",
-        "scenario/load.py",
-        "cli/__init__.py",
-        "noise.py",
-    )
-    for place in rooms:
+    """A small package in the engine's eyes: kernels in two rooms, none in the others."""
+    kernels = ("laws/bdot.py", "base/noise.py")
+    for place in (*kernels, "laws/__init__.py", "scenario/load.py", "cli/__init__.py"):
         file = tmp_path / place
         file.parent.mkdir(exist_ok=True)
-        file.write_text("x = 1\n")
+        file.write_text(ENGINE if place in kernels else "x = 1\n")
     monkeypatch.setattr(code_cache, "PACKAGE", tmp_path)
     return tmp_path
 
 
-@pytest.mark.parametrize("place", ["control/bdot.py", "control/__init__.py", "noise.py"])
+@pytest.mark.parametrize("place", ["laws/bdot.py", "laws/__init__.py", "base/noise.py"])
 def test_editing_a_source_with_kernels_changes_the_key(package, place):
-    before = source_key()
+    before, text = source_key(), (package / place).read_text()
     assert source_key() == before
-    (package / place).write_text("x = 2\n")
+    (package / place).write_text(text + "y = 2\n")
     changed = source_key()
     assert changed != before
-    (package / place).write_text("x = 1\n")
+    (package / place).write_text(text)
     assert source_key() == before
 
 
@@ -58,12 +55,12 @@ def test_editing_a_room_without_kernels_does_not(package, place):
 
 def test_new_moved_and_removed_sources_change_the_key(package):
     keys = [source_key()]
-    (package / "control" / "new.py").write_text("x = 1\n")
+    (package / "laws" / "new.py").write_text("x = 1\n")
     keys.append(source_key())
-    (package / "control" / "new.py").rename(package / "control" / "newer.py")
+    (package / "laws" / "new.py").rename(package / "laws" / "newer.py")
     keys.append(source_key())
     assert len(set(keys)) == 3
-    (package / "control" / "newer.py").unlink()
+    (package / "laws" / "newer.py").unlink()
     assert source_key() == keys[0]
 
 
@@ -73,19 +70,50 @@ def test_the_key_knows_the_compiler(package, monkeypatch):
     assert source_key() != before
 
 
-#: How a file makes compiled code: the decorators of the project.
-KERNEL = re.compile(r"^\s*@(kernel|released|inlined)\b", re.M)
+#: Decorators of compiled code.
+DECORATORS = {"kernel", "released", "inlined", "called", "plugged"}
 
 
-def test_rooms_without_kernels_hold_none():
-    for room in code_cache.ROOMS_WITHOUT_KERNELS:
-        place = engine.PACKAGE / room
-        assert place.exists(), room
-        for file in [place] if place.suffix else place.rglob("*.py"):
-            assert KERNEL.search(file.read_text(encoding="utf-8")) is None, file
-    for room in ("geometry", "control", "simulation", "theory"):
-        texts = [file.read_text(encoding="utf-8") for file in (engine.PACKAGE / room).rglob("*.py")]
-        assert any(map(KERNEL.search, texts)), room
+def kernels_in(tree: ast.Module) -> list[ast.FunctionDef]:
+    """Functions of a module that are compiled."""
+    functions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
+    return [
+        each
+        for each in functions
+        if any(isinstance(d, ast.Name) and d.id in DECORATORS for d in each.decorator_list)
+    ]
+
+
+def imported_from(tree: ast.Module, files: set[Path]) -> set[str]:
+    """Names that a module imports from these files of the package."""
+    names, folder = set(), code_cache.PACKAGE.parent
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("torquer"):
+            home = folder.joinpath(*node.module.split("."))
+            for alias in node.names:
+                places = (home / f"{alias.name}.py", home.with_suffix(".py"), home / "__init__.py")
+                if next(filter(Path.exists, places)) in files:
+                    names.add(alias.asname or alias.name)
+    return names
+
+
+def test_the_key_covers_all_kernels_and_what_they_name():
+    all_files = set(code_cache.PACKAGE.rglob("*.py"))
+    inside = set(code_cache.kernel_sources())
+    outside, seen = all_files - inside, 0
+    for file in all_files:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        kernels = kernels_in(tree)
+        if kernels and file not in inside:
+            pytest.fail(f"{file} holds kernels that the key does not know")
+        foreign = imported_from(tree, outside)
+        for each in kernels:
+            used = {node.id for node in ast.walk(each) if isinstance(node, ast.Name)}
+            assert not used & foreign, f"{file}: {each.name}"
+            seen += 1
+    assert seen > 500
+    rooms = {path.relative_to(code_cache.PACKAGE).parts[0] for path in inside}
+    assert not rooms & {"campaign", "cli", "ground", "pages", "report", "scenario"}
 
 
 def test_the_cache_folder_can_be_chosen(monkeypatch, tmp_path):
@@ -210,14 +238,14 @@ import sys
 import numpy as np
 sys.path.insert(0, FOLDER)
 from problem_of_test_engine import Growth
-from torquer.integrate.dop853 import dop853, workspace
+from torquer.maths.integrate.dop853 import dop853, workspace
 y = np.ones(1)
 dop853(Growth(1.0), 0.0, 1.0, y, 1e-10, 1e-12, 0.0, workspace(1))
 print(round(y[0], 6))
 """
 RATES = """
 from typing import NamedTuple
-from torquer.integrate.dop853 import rates_of
+from torquer.maths.integrate.dop853 import rates_of
 
 class Growth(NamedTuple):
     k: float

@@ -16,10 +16,10 @@ from torquer.compile import engine
 PROBE = """
 import numpy as np
 import torquer
-from torquer.integrate.free_body import free_rotation
-from torquer.geometry.motion import Motion
-from torquer.integrate.splitting import drift, kick
-from torquer.noise import normal3
+from torquer.maths.integrate.free_body import free_rotation
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.integrate.splitting import drift, kick
+from torquer.base.noise import normal3
 from torquer.scenario.change import with_values
 from torquer.spacecraft.body import Body
 

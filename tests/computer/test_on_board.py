@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from torquer.base.time import parse_utc
+from torquer.computer.on_board_environment import ELEMENTS, KINDS, NUMBERS, ephemeris_along
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.field import FIELDS
-from torquer.environment.on_board import ELEMENTS, KINDS, NUMBERS, ephemeris_along
-from torquer.export.elements import elements_of
-from torquer.export.ephemeris import models_of
-from torquer.orbit import Circular, Kepler, Sgp4
-from torquer.time import parse_utc
+from torquer.environment.orbit import Circular, Kepler, Sgp4
+from torquer.flight.c99.elements import elements_of
+from torquer.flight.c99.ephemeris import models_of
 
 CHIBIS = (
     "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",

@@ -6,7 +6,7 @@ import numba
 import pytest
 
 import torquer
-from torquer.control.law import as_law, readings_of
+from torquer.computer.blocks.law import as_law, readings_of
 
 ALL = {"sun", "search_coil", "horizon"}
 

@@ -12,16 +12,16 @@ from on_board import OnBoard
 from gallery.entries import mag_3_3_2, mag_3_4_3
 from gallery.spinning import course_of
 from torquer.compile import engine
-from torquer.control.built_in import BUILT_IN
-from torquer.control.modes.scheme import modes_of
-from torquer.control.recommended import is_low, recommended_scheme, standard_scheme
-from torquer.control.scheme import Scheme, stage_at, stage_starts_s
+from torquer.computer.laws.built_in import BUILT_IN
+from torquer.computer.laws.recommended import is_low, recommended_scheme, standard_scheme
+from torquer.computer.modes.scheme import modes_of
+from torquer.computer.scheme import Scheme, stage_at, stage_starts_s
 from torquer.scenario.load import ScenarioError, load_scenario
-from torquer.simulation.simulate import resume, simulate
-from torquer.theory.evolution.model import Case, Slow
-from torquer.theory.evolution.preliminary_1 import preliminary_1_rates
-from torquer.theory.evolution.preliminary_2 import preliminary_2_rates
-from torquer.theory.spinner import Spinner
+from torquer.simulation.setup.simulate import resume, simulate
+from torquer.theory.slow.evolution.model import Case, Slow
+from torquer.theory.slow.evolution.preliminary_1 import preliminary_1_rates
+from torquer.theory.slow.evolution.preliminary_2 import preliminary_2_rates
+from torquer.theory.slow.spinner import Spinner
 
 J = [1.0, 1.1, 1.5]
 Z = (0.0, 0.0, 1.0)

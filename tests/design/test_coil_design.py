@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from torquer.analysis.bench_scaling import scaling
-from torquer.analysis.coil_design import (
+from torquer.design.bench_scaling import scaling
+from torquer.design.coil_design import (
     CONDUCTORS,
     Conductor,
     coil_of,

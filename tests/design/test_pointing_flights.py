@@ -7,9 +7,9 @@ import pytest
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.campaign.load import load_campaign
-from torquer.campaign.pointing_flights import PointingFlights, fly_releases
 from torquer.campaign.sampling import member_scenario
-from torquer.simulation.simulate import simulate
+from torquer.design.pointing_flights import PointingFlights, fly_releases
+from torquer.simulation.setup.simulate import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples/magneto_gyro.toml"
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.analysis.wheel_file import load_wheels, wheels_from_text
+from torquer.design.wheel_file import load_wheels, wheels_from_text
 from torquer.scenario.explain import ScenarioError
-from torquer.wheel_array import layout
-from torquer.wheel_array.presets import LAYOUTS
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.presets import LAYOUTS
 
 EXAMPLE = Path(__file__).parents[2] / "examples/wheels/foton.toml"
 TEXT = EXAMPLE.read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ import pytest
 from messages import message_of
 
 import torquer
-from torquer.control import LAWS
+from torquer.computer.laws import LAWS
 from torquer.scenario.load import ScenarioError
 
 HEAD = """

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.analysis.wheel_design import report_of
-from torquer.analysis.wheel_file import load_wheels, wheels_from_text
-from torquer.analysis.wheel_sweep import sweep_of
+from torquer.design.wheel_design import report_of
+from torquer.design.wheel_file import load_wheels, wheels_from_text
+from torquer.design.wheel_sweep import sweep_of
 
 FOTON = Path(__file__).parents[2] / "examples/wheels/foton.toml"
 CUBE = """

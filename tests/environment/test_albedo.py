@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from torquer.conventions import EARTH_RADIUS_M
+from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.environment.albedo import earthlight
 
 

@@ -8,14 +8,14 @@ import ppigrf
 import pygeomag
 import pytest
 
+from torquer.base.time import decimal_year, decimal_years, parse_utc
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.field import DirectDipole, Igrf14, TiltedDipole, Wmm2025
 from torquer.environment.field.along import fields_along
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
+from torquer.environment.orbit import Circular
 from torquer.environment.table import DEGREE, build, build_proven, measured_error
-from torquer.geometry.frames import geodetic_from_ecef
-from torquer.orbit import Circular
-from torquer.time import decimal_year, decimal_years, parse_utc
+from torquer.maths.geometry.frames import geodetic_from_ecef
 
 DAY = 86400.0
 ORBIT = Circular(altitude_km=300.0, inclination_deg=98.0)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M
+from torquer.base.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M
+from torquer.base.time import parse_utc
 from torquer.environment import sun
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
+from torquer.environment.orbit import Circular
 from torquer.environment.table import lookup3
-from torquer.orbit import Circular
 from torquer.scenario.spec import Scenario
-from torquer.simulation.simulate import simulate
-from torquer.time import parse_utc
+from torquer.simulation.setup.simulate import simulate
 
 START = "2026-06-01T00:00:00Z"
 EQUATORIAL = Circular(altitude_km=600.0, inclination_deg=0.0)

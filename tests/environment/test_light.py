@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M
+from torquer.base.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M
+from torquer.base.time import parse_utc
 from torquer.environment import Environment, OrbitEnvironment
 from torquer.environment.light import (
     Light,
@@ -15,9 +16,8 @@ from torquer.environment.light import (
     light_at,
     next_edge,
 )
+from torquer.environment.orbit import Circular
 from torquer.environment.sun import shadow_of
-from torquer.orbit import Circular
-from torquer.time import parse_utc
 
 
 def orbit_environment(eclipse="conical", **orbit):

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, SUN_RADIUS_M
+from torquer.base.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, SUN_RADIUS_M
+from torquer.base.time import parse_utc
 from torquer.environment import sun
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
-from torquer.orbit import Circular
+from torquer.environment.orbit import Circular
 from torquer.scenario.spec import Scenario
-from torquer.simulation.simulate import simulate
-from torquer.time import parse_utc
+from torquer.simulation.setup.simulate import simulate
 
 POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)
 RIM = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)

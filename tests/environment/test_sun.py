@@ -4,12 +4,12 @@ import erfa
 import numpy as np
 import pytest
 
-from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M, SUN_RADIUS_M
-from torquer.earth import rotation
-from torquer.earth.apparent_sun import LIGHT_SPEED_M_S, apparent_sun_gcrf
+from torquer.base.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M, SUN_RADIUS_M
+from torquer.base.time import julian_dates
 from torquer.environment import sun
-from torquer.orbit import Circular, Sgp4
-from torquer.time import julian_dates
+from torquer.environment.earth import rotation
+from torquer.environment.earth.apparent_sun import LIGHT_SPEED_M_S, apparent_sun_gcrf
+from torquer.environment.orbit import Circular, Sgp4
 
 START = "2012-03-04T10:31:47Z"
 

@@ -7,14 +7,14 @@ from pydantic import ValidationError
 from skyfield.api import EarthSatellite, load, wgs84
 from skyfield.framelib import itrs
 
-from torquer.conventions import EARTH_RATE_RAD_S
-from torquer.earth.atmosphere import Gost
-from torquer.earth.rotation_table import rotation_at, rotation_table
+from torquer.base.conventions import EARTH_RATE_RAD_S
+from torquer.base.time import julian_dates, parse_utc
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
+from torquer.environment.earth.atmosphere import Gost
+from torquer.environment.earth.rotation_table import rotation_at, rotation_table
 from torquer.environment.field.along import fields_along
-from torquer.geometry.frames import rot_z
-from torquer.orbit import Circular, Numerical, Sgp4
-from torquer.time import julian_dates, parse_utc
+from torquer.environment.orbit import Circular, Numerical, Sgp4
+from torquer.maths.geometry.frames import rot_z
 
 START = parse_utc("2012-03-04T10:31:47Z")
 TIMES = np.linspace(0.0, 57000.0, 60)

@@ -9,10 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from gallery import four_models
 from gallery.entries import field_2_16, field_10, field_11
-from torquer.compile import engine
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.simulation.simulate import simulate
-from torquer.theory.pitch_wheel import (
+from gallery.theory.pitch_wheel import (
     EQUILIBRIUM,
     MODELS,
     PITCH,
@@ -21,7 +18,10 @@ from torquer.theory.pitch_wheel import (
     orbital_field,
     pitch_offset_direct_dipole,
 )
-from torquer.theory.poincare import derivatives, small_parameter
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.compile import engine
+from torquer.simulation.setup.simulate import simulate
+from torquer.theory.periodic.poincare import derivatives, small_parameter
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
 
@@ -50,7 +50,7 @@ def test_the_turns_of_field_in_axes_of_x():
 
 
 def test_the_chosen_gains():
-    from torquer.theory.pitch_wheel import PitchWheel
+    from gallery.theory.pitch_wheel import PitchWheel
 
     satellite = PitchWheel(
         inertia_kg_m2=field_10.STABLE, gain_a_m2_s_t=field_10.chosen_gain(),

@@ -10,7 +10,7 @@ from gallery import five_days
 from gallery.entries import wheel_10
 from torquer.analysis.attitude import orbital_axes
 from torquer.compile import engine
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
 UP, ALONG, NORMAL = np.array([0.0, 0, 1]), np.array([1.0, 0, 0]), np.array([0.0, 1, 0])

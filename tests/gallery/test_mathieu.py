@@ -9,9 +9,7 @@ from scipy.linalg import eigvalsh_tridiagonal
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
-from torquer.compile.engine import COMPILED
-from torquer.theory.floquet import chart, monodromy, multipliers
-from torquer.theory.mathieu import (
+from gallery.theory.mathieu import (
     edges,
     first_tongue,
     first_tongue_of_strength,
@@ -23,6 +21,8 @@ from torquer.theory.mathieu import (
     mathieu_parameters,
     multipliers_from_half_trace,
 )
+from torquer.compile.engine import COMPILED
+from torquer.theory.periodic.floquet import chart, monodromy, multipliers
 
 
 def half_trace_at(a, q):

@@ -8,11 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
 from slow_cases import slow_after
 
-from torquer.environment.field import averaged, direct_dipole
-from torquer.environment.field.tilted_dipole import b_dipole
-from torquer.geometry import euler
-from torquer.orbit.circular import Circular
-from torquer.theory.pitch_wheel import (
+from gallery.theory.pitch_wheel import (
     EQUILIBRIUM,
     MODELS,
     PITCH,
@@ -26,7 +22,11 @@ from torquer.theory.pitch_wheel import (
     pitch_offset_direct_dipole,
     pitch_wheel_response,
 )
-from torquer.theory.poincare import departure, derivatives, remainder
+from torquer.environment.field import averaged, direct_dipole
+from torquer.environment.field.tilted_dipole import b_dipole
+from torquer.environment.orbit.circular import Circular
+from torquer.maths.geometry import euler
+from torquer.theory.periodic.poincare import departure, derivatives, remainder
 
 SATELLITE = PitchWheel(
     inertia_kg_m2=(10.0, 13.0, 12.0),

@@ -12,10 +12,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a, mathieu_b
 
-from torquer.environment.field import averaged, direct_dipole
-from torquer.theory.floquet import chart, monodromy
-from torquer.theory.mathieu import first_tongue, half_trace, mathieu_equation
-from torquer.theory.planar_magnet import (
+from gallery.theory.mathieu import first_tongue, half_trace, mathieu_equation
+from gallery.theory.planar_magnet import (
     STRENGTH,
     PlanarMagnet,
     along_field,
@@ -29,7 +27,9 @@ from torquer.theory.planar_magnet import (
     uniform_rotation,
     uniform_rotation_forcing,
 )
-from torquer.theory.poincare import samples_of
+from torquer.environment.field import averaged, direct_dipole
+from torquer.theory.periodic.floquet import chart, monodromy
+from torquer.theory.periodic.poincare import samples_of
 
 ANGLES = st.floats(-10.0, 10.0)
 dipole_turn = uniform_rotation.with_parameters(mu=1.0)

@@ -8,8 +8,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer.environment.field.averaged import b_orbital
-from torquer.theory.steady_bdot import (
+from gallery.theory.steady_bdot import (
     PITCH,
     REST,
     ROLL,
@@ -22,6 +21,7 @@ from torquer.theory.steady_bdot import (
     published_swing,
     steady_bdot_response,
 )
+from torquer.environment.field.averaged import b_orbital
 
 CASE = SteadyBdot(ratio=0.5, eps=0.1, inclination_deg=50.0)
 PRINTED = CASE.as_published()

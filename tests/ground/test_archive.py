@@ -11,6 +11,9 @@ from contextlib import closing
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from torquer.flight.packets.codec import decoder, encoder
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet, load_dictionary
+from torquer.flight.packets.frames import Downlink, Stream
 from torquer.ground.archive import (
     AUTHENTIC,
     EPOCH_MS,
@@ -23,9 +26,6 @@ from torquer.ground.archive import (
     read_only,
 )
 from torquer.ground.history import latest, points
-from torquer.packets.codec import decoder, encoder
-from torquer.packets.dictionary import Dictionary, Field, Packet, load_dictionary
-from torquer.packets.frames import Downlink, Stream
 
 CHIBIS = load_dictionary("chibis_m")
 EVENT = (3, 49, -7, 4.2e11 + 130.0)
@@ -148,8 +148,8 @@ def test_counters_only_grow_and_stay(tmp_path):
 _WRITER = """
 import sys
 from torquer.ground.archive import Archive, RowMaker
-from torquer.packets.dictionary import load_dictionary
-from torquer.packets.frames import Downlink, Stream
+from torquer.flight.packets.dictionary import load_dictionary
+from torquer.flight.packets.frames import Downlink, Stream
 known = load_dictionary("chibis_m")
 archive, maker, made = Archive(sys.argv[1], known), RowMaker(known), Downlink(known)
 stream = Stream(known, "down")

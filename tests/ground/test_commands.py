@@ -4,6 +4,10 @@ from contextlib import closing
 
 import pytest
 
+from torquer.flight.packets.dictionary import load_dictionary
+from torquer.flight.packets.frames import Stream
+from torquer.flight.software.log import Reason
+from torquer.flight.software.script import Sent
 from torquer.ground.archive import EPOCH_MS, Archive, read_only
 from torquer.ground.commands import (
     ANSWER_MS,
@@ -12,12 +16,8 @@ from torquer.ground.commands import (
     Commands,
     listed,
 )
-from torquer.onboard.log import Reason
-from torquer.onboard.script import Sent
-from torquer.packets.dictionary import load_dictionary
-from torquer.packets.frames import Stream
 from torquer.scenario.explain import ScenarioError
-from torquer.simulation.directed import Names
+from torquer.simulation.outside.directed import Names
 
 CHIBIS = load_dictionary("chibis_m")
 NAMES = Names({"modes": (0, {"idle": 0, "science": 1})}, ("low",), {"bdot.gain": (0, 1)}, {}, ())

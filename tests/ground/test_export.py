@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from torquer.flight.packets.codec import decoder
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet, load_dictionary
+from torquer.flight.packets.frames import Downlink, Stream
 from torquer.ground import export
 from torquer.ground.archive import EPOCH_MS, UNCHECKED, Archive, ArchiveError, RowMaker
 from torquer.ground.export import exported
-from torquer.packets.codec import decoder
-from torquer.packets.dictionary import Dictionary, Field, Packet, load_dictionary
-from torquer.packets.frames import Downlink, Stream
 
 CHIBIS = load_dictionary("chibis_m")
 RATE = CHIBIS.down["extended"].names.index("omega_x")

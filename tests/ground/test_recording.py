@@ -5,11 +5,11 @@ from contextlib import closing
 
 import pytest
 
+from torquer.flight.packets.frames import Downlink
+from torquer.flight.packets.protected import TelemetrySender
+from torquer.flight.software.software import load_link
 from torquer.ground.archive import AUTHENTIC, SUSPECT, UNCHECKED, Archive
 from torquer.ground.recording import imported
-from torquer.onboard.software import load_link
-from torquer.packets.frames import Downlink
-from torquer.packets.protected import TelemetrySender
 
 PROTECTED = load_link()
 HISTORICAL = PROTECTED._replace(link="historical")

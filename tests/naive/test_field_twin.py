@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import Legendre
 
-from torquer.earth.harmonics import gradient
+from torquer.environment.earth.harmonics import gradient
 from torquer.environment.field import Gauss
 from torquer.environment.field.coefficients import schmidt_coefficients
 

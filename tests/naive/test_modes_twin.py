@@ -8,10 +8,10 @@ from flown_modes import Flown, Z, reading, spinning
 from hypothesis import example, given, settings, strategies as st
 from modes_twin import Twin, tried
 
-from torquer.control.modes.check import all_faults
-from torquer.control.modes.explore import Sight
-from torquer.control.modes.finding import Facts
-from torquer.control.modes.spec import Modes
+from torquer.computer.modes.check import all_faults
+from torquer.computer.modes.explore import Sight
+from torquer.computer.modes.finding import Facts
+from torquer.computer.modes.spec import Modes
 
 RATES = (0.3, 0.5, 0.7)
 #: On, between and beyond the thresholds.

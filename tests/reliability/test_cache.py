@@ -15,7 +15,7 @@ from torquer.compile import code_cache, engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="there is no cache without a compiler")
 SCRIPT = """
-from torquer.geometry.vec3 import cross, dot
+from torquer.maths.geometry.vec3 import cross, dot
 from torquer.compile.engine import kernel
 
 @kernel

@@ -9,11 +9,11 @@ from onboard_ground import Ground, flying
 from space_packet_parser.xtce import definitions
 
 import torquer
-from torquer.onboard.core import Core
-from torquer.onboard.faults import FaultsFile, of_software
-from torquer.onboard.log import Reason
-from torquer.onboard.session import Recorder, first_difference, flown, replayed
-from torquer.packets.xtce import FRAME, xtce
+from torquer.flight.packets.xtce import FRAME, xtce
+from torquer.flight.software.core import Core
+from torquer.flight.software.faults import FaultsFile, of_software
+from torquer.flight.software.log import Reason
+from torquer.flight.software.session import Recorder, first_difference, flown, replayed
 
 pytestmark = pytest.mark.slow
 

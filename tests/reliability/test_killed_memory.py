@@ -8,12 +8,12 @@ import time
 
 import pytest
 
-from torquer.onboard.memory import Memory
+from torquer.flight.software.memory import Memory
 
 #: Writes two files in turn; says the number of each writing when it is done.
 WRITER = """
 import hashlib, sys
-from torquer.onboard.memory import Memory
+from torquer.flight.software.memory import Memory
 memory = Memory(sys.argv[1])
 for number in range(10**9):
     body = b"%d:" % number + bytes([number % 256]) * (number * 997 % 20_000)

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="nothing is compiled
 EXAMPLE = Path(__file__).parents[2] / "examples" / "chibis_m_detumble.toml"
 #: Prints a number, and how often its kernel was found compiled.
 SCRIPT = """
-from torquer.geometry.vec3 import cross
+from torquer.maths.geometry.vec3 import cross
 print(cross((1.0, 0.0, 0.0), (0.0, 2.0, 0.0))[2], sum(cross.stats.cache_hits.values()))
 """
 WRITE = (

@@ -3,8 +3,8 @@
 import json
 import math
 
+from torquer.base.strict_json import json_text
 from torquer.cli.output import console, harmless
-from torquer.strict_json import json_text
 
 
 def test_what_a_terminal_obeys_is_written_as_escapes():

@@ -3,7 +3,7 @@
 import pytest
 
 from torquer.scenario.spec import Scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 NASTY = "<script>alert('x')</script> & <b>\"bold\"</b> costs $5 and $6"
 

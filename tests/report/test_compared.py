@@ -13,7 +13,7 @@ import torquer
 from torquer.report import accessor  # noqa: F401  `import torquer` registers it with `simulate`
 from torquer.report.common import side_by_side
 from torquer.simulation.results.variables import ATTRIBUTES, COORDINATES, VARIABLES
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 
 @pytest.fixture(scope="module")

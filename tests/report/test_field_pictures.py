@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from unpacking import unpacked
 
-from torquer.analysis.field_cone import cone_of
-from torquer.analysis.field_map import field_map
+from torquer.analysis.field.field_cone import cone_of
+from torquer.analysis.field.field_map import field_map
+from torquer.base.time import parse_utc
 from torquer.environment.field import Averaged, DirectDipole, Igrf14, TiltedDipole
 from torquer.environment.field.along import angles_deg, fields_along
-from torquer.orbit import Circular
+from torquer.environment.orbit import Circular
 from torquer.report.common.packing import PACKED
 from torquer.report.field.along import draw_along, unwound
 from torquer.report.field.cone import cone_figure, draw_cone, write_cone_page
 from torquer.report.field.map import draw_map
-from torquer.time import parse_utc
 
 START = parse_utc("2025-07-01T00:00:00Z")
 MODELS = (Igrf14(degree=3), DirectDipole(), TiltedDipole(), Averaged())

@@ -14,7 +14,7 @@ from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.summary import summary_of
 from torquer.analysis.summary_rows import rows_of
 from torquer.analysis.wheels import FlownWheels, zero_crossings
-from torquer.control.wheel_pd import WheelPd
+from torquer.computer.laws.wheel_pd import WheelPd
 from torquer.report import write_report
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.interactive import panel_figure
@@ -26,8 +26,8 @@ from torquer.report.flight.setting import hardware_lines, setting
 from torquer.report.flight.view import view_of
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of
-from torquer.simulation.simulate import simulate
-from torquer.spacecraft.wheels import ReactionWheels
+from torquer.simulation.setup.simulate import simulate
+from torquer.spacecraft.actuators.wheels import ReactionWheels
 
 RPM = np.pi / 30.0
 
@@ -157,7 +157,7 @@ def test_nothing_is_said_of_the_attitude_under_a_users_law(flown):
 
 
 def test_coils_that_hold_an_attitude_have_an_attitude_error(detumble):
-    from torquer.control.three_axis import ThreeAxis
+    from torquer.computer.laws.three_axis import ThreeAxis
 
     law = ThreeAxis(rate_gain_n_m_s_per_t2=1.0, angle_gain_n_m_per_t2=1.0, reference="inertial")
     held = attitude_error_of(with_control(detumble, law=law.model_dump()))

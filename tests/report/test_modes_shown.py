@@ -17,9 +17,9 @@ from torquer import simulate
 from torquer.analysis.modes import RegionRecord, regions_of, state_uses
 from torquer.analysis.summary import summary_of
 from torquer.analysis.summary_rows import rows_of
-from torquer.control import AnyLaw
-from torquer.control.modes.diagram import svg
-from torquer.estimation import AnyEstimator
+from torquer.computer.estimation import AnyEstimator
+from torquer.computer.laws import AnyLaw
+from torquer.computer.modes.diagram import svg
 from torquer.report import write_report
 from torquer.report.common.keys import in_one_line, keys_of
 from torquer.report.flight import panels as drawn

@@ -34,7 +34,7 @@ from torquer.report.flight.view import view_of
 from torquer.scenario.load import scenario_from_text
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 PICTURES = (
     "rate", "momentum", "field", "dipoles", "torques", "pointing", "ground_track", "overview",

@@ -11,13 +11,13 @@ import torquer
 from torquer.analysis.coils import coil_reach
 from torquer.analysis.control_cycle import fresh_rows
 from torquer.analysis.summary import summary_of
-from torquer.conventions import EARTH_RADIUS_M
+from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.notes import notes
 from torquer.report.flight.scene import chapters, scene_figure
 from torquer.report.flight.view import view_of
 from torquer.simulation.results.dataset import scenario_of
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_notes_say_what_to_beware_of(make, detumble):
 
 
 def test_law_that_took_the_place_of_the_scenarios_own(make):
-    from torquer.control.off import Off
+    from torquer.computer.laws.off import Off
 
     fast = make(initial={"rate_deg_s": [50.0, 20.0, 0.0]}, simulation={"duration_s": 20.0})
     assert any("drive the rotation" in note for note in notes(view_of(simulate(fast))))

@@ -6,8 +6,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from torquer.report.theory.pictures import _levels, draw_evolution, draw_map, isolines
-from torquer.theory.evolution.model import Slow
-from torquer.theory.slow_result import SlowMotion
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.slow_result import SlowMotion
 
 U = np.linspace(0.0, 60.0, 50)
 FLAT = Slow(np.ones(50), np.full(50, 0.5), np.zeros(50), np.full(50, 1.0))

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from messages import message_of
 
-from torquer.control import BUILT_IN, LAWS
-from torquer.estimation import ESTIMATORS
-from torquer.orbit import ORBITS
+from torquer.computer.estimation import ESTIMATORS
+from torquer.computer.laws import BUILT_IN, LAWS
+from torquer.environment.orbit import ORBITS
 from torquer.scenario.load import (
     ScenarioError,
     load_scenario,

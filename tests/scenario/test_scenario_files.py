@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from torquer.control.modes.spec import Region
-from torquer.notes.notes import notes_of
+from torquer.analysis.notes.notes import notes_of
+from torquer.computer.modes.spec import Region
 from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
 from torquer.scenario.spec import Scenario
 

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 import torquer
-from torquer.conventions import EARTH_RATE_RAD_S
+from torquer.base.conventions import EARTH_RATE_RAD_S
 
 SCENARIO = """
 start = 2025-03-01T00:00:00Z

@@ -8,16 +8,16 @@ from filter_cases import DISTURBANCE, GYRO, SCENARIO
 
 import torquer
 from torquer.analysis.attitude import attitude_error_of
+from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.campaign.fleet import Fleet
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
 from torquer.compile import engine
-from torquer.conventions import EARTH_RADIUS_M
 from torquer.report.flight.setting import setting
 from torquer.report.flight.view import view_of
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.results.dataset import scenario_of
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -239,7 +239,7 @@ CLOCK = {"control.ephemeris.clock_error_s": {"uniform": [-5.0, 5.0]}}
 @pytest.mark.filterwarnings("ignore::torquer.campaign.fly.OneByOne")
 @pytest.mark.parametrize(
     ("ephemeris", "vary", "alone"),
-    # members in lanes with such errors: in `tests/campaign/test_lanes.py`, too
+    # members in lanes with such errors: in `tests/simulation/lanes/test_lanes.py`, too
     [pytest.param(ERRORS, RATE, "", marks=pytest.mark.slow),
      ({}, CLOCK, "control.ephemeris.clock_error_s varies"),
      ({"field": EARLIER}, CLOCK | RATE, "control.ephemeris.clock_error_s varies")],

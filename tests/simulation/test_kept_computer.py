@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 
 from torquer import Flight, RunStopped, law, resume, simulate
 from torquer.compile import engine
-from torquer.interface import Command
-from torquer.simulation import size
+from torquer.computer.interface import Command
+from torquer.simulation.setup import size
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -10,8 +10,8 @@ from torquer.compile import engine
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.simulation.results.dataset import laws_of
 from torquer.simulation.results.store import InMemory
-from torquer.simulation.run import prepare
-from torquer.simulation.simulate import finish
+from torquer.simulation.setup.run import prepare
+from torquer.simulation.setup.simulate import finish
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

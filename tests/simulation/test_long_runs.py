@@ -12,10 +12,10 @@ from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
 from torquer.environment.table import build, lookup3
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation import checkpoints as pieces, run as runner, size as sizes
-from torquer.simulation.checkpoints import NotSaved
 from torquer.simulation.results.store import InFile, parts_folder
-from torquer.simulation.size import piece_steps, size_of
+from torquer.simulation.setup import checkpoints as pieces, run as runner, size as sizes
+from torquer.simulation.setup.checkpoints import NotSaved
+from torquer.simulation.setup.size import piece_steps, size_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

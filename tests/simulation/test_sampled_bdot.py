@@ -12,7 +12,7 @@ from slow_cases import slow_after
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.theory.gains import damping_efficiency, driven_rate_rad_s, sampling_limit_rad_s
+from torquer.theory.slow.gains import damping_efficiency, driven_rate_rad_s, sampling_limit_rad_s
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -9,9 +9,9 @@ from slow_cases import slow_after
 
 from torquer import Law, ScenarioError, simulate
 from torquer.compile import engine
-from torquer.simulation.run import prepare
-from torquer.simulation.state import arrays_of
-from torquer.spacecraft.coils import Coils
+from torquer.simulation.loop.state import arrays_of
+from torquer.simulation.setup.run import prepare
+from torquer.spacecraft.actuators.coils import Coils
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

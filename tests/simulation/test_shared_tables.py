@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 SCENARIO = """
 start = 2025-07-01T00:00:00Z

@@ -14,9 +14,9 @@ from slow_cases import slow_after
 import torquer
 from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
-from torquer.control.unloading import Unloading
-from torquer.simulation import checkpoints as pieces, run as runner
+from torquer.computer.laws.unloading import Unloading
 from torquer.simulation.results.dataset import laws_of
+from torquer.simulation.setup import checkpoints as pieces, run as runner
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from torquer import law, simulate
+from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.compile import engine
-from torquer.conventions import MU_EARTH_M3_S2
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -8,10 +8,10 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
+from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.compile import engine
-from torquer.conventions import MU_EARTH_M3_S2
 from torquer.environment.field.averaged import cone_angle, mean_over_orbit
-from torquer.theory.gains import bdot_gain, damping_efficiency, sampling_limit_rad_s
+from torquer.theory.slow.gains import bdot_gain, damping_efficiency, sampling_limit_rad_s
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -7,9 +7,9 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer.earth.gravity import gravity_gradient_torque
+from torquer.environment.earth.gravity import gravity_gradient_torque
 from torquer.environment.local import LocalEnvironment
-from torquer.geometry.motion import Motion
+from torquer.maths.geometry.motion import Motion
 from torquer.spacecraft.body import (
     Body,
     momentum_body,

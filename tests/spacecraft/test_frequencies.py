@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.geometry.vec3 import as_symmetric
+from torquer.maths.geometry.vec3 import as_symmetric
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square
 
 MOMENTS = np.array([1.0, 1.4, 2.1])

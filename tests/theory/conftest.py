@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from torquer.control.bdot import BdotRate
-from torquer.control.nutation_damping import NutationDampingRate
-from torquer.control.preliminary_1 import Preliminary1
-from torquer.control.preliminary_2 import Preliminary2
-from torquer.control.reorientation import Reorientation
-from torquer.control.sdot import SdotRate
-from torquer.control.spin_up import SpinUp
-from torquer.theory.spinner import Spinner
+from torquer.computer.laws.bdot import BdotRate
+from torquer.computer.laws.nutation_damping import NutationDampingRate
+from torquer.computer.laws.preliminary_1 import Preliminary1
+from torquer.computer.laws.preliminary_2 import Preliminary2
+from torquer.computer.laws.reorientation import Reorientation
+from torquer.computer.laws.sdot import SdotRate
+from torquer.computer.laws.spin_up import SpinUp
+from torquer.theory.slow.spinner import Spinner
 
 #: Physical units, so that every factor of the small parameters counts.
 SATELLITE = {

@@ -7,9 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
-from torquer.compile import engine
-from torquer.theory.floquet import monodromy
-from torquer.theory.mathieu import (
+from gallery.theory.mathieu import (
     first_tongue,
     first_tongue_of_strength,
     half_trace,
@@ -18,23 +16,16 @@ from torquer.theory.mathieu import (
     mathieu_parameters,
     multipliers_from_half_trace,
 )
-from torquer.theory.pitch_wheel import (
+from gallery.theory.pitch_wheel import (
     PitchWheel,
     pitch_offset_averaged_polar,
     pitch_offset_direct_dipole,
     pitch_wheel_response as pitch_response,
 )
-from torquer.theory.planar_magnet import (
+from gallery.theory.planar_magnet import (
     tracking_motion,
 )
-from torquer.theory.poincare import (
-    departure,
-    forced_response,
-    periodic_motion,
-    samples_of,
-    small_parameter,
-)
-from torquer.theory.steady_bdot import (
+from gallery.theory.steady_bdot import (
     PITCH,
     ROLL,
     SteadyBdot,
@@ -43,6 +34,15 @@ from torquer.theory.steady_bdot import (
     published_offset,
     published_swing,
     steady_bdot_response,
+)
+from torquer.compile import engine
+from torquer.theory.periodic.floquet import monodromy
+from torquer.theory.periodic.poincare import (
+    departure,
+    forced_response,
+    periodic_motion,
+    samples_of,
+    small_parameter,
 )
 
 

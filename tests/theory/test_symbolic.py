@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer.control.bdot import Bdot, BdotDerivative, BdotRate
-from torquer.control.nutation_damping import NutationDampingRate
-from torquer.control.preliminary_1 import Preliminary1
-from torquer.control.preliminary_2 import Preliminary2
-from torquer.control.reorientation import Reorientation
-from torquer.control.spin_up import SpinUp
+from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotRate
+from torquer.computer.laws.nutation_damping import NutationDampingRate
+from torquer.computer.laws.preliminary_1 import Preliminary1
+from torquer.computer.laws.preliminary_2 import Preliminary2
+from torquer.computer.laws.reorientation import Reorientation
+from torquer.computer.laws.spin_up import SpinUp
 from torquer.environment.field.averaged import cone_angle
-from torquer.theory.averaging import averaged_rates, nodes
-from torquer.theory.evolution.model import Slow
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.averaging import averaged_rates, nodes
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.spinner import Spinner
 
 sympy = pytest.importorskip("sympy")
 from torquer.theory.symbolic import (  # noqa: E402

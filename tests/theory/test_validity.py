@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.compile import engine
-from torquer.control.bdot import BdotRate
-from torquer.theory.averaging import averaged_rates, converged_nodes, nodes
-from torquer.theory.comparison import compare, resonances
-from torquer.theory.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation, spin_up
-from torquer.theory.evolution.model import Case, Slow, compile_rates
-from torquer.theory.floquet import degree_of_stability, exponents
-from torquer.theory.full_motion import Fast, by_euler, osculating, slow_of
-from torquer.theory.mathieu import (
+from gallery.theory.mathieu import (
     edges,
     first_tongue,
     first_tongue_of_strength,
@@ -23,30 +15,17 @@ from torquer.theory.mathieu import (
     mathieu_equation,
     multipliers_from_half_trace,
 )
-from torquer.theory.orbit_field import OrbitField
-from torquer.theory.pitch_wheel import (
+from gallery.theory.pitch_wheel import (
     free_rates,
     orbital_field,
 )
-from torquer.theory.planar_magnet import (
+from gallery.theory.planar_magnet import (
     pitch_acceleration,
     tongue_edges,
     tracking_motion,
     uniform_rotation,
 )
-from torquer.theory.poincare import (
-    forced_response,
-    samples_of,
-)
-from torquer.theory.second_moments import averaged_moments, closed_moments
-from torquer.theory.slow_motion import (
-    ClosedMotion,
-    evolve,
-    map_of_evolution,
-    path_of,
-)
-from torquer.theory.spinner import Spinner
-from torquer.theory.steady_bdot import (
+from gallery.theory.steady_bdot import (
     PITCH,
     ROLL,
     SteadyBdot,
@@ -56,8 +35,28 @@ from torquer.theory.steady_bdot import (
     published_swing,
     steady_bdot_response,
 )
-from torquer.theory.validity import Limit, passed, within
-from torquer.theory.wheel_accumulation import (
+from torquer.compile import engine
+from torquer.computer.laws.bdot import BdotRate
+from torquer.theory.periodic.floquet import degree_of_stability, exponents
+from torquer.theory.periodic.poincare import (
+    forced_response,
+    samples_of,
+)
+from torquer.theory.slow.averaging import averaged_rates, converged_nodes, nodes
+from torquer.theory.slow.comparison import compare, resonances
+from torquer.theory.slow.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation, spin_up
+from torquer.theory.slow.evolution.model import Case, Slow, compile_rates
+from torquer.theory.slow.full_motion import Fast, by_euler, osculating, slow_of
+from torquer.theory.slow.orbit_field import OrbitField
+from torquer.theory.slow.second_moments import averaged_moments, closed_moments
+from torquer.theory.slow.slow_motion import (
+    ClosedMotion,
+    evolve,
+    map_of_evolution,
+    path_of,
+)
+from torquer.theory.slow.spinner import Spinner
+from torquer.theory.slow.wheel_accumulation import (
     Held,
     air_torque,
     cyclic_bounds,
@@ -67,6 +66,7 @@ from torquer.theory.wheel_accumulation import (
     orbital_axes,
     saturation_time,
 )
+from torquer.theory.validity import Limit, passed, within
 
 START, UP = Slow(1.0, 0.9, 0.4, 1.1), (0.0, 0.0, 1.0)
 U = np.linspace(0.0, 60.0, 21)

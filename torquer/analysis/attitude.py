@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.series import Variables, angle_deg
-from torquer.control.pointing import HeldAttitude
-from torquer.geometry.attitudes import dcm_body_to_reference
+from torquer.computer.laws.pointing import HeldAttitude
+from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.control import Control
 from torquer.simulation.results.dataset import scenario_of
 

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.earth.gravity import gravity_gradient_vector
+from torquer.environment.earth.gravity import gravity_gradient_vector
 from torquer.environment.ephemeris import ModelErrors, model_errors
 from torquer.environment.light import light_along
-from torquer.geometry.attitudes import to_body
+from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of
-from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.along import (
     Along,

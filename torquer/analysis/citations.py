@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from torquer.base.version import VERSION
 from torquer.scenario.spec import Scenario
-from torquer.version import VERSION
 
 if TYPE_CHECKING:
     import xarray as xr

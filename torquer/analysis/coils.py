@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.actuators.coils import Coils
 
 
 def coil_reach(coils: Coils) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.attitude import orbital_axes
-from torquer.orbit.circular import Circular
+from torquer.environment.orbit.circular import Circular
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of
 

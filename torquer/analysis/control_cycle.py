@@ -3,8 +3,8 @@
 import numpy as np
 
 from torquer.scenario.spec import Scenario
-from torquer.simulation.prepare import timetable_for
-from torquer.simulation.timetable import CONTROL
+from torquer.simulation.loop.timetable import CONTROL
+from torquer.simulation.setup.prepare import timetable_for
 
 
 def fresh_rows(scenario: Scenario, t_s) -> np.ndarray:

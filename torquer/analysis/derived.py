@@ -14,9 +14,9 @@ import xarray as xr
 from torquer.analysis.attitude import attitude_error_of, body_axes_from_vertical_deg
 from torquer.analysis.modes import regions_of
 from torquer.analysis.series import angle_deg
-from torquer.geometry.attitudes import to_body
+from torquer.base.validate import unit_rows
+from torquer.maths.geometry.attitudes import to_body
 from torquer.simulation.results.dataset import scenario_of
-from torquer.validate import unit_rows
 
 _RPM_PER_RAD_S = 30.0 / np.pi
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from torquer.analysis.attitude import attitude_error_in, held_attitudes
 from torquer.analysis.series import Variables, angle_deg
-from torquer.control.spin_axis import Pointed
-from torquer.geometry.attitudes import to_reference
+from torquer.computer.laws.spin_axis import Pointed
+from torquer.maths.geometry.attitudes import to_reference
 from torquer.scenario.mission import ORBITAL_RATES, Mission
 from torquer.scenario.spec import Scenario
 

@@ -1,7 +1,7 @@
 """The summary as rows of a table: label, value, unit."""
 
 from torquer.analysis.verdict import clock_text
-from torquer.control.modes.spec import MAIN
+from torquer.computer.modes.spec import MAIN
 
 _ROWS = (
     ("Simulated", "simulated_s", "s"),

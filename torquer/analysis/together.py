@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from torquer.base.time import utc_at
 from torquer.simulation.results.dataset import scenario_of
-from torquer.time import utc_at
 
 #: Attributes of a result that belong to its run alone: coordinates of the joined runs.
 _OF_A_RUN = ("scenario", "seed", "ended", "how_it_ended", "laws", "versions", "processor",

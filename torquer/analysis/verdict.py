@@ -6,7 +6,7 @@ from torquer.analysis.goals import NAMED, Goal, signal_of
 from torquer.analysis.series import Variables
 from torquer.analysis.wheels import AT_LIMIT, wheels_of
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.actuators.coils import Coils
 
 #: Shares of the record below this are not reported.
 _WORTH_TELLING = 0.005

@@ -6,9 +6,9 @@ import numpy as np
 
 from torquer.analysis.series import Variables
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.wheels import ReactionWheels
-from torquer.wheel_array.envelope import momentum_envelope
-from torquer.wheel_array.layout import total_momentum
+from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope
+from torquer.spacecraft.wheel_array.layout import total_momentum
 
 #: Share of a limit from which a wheel is at it.
 AT_LIMIT = 0.999

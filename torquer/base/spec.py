@@ -14,8 +14,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
-from torquer import validate
-from torquer.validate import out_of_range
+from torquer.base import validate
+from torquer.base.validate import out_of_range
 
 
 def _tensor(value):
@@ -123,7 +123,7 @@ class Spec(BaseModel):
     """Base of all specs: frozen, unknown keys are errors, numbers must be finite.
 
     A number must lie in the range of its quantity, which the key's unit names
-    (`torquer.validate.RANGES`): beyond it no satellite is, and floats would soon be at their end.
+    (`validate.RANGES`): beyond it no satellite is, and floats would soon be at their end.
     Texts and truth values are no numbers, and only true and false are truth values; a whole
     number may stand for any number, and 5.0 for 5.
     """

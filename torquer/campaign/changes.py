@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.geometry.quaternion import from_rotation_vector, multiply
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
 
 #: Elements of a symmetric matrix: xx, yy, zz, xy, xz, yz.
 _ROWS, _COLUMNS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)

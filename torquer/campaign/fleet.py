@@ -17,11 +17,11 @@ from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.compile.lanes import LANES
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
-from torquer.simulation.checkpoints import Checkpoints, advance_in_pieces
 from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, why_not_in_lanes
-from torquer.simulation.library import OtherComputer
-from torquer.simulation.run import Run, prepare, record_this_instant
-from torquer.simulation.simulate import flown_by
+from torquer.simulation.outside.library import OtherComputer
+from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
+from torquer.simulation.setup.run import Run, prepare, record_this_instant
+from torquer.simulation.setup.simulate import flown_by
 
 COMPLETE, FAILED = "complete", "failed"
 #: Keys that change a member's motion at the start and nothing else.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from torquer.base.spec import checked
 from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
 from torquer.campaign.load import check_campaign
@@ -28,8 +29,7 @@ from torquer.campaign.store import (
 from torquer.compile.lanes import LANES
 from torquer.compile.other_process import cores
 from torquer.scenario.spec import Scenario
-from torquer.simulation.signals import noted_signals, noting_signals
-from torquer.spec import checked
+from torquer.simulation.setup.signals import noted_signals, noting_signals
 
 if TYPE_CHECKING:
     import xarray as xr

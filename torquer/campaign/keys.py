@@ -3,8 +3,8 @@
 import json
 from functools import cache
 
-from torquer.analysis.wheel_file import WheelDesign
 from torquer.campaign.spec import Campaign
+from torquer.design.wheel_file import WheelDesign
 from torquer.scenario.described import Table
 from torquer.scenario.keys import describe, tables_of
 from torquer.scenario.load import scenario_schema

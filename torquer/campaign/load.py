@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from torquer.analysis.attitude import held_attitudes
+from torquer.base.spec import Spec
 from torquer.campaign.code import with_files
 from torquer.campaign.outcomes import check_outcomes
 from torquer.campaign.sampling import Drawn, changes_of, draw, values_of
@@ -22,7 +23,6 @@ from torquer.scenario.load import (
     whole_path,
 )
 from torquer.scenario.spec import Scenario
-from torquer.spec import Spec
 
 #: Members that are tried before a campaign is flown.
 _TRIED = 8

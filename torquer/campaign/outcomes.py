@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from torquer.analysis.attitude import held_attitudes
+from torquer.base.spec import Spec
 from torquer.campaign.signals import (
     Axis,
     Flown,
@@ -26,7 +27,6 @@ from torquer.campaign.signals import (
 )
 from torquer.campaign.variation import Number
 from torquer.scenario.spec import Scenario
-from torquer.spec import Spec
 
 #: Signals over time by name.
 SIGNALS = {

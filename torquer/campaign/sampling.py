@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
+from torquer.base.validate import finite
 from torquer.campaign.changes import CHANGES
 from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.campaign.unit_numbers import (
@@ -19,7 +20,6 @@ from torquer.campaign.variation import Correlated, Variation, as_numbers
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.explain import ScenarioError, name_of
 from torquer.scenario.spec import Scenario
-from torquer.validate import finite
 
 #: What members have at a key: numbers [n], vectors [n, k], or other values.
 Drawn = dict[str, np.ndarray | list]

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from torquer.base.spec import Spec
 from torquer.campaign.outcomes import DEFAULT, Outcome, Threshold
 from torquer.campaign.variation import Correlated, Variation
-from torquer.spec import Spec
 
 #: The key under which attitudes vary on the whole rotation group.
 ATTITUDE = "initial.attitude"

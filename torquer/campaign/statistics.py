@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from torquer.campaign.spec import ATTITUDE, SUCCESS, Stop
-from torquer.geometry.attitudes import dcm_body_to_reference
+from torquer.maths.geometry.attitudes import dcm_body_to_reference
 
 
 class Interval(NamedTuple):

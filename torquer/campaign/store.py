@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from torquer.base.validate import as_storable
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import succeeded
 from torquer.simulation.results.dataset import law_attributes, versions
 from torquer.simulation.results.file import load, own_folder, save, understood
 from torquer.simulation.results.restore import check_version, of_one_run, scenario_in
-from torquer.validate import as_storable
 
 if TYPE_CHECKING:
     import xarray as xr

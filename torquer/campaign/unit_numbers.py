@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from torquer.base.noise import fill_words
 from torquer.campaign.spec import Campaign
-from torquer.noise import fill_words
 
 #: Members are counted in a 32-bit word of the generator's counter.
 MOST_MEMBERS = 2**32

@@ -17,10 +17,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec
+from torquer.base.time import parse_utc
 from torquer.campaign.changes import CHANGES
-from torquer.spec import Spec
-from torquer.time import parse_utc
 
 #: A number of any size: its range is that of the scenario's key. (The explicit bound replaces the
 #: range that specs give to a number by its name.)

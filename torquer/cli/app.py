@@ -9,22 +9,22 @@ from cyclopts import App, CycloptsError, Parameter
 
 import torquer
 import torquer.cli
-from torquer.cli.board import app as board_app
-from torquer.cli.campaign import app as campaign_app
-from torquer.cli.design import app as design_app
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.board import app as board_app
+from torquer.cli.commands.campaign import app as campaign_app
+from torquer.cli.commands.design import app as design_app
+from torquer.cli.commands.export import app as export_app
+from torquer.cli.commands.field import app as field_app
+from torquer.cli.commands.gallery import app as gallery_app
+from torquer.cli.commands.ground import app as ground_app
+from torquer.cli.commands.kernels import app as kernels_app
+from torquer.cli.commands.telemetry import app as telemetry_app
+from torquer.cli.commands.theory import app as theory_app
+from torquer.cli.commands.wheels import app as wheels_app
 from torquer.cli.examples import show_examples
-from torquer.cli.export import app as export_app
-from torquer.cli.field import app as field_app
-from torquer.cli.gallery import app as gallery_app
-from torquer.cli.ground import app as ground_app
-from torquer.cli.kernels import app as kernels_app
 from torquer.cli.mistakes import in_words
 from torquer.cli.options import CodeOptions, Json, Whole, at_least, options, positive
 from torquer.cli.output import drop_output, finish_output, print_error
-from torquer.cli.telemetry import app as telemetry_app
-from torquer.cli.theory import app as theory_app
-from torquer.cli.wheels import app as wheels_app
-from torquer.strict_json import json_text
 
 app = App(
     name="torquer",
@@ -76,7 +76,7 @@ def run(
     scenario: Path, *, how: RunOptions = RunOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json and report.html."""
-    from torquer.cli import simulate as work
+    from torquer.cli.commands import simulate as work
 
     return work.run(scenario, how, code)
 
@@ -88,7 +88,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         from torquer.cli.plain_kernels import without_compiler
 
         without_compiler(scenario)
-    from torquer.cli import simulate as work
+    from torquer.cli.commands import simulate as work
 
     return work.validate(scenario, json, code)
 
@@ -109,7 +109,7 @@ def budget(
     scenario: Path, *, how: BudgetOptions = BudgetOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Disturbance torques of SCENARIO along its motion, compared with what the coils can give."""
-    from torquer.cli import budget as work
+    from torquer.cli.commands import budget as work
 
     return work.show(scenario, how, code)
 
@@ -130,7 +130,7 @@ def modes(
     scenario: Path, *, how: ModesOptions = ModesOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Show the modes of SCENARIO: states, transitions, dead ends, conflicts, chatter."""
-    from torquer.cli import modes as work
+    from torquer.cli.commands import modes as work
 
     return work.show(scenario, how, code)
 
@@ -170,7 +170,7 @@ def filter_check(
     accuracy with and without the Sun in view, and gaps in observability, for the sensors of each
     filter and for each sensor alone.
     """
-    from torquer.cli import filter_check as work
+    from torquer.cli.commands import filter_check as work
 
     return (work.expect if how.expected else work.check)(scenario, how, code)
 
@@ -208,7 +208,7 @@ def faults(
     times the energy without a fault. Degraded: all else. Noticed: the modes entered a state
     that they do not enter without the fault. Exit code 1 if a flight with guards is lost.
     """
-    from torquer.cli import faults as work
+    from torquer.cli.commands import faults as work
 
     return work.fly(scenario, how, code)
 
@@ -250,7 +250,7 @@ def fly(
     In lock-step, as fast as it goes. Writes the session (session.json), which can be flown again to
     the same bytes, what came down (downlink.bin), a table for each packet and a picture of them.
     """
-    from torquer.cli import fly as work
+    from torquer.cli.commands import fly as work
 
     return work.fly(scenario, how, code)
 
@@ -268,7 +268,7 @@ def packets(
     With --out, descriptions for other programs, all made from the one dictionary: XTCE
     (packets.xml), CAN buses (packets.dbc), Open MCT (packets.json), readers (packets.md).
     """
-    from torquer.cli import packets as work
+    from torquer.cli.commands import packets as work
 
     return work.describe(software, out, json)
 
@@ -280,7 +280,7 @@ app.command(session_app)
 @session_app.command
 def replay(session: Path, *, json: Json = False) -> int:
     """Fly SESSION again; exit code 1 unless the same bytes come down."""
-    from torquer.cli import fly as work
+    from torquer.cli.commands import fly as work
 
     return work.replay(session, json)
 
@@ -291,7 +291,7 @@ def bisect(first: Path, second: Path, *, json: Json = False) -> int:
 
     Exit code 1 if there is one.
     """
-    from torquer.cli import fly as work
+    from torquer.cli.commands import fly as work
 
     return work.bisect(first, second, json)
 
@@ -313,7 +313,7 @@ def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
     expected. The run must have had a Kalman filter, simulation.record_inputs = true, and a record
     at every control step.
     """
-    from torquer.cli import smooth as work
+    from torquer.cli.commands import smooth as work
 
     return work.smooth(result, how)
 
@@ -336,7 +336,7 @@ def explain(key: str | None = None, /, *, json: Json = False) -> int:
     KEY is a key ("spacecraft.coils.limit_a_m2"), a table ("coils"), the last part of either, or
     the kind of a table ("bdot"). Without KEY all tables are listed.
     """
-    from torquer.cli import explain as work
+    from torquer.cli.commands import explain as work
 
     return work.show(key, json)
 
@@ -367,7 +367,7 @@ def init(
     json: Json = False,
 ) -> int:
     """Write NAME.toml: a commented scenario to start from."""
-    from torquer.cli import init as work
+    from torquer.cli.commands import init as work
 
     return work.init(name, example, listed, json)
 
@@ -379,7 +379,7 @@ def compare(
     json: Json = False,
 ) -> int:
     """Compare two to six runs: RESULTS are their output folders or result.nc files."""
-    from torquer.cli import compare as work
+    from torquer.cli.commands import compare as work
 
     return work.compare(results, out, json)
 

@@ -35,7 +35,7 @@ def _has_loop() -> bool:
     from torquer.compile.code_cache import FOLDER, READY, SOURCES
 
     folders = (FOLDER, READY and READY / SOURCES)
-    loop = "torquer.simulation/step._run_steps-*.nbi"
+    loop = "torquer.simulation.loop/step._run_steps-*.nbi"
     return any(folder is not None and any(folder.glob(loop)) for folder in folders)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable
-from torquer.control.user import UserLaw
+from torquer.computer.blocks.user import UserLaw
 from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Scenario
 

@@ -58,7 +58,7 @@ class Range(NamedTuple):
         """ValueError for a number outside."""
         must = "" if self.holds(value) else self.must
         if not must and self.size_of:
-            from torquer.validate import out_of_range
+            from torquer.base.validate import out_of_range
 
             size = out_of_range(self.size_of, value, 0.0)
             must = size and f"be {size}"

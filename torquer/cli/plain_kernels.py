@@ -9,7 +9,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from torquer.file_limits import has_deep_key, limited_text
+from torquer.base.text_files import has_deep_key, limited_text
 
 #: Whether this process does without the compiler that a run would use.
 instead_of_compiler = False

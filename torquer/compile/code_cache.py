@@ -33,25 +33,8 @@ from torquer.compile.private_folder import is_ours, is_private
 from torquer.compile.ready import GENERIC, ready_folder
 
 PACKAGE = Path(__file__).resolve().parent.parent
-#: Rooms without kernels: editing them must not throw compiled code away.
-ROOMS_WITHOUT_KERNELS = (
-    "notes",
-    "scenario",
-    "analysis",
-    "campaign",
-    "telemetry",
-    "browser",
-    "board",
-    "export",
-    "ground",
-    "link",
-    "onboard",
-    "packets",
-    "report",
-    "cli",
-    "__init__.py",
-    "__main__.py",
-)
+#: What a file imports that holds kernels.
+_ENGINE = b"from torquer.compile.engine import"
 _SEAL_BYTES = 32
 
 
@@ -69,16 +52,31 @@ def _tell(text: str) -> None:
         warnings.warn(text, CacheNote, stacklevel=2)
 
 
+def kernel_sources() -> dict[Path, bytes]:
+    """Sources in and above the folders that hold kernels, but for the package's own page.
+
+    Editing any other leaves compiled code valid.
+    """
+    texts = {path: path.read_bytes() for path in sorted(PACKAGE.rglob("*.py"))}
+    holders = {path for path, text in texts.items() if _ENGINE in text}
+    folders = {folder for path in holders for folder in path.relative_to(PACKAGE).parents}
+    folders.discard(Path())
+    return {p: text for p, text in texts.items() if p.relative_to(PACKAGE).parent in folders}
+
+
 def source_key(of_compiler: bool = True) -> str:
     """Hash of every source file that can hold a kernel and, unless left out, of Numba's version."""
     digest = hashlib.sha256()
     if of_compiler:
         digest.update(f"{numba.__version__} {sys.implementation.cache_tag}".encode())
-    for path in sorted(PACKAGE.rglob("*.py")):
-        place = path.relative_to(PACKAGE)
-        if place.parts[0] not in ROOMS_WITHOUT_KERNELS:
-            digest.update(str(place).encode() + path.read_bytes())
+    for path, text in kernel_sources().items():
+        digest.update(str(path.relative_to(PACKAGE)).encode() + text)
     return digest.hexdigest()[:16]
+
+
+def is_own(function) -> bool:
+    """Whether a Python function is from this package, whose sources name the cache folder."""
+    return Path(function.__code__.co_filename).resolve().is_relative_to(PACKAGE)
 
 
 def cache_root() -> Path:

@@ -10,7 +10,6 @@ import functools
 import gc
 import hashlib
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -23,7 +22,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 
-from torquer.compile.code_cache import PACKAGE, kept, kept_with
+from torquer.compile.code_cache import is_own as is_own, kept, kept_with
 from torquer.compile.parts import PartCompiler
 
 #: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
@@ -267,8 +266,3 @@ def processor() -> str:
     if features is None:
         features = llvm.get_host_cpu_features().flatten()
     return f"{name} ({hashlib.sha256(features.encode()).hexdigest()[:8]})"
-
-
-def is_own(function) -> bool:
-    """Whether a Python function is from this package, whose sources name the cache folder."""
-    return Path(function.__code__.co_filename).resolve().is_relative_to(PACKAGE.resolve())

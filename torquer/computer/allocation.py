@@ -10,10 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.geometry.vec3 import scale
-from torquer.spacecraft.wheels import ReactionWheels
-from torquer.wheel_array.allocation import WheelSet, least_squares, within_limits
-from torquer.wheel_array.steering import Steering, lose, steer, steer_nearest, steering_of
+from torquer.maths.geometry.vec3 import scale
+from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.wheel_array.allocation import WheelSet, least_squares, within_limits
+from torquer.spacecraft.wheel_array.steering import (
+    Steering,
+    lose,
+    steer,
+    steer_nearest,
+    steering_of,
+)
 
 
 class Allocation(NamedTuple):

@@ -12,13 +12,24 @@ import numba
 import numpy as np
 from numba import types
 
-from torquer.compile import plugin
-from torquer.compile.adapter import flat
 from torquer.compile.arguments import call_host, whole
-from torquer.compile.block import Block
 from torquer.compile.engine import addresses, caller, inlined, kernel
-from torquer.control.law import LAW_SIGNATURE, Law
-from torquer.control.modes.table import (
+from torquer.computer.blocks import plugin
+from torquer.computer.blocks.adapter import flat
+from torquer.computer.blocks.block import Block
+from torquer.computer.blocks.law import LAW_SIGNATURE, Law
+from torquer.computer.estimation.estimator import Estimator, call_estimator
+from torquer.computer.interface import (
+    KNOWN,
+    NO_COMMAND,
+    UNKNOWN_ESTIMATE,
+    Command,
+    Estimate,
+    inputs_of,
+    nothing_known,
+    put_estimate,
+)
+from torquer.computer.modes.table import (
     AXIS_OFF,
     COILS,
     ESTIMATOR,
@@ -33,18 +44,7 @@ from torquer.control.modes.table import (
     first_state,
     switch_modes,
 )
-from torquer.estimation.estimator import Estimator, call_estimator
-from torquer.geometry.vec3 import add, add_scaled
-from torquer.interface import (
-    KNOWN,
-    NO_COMMAND,
-    UNKNOWN_ESTIMATE,
-    Command,
-    Estimate,
-    inputs_of,
-    nothing_known,
-    put_estimate,
-)
+from torquer.maths.geometry.vec3 import add, add_scaled
 
 #: In place of an estimator's number: attitude sensor and gyro as they read; nothing known; what a
 #: law states.

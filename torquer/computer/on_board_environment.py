@@ -9,12 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.time import DAY_S
 from torquer.compile.engine import kernel, records
-from torquer.earth.concise import J2000_DAY, earth_at
-from torquer.earth.harmonics import Harmonics, gradient
-from torquer.earth.rotation_table import ERA_RATE_RAD_S
+from torquer.computer.interface import Ephemeris
+from torquer.environment.earth.concise import J2000_DAY, earth_at
+from torquer.environment.earth.harmonics import Harmonics, gradient
+from torquer.environment.earth.rotation_table import ERA_RATE_RAD_S
+from torquer.environment.orbit.near_earth import sgp4_state
+from torquer.environment.orbit.secular import drifting_state
 from torquer.environment.sun import Shadow, sunlit_fraction_at
-from torquer.geometry.vec3 import (
+from torquer.maths.geometry.vec3 import (
     add_scaled,
     cross,
     mat_t_vec,
@@ -25,10 +29,6 @@ from torquer.geometry.vec3 import (
     unit,
     vector_of,
 )
-from torquer.interface import Ephemeris
-from torquer.orbit.near_earth import sgp4_state
-from torquer.orbit.secular import drifting_state
-from torquer.time import DAY_S
 
 _YEAR_DAYS = 365.25
 #: The field is taken so long before and after [s]: half the sum is the field within 1e-12 T, the

@@ -1,6 +1,6 @@
 """A scheme: laws one after another, each stage until its conditions hold. Data, not code.
 
-It is a short way to write a chain of modes (`torquer.control.modes.scheme`). Conditions are taken
+It is a short way to write a chain of modes (`torquer.computer.modes.scheme`). Conditions are taken
 from what the computer knows; the momentum is J omega of the estimated rate.
 """
 
@@ -9,11 +9,11 @@ from typing import Annotated, Literal, Union
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from torquer.control.built_in import BUILT_IN
-from torquer.control.spin_axis import (
+from torquer.base.spec import Inertia, Spec
+from torquer.computer.laws.built_in import BUILT_IN
+from torquer.computer.laws.spin_axis import (
     unit_vector,
 )
-from torquer.spec import Inertia, Spec
 
 
 def _known_kind(value):

@@ -11,7 +11,7 @@ from torquer.campaign.capture import flight
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.spec import Campaign
 from torquer.campaign.statistics import quantile
-from torquer.control.law import Law
+from torquer.computer.blocks.law import Law
 from torquer.scenario.spec import Scenario
 
 _DAY_S = 86400.0

@@ -10,7 +10,7 @@ from torquer.campaign.outcomes import stays_from
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.spec import Campaign
 from torquer.scenario.spec import Scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 
 class PointingFlights(NamedTuple):

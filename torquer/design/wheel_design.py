@@ -6,19 +6,24 @@ from itertools import permutations
 
 import numpy as np
 
-from torquer.analysis.wheel_file import WheelDesign
-from torquer.theory.wheel_accumulation import Growth, cyclic_bounds, saturation_time
-from torquer.wheel_array import angles, layout, search
-from torquer.wheel_array.allocation import allocate
-from torquer.wheel_array.demand import Box, greatest_momentum, greatest_norm, greatest_share
-from torquer.wheel_array.envelope import Envelope, momentum_envelope, torque_envelope
-from torquer.wheel_array.failures import (
+from torquer.design.wheel_file import WheelDesign
+from torquer.spacecraft.wheel_array import angles, layout, search
+from torquer.spacecraft.wheel_array.allocation import allocate
+from torquer.spacecraft.wheel_array.demand import (
+    Box,
+    greatest_momentum,
+    greatest_norm,
+    greatest_share,
+)
+from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope, torque_envelope
+from torquer.spacecraft.wheel_array.failures import (
     failure_table,
     least_squares_against_minimax,
     least_squares_half_spaces,
 )
-from torquer.wheel_array.layout import WheelArray
-from torquer.wheel_array.rates import rate_about, required, worst_case
+from torquer.spacecraft.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.rates import rate_about, required, worst_case
+from torquer.theory.slow.wheel_accumulation import Growth, cyclic_bounds, saturation_time
 
 METHODS = ("minimax", "least_squares")
 _NAMES = ("x1", "x2", "x3")

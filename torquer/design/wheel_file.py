@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer.conventions import EARTH_RADIUS_M
-from torquer.orbit.kepler import FARTHEST_KM, mean_motion
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.spec import Spec, Vector
+from torquer.environment.orbit.kepler import FARTHEST_KM, mean_motion
 from torquer.scenario.explain import validated
 from torquer.scenario.load import (
     ScenarioError,
@@ -22,8 +23,9 @@ from torquer.scenario.load import (
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.parts import AnyPart
-from torquer.spec import Spec, Vector
-from torquer.theory.wheel_accumulation import (
+from torquer.spacecraft.wheel_array.layout import Limit
+from torquer.spacecraft.wheel_array.presets import Wheels
+from torquer.theory.slow.wheel_accumulation import (
     PHASES,
     Growth,
     Held,
@@ -32,8 +34,6 @@ from torquer.theory.wheel_accumulation import (
     held_torque,
     orbital_axes,
 )
-from torquer.wheel_array.layout import Limit
-from torquer.wheel_array.presets import Wheels
 
 
 class Demand(Spec):

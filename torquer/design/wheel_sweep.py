@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from torquer.analysis.wheel_design import demand_shares, saturation_h
-from torquer.analysis.wheel_file import WheelDesign
-from torquer.wheel_array.envelope import momentum_envelope
-from torquer.wheel_array.layout import WheelArray
-from torquer.wheel_array.rates import worst_case
+from torquer.design.wheel_design import demand_shares, saturation_h
+from torquer.design.wheel_file import WheelDesign
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope
+from torquer.spacecraft.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.rates import worst_case
 
 
 class Capability(NamedTuple):

@@ -5,12 +5,12 @@
 `Environment` is the table of a scenario file, `OrbitEnvironment` the environment along one orbit
 from one start: position, field, Sun and sunlit fraction of its disc at any time. Models of the
 field are in `torquer.environment.field`; the Earth's rotation, gravity and atmosphere in
-`torquer.earth`.
+`torquer.environment.earth`.
 """
 
 from typing import TYPE_CHECKING
 
-from torquer.lazy import lazily
+from torquer.base.lazy import lazily
 
 if TYPE_CHECKING:
     from torquer.environment.along_orbit import (

@@ -7,9 +7,9 @@ to 0.8 in places, about 0.3 on average.
 
 import math
 
+from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.compile.engine import kernel
-from torquer.conventions import EARTH_RADIUS_M
-from torquer.geometry.vec3 import add_scaled, dot, norm, scale
+from torquer.maths.geometry.vec3 import add_scaled, dot, norm, scale
 
 #: Nodes and weights of the Gauss-Legendre rule of order 16 on [0, 1].
 _NODES = (

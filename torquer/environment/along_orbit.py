@@ -8,14 +8,16 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from torquer import validate
-from torquer.conventions import ASTRONOMICAL_UNIT_M
-from torquer.earth.atmosphere import AnyAtmosphere
-from torquer.earth.atmosphere.air import air_velocities
-from torquer.earth.gravity import gravity_gradient_vector
-from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
+from torquer.base import validate
+from torquer.base.conventions import ASTRONOMICAL_UNIT_M
+from torquer.base.spec import Spec, Vector
+from torquer.environment.earth.atmosphere import AnyAtmosphere
+from torquer.environment.earth.atmosphere.air import air_velocities
+from torquer.environment.earth.gravity import gravity_gradient_vector
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
+from torquer.environment.orbit import AnyOrbit
 from torquer.environment.sun import Shadow, shadow_of, sun_position, sunlit_fraction
 from torquer.environment.table import (
     DEGREE,
@@ -25,9 +27,7 @@ from torquer.environment.table import (
     build_exact,
     build_proven,
 )
-from torquer.geometry.vec3 import as_vector
-from torquer.orbit import AnyOrbit
-from torquer.spec import Spec, Vector
+from torquer.maths.geometry.vec3 import as_vector
 
 _POSITION, _FIELD, _GRAVITY_GRADIENT = slice(0, 3), slice(3, 6), slice(6, 9)
 

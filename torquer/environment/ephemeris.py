@@ -10,14 +10,14 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.spec import Spec
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.field import AnyField
 from torquer.environment.field.drift import check_span
+from torquer.environment.orbit import AnyOrbit
+from torquer.environment.orbit.fitted_elements import fitted_elements
 from torquer.environment.sun import Shadow
 from torquer.environment.table import ProvenTable, Table
-from torquer.orbit import AnyOrbit
-from torquer.orbit.fitted_elements import fitted_elements
-from torquer.spec import Spec
 
 _PER_MILLION = 1e-6
 
@@ -88,7 +88,7 @@ class EphemerisModels(Spec):
 
 @dataclass(frozen=True)
 class Displaced:
-    """An orbit as `torquer.orbit` has them, displaced by constant errors [m].
+    """An orbit as `torquer.environment.orbit` has them, displaced by constant errors [m].
 
     Along the track the satellite is ahead by the time that it takes for this distance; across it
     and radially it is moved as the orbital frame is turned.

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.conventions import ASTRONOMICAL_UNIT_M
 from torquer.compile.engine import inlined, kernel
-from torquer.conventions import ASTRONOMICAL_UNIT_M
 from torquer.environment.sun import Shadow, sunlit_fraction_at
 from torquer.environment.table import Table, lookup3
-from torquer.geometry.vec3 import dot, put_vector, scale, sub, vector_of
+from torquer.maths.geometry.vec3 import dot, put_vector, scale, sub, vector_of
 
 #: Pressure of sunlight at 1 au [Pa]: 1361 W/m^2 (G. Kopp, J. Lean, 2011) by the speed of light.
 PRESSURE_AT_1_AU_PA = 1361.0 / 299792458.0

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.quaternion import rotate_inverse
 
 
 class LocalEnvironment(NamedTuple):

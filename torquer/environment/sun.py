@@ -6,17 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.engine import kernel
-from torquer.conventions import (
+from torquer.base.conventions import (
     EARTH_FLATTENING,
     EARTH_RADIUS_M,
     SUN_RADIUS_M,
 )
-from torquer.earth import rotation
-from torquer.earth.apparent_sun import apparent_sun_gcrf
-from torquer.earth.rotation import check_mode
-from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub, vector_of
-from torquer.time import julian_dates
+from torquer.base.time import julian_dates
+from torquer.compile.engine import kernel
+from torquer.environment.earth import rotation
+from torquer.environment.earth.apparent_sun import apparent_sun_gcrf
+from torquer.environment.earth.rotation import check_mode
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub, vector_of
 
 #: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder, no shadow.
 ECLIPSES = ("conical", "oblate", "cylindrical", "none")

@@ -26,9 +26,9 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
-from torquer.onboard.clock import EPOCH
-from torquer.packets.dictionary import TYPES, Dictionary, Field, Packet
-from torquer.packets.frames import Frame
+from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.frames import Frame
+from torquer.flight.software.clock import EPOCH
 
 #: On-board time counts from 2010 on, the archive from 1970 on [ms].
 EPOCH_MS = round(EPOCH.timestamp() * 1e3)

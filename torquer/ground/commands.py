@@ -20,14 +20,14 @@ import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import Uplink
+from torquer.flight.software.log import Reason, text_of_code
+from torquer.flight.software.script import Sent, numbers_of
+from torquer.flight.software.state import QUEUES
 from torquer.ground.archive import EPOCH_MS, Archive, quoted
-from torquer.onboard.log import Reason, text_of_code
-from torquer.onboard.script import Sent, numbers_of
-from torquer.onboard.state import QUEUES
-from torquer.packets.dictionary import Dictionary
-from torquer.packets.frames import Uplink
 from torquer.scenario.explain import ScenarioError
-from torquer.simulation.directed import Names
+from torquer.simulation.outside.directed import Names
 
 #: Time after which an answer is no longer waited for [ms]; of a delayed command, after its
 #: execution time by the satellite's clock.

@@ -10,16 +10,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
+from torquer.flight.link import Link, connect
+from torquer.flight.packets.frames import Frame
+from torquer.flight.software.script import Sent
+from torquer.flight.software.session import station_of
 from torquer.ground.archive import SUSPECT, Archive, Row, RowMaker
 from torquer.ground.commands import Commands
 from torquer.ground.file import Satellite
 from torquer.ground.history import ground_entry, has_events, satellite_entry
 from torquer.ground.live import Live
 from torquer.ground.recording import Judge
-from torquer.link import Link, connect
-from torquer.onboard.script import Sent
-from torquer.onboard.session import station_of
-from torquer.packets.frames import Frame
 
 #: Time between two looks at a link on which nothing comes [s].
 PAUSE_S = 0.005

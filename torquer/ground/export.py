@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from torquer.flight.packets.dictionary import TYPES, Field, Packet
+from torquer.flight.packets.received import attributes_of
 from torquer.ground.archive import dictionary_in, quoted, read_only
-from torquer.packets.dictionary import TYPES, Field, Packet
-from torquer.packets.received import attributes_of
 
 #: Rows that are written at a time.
 _PART = 65_536

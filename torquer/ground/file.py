@@ -13,14 +13,14 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.onboard.software import Software, load_link
-from torquer.packets.dictionary import Name
+from torquer.base.spec import Spec
+from torquer.flight.packets.dictionary import Name
+from torquer.flight.software.software import Software, load_link
 from torquer.scenario.explain import validated
 from torquer.scenario.load import data_of, load_scenario, text_of
 from torquer.scenario.spec import Scenario
-from torquer.simulation.directed import Names, names_of
-from torquer.simulation.prepare import blocks_of
-from torquer.spec import Spec
+from torquer.simulation.outside.directed import Names, names_of
+from torquer.simulation.setup.prepare import blocks_of
 
 #: Names where there is no scenario.
 _NO_NAMES = Names({}, (), {}, {}, ())

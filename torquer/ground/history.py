@@ -6,9 +6,9 @@ import sqlite3
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.software.log import Reason, text_of_code
 from torquer.ground.archive import quoted
-from torquer.onboard.log import Reason, text_of_code
-from torquer.packets.dictionary import Dictionary
 
 #: Columns of time that an interval may be of.
 TIMES = {"time": "_time_ms", "received": "_received_ms"}

@@ -9,8 +9,8 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from torquer.base.strict_json import json_text
 from torquer.ground.archive import Row
-from torquer.strict_json import json_text
 
 #: Most rows of a packet, and most other messages, that wait for a browser: the oldest are dropped.
 MOST_ROWS, MOST_MESSAGES = 64, 200

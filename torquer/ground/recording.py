@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from torquer.flight.packets.frames import Frame
+from torquer.flight.packets.station import Station
+from torquer.flight.software.session import station_of
+from torquer.flight.software.software import Software
 from torquer.ground.archive import AUTHENTIC, SUSPECT, UNCHECKED, Archive, Row, RowMaker
-from torquer.onboard.session import station_of
-from torquer.onboard.software import Software
-from torquer.packets.frames import Frame
-from torquer.packets.station import Station
 
 #: Bytes of a recording that are worked on at a time.
 _PART = 2**20

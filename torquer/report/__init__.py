@@ -33,7 +33,7 @@ def write_report(
 
 def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
     """Draw all pictures into a folder and write the page next to it; paths of the pictures."""
-    from torquer.control.modes.diagram import svg
+    from torquer.computer.modes.diagram import svg
     from torquer.report.common.side_by_side import done_side_by_side
     from torquer.report.flight.page import write_page
     from torquer.report.flight.png import figures_of

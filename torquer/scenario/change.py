@@ -6,9 +6,9 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
+from torquer.base.spec import Spec, as_data
 from torquer.scenario.explain import ScenarioError, validated
 from torquer.scenario.known_keys import suggestion
-from torquer.spec import Spec, as_data
 
 S = TypeVar("S", bound=Spec)
 

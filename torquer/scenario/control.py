@@ -6,17 +6,17 @@ from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
-from torquer.control import AnyLaw, OnlyLaw
-from torquer.control.modes.packing import must_be_one_of
-from torquer.control.modes.scheme import modes_of
-from torquer.control.modes.spec import Modes
-from torquer.control.scheme import Scheme
+from torquer.base.spec import Spec
+from torquer.base.validate import storable_name
+from torquer.computer.estimation import AnyEstimator
+from torquer.computer.estimation.sensors import SensorReadings
+from torquer.computer.laws import AnyLaw, OnlyLaw
+from torquer.computer.modes.packing import must_be_one_of
+from torquer.computer.modes.scheme import modes_of
+from torquer.computer.modes.spec import Modes
+from torquer.computer.scheme import Scheme
 from torquer.environment.ephemeris import EphemerisModels
-from torquer.estimation import AnyEstimator
-from torquer.estimation.sensors import SensorReadings
 from torquer.spacecraft.failures import ComputerFailure
-from torquer.spec import Spec
-from torquer.validate import storable_name
 
 Positive = Annotated[float, Field(gt=0.0)]
 #: Names by which a mode chooses an estimator that is not in the table of them.

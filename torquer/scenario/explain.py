@@ -7,14 +7,14 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from torquer.control import BUILT_IN, LAWS
-from torquer.earth.atmosphere import ATMOSPHERES
+from torquer.computer.estimation import ESTIMATORS
+from torquer.computer.laws import BUILT_IN, LAWS
+from torquer.environment.earth.atmosphere import ATMOSPHERES
 from torquer.environment.field import FIELDS
-from torquer.estimation import ESTIMATORS
-from torquer.orbit import ORBITS
-from torquer.orbit.numerical import STARTS
+from torquer.environment.orbit import ORBITS
+from torquer.environment.orbit.numerical import STARTS
 from torquer.scenario.known_keys import known_keys, spec_named, suggestion
-from torquer.wheel_array.presets import LAYOUTS
+from torquer.spacecraft.wheel_array.presets import LAYOUTS
 
 #: Tables whose `kind` determines their keys, by the last word of their place.
 _KINDS = {

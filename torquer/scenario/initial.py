@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
-from torquer.geometry import euler
-from torquer.geometry.frames import dcm_orbital_to_inertial
-from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
-from torquer.geometry.vec3 import as_matrix, as_vector
-from torquer.spec import Spec, Vector
+from torquer.base.spec import Spec, Vector
+from torquer.maths.geometry import euler
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
+from torquer.maths.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
+from torquer.maths.geometry.vec3 import as_matrix, as_vector
 
 
 class InitialMotion(Spec):

@@ -16,10 +16,10 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from torquer.base.validate import RANGES, range_of
 from torquer.scenario.described import Key, Table
-from torquer.validate import RANGES, range_of
 
-#: Units by how a key ends; the longest ending counts, as in `torquer.validate.RANGES`.
+#: Units by how a key ends; the longest ending counts, as in `torquer.base.validate.RANGES`.
 UNITS = {
     "deg": "deg", "deg_s": "deg/s", "deg_s2": "deg/s²", "deg_s_sqrt_s": "deg/s/√s",
     "deg_sqrt_s": "deg/√s", "rad_s": "rad/s", "rpm": "rpm", "s": "s", "per_s": "1/s",

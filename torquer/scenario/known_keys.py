@@ -21,7 +21,7 @@ def known_keys(spec: type[BaseModel], loc: tuple) -> list[str]:
 
 def spec_named(name: str) -> type[BaseModel] | None:
     """The spec whose mistakes pydantic reports by this name."""
-    from torquer.spec import Spec
+    from torquer.base.spec import Spec
 
     to_see: list[type[BaseModel]] = [Spec]
     while to_see:

@@ -7,7 +7,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from torquer.file_limits import LEVELS, has_deep_key, limited_text
+from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.scenario.explain import ScenarioError, name_of, validated
 from torquer.scenario.spec import Scenario
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.geometry.vec3 import as_symmetric, as_vector
-from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN, damping_of_steps
+from torquer.maths.geometry.vec3 import as_symmetric, as_vector
+from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN, damping_of_steps
 from torquer.spacecraft.frequencies import nutation_square
-from torquer.wheel_array.layout import total_momentum
+from torquer.spacecraft.wheel_array.layout import total_momentum
 
 #: Part of an amplitude, and phase lag of the rotation [deg], that RK4 may cost without a note.
 QUIET_DAMPING, QUIET_LAG_DEG = 0.01, 1.0

@@ -8,33 +8,33 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from torquer.control.law import Law
+from torquer.base.spec import Spec
+from torquer.base.time import parse_utc
+from torquer.computer.blocks.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment, ModelErrors, model_errors
-from torquer.geometry.frames import argument_of_latitude
-from torquer.orbit import AnyOrbit
+from torquer.environment.orbit import AnyOrbit
+from torquer.maths.geometry.frames import argument_of_latitude
 from torquer.scenario.change import with_values
 from torquer.scenario.control import MOST_STEPS, Control, common_divisor, whole_steps
 from torquer.scenario.initial import InitialMotion
 from torquer.scenario.mission import Mission
 from torquer.scenario.resolution import check_step, speeds_at_start
+from torquer.spacecraft.actuators.coils import Coils
+from torquer.spacecraft.actuators.wheels import ReactionWheels
 from torquer.spacecraft.aerodynamics import Aerodynamics
-from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
-from torquer.spacecraft.coils import Coils
 from torquer.spacecraft.disturbance import Disturbance
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
 from torquer.spacecraft.failures import Interval
-from torquer.spacecraft.gyro import Gyro
-from torquer.spacecraft.horizon_sensor import HorizonSensor
-from torquer.spacecraft.magnetometer import Magnetometer
-from torquer.spacecraft.sampling import Sampled
-from torquer.spacecraft.sun_cells import SunCells
-from torquer.spacecraft.sun_sensor import SunSensors
-from torquer.spacecraft.wheels import ReactionWheels
-from torquer.spec import Spec
-from torquer.time import parse_utc
+from torquer.spacecraft.sensors.attitude_sensor import AttitudeSensor
+from torquer.spacecraft.sensors.gyro import Gyro
+from torquer.spacecraft.sensors.horizon_sensor import HorizonSensor
+from torquer.spacecraft.sensors.magnetometer import Magnetometer
+from torquer.spacecraft.sensors.sampling import Sampled
+from torquer.spacecraft.sensors.sun_cells import SunCells
+from torquer.spacecraft.sensors.sun_sensor import SunSensors
 
 Positive = Annotated[float, Field(gt=0.0)]
 #: A run that starts in the last year may go on into the next.

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.geometry.vec3 import add, cross, dot, norm, scale
+from torquer.maths.geometry.vec3 import add, cross, dot, norm, scale
 from torquer.spacecraft.parts import AnyPart
-from torquer.spec import Spec
 
 
 class Surface(NamedTuple):

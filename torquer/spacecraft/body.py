@@ -6,11 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.spec import Inertia, Spec, Vector
+from torquer.base.validate import range_of
 from torquer.compile.engine import inlined
-from torquer.earth.gravity import gravity_gradient_torque
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import derivative, from_dcm, rotate_inverse
-from torquer.geometry.vec3 import (
+from torquer.environment.earth.gravity import gravity_gradient_torque
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import derivative, from_dcm, rotate_inverse
+from torquer.maths.geometry.vec3 import (
     add,
     as_matrix,
     as_symmetric,
@@ -21,8 +23,6 @@ from torquer.geometry.vec3 import (
 )
 from torquer.spacecraft.aerodynamics import Aerodynamics, Surface, aerodynamic_force_and_torque
 from torquer.spacecraft.disturbance.acting import with_acting
-from torquer.spec import Inertia, Spec, Vector
-from torquer.validate import range_of
 
 
 class Rigid(NamedTuple):

@@ -10,9 +10,9 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add_scaled, mat_vec
-from torquer.spec import Spec, Vector
+from torquer.maths.geometry.vec3 import add_scaled, mat_vec
 
 SILENT, STUCK, REPLACED, CHANGED = range(4)
 HALTED, RESTARTED = range(2)

@@ -1,7 +1,7 @@
 """The frequencies of a body's own motion: what an integrator with fixed steps has to resolve."""
 
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import dot, sym_vec
+from torquer.maths.geometry.vec3 import dot, sym_vec
 
 
 @inlined

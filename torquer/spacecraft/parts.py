@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from torquer import validate
-from torquer.spec import Spec, Vector
+from torquer.base import validate
+from torquer.base.spec import Spec, Vector
 
 _Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 

@@ -4,7 +4,7 @@
 
 - *Gains* of B-dot from the damping time, and within what sampling and lag allow.
 - *Slow motion* of an axisymmetric satellite under a law: closed averaged equations
-  (`torquer.theory.evolution`), the average of any law, maps, equilibria, the full motion.
+  (`torquer.theory.slow.evolution`), the average of any law, maps, equilibria, the full motion.
 - *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation; of a
   rotation along the Sun's line under S-dot.
 - *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law
@@ -23,68 +23,47 @@ doubtful.
 
 from typing import TYPE_CHECKING
 
-from torquer.lazy import lazily
+from torquer.base.lazy import lazily
 
 if TYPE_CHECKING:
-    from torquer.theory.averaging import (
-        averaged_motion as averaged_motion,
-        averaged_rates as averaged_rates,
-        converged_nodes as converged_nodes,
+    from gallery.theory.mathieu import (
+        Edges as Edges,
+        edges as edges,
+        first_tongue as first_tongue,
+        first_tongue_of_strength as first_tongue_of_strength,
+        first_tongue_solutions as first_tongue_solutions,
+        half_trace as half_trace,
+        half_trace_series as half_trace_series,
+        hill_equation as hill_equation,
+        mathieu_equation as mathieu_equation,
+        mathieu_parameters as mathieu_parameters,
+        multipliers_from_half_trace as multipliers_from_half_trace,
     )
-    from torquer.theory.comparison import (
-        AveragingComparison as AveragingComparison,
-        compare as compare,
-        resonances as resonances,
+    from gallery.theory.pitch_wheel import (
+        PitchWheel as PitchWheel,
+        pitch_offset_averaged_polar as pitch_offset_averaged_polar,
+        pitch_offset_direct_dipole as pitch_offset_direct_dipole,
+        pitch_wheel_response as pitch_wheel_response,
     )
-    from torquer.theory.design import (
-        design_table as design_table,
-        gain_for as gain_for,
-        gain_of as gain_of,
-        slow_time as slow_time,
-        times_over_directions as times_over_directions,
+    from gallery.theory.planar_magnet import (
+        PlanarMagnet as PlanarMagnet,
+        along_field as along_field,
+        closed_tongue as closed_tongue,
+        dipole_direction as dipole_direction,
+        motion_edges as motion_edges,
+        pitch_acceleration as pitch_acceleration,
+        tongue_edges as tongue_edges,
+        tracking_half_trace as tracking_half_trace,
+        tracking_motion as tracking_motion,
+        uniform_rotation as uniform_rotation,
     )
-    from torquer.theory.detumbling import (
-        Tumbling as Tumbling,
-        braking_torque_n_m as braking_torque_n_m,
-        detumbling_time_s as detumbling_time_s,
-        knee_gain as knee_gain,
-        turning_gain as turning_gain,
-    )
-    from torquer.theory.equilibria import (
-        Equilibrium as Equilibrium,
-        find_equilibria as find_equilibria,
-        rates_of_evolution as rates_of_evolution,
-        rates_of_law as rates_of_law,
-        tends_to as tends_to,
-    )
-    from torquer.theory.evolution import EVOLUTIONS as EVOLUTIONS
-    from torquer.theory.evolution.model import Case as Case, Evolution as Evolution, Slow as Slow
-    from torquer.theory.first_integrals import drifts as drifts
-    from torquer.theory.floquet import (
-        Transitions as Transitions,
-        chart as chart,
-        degree_of_stability as degree_of_stability,
-        exponents as exponents,
-        monodromy as monodromy,
-        multipliers as multipliers,
-        transitions as transitions,
-    )
-    from torquer.theory.full_motion import (
-        Fast as Fast,
-        by_euler as by_euler,
-        osculating as osculating,
-        slow_of as slow_of,
-        state_of as state_of,
-    )
-    from torquer.theory.gains import (
-        Sampling as Sampling,
-        bdot_gain as bdot_gain,
-        bdot_greatest_gain as bdot_greatest_gain,
-        damped_share as damped_share,
-        damping_efficiency as damping_efficiency,
-        driven_rate_rad_s as driven_rate_rad_s,
-        sampling_limit_rad_s as sampling_limit_rad_s,
-        saturated_damping_time_s as saturated_damping_time_s,
+    from gallery.theory.steady_bdot import (
+        SteadyBdot as SteadyBdot,
+        mean_offset as mean_offset,
+        motion_from_rest as motion_from_rest,
+        published_offset as published_offset,
+        published_swing as published_swing,
+        steady_bdot_response as steady_bdot_response,
     )
     from torquer.theory.magneto_gyro.accuracy import (
         noise_error as noise_error,
@@ -143,43 +122,20 @@ if TYPE_CHECKING:
         better_wheel as better_wheel,
         over_stiffness as over_stiffness,
     )
-    from torquer.theory.mathieu import (
-        Edges as Edges,
-        edges as edges,
-        first_tongue as first_tongue,
-        first_tongue_of_strength as first_tongue_of_strength,
-        first_tongue_solutions as first_tongue_solutions,
-        half_trace as half_trace,
-        half_trace_series as half_trace_series,
-        hill_equation as hill_equation,
-        mathieu_equation as mathieu_equation,
-        mathieu_parameters as mathieu_parameters,
-        multipliers_from_half_trace as multipliers_from_half_trace,
+    from torquer.theory.periodic.floquet import (
+        Transitions as Transitions,
+        chart as chart,
+        degree_of_stability as degree_of_stability,
+        exponents as exponents,
+        monodromy as monodromy,
+        multipliers as multipliers,
+        transitions as transitions,
     )
-    from torquer.theory.orbit_field import OrbitField as OrbitField
-    from torquer.theory.periodic_systems import (
+    from torquer.theory.periodic.periodic_systems import (
         PeriodicSystem as PeriodicSystem,
         periodic_system as periodic_system,
     )
-    from torquer.theory.pitch_wheel import (
-        PitchWheel as PitchWheel,
-        pitch_offset_averaged_polar as pitch_offset_averaged_polar,
-        pitch_offset_direct_dipole as pitch_offset_direct_dipole,
-        pitch_wheel_response as pitch_wheel_response,
-    )
-    from torquer.theory.planar_magnet import (
-        PlanarMagnet as PlanarMagnet,
-        along_field as along_field,
-        closed_tongue as closed_tongue,
-        dipole_direction as dipole_direction,
-        motion_edges as motion_edges,
-        pitch_acceleration as pitch_acceleration,
-        tongue_edges as tongue_edges,
-        tracking_half_trace as tracking_half_trace,
-        tracking_motion as tracking_motion,
-        uniform_rotation as uniform_rotation,
-    )
-    from torquer.theory.poincare import (
+    from torquer.theory.periodic.poincare import (
         Resonance as Resonance,
         Response as Response,
         departure as departure,
@@ -188,30 +144,78 @@ if TYPE_CHECKING:
         remainder as remainder,
         small_parameter as small_parameter,
     )
-    from torquer.theory.second_moments import (
+    from torquer.theory.slow.averaging import (
+        averaged_motion as averaged_motion,
+        averaged_rates as averaged_rates,
+        converged_nodes as converged_nodes,
+    )
+    from torquer.theory.slow.comparison import (
+        AveragingComparison as AveragingComparison,
+        compare as compare,
+        resonances as resonances,
+    )
+    from torquer.theory.slow.design import (
+        design_table as design_table,
+        gain_for as gain_for,
+        gain_of as gain_of,
+        slow_time as slow_time,
+        times_over_directions as times_over_directions,
+    )
+    from torquer.theory.slow.detumbling import (
+        Tumbling as Tumbling,
+        braking_torque_n_m as braking_torque_n_m,
+        detumbling_time_s as detumbling_time_s,
+        knee_gain as knee_gain,
+        turning_gain as turning_gain,
+    )
+    from torquer.theory.slow.equilibria import (
+        Equilibrium as Equilibrium,
+        find_equilibria as find_equilibria,
+        rates_of_evolution as rates_of_evolution,
+        rates_of_law as rates_of_law,
+        tends_to as tends_to,
+    )
+    from torquer.theory.slow.evolution import EVOLUTIONS as EVOLUTIONS
+    from torquer.theory.slow.evolution.model import (
+        Case as Case,
+        Evolution as Evolution,
+        Slow as Slow,
+    )
+    from torquer.theory.slow.first_integrals import drifts as drifts
+    from torquer.theory.slow.full_motion import (
+        Fast as Fast,
+        by_euler as by_euler,
+        osculating as osculating,
+        slow_of as slow_of,
+        state_of as state_of,
+    )
+    from torquer.theory.slow.gains import (
+        Sampling as Sampling,
+        bdot_gain as bdot_gain,
+        bdot_greatest_gain as bdot_greatest_gain,
+        damped_share as damped_share,
+        damping_efficiency as damping_efficiency,
+        driven_rate_rad_s as driven_rate_rad_s,
+        sampling_limit_rad_s as sampling_limit_rad_s,
+        saturated_damping_time_s as saturated_damping_time_s,
+    )
+    from torquer.theory.slow.orbit_field import OrbitField as OrbitField
+    from torquer.theory.slow.second_moments import (
         averaged_moments as averaged_moments,
         closed_moments as closed_moments,
         direct_dipole_moments as direct_dipole_moments,
         tilted_dipole_moments as tilted_dipole_moments,
     )
-    from torquer.theory.slow_loop import cycle_map as cycle_map, greatest_step as greatest_step
-    from torquer.theory.slow_motion import (
+    from torquer.theory.slow.slow_loop import cycle_map as cycle_map, greatest_step as greatest_step
+    from torquer.theory.slow.slow_motion import (
         evolve as evolve,
         evolve_law as evolve_law,
         map_of_evolution as map_of_evolution,
         map_of_law as map_of_law,
     )
-    from torquer.theory.slow_result import SlowMotion as SlowMotion
-    from torquer.theory.spinner import Spinner as Spinner
-    from torquer.theory.steady_bdot import (
-        SteadyBdot as SteadyBdot,
-        mean_offset as mean_offset,
-        motion_from_rest as motion_from_rest,
-        published_offset as published_offset,
-        published_swing as published_swing,
-        steady_bdot_response as steady_bdot_response,
-    )
-    from torquer.theory.sun_spin import (
+    from torquer.theory.slow.slow_result import SlowMotion as SlowMotion
+    from torquer.theory.slow.spinner import Spinner as Spinner
+    from torquer.theory.slow.sun_spin import (
         AxisEquilibrium as AxisEquilibrium,
         Decay as Decay,
         axis_equilibria as axis_equilibria,
@@ -220,6 +224,17 @@ if TYPE_CHECKING:
         nearly_axisymmetric_rates as nearly_axisymmetric_rates,
         stable_axes as stable_axes,
         sun_spin_system as sun_spin_system,
+    )
+    from torquer.theory.slow.wheel_accumulation import (
+        Growth as Growth,
+        Held as Held,
+        air_torque as air_torque,
+        cyclic_bounds as cyclic_bounds,
+        growth_of as growth_of,
+        held_torque as held_torque,
+        momentum_under as momentum_under,
+        orbital_axes as orbital_axes,
+        saturation_time as saturation_time,
     )
     from torquer.theory.symbolic import (
         as_latex as as_latex,
@@ -274,16 +289,5 @@ if TYPE_CHECKING:
         sampled_family as sampled_family,
     )
     from torquer.theory.validity import Limit as Limit, within as within
-    from torquer.theory.wheel_accumulation import (
-        Growth as Growth,
-        Held as Held,
-        air_torque as air_torque,
-        cyclic_bounds as cyclic_bounds,
-        growth_of as growth_of,
-        held_torque as held_torque,
-        momentum_under as momentum_under,
-        orbital_axes as orbital_axes,
-        saturation_time as saturation_time,
-    )
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -14,9 +14,9 @@ import math
 from collections.abc import Mapping
 from types import FunctionType, ModuleType, SimpleNamespace
 
-from torquer.control.law import Law
-from torquer.theory.averaging import exact_inputs
-from torquer.theory.evolution.model import Slow
+from torquer.computer.blocks.law import Law
+from torquer.theory.slow.averaging import exact_inputs
+from torquer.theory.slow.evolution.model import Slow
 
 try:
     import sympy

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
 
 
 class Limit(NamedTuple):

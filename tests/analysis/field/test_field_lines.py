@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from torquer.analysis.field_lines import field_lines
+from torquer.analysis.field.field_lines import field_lines
+from torquer.base.time import parse_utc
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.field import FIELDS
-from torquer.orbit.circular import Circular
-from torquer.time import parse_utc
+from torquer.environment.orbit.circular import Circular
 
 T = np.linspace(0.0, 4000.0, 5)
 

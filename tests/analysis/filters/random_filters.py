@@ -1,6 +1,7 @@
 """Random satellites with filters, sound ones and wrong ones: the verdict against the truth.
 
-`python tests/analysis/random_filters.py 1000` prints how often each verdict was given to filters
+`python tests/analysis/filters/random_filters.py 1000` prints how often each verdict was given to
+filters
 that are honest, and to those that are not. The verdict is that of `filter-check` with 16 runs; the
 truth comes from 32 other runs, whose random numbers the check has not seen.
 """
@@ -10,8 +11,8 @@ import sys
 
 import numpy as np
 
-from torquer.analysis.filter_check import check_filter, fly_filter
-from torquer.analysis.filter_members import Start, members_of
+from torquer.analysis.filters.filter_check import check_filter, fly_filter
+from torquer.analysis.filters.filter_members import Start, members_of
 from torquer.scenario.load import scenario_from_data
 
 CHECKED, FLOWN = 16, 32

@@ -6,9 +6,9 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, wit
 from slow_cases import slow_after
 
 from torquer import simulate
-from torquer.analysis.filter_check import as_plain, check_filter, fly_filter
-from torquer.analysis.filter_members import members_of
-from torquer.analysis.filter_statistics import (
+from torquer.analysis.filters.filter_check import as_plain, check_filter, fly_filter
+from torquer.analysis.filters.filter_members import members_of
+from torquer.analysis.filters.filter_statistics import (
     FilterRuns,
     autocorrelation,
     band,
@@ -16,8 +16,8 @@ from torquer.analysis.filter_statistics import (
     nees,
     nis,
 )
-from torquer.analysis.filter_verdict import REJECTED
-from torquer.analysis.linear_covariance import (
+from torquer.analysis.filters.filter_verdict import REJECTED
+from torquer.analysis.filters.linear_covariance import (
     Motion,
     error_95_rad,
     expected_accuracy,

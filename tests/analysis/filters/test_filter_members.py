@@ -5,7 +5,7 @@ import pytest
 from filter_cases import DYNAMICS, GYRO, SCENARIO
 from scipy.spatial.transform import Rotation
 
-from torquer.analysis.filter_members import AS_STATED, Start, drawn_of, members_of
+from torquer.analysis.filters.filter_members import AS_STATED, Start, drawn_of, members_of
 from torquer.scenario.load import scenario_from_data
 
 RUNS = 300

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from filter_cases import GYRO, without
 
-from torquer.analysis.filter_check import _checks_of_errors
-from torquer.analysis.filter_statistics import FilterRuns
-from torquer.analysis.filter_verdict import Check, verdict_of
-from torquer.estimation.kalman_gyro import KalmanGyro
+from torquer.analysis.filters.filter_check import _checks_of_errors
+from torquer.analysis.filters.filter_statistics import FilterRuns
+from torquer.analysis.filters.filter_verdict import Check, verdict_of
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
 
 SPEC = KalmanGyro.model_validate(GYRO)
 

@@ -1,6 +1,6 @@
 """Filters over 200 runs: through the umbra, after a restart, for a day, with wrong noise.
 
-`python tests/analysis/test_filters_at_length.py` prints the numbers.
+`python tests/analysis/filters/test_filters_at_length.py` prints the numbers.
 """
 
 import sys
@@ -11,9 +11,9 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, without
 
 from torquer import simulate
-from torquer.analysis.filter_check import fly_filter, members_of
-from torquer.analysis.filter_statistics import band, consistency, nees, nis
-from torquer.analysis.linear_covariance import expected_accuracy
+from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_statistics import band, consistency, nees, nis
+from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.compile import engine
 from torquer.scenario.load import load_scenario, scenario_from_data
 
@@ -22,7 +22,7 @@ pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole runs: hours without JIT"),
 ]
 RUNS = 200
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BDOT = {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e6}}
 #: Estimator, rest of the control table.
 FILTERS = {

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from filter_cases import DYNAMICS, GYRO, SCENARIO, without
 
-from torquer.analysis.linear_covariance import (
+from torquer.analysis.filters.linear_covariance import (
     expected_accuracy,
     first_variances,
     held_motion,
     nominal,
 )
-from torquer.analysis.observability import gramians, information, observability, transitions
-from torquer.analysis.sensor_sets import as_plain, sensor_sets
+from torquer.analysis.filters.observability import gramians, information, observability, transitions
+from torquer.analysis.filters.sensor_sets import as_plain, sensor_sets
 from torquer.scenario.load import scenario_from_data
 
 FULL_DYNAMICS = DYNAMICS | {"dipole_sigma_a_m2": 0.05, "magnetometer_bias_sigma_nt": 300.0}

@@ -7,12 +7,12 @@ from scipy.stats import ncx2
 
 from torquer import simulate
 from torquer.analysis.budget import as_plain, budget_of_held_attitude, budget_of_run
-from torquer.analysis.filter_check import check_filter, fly_filter, members_of
-from torquer.analysis.linear_covariance import Motion, error_95_rad, expected_accuracy
-from torquer.analysis.sensor_sets import as_plain as sets_as_plain, expected_of
-from torquer.analysis.systematic import systematic_error
+from torquer.analysis.filters.filter_check import check_filter, fly_filter, members_of
+from torquer.analysis.filters.linear_covariance import Motion, error_95_rad, expected_accuracy
+from torquer.analysis.filters.sensor_sets import as_plain as sets_as_plain, expected_of
+from torquer.analysis.filters.systematic import systematic_error
+from torquer.analysis.notes.filter_notes import filter_notes
 from torquer.compile import engine
-from torquer.notes.filter_notes import filter_notes
 from torquer.report.flight.budget_rows import models_in_words
 from torquer.scenario.load import scenario_from_data
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from torquer.notes.bdot_notes import tumbling_of
-from torquer.notes.notes import notes_of
-from torquer.theory.detumbling import detumbling_time_s
-from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
+from torquer.analysis.notes.bdot_notes import tumbling_of
+from torquer.analysis.notes.notes import notes_of
+from torquer.theory.slow.detumbling import detumbling_time_s
+from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 
 WINDOW = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s": 3.0,
           "simulation.step_s": 0.5}  # fmt: skip

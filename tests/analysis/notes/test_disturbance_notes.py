@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from torquer.notes.disturbance_notes import disturbance_notes
-from torquer.notes.notes import notes_of
+from torquer.analysis.notes.disturbance_notes import disturbance_notes
+from torquer.analysis.notes.notes import notes_of
 
 #: Nothing to remark: coils of 3 A m^2, sensors on all sides.
 SOUND = {

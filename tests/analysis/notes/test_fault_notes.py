@@ -2,9 +2,9 @@
 
 import pytest
 
-from torquer.control.modes.signals import SIGNALS
-from torquer.interface import SENSORS
-from torquer.notes.fault_notes import fault_lines, unnoticed_faults
+from torquer.analysis.notes.fault_notes import fault_lines, unnoticed_faults
+from torquer.computer.interface import SENSORS
+from torquer.computer.modes.signals import SIGNALS
 from torquer.scenario.load import scenario_from_data
 
 ALL = "silent, stuck, zeros"

@@ -3,7 +3,7 @@
 import pytest
 from filter_cases import DYNAMICS, GYRO, SCENARIO
 
-from torquer.notes.filter_notes import filter_notes
+from torquer.analysis.notes.filter_notes import filter_notes
 from torquer.scenario.load import scenario_from_data
 
 

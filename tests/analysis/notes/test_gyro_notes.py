@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from torquer.analysis.attitude import attitude_error_of
-from torquer.notes.gyro_notes import damping_left, gyro_notes
+from torquer.analysis.notes.gyro_notes import damping_left, gyro_notes
 from torquer.scenario.load import load_scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXAMPLE = load_scenario(ROOT / "examples/magneto_gyro.toml")
 MICRO = load_scenario(ROOT / "examples/magneto_gyro_micro.toml")
 LAW = EXAMPLE.control.law

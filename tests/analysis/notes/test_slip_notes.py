@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from torquer.notes.slip_notes import slip_notes
+from torquer.analysis.notes.slip_notes import slip_notes
 from torquer.scenario.load import load_scenario, scenario_from_text
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BODY = "spacecraft.body.inertia_kg_m2"
 AXES = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]
 

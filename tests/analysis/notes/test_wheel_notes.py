@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.notes.notes import notes_of
+from torquer.analysis.notes.notes import notes_of
 
 HOLD = {
     "kind": "wheel_pd",

@@ -11,8 +11,8 @@ from law_cases import by_hand, compiled, inputs
 
 import torquer
 from torquer.compile import engine
-from torquer.compile.block import Axis
-from torquer.control.law import Law
+from torquer.computer.blocks.block import Axis
+from torquer.computer.blocks.law import Law
 
 ROW = inputs(2.0, b=(1.0, 2.0, 3.0))
 BOTH = pytest.mark.parametrize("call", [compiled, by_hand])
@@ -193,7 +193,7 @@ def test_a_wrong_answer_or_name_is_one_clear_line(tmp_path, answers, body, expec
         f"memory={{'t_s': 0.0}}, answers={answers!r})\n"
         f"def mine(inputs, parameters, memory):\n    {body}\n"
     )
-    from torquer.control.user import load_law
+    from torquer.computer.blocks.user import load_law
 
     must = r"law mine: must compile as \(inputs, parameters, memory\) -> "
     with pytest.raises(ValueError, match=f"^{must}{expected}") as caught:

@@ -8,10 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from torquer.scenario.load import load_scenario
-from torquer.simulation.simulate import resume, simulate
+from torquer.simulation.setup.simulate import resume, simulate
 
 #: Nearly pointed; field and model without error; the law's estimate is that of the computer.
-STATED = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro.toml")
+STATED = load_scenario(Path(__file__).parents[3] / "examples/magneto_gyro.toml")
 for key, value in {
     "control.estimator": {"kind": "law"},
     "control.ephemeris.field": None,

@@ -14,8 +14,8 @@ from pydantic import ValidationError
 
 import torquer
 from torquer.compile import engine
-from torquer.control.law import Law, as_law
-from torquer.control.user import UserLaw, load_law
+from torquer.computer.blocks.law import Law, as_law
+from torquer.computer.blocks.user import UserLaw, load_law
 
 ROW = inputs(2.0, b=(1.0, 2.0, 3.0))
 HEAD = "import torquer\n\n@torquer.law\n"
@@ -194,7 +194,7 @@ def test_an_undecorated_function_runs_as_plain_python_and_says_so(tmp_path):
 
 def test_a_law_may_call_kernels_of_the_package(tmp_path):
     text = (
-        "import torquer\nfrom torquer.geometry.vec3 import cross\n\n"
+        "import torquer\nfrom torquer.maths.geometry.vec3 import cross\n\n"
         "@torquer.law(parameters={'k': 2.0})\n"
         "def mine(inputs, parameters, memory):\n"
         "    return cross((parameters[0], 0.0, 0.0), inputs.b_body_t)\n"
@@ -255,7 +255,7 @@ NUMPY_THAT_COMPILES = {
     "np.zeros(3)": (0.0, 0.0, 0.0),
     "np.array(inputs.b_body_t) / np.linalg.norm(np.array((0.0, 3.0, 4.0)))": (0.2, 0.4, 0.6),
 }
-VEC3 = "; vectors are tuples: torquer.geometry.vec3 has add, scale, dot, cross, norm for them"
+VEC3 = "; vectors are tuples: torquer.maths.geometry.vec3 has add, scale, dot, cross, norm for them"
 PLAINLY = "; or compiled=False runs the law as plain Python"
 CANNOT = ", which cannot be compiled (NAME, line 6)"
 #: What it does not, and what the message says after 'received'.
@@ -312,7 +312,7 @@ def test_what_the_message_names_works(tmp_path):
         "vec3.add(inputs.b_body_t, "
         "vec3.cross(inputs.b_body_t, (0.0, 0.0, vec3.norm((0.0, 3.0, 4.0))))))"
     )
-    text = f"from torquer.geometry import vec3\n{HEAD}{BODY}return {vectors}\n"
+    text = f"from torquer.maths.geometry import vec3\n{HEAD}{BODY}return {vectors}\n"
     law = load_law(written(tmp_path, text, "vectors.py"))
     np.testing.assert_allclose(answer(law), (14.0 * 11.0, 14.0 * -3.0, 14.0 * 3.0), rtol=1e-15)
 
@@ -375,14 +375,14 @@ def test_the_spec_of_a_user_law(tmp_path):
         UserLaw(kind="user")
 
 
-HELPERS = str(Path(__file__).parents[1])
+HELPERS = str(Path(__file__).parents[2])
 ASK = f"""
 import sys
 from pathlib import Path
 
 sys.path.append({HELPERS!r})
 from law_cases import compiled, inputs
-from torquer.control.user import load_law
+from torquer.computer.blocks.user import load_law
 
 law = load_law(Path(sys.argv[1]))
 print(compiled(law)(inputs(), law.pack(), law.first_memory()).dipole_a_m2[0])

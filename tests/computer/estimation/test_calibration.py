@@ -1,6 +1,6 @@
 """Scale factors and misalignments of magnetometer and gyro: estimated, considered, ignored.
 
-`python tests/estimation/test_calibration.py` prints the numbers of the tutorial.
+`python tests/computer/estimation/test_calibration.py` prints the numbers of the tutorial.
 """
 
 from pathlib import Path
@@ -10,9 +10,9 @@ import pytest
 from filter_cases import GYRO, SCENARIO
 from slow_cases import slow_after
 
-from torquer.analysis.filter_check import check_filter
-from torquer.analysis.observability import observability
-from torquer.estimation.kalman_gyro import KalmanGyro
+from torquer.analysis.filters.filter_check import check_filter
+from torquer.analysis.filters.observability import observability
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.scenario.change import with_values
 from torquer.scenario.load import load_scenario, scenario_from_data
 
@@ -143,7 +143,7 @@ def test_wrong_keys_are_refused(keys, message):
 
 def main():
     """Print the table of docs/tutorials/filter-check.md: 60 runs of two revolutions each."""
-    turning = load_scenario(Path(__file__).parents[2] / "examples/which_sensors.toml")
+    turning = load_scenario(Path(__file__).parents[3] / "examples/which_sensors.toml")
     errors = {f"magnetometer.{key}": value for key, value in MAGNETOMETER.items()}
     errors |= {f"gyro.{key}": value for key, value in GYRO_ERRORS.items()}
     del errors["magnetometer.noise_nt"]

@@ -8,9 +8,9 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.compile.engine import kernel
-from torquer.estimation.covariance import States, forget, slices_of, update
-from torquer.estimation.kalman_gyro import GyroParameters, propagate_covariance
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.covariance import States, forget, slices_of, update
+from torquer.computer.estimation.kalman_gyro import GyroParameters, propagate_covariance
+from torquer.computer.estimation.measurements.measurement import (
     Sensing,
     direction_measurement,
     vector_measurement,

@@ -15,12 +15,12 @@ from scipy.spatial.transform import Rotation
 import torquer
 from torquer import simulate
 from torquer.compile import engine
-from torquer.control import LAWS, AnyLaw
-from torquer.control.computer import computer_of
-from torquer.estimation import ESTIMATORS, AnyEstimator
-from torquer.interface import UNKNOWN_ESTIMATE
-from torquer.simulation.host import Host
-from torquer.simulation.run import prepare
+from torquer.computer.computer import computer_of
+from torquer.computer.estimation import ESTIMATORS, AnyEstimator
+from torquer.computer.interface import UNKNOWN_ESTIMATE
+from torquer.computer.laws import LAWS, AnyLaw
+from torquer.simulation.outside.host import Host
+from torquer.simulation.setup.run import prepare
 
 #: Keys of an example of each estimator. The filters' are of the kind that tests of them fly.
 NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.5}
@@ -97,7 +97,7 @@ def test_kind_is_the_key_and_specs_survive_json(kind):
 @pytest.mark.parametrize(
     "kind",
     [
-        # tests/test_no_jit.py compares the filters in a process without the compiler
+        # tests/compile/test_no_jit.py compares the filters in a process without the compiler
         pytest.param(kind, marks=[pytest.mark.slow] if kind.startswith("kalman") else [])
         for kind in WORKING
     ],

@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.estimation.isolation import CONTRADICTS, ODD, STUCK, USED
-from torquer.estimation.starts import NOT_STARTED
-from torquer.geometry.quaternion import angle_between
+from torquer.computer.estimation.isolation import CONTRADICTS, ODD, STUCK, USED
+from torquer.computer.estimation.starts import NOT_STARTED
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from torquer.estimation.gyro_noise import FLICKER, filter_noise
+from torquer.computer.estimation.gyro_noise import FLICKER, filter_noise
 
 
 def allan_deviation(rates, count):

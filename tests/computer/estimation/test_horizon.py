@@ -7,14 +7,14 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, SPACECRAFT, without
 
 from torquer import simulate
-from torquer.analysis.filter_check import fly_filter, members_of
-from torquer.analysis.filter_statistics import consistency, nees, nis
-from torquer.analysis.linear_covariance import expected_accuracy
-from torquer.analysis.observability import observability
+from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_statistics import consistency, nees, nis
+from torquer.analysis.filters.linear_covariance import expected_accuracy
+from torquer.analysis.filters.observability import observability
 from torquer.compile import engine
-from torquer.estimation.isolation import CONTRADICTS, STUCK
-from torquer.estimation.starts import NOT_STARTED
-from torquer.geometry.quaternion import angle_between
+from torquer.computer.estimation.isolation import CONTRADICTS, STUCK
+from torquer.computer.estimation.starts import NOT_STARTED
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 
 COMPILED = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

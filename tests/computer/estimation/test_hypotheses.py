@@ -14,13 +14,13 @@ from scipy.stats import multivariate_normal
 from slow_cases import slow_after
 
 from torquer import resume, simulate
-from torquer.analysis.filter_check import fly_filter, members_of
-from torquer.analysis.filter_statistics import nees
+from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_statistics import nees
 from torquer.compile import engine
-from torquer.estimation import hypotheses
-from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.estimation.kalman_gyro import KalmanGyro
-from torquer.interface import UNKNOWN_ESTIMATE
+from torquer.computer.estimation import hypotheses
+from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
+from torquer.computer.interface import UNKNOWN_ESTIMATE
 from torquer.scenario.load import scenario_from_data
 
 flown = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 from torquer import simulate
-from torquer.analysis.filter_check import fly_filter, members_of
-from torquer.analysis.filter_statistics import consistency, nees, nis
+from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.compile import engine
-from torquer.compile.plugin import plain_of
-from torquer.estimation.kalman_dynamics import linearised
-from torquer.geometry.quaternion import angle_between
+from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.estimation.kalman_dynamics import linearised
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -13,14 +13,14 @@ from filter_twin import GyroTwin
 from scipy.spatial.transform import Rotation
 
 from torquer import resume, simulate
-from torquer.analysis.filter_check import fly_filter, members_of
-from torquer.analysis.filter_statistics import autocorrelation, consistency, nees, nis
+from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_statistics import autocorrelation, consistency, nees, nis
 from torquer.compile import engine
-from torquer.compile.plugin import plain_of
-from torquer.estimation.kalman_gyro import keep_reading
-from torquer.geometry.quaternion import angle_between
+from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.estimation.kalman_gyro import keep_reading
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 FIELD = {**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]}

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.estimation import RateFromField
+from torquer.computer.estimation import RateFromField
 
 MANY = settings(max_examples=80, deadline=None)
 B = np.array([2e-5, -1e-5, 3e-5])

@@ -14,11 +14,11 @@ from slow_cases import slow_after
 
 import torquer
 from torquer import simulate
-from torquer.analysis.filter_check import members_of
-from torquer.analysis.filter_statistics import consistency, nees
-from torquer.analysis.smoothing import accuracy_of, smoothed, smoother_runs
+from torquer.analysis.filters.filter_check import members_of
+from torquer.analysis.filters.filter_statistics import consistency, nees
+from torquer.analysis.filters.smoothing import accuracy_of, smoothed, smoother_runs
 from torquer.compile import engine
-from torquer.geometry.attitudes import rotation_vector
+from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.load import scenario_from_data
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -8,17 +8,17 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, SPACECRAFT, with
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
-from torquer.analysis.filter_check import fly_filter, members_of
-from torquer.analysis.filter_statistics import consistency, nees
-from torquer.analysis.linear_covariance import expected_accuracy
-from torquer.analysis.observability import observability
-from torquer.analysis.sensor_sets import sensor_sets
+from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_statistics import consistency, nees
+from torquer.analysis.filters.linear_covariance import expected_accuracy
+from torquer.analysis.filters.observability import observability
+from torquer.analysis.filters.sensor_sets import sensor_sets
 from torquer.compile import engine
-from torquer.estimation.isolation import CONTRADICTS, STUCK
-from torquer.estimation.kalman_gyro import KalmanGyro
-from torquer.estimation.measurements.star_tracker import of_attitude
-from torquer.estimation.starts import NOT_STARTED
-from torquer.geometry.quaternion import angle_between
+from torquer.computer.estimation.isolation import CONTRADICTS, STUCK
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
+from torquer.computer.estimation.measurements.star_tracker import of_attitude
+from torquer.computer.estimation.starts import NOT_STARTED
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
 
 COMPILED = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

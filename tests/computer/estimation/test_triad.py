@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.estimation.triad import Triad, rate_between, triad, triad_covariance
-from torquer.geometry.quaternion import angle_between
+from torquer.computer.estimation.triad import Triad, rate_between, triad, triad_covariance
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 
 NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.1}

@@ -7,7 +7,7 @@ from law_cases import ZERO, inputs
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from torquer.control.bdot import (
+from torquer.computer.laws.bdot import (
     PREVIOUS_READING,
     Bdot,
     BdotDerivative,

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.control.bias_momentum import BiasMomentum, bias_momentum
-from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.computer.laws.bias_momentum import BiasMomentum, bias_momentum
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.scenario.load import scenario_from_data
 
 FLIGHT = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -10,12 +10,12 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 from torquer.compile import engine
-from torquer.compile.adapter import INPUTS, RECORDS, flat
 from torquer.compile.engine import kernel
-from torquer.control import LAWS, AnyLaw
-from torquer.control.computer import call_law
-from torquer.control.law import Law
-from torquer.interface import KNOWN, UNKNOWN_ESTIMATE, Ephemeris
+from torquer.computer.blocks.adapter import INPUTS, RECORDS, flat
+from torquer.computer.blocks.law import Law
+from torquer.computer.computer import call_law
+from torquer.computer.interface import KNOWN, UNKNOWN_ESTIMATE, Ephemeris
+from torquer.computer.laws import LAWS, AnyLaw
 
 USER_FILE = """
 import torquer

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from law_cases import compiled, inputs
 
-from torquer.control.magneto_gyro.kernel import MEMORY
-from torquer.control.magneto_gyro.law import MagnetoGyro
-from torquer.control.magneto_gyro.relay import EACH_COIL, NEAREST_ANGLE, relay_dipole
-from torquer.control.magneto_gyro.stage_1 import filtered_component
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
-from torquer.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
+from torquer.base.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
+from torquer.computer.laws.magneto_gyro.kernel import MEMORY
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.computer.laws.magneto_gyro.relay import EACH_COIL, NEAREST_ANGLE, relay_dipole
+from torquer.computer.laws.magneto_gyro.stage_1 import filtered_component
+from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1, stage_1_driven_by
 from torquer.theory.magneto_gyro.stage_2 import driven_by, stage_2_loop

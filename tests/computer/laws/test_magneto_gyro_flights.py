@@ -12,19 +12,19 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 from torquer.analysis.attitude import attitude_error_of
-from torquer.control.magneto_gyro.kernel import MEMORY
-from torquer.earth.rotation import dcm_inertial_to_ecef
+from torquer.computer.laws.magneto_gyro.kernel import MEMORY
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.load import load_scenario
-from torquer.simulation.simulate import simulate
-from torquer.theory.floquet import degree_of_stability, monodromy, multipliers
+from torquer.simulation.setup.simulate import simulate
 from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import field_along, model_error
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.design import Stage2Weights, stage_2_gains
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
-EXAMPLE = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro.toml")
+EXAMPLE = load_scenario(Path(__file__).parents[3] / "examples/magneto_gyro.toml")
 PERIOD_S, RATE = EXAMPLE.orbit.period_s, EXAMPLE.orbit.rate_rad_s()
 LAW = EXAMPLE.control.law
 GAINS = LAW.gains
@@ -366,7 +366,7 @@ def test_without_the_coil_along_roll_it_does_not_hold_without_that_along_yaw_it_
 
 @SEEDS
 def test_a_microsatellite_points_from_tip_off(seeds):
-    example = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro_micro.toml")
+    example = load_scenario(Path(__file__).parents[3] / "examples/magneto_gyro_micro.toml")
     for seed in seeds:
         scenario = example
         for key, value in tip_off(seed, 5.0).items():

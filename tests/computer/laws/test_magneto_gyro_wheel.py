@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 
 import torquer
 from torquer.analysis.attitude import attitude_error_of
-from torquer.control.off import Off
+from torquer.computer.laws.off import Off
 from torquer.scenario.load import load_scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
-EXAMPLE = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro.toml")
+EXAMPLE = load_scenario(Path(__file__).parents[3] / "examples/magneto_gyro.toml")
 PERIOD_S = EXAMPLE.orbit.period_s
 #: One wheel, along pitch: 30 N m s at 5000 rpm. The other two are dead and at rest.
 WHEELS = {

@@ -7,10 +7,10 @@ import pytest
 from law_cases import inputs
 from pydantic import ValidationError
 
-from torquer.control.periodic_gains import PeriodicGains
-from torquer.control.three_axis import ThreeAxis
+from torquer.computer.laws.periodic_gains import PeriodicGains
+from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.environment.field.averaged import argument_of_latitude
-from torquer.orbit import Circular
+from torquer.environment.orbit import Circular
 
 ONE = np.eye(3).tolist()
 

@@ -13,11 +13,11 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.control import AnyLaw
-from torquer.control.projected_pd import ProjectedPd
-from torquer.control.sliding_mode import SlidingMode
-from torquer.control.three_axis import ThreeAxis
-from torquer.conventions import MU_EARTH_M3_S2
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.computer.laws import AnyLaw
+from torquer.computer.laws.projected_pd import ProjectedPd
+from torquer.computer.laws.sliding_mode import SlidingMode
+from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.theory import mean_projection, stability_of
 
 RADIUS_M = 7e6

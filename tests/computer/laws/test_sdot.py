@@ -7,9 +7,9 @@ from law_cases import ZERO, inputs
 from scipy.spatial.transform import Rotation
 
 from torquer.compile import engine
-from torquer.control.bdot import Gain as BdotGain, bdot_rate
-from torquer.control.sdot import Gain, Sdot, SdotRate, cos_alpha, sdot_difference, sdot_rate
-from torquer.simulation.simulate import simulate
+from torquer.computer.laws.bdot import Gain as BdotGain, bdot_rate
+from torquer.computer.laws.sdot import Gain, Sdot, SdotRate, cos_alpha, sdot_difference, sdot_rate
+from torquer.simulation.setup.simulate import simulate
 
 MANY = settings(max_examples=30, deadline=None)
 numbers = st.floats(-1.0, 1.0)

@@ -9,16 +9,16 @@ from law_cases import ZERO, inputs
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from torquer.control.nutation_damping import (
+from torquer.computer.laws.nutation_damping import (
     NutationDamping,
     NutationDampingDerivative,
     NutationDampingRate,
 )
-from torquer.control.preliminary_1 import Preliminary1
-from torquer.control.preliminary_2 import Preliminary2
-from torquer.control.reorientation import Reorientation
-from torquer.control.spin_up import SpinUp
-from torquer.spacecraft.coils import COIL_STATE, Coils, command_coils
+from torquer.computer.laws.preliminary_1 import Preliminary1
+from torquer.computer.laws.preliminary_2 import Preliminary2
+from torquer.computer.laws.reorientation import Reorientation
+from torquer.computer.laws.spin_up import SpinUp
+from torquer.spacecraft.actuators.coils import COIL_STATE, Coils, command_coils
 
 MANY = settings(max_examples=60, deadline=None)
 J = np.array([[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]])

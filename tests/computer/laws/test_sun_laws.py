@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.control.panel_tracking import PanelTracking
-from torquer.control.spin_to_sun import SpinToSun
-from torquer.control.sun_cross import SunCross, dipole_for
+from torquer.computer.laws.panel_tracking import PanelTracking
+from torquer.computer.laws.spin_to_sun import SpinToSun
+from torquer.computer.laws.sun_cross import SunCross, dipole_for
 
 AXIS, J = (0.0, 0.0, 1.0), (1.0, 1.2, 1.5)
 ZERO = (0.0, 0.0, 0.0)

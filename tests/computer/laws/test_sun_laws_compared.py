@@ -14,7 +14,7 @@ from torquer import fly_campaign
 from torquer.campaign.faults.fly import simulate_or_stop
 from torquer.compile import engine
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs/tutorials/my-wheels-died.md").read_text(encoding="utf-8")
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

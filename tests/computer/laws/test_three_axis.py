@@ -7,8 +7,8 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.control.three_axis import ThreeAxis
-from torquer.geometry import euler
+from torquer.computer.laws.three_axis import ThreeAxis
+from torquer.maths.geometry import euler
 
 R, V = (7e6, 0.0, 0.0), (0.0, 2e3, 7e3)
 NORMAL = np.cross(R, V) / np.linalg.norm(np.cross(R, V))

@@ -10,8 +10,8 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 from wheel_cases import machine
 
-from torquer.control.unloading import Unloading
-from torquer.control.wheel_lyapunov import WheelLyapunov
+from torquer.computer.laws.unloading import Unloading
+from torquer.computer.laws.wheel_lyapunov import WheelLyapunov
 
 MANY = settings(max_examples=60, deadline=None)
 vectors = st.tuples(*[st.integers(-50_000, 50_000).map(float)] * 3).map(np.array)

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from wheel_cases import RATE, cross, deviation, flight, random_inertia, start, stepped
 
-from torquer.control.wheel_lyapunov import WheelLyapunov
-from torquer.control.wheel_pd import WheelPd
+from torquer.computer.laws.wheel_lyapunov import WheelLyapunov
+from torquer.computer.laws.wheel_pd import WheelPd
 
 EULER = (40.0, -20.0, 110.0)
 J = np.array([[2.6, 0.2, -0.3], [0.2, 3.1, 0.15], [-0.3, 0.15, 1.9]])

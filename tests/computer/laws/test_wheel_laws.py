@@ -8,9 +8,9 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 from wheel_cases import RATE, machine, orbit_at, orbital_frame, row
 
-from torquer.control.pointing import reference_acceleration, reference_motion
-from torquer.control.wheel_lyapunov import WheelLyapunov
-from torquer.control.wheel_pd import WheelPd
+from torquer.computer.laws.pointing import reference_acceleration, reference_motion
+from torquer.computer.laws.wheel_lyapunov import WheelLyapunov
+from torquer.computer.laws.wheel_pd import WheelPd
 
 MANY = settings(max_examples=60, deadline=None)
 EULER = (40.0, -20.0, 110.0)

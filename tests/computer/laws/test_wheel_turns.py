@@ -9,9 +9,9 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 from wheel_cases import deviation, flight, random_inertia, start, stepped
 
-from torquer.control.wheel_lyapunov import WheelLyapunov
-from torquer.control.wheel_one_axis import WheelOneAxis, half_turn_between
-from torquer.control.wheel_pd import WheelPd
+from torquer.computer.laws.wheel_lyapunov import WheelLyapunov
+from torquer.computer.laws.wheel_one_axis import WheelOneAxis, half_turn_between
+from torquer.computer.laws.wheel_pd import WheelPd
 
 J = [[2.6, 0.2, -0.3], [0.2, 3.1, 0.15], [-0.3, 0.15, 1.9]]
 AXIS, TARGET = np.array([0.0, 0.6, 0.8]), np.array([2.0, -1.0, 2.0]) / 3.0

@@ -8,12 +8,12 @@ import pytest
 from flown_modes import Flown, Z, reading, spinning, two_states
 from hypothesis import given, settings, strategies as st
 
-from torquer.control.modes.check import findings
-from torquer.control.modes.cycles import _back, endless, greatest_rate
-from torquer.control.modes.explore import Sight, Step
-from torquer.control.modes.finding import Facts
-from torquer.control.modes.graph import components, edges_of, reachable
-from torquer.control.modes.spec import Modes, Region
+from torquer.computer.modes.check import findings
+from torquer.computer.modes.cycles import _back, endless, greatest_rate
+from torquer.computer.modes.explore import Sight, Step
+from torquer.computer.modes.finding import Facts
+from torquer.computer.modes.graph import components, edges_of, reachable
+from torquer.computer.modes.spec import Modes, Region
 
 FAST, SLOW = {"signal": "rate_deg_s", "above": 0.7}, {"signal": "rate_deg_s", "below": 0.5}
 AWAY = {"signal": "axis_to_sun_deg", "above": 160.0}

@@ -7,19 +7,20 @@ import pytest
 from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
-from torquer.compile import engine, plugin
-from torquer.control import computer
-from torquer.control.modes.coil_check import (
+from torquer.compile import engine
+from torquer.computer import computer
+from torquer.computer.blocks import plugin
+from torquer.computer.interface import SENSORS, nothing_known
+from torquer.computer.modes.coil_check import (
     add_impulse,
     correct,
     first_coils,
     has_field_reversed,
 )
-from torquer.control.modes.sensor_alone import ATTITUDE_SENSOR, GYRO, MAGNETOMETER, SUN_SENSORS
-from torquer.control.modes.sensor_check import ANGLE, SUN_TURN
-from torquer.control.modes.spec import Modes
-from torquer.control.modes.table import CHECKS_NOW
-from torquer.interface import SENSORS, nothing_known
+from torquer.computer.modes.sensor_alone import ATTITUDE_SENSOR, GYRO, MAGNETOMETER, SUN_SENSORS
+from torquer.computer.modes.sensor_check import ANGLE, SUN_TURN
+from torquer.computer.modes.spec import Modes
+from torquer.computer.modes.table import CHECKS_NOW
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="a kernel called a thousand times")
 

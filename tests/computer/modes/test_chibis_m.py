@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from flown_modes import Flown, reading
 
-from torquer.control.modes.check import findings
-from torquer.control.modes.spec import Modes
+from torquer.computer.modes.check import findings
+from torquer.computer.modes.spec import Modes
 from torquer.scenario.load import presets
 
 SHIPPED = presets("region")

@@ -12,8 +12,8 @@ import pytest
 from flown_modes import Flown, reading
 
 from torquer import load_scenario
-from torquer.control.modes.graph import edges_of
-from torquer.interface import SENSORS
+from torquer.computer.interface import SENSORS
+from torquer.computer.modes.graph import edges_of
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "chibis_m_flight.toml"
 SCENARIO = load_scenario(EXAMPLE)

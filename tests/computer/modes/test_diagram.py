@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from flown_modes import J, Z
 
-from torquer.control.modes.diagram import mermaid, svg
-from torquer.control.modes.layout import LETTER, layout
-from torquer.control.modes.scheme import modes_of
-from torquer.control.modes.spec import Modes
-from torquer.control.modes.wording import state_in_words, transition_in_words
-from torquer.control.scheme import Scheme
+from torquer.computer.modes.diagram import mermaid, svg
+from torquer.computer.modes.layout import LETTER, layout
+from torquer.computer.modes.scheme import modes_of
+from torquer.computer.modes.spec import Modes
+from torquer.computer.modes.wording import state_in_words, transition_in_words
+from torquer.computer.scheme import Scheme
 
 FILE = Path(__file__).parents[2] / "data" / "sun_pointing_modes.toml"
 DAMPED = {"nutation_below_deg": 5.0, "for_s": 60.0, "at_most_s": 2e4}

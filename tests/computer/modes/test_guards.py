@@ -5,7 +5,7 @@ import pytest
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.control.modes.check import findings
+from torquer.computer.modes.check import findings
 from torquer.scenario.load import presets, scenario_from_text
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

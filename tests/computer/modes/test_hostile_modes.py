@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from hostile_modes import FACTS, TABLES, table_of
 
-from torquer.control.modes.check import faults
-from torquer.control.modes.signals import RANGES, SIGNALS
-from torquer.control.modes.spec import Modes, Region, SensorNoise
-from torquer.notes.mode_notes import facts_of, mode_findings
+from torquer.analysis.notes.mode_notes import facts_of, mode_findings
+from torquer.computer.modes.check import faults
+from torquer.computer.modes.signals import RANGES, SIGNALS
+from torquer.computer.modes.spec import Modes, Region, SensorNoise
 from torquer.scenario.load import load_scenario, presets
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.toml"))

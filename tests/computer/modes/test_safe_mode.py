@@ -10,7 +10,7 @@ import torquer
 from torquer import simulate
 from torquer.campaign.faults.fly import fly_faults
 from torquer.compile import engine
-from torquer.control.modes.check import findings
+from torquer.computer.modes.check import findings
 from torquer.report.campaign.faults import markdown
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -8,9 +8,9 @@ from flown_modes import Flown, J, Z, reading
 from hypothesis import given, settings, strategies as st
 from scheme_twin import SchemeTwin
 
-from torquer.control.modes.scheme import DONE, modes_of
-from torquer.control.recommended import recommended_scheme, standard_scheme
-from torquer.control.scheme import Scheme
+from torquer.computer.laws.recommended import recommended_scheme, standard_scheme
+from torquer.computer.modes.scheme import DONE, modes_of
+from torquer.computer.scheme import Scheme
 
 UNTIL = {
     "nutation_below_deg": st.sampled_from([5.0, 30.0, 80.0, 120.0]),

@@ -10,8 +10,9 @@ import pytest
 from flown_modes import Flown, Z, reading, spinning
 from scipy.spatial.transform import Rotation
 
-from torquer.compile.plugin import plain_of
-from torquer.control.modes.signals import (
+from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.interface import SENSORS, UNKNOWN_ESTIMATE, ReadingTimes
+from torquer.computer.modes.signals import (
     ESTIMATED,
     NUMBER_OF,
     RANGES,
@@ -19,8 +20,7 @@ from torquer.control.modes.signals import (
     UNITS,
     signal_value,
 )
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.interface import SENSORS, UNKNOWN_ESTIMATE, ReadingTimes
+from torquer.maths.geometry.quaternion import rotate_inverse
 
 J = ((1.0, 0.1, 0.0), (0.1, 1.2, -0.05), (0.0, -0.05, 1.5))
 AXIS, TARGET = (0.0, 0.6, 0.8), (2.0, -1.0, 2.0)

@@ -8,8 +8,8 @@ import pytest
 from flown_modes import Flown, J, two_states
 from pydantic import ValidationError
 
-from torquer.control.modes import table
-from torquer.control.modes.spec import Modes
+from torquer.computer.modes import table
+from torquer.computer.modes.spec import Modes
 from torquer.scenario.explain import explain
 
 TEXT = """

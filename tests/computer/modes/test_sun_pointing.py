@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning
 
-from torquer.control.modes.check import findings
-from torquer.control.modes.spec import Modes
+from torquer.computer.modes.check import findings
+from torquer.computer.modes.spec import Modes
 
 FILE = Path(__file__).parents[2] / "data" / "sun_pointing_modes.toml"
 MODES = Modes.model_validate(tomllib.loads(FILE.read_text()))

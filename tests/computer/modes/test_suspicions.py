@@ -163,7 +163,7 @@ def test_a_dipole_that_is_always_there_is_a_coil_stuck_on(axis):
 
 def test_the_effects_of_sound_coils_are_those_commanded():
     """Recovered from noisy readings within the stated uncertainty, in forty minutes of B-dot."""
-    from torquer.simulation.run import prepare
+    from torquer.simulation.setup.run import prepare
 
     run = prepare(scenario_from_text(CHIBIS_M).replace("initial.rate_deg_s", (3, -4, 2)))
     run.advance_to(2400)

@@ -8,7 +8,7 @@ import pytest
 from flown_modes import Flown, Z, reading, spinning, two_states
 
 from torquer.compile import engine
-from torquer.control.modes.table import ModeState, switch_modes
+from torquer.computer.modes.table import ModeState, switch_modes
 
 SLOW = {"signal": "rate_deg_s", "below": 1.0}
 AWAY = {"signal": "axis_to_sun_deg", "above": 160.0}

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from torquer.earth.atmosphere import (
+from torquer.environment.earth.atmosphere import (
     ATMOSPHERES,
     AnyAtmosphere,
     Exponential,
@@ -20,10 +20,15 @@ from torquer.earth.atmosphere import (
     Nrlmsis,
     gost as gost_room,
 )
-from torquer.earth.atmosphere.air import NO_AIR, bulge_angle_cosine, density, gost_density
-from torquer.earth.atmosphere.exponential import TABLE
-from torquer.earth.atmosphere.model import heights_km
-from torquer.geometry.frames import ecef_from_geodetic
+from torquer.environment.earth.atmosphere.air import (
+    NO_AIR,
+    bulge_angle_cosine,
+    density,
+    gost_density,
+)
+from torquer.environment.earth.atmosphere.exponential import TABLE
+from torquer.environment.earth.atmosphere.model import heights_km
+from torquer.maths.geometry.frames import ecef_from_geodetic
 
 START = "2007-09-21T09:10:34Z"
 STANDARD = json.loads(

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from torquer.earth.concise import J2000_DAY, earth_at
-from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
+from torquer.base.time import julian_dates
+from torquer.environment.earth.concise import J2000_DAY, earth_at
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.sun import sun_position
-from torquer.time import julian_dates
 
 ARCSEC = math.pi / 648000.0
 #: From 1990 to 2060, at all seasons and hours.

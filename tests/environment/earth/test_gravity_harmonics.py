@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.special import assoc_legendre_p_all
 
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.earth import gravity
-from torquer.geometry.vec3 import add
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.environment.earth import gravity
+from torquer.maths.geometry.vec3 import add
 
 PLACE = (4.1e6, -3.2e6, 4.7e6)
 WHOLE = gravity.pack(gravity.MAX_DEGREE)

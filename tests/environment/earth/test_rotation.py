@@ -7,9 +7,9 @@ from skyfield.api import load
 from skyfield.framelib import itrs
 from skyfield.sgp4lib import TEME
 
-from torquer.conventions import EARTH_RATE_RAD_S
-from torquer.earth import rotation
-from torquer.time import julian_dates
+from torquer.base.conventions import EARTH_RATE_RAD_S
+from torquer.base.time import julian_dates
+from torquer.environment.earth import rotation
 
 START = "2012-03-04T10:31:47Z"
 TEN_REVOLUTIONS = np.linspace(0.0, 57000.0, 400)

@@ -5,8 +5,8 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from torquer.earth import rotation, rotation_table as room
 from torquer.environment import sun
+from torquer.environment.earth import rotation, rotation_table as room
 
 STARTS = ("2007-09-21T09:10:34Z", "2016-12-30T22:00:00Z", "2031-05-05T00:00:00Z")
 

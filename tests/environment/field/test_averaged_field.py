@@ -8,8 +8,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.special import ellipe
 
 from torquer.environment.field import Averaged, averaged as avg, direct_dipole as direct
-from torquer.geometry.frames import dcm_orbital_to_inertial, dcm_s_to_y, dcm_z_to_y, rot_z
-from torquer.geometry.vec3 import mat_vec
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial, dcm_s_to_y, dcm_z_to_y, rot_z
+from torquer.maths.geometry.vec3 import mat_vec
 
 ANGLES = st.floats(0.0, 2.0 * math.pi)
 INCLINATIONS = st.floats(0.0, math.pi)

@@ -8,8 +8,8 @@ from hypothesis import given, settings, strategies as st
 
 from torquer.environment.field import DirectDipole, TiltedDipole, direct_dipole as direct
 from torquer.environment.field.tilted_dipole import b_dipole, b_dipole_many, b_turning_many
-from torquer.geometry.frames import dcm_ecef_to_ned, dcm_orbital_to_inertial, dcm_s_to_y
-from torquer.geometry.vec3 import mat_vec
+from torquer.maths.geometry.frames import dcm_ecef_to_ned, dcm_orbital_to_inertial, dcm_s_to_y
+from torquer.maths.geometry.vec3 import mat_vec
 
 ANGLES = st.floats(0.0, 2.0 * math.pi)
 INCLINATIONS = st.floats(0.0, math.pi)

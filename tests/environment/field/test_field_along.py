@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from torquer.base.time import parse_utc
 from torquer.environment.field import (
     Averaged,
     DirectDipole,
@@ -12,8 +13,7 @@ from torquer.environment.field import (
     direct_dipole,
 )
 from torquer.environment.field.along import angles_deg, fields_along
-from torquer.orbit import Circular, Kepler
-from torquer.time import parse_utc
+from torquer.environment.orbit import Circular, Kepler
 
 START = parse_utc("2025-07-01T00:00:00Z")
 MODELS = (Igrf14(degree=4), DirectDipole(), Averaged(), TiltedDipole())

@@ -13,7 +13,7 @@ from torquer.environment.field import (
     averaged,
     elements,
 )
-from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 
 RNG = np.random.default_rng(8)
 EVERY = pytest.mark.parametrize("kind", FIELDS)

@@ -8,9 +8,9 @@ import ppigrf
 import pygeomag
 import pytest
 
-from torquer.conventions import FIELD_RADIUS_M
-from torquer.earth.harmonics import gradient
-from torquer.earth.harmonics_many import LANES, gradient_many
+from torquer.base.conventions import FIELD_RADIUS_M
+from torquer.environment.earth.harmonics import gradient
+from torquer.environment.earth.harmonics_many import LANES, gradient_many
 from torquer.environment.field import (
     Gauss,
     Igrf14,
@@ -19,7 +19,7 @@ from torquer.environment.field import (
     at_geodetic,
     coefficients as tables,
 )
-from torquer.geometry.frames import dcm_ecef_to_ned
+from torquer.maths.geometry.frames import dcm_ecef_to_ned
 
 RNG = np.random.default_rng(14)
 #: At epochs, between them, in leap years, at both ends.

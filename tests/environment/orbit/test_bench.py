@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from torquer.conventions import EARTH_RADIUS_M
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.time import parse_utc
 from torquer.environment import Environment, OrbitEnvironment
 from torquer.environment.field import HelmholtzCoils, elements
 from torquer.environment.field.globe import at_geodetic
-from torquer.geometry.frames import dcm_orbital_to_inertial
-from torquer.orbit import Bench
-from torquer.time import parse_utc
+from torquer.environment.orbit import Bench
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 
 START, T_S = parse_utc("2012-01-15T09:00:00Z", "start"), np.array([0.0, 1000.0, 50000.0])
 B_NT = (3e4, -5e4, 8e4)

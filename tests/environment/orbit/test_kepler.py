@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
 
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.orbit import ORBITS, Circular, Kepler, kepler
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.environment.orbit import ORBITS, Circular, Kepler, kepler
 
 ECCENTRIC = {
     "semi_major_axis_km": 26600.0,

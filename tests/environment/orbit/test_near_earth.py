@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from sgp4.api import WGS72, Satrec
 
-from torquer.environment.on_board import ELEMENTS
-from torquer.orbit.near_earth import cube_root, sgp4_state
+from torquer.computer.on_board_environment import ELEMENTS
+from torquer.environment.orbit.near_earth import cube_root, sgp4_state
 
 MINUTES = (0.0, -1440.0, 33.3, 720.0, 1440.0, 10080.0)
 

@@ -12,14 +12,14 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from slow_cases import slow_after
 
+from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
+from torquer.base.time import parse_utc
 from torquer.compile.engine import COMPILED
-from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
-from torquer.earth import gravity
-from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
-from torquer.geometry.frames import geodetic_from_ecef
-from torquer.orbit import Kepler, Numerical, Sgp4, numerical, point_mass
-from torquer.orbit.numerical import epoch_of
-from torquer.time import parse_utc
+from torquer.environment.earth import gravity
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
+from torquer.environment.orbit import Kepler, Numerical, Sgp4, numerical, point_mass
+from torquer.environment.orbit.numerical import epoch_of
+from torquer.maths.geometry.frames import geodetic_from_ecef
 
 START = "2007-09-21T09:10:34Z"
 #: The five-day run of WHEEL.

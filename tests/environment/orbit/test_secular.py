@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from torquer.environment.on_board import ELEMENTS
-from torquer.orbit import Kepler, Numerical
-from torquer.orbit.secular import EARTH_J2, drift_of, drifting_positions, drifting_state
+from torquer.computer.on_board_environment import ELEMENTS
+from torquer.environment.orbit import Kepler, Numerical
+from torquer.environment.orbit.secular import EARTH_J2, drift_of, drifting_positions, drifting_state
 
 GIVEN = {
     "semi_major_axis_m": 7.2e6, "eccentricity": 0.03, "inclination_deg": 63.0, "raan_deg": 40.0,

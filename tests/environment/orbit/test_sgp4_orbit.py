@@ -8,10 +8,10 @@ import pytest
 from sgp4.api import Satrec, jday
 from skyfield.api import EarthSatellite, load
 
-from torquer.earth.rotation import teme_to_gcrf
-from torquer.orbit import Sgp4
-from torquer.orbit.sgp4 import checksum
-from torquer.time import parse_utc
+from torquer.base.time import parse_utc
+from torquer.environment.earth.rotation import teme_to_gcrf
+from torquer.environment.orbit import Sgp4
+from torquer.environment.orbit.sgp4 import checksum
 
 CHIBIS = (
     "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",

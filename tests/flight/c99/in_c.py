@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.compile.plugin import plain_of
-from torquer.export.precision import computing_in
-from torquer.export.print_c import INCLUDES, function_text, program_text
-from torquer.export.program import Program, translated
-from torquer.export.types import INT, REAL, TIME, Array, Static, Tuple
+from torquer.computer.blocks.plugin import plain_of
+from torquer.flight.c99.precision import computing_in
+from torquer.flight.c99.print_c import INCLUDES, function_text, program_text
+from torquer.flight.c99.program import Program, translated
+from torquer.flight.c99.types import INT, REAL, TIME, Array, Static, Tuple
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")

@@ -13,10 +13,10 @@ import numpy as np
 
 import torquer
 from torquer.compile.engine import records
-from torquer.control import computer as on_board
-from torquer.export.computer import on_board_of
-from torquer.export.recording import _PLACES, mark_of
-from torquer.export.tables import numbers_of
+from torquer.computer import computer as on_board
+from torquer.flight.c99.computer import on_board_of
+from torquer.flight.c99.recording import _PLACES, mark_of
+from torquer.flight.c99.tables import numbers_of
 
 
 def computer_and_board(scenario):

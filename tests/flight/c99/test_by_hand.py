@@ -6,9 +6,9 @@ from random import Random
 import numba
 import numpy as np
 import pytest
-from export.by_hand import BY_HAND, whole_numbers_by_zero
-from export.in_c import TYPES, InC, needs_compiler, same_bits
-from export.test_generated import SPECIAL
+from flight.c99.by_hand import BY_HAND, whole_numbers_by_zero
+from flight.c99.in_c import TYPES, InC, needs_compiler, same_bits
+from flight.c99.test_generated import SPECIAL
 
 from torquer.compile.engine import OPTIONS
 

@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from export.in_c import COMPILER, FLAGS, needs_compiler
-from export.test_export import COMPILERS, EXAMPLES, STRICT, replayed
-from export.test_misra import checked, needs_cppcheck
-from export.test_pil import MISSING, pil
+from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
+from flight.c99.test_export import COMPILERS, EXAMPLES, STRICT, replayed
+from flight.c99.test_misra import checked, needs_cppcheck
+from flight.c99.test_pil import MISSING, pil
 from slow_cases import slow_after
 
 import torquer
+from torquer.base.time import parse_utc
 from torquer.cli.app import answer
-from torquer.environment.on_board import ELEMENTS, ephemeris_along
-from torquer.export.ephemeris import ephemeris_of, instants
-from torquer.orbit import Circular
+from torquer.computer.on_board_environment import ELEMENTS, ephemeris_along
+from torquer.environment.orbit import Circular
+from torquer.flight.c99.ephemeris import ephemeris_of, instants
 from torquer.scenario.change import with_values
-from torquer.time import parse_utc
 
 SOURCES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "adcs_ephemeris.c", "test/replay.c")
 SAME = "721 instants of the ephemeris: the same bits"

@@ -7,15 +7,15 @@ import sys
 from pathlib import Path
 
 import pytest
-from export import plain_replay
-from export.in_c import COMPILER, FLAGS, needs_compiler
+from flight.c99 import plain_replay
+from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 
 import torquer
 from torquer.cli.app import answer
-from torquer.export.computer import exported, on_board_of
-from torquer.export.export import export_notes, texts_of
+from torquer.flight.c99.computer import exported, on_board_of
+from torquer.flight.c99.export import export_notes, texts_of
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 #: All examples that are a scenario.
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
 #: Those of which other tests build an export, and smaller siblings of the others.

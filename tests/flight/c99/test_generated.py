@@ -7,8 +7,8 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from export.generated import module_text
-from export.in_c import TYPES, InC, needs_compiler, same_bits
+from flight.c99.generated import module_text
+from flight.c99.in_c import TYPES, InC, needs_compiler, same_bits
 from hypothesis import HealthCheck, Phase, given, settings, strategies as st
 
 SPECIAL = (0.0, -0.0, 1.0, -1.5, 0.1, 5e-324, -2.2e-308, 1e308, math.inf, -math.inf, math.nan, 7.0)

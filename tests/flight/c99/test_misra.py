@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from export.test_export import EXAMPLES, NAMES, written
+from flight.c99.test_export import EXAMPLES, NAMES, written
 
 import torquer
-from torquer.export.computer import exported, on_board_of
-from torquer.export.export import texts_of
+from torquer.flight.c99.computer import exported, on_board_of
+from torquer.flight.c99.export import texts_of
 
 needs_cppcheck = pytest.mark.skipif(not shutil.which("cppcheck"), reason="not installed: cppcheck")
 

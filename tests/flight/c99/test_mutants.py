@@ -8,19 +8,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from export.in_c import needs_compiler
+from flight.c99.in_c import needs_compiler
 
 import torquer
 
 PACKAGE = Path(torquer.__file__).parent
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[2]
 NOTICING = ("export/test_by_hand.py", "export/test_generated.py", "export/test_refused.py")
 #: Tests of single precision that notice a mistake about times.
 OF_TIMES = "export/test_precision.py"
 
 
 class Mistake(NamedTuple):
-    """A text of a file of `torquer/export/`, and the one that takes its place."""
+    """A text of a file of `torquer/flight/c99/`, and the one that takes its place."""
 
     file: str
     right: str

@@ -11,7 +11,7 @@ import pytest
 
 import torquer
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples"
 MISSING = [t for t in ("cc", "arm-none-eabi-gcc", "qemu-system-arm") if not shutil.which(t)]
 

@@ -5,10 +5,10 @@ from random import Random
 
 import mpmath
 import pytest
-from export.in_c import InC, bits, needs_compiler
+from flight.c99.in_c import InC, bits, needs_compiler
 
-from torquer.export.portable import PORTABLE
-from torquer.export.types import REAL
+from torquer.flight.c99.portable import PORTABLE
+from torquer.flight.c99.types import REAL
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, 5e-324, -5e-324, 1e-310, 1e308, math.inf, -math.inf, math.nan)
 WITH_ONE = [name for name in PORTABLE if name != "atan2"]

@@ -9,18 +9,18 @@ from random import Random
 
 import numpy as np
 import pytest
-from export.in_c import InC, needs_compiler
-from export.test_export import COMPILERS, EXAMPLES, NAMES, built, written
-from export.test_pil import MISSING, pil
+from flight.c99.in_c import InC, needs_compiler
+from flight.c99.test_export import COMPILERS, EXAMPLES, NAMES, built, written
+from flight.c99.test_pil import MISSING, pil
 
 import torquer
 from torquer.cli.app import answer
-from torquer.export.computer import exported, on_board_of
-from torquer.export.export import texts_of
-from torquer.export.precision import computing_in
-from torquer.export.program import Program
-from torquer.export.refusal import Refused
-from torquer.export.types import REAL, TIME, Array, Tuple
+from torquer.flight.c99.computer import exported, on_board_of
+from torquer.flight.c99.export import texts_of
+from torquer.flight.c99.precision import computing_in
+from torquer.flight.c99.program import Program
+from torquer.flight.c99.refusal import Refused
+from torquer.flight.c99.types import REAL, TIME, Array, Tuple
 
 #: A day and a half, between two numbers of single precision.
 LATE_S = 131072.01

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from export.test_generated import module_of
+from flight.c99.test_generated import module_of
 
-from torquer.export.program import Program
-from torquer.export.refusal import Refused
-from torquer.export.types import INT, REAL, Array, Tuple
+from torquer.flight.c99.program import Program
+from torquer.flight.c99.refusal import Refused
+from torquer.flight.c99.types import INT, REAL, Array, Tuple
 
 HEAD = "import math\nimport numpy as np\nTABLE = np.zeros(3)\nGAINS = (1.0, 2, 3.0)\n"
 HEAD += "BASE, SINGLE, SMALL = 1.1, np.float32(0.1), np.int32(3)\n"

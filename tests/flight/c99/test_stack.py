@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-import torquer.export.export as exporting
+import torquer.flight.c99.export as exporting
 
 TOOLS = "arm-none-eabi-"
 needs_target = pytest.mark.skipif(

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from packet_cases import PACKETS, SATELLITE, some_bytes
 
-from torquer.link import open_link
-from torquer.packets.frames import HEADER_BYTES, Downlink, Uplink
-from torquer.packets.segments import Joiner, Splitter
+from torquer.flight.link import open_link
+from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Uplink
+from torquer.flight.packets.segments import Joiner, Splitter
 
 can = pytest.importorskip("can", reason="extra `can`")
-can_bus = importlib.import_module("torquer.link.can_bus")
+can_bus = importlib.import_module("torquer.flight.link.can_bus")
 
 PATIENCE_S = 20.0
 _NAMES = (f"test {number}" for number in itertools.count())
@@ -221,6 +221,6 @@ def test_no_such_bus_gets_one_line(address, message):
 
 
 def test_without_python_can_one_line_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "torquer.link.can_bus", None)
+    monkeypatch.setitem(sys.modules, "torquer.flight.link.can_bus", None)
     with pytest.raises(ValueError, match=r"needs python-can, which `pip install 'torquer\[can\]'`"):
         open_link("can:virtual:a")

@@ -11,10 +11,10 @@ import pytest
 
 from torquer.cli import main
 from torquer.compile import engine
-from torquer.onboard import session
-from torquer.onboard.session import load_session, station_of
-from torquer.onboard.software import load_software
-from torquer.packets.frames import Uplink
+from torquer.flight.packets.frames import Uplink
+from torquer.flight.software import session
+from torquer.flight.software.session import load_session, station_of
+from torquer.flight.software.software import load_software
 
 DAY = "examples/chibis_m_day.toml"
 TICKS = 300
@@ -42,7 +42,7 @@ class Client:
         software = load_software()
         self.station, self.uplink = station_of(software), Uplink(software.dictionary)
         monkeypatch.setattr(session, "time", self)
-        from torquer.cli import fly
+        from torquer.cli.commands import fly
 
         open_link = fly.open_link
 

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from torquer.link import connect, open_link
-from torquer.link.link import MOST_WAITING
+from torquer.flight.link import connect, open_link
+from torquer.flight.link.link import MOST_WAITING
 
 HOST = "127.0.0.1"
 #: Far longer than anything here takes: only a failure waits so long.

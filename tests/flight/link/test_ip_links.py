@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from torquer.link import open_link
-from torquer.link.link import MOST_PEERS, MOST_WAITING, PEER_BYTES
+from torquer.flight.link import open_link
+from torquer.flight.link.link import MOST_PEERS, MOST_WAITING, PEER_BYTES
 
 HOST = "127.0.0.1"
 #: Far longer than anything here takes: only a failure waits so long.

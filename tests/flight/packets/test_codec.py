@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from packet_cases import CHIBIS, ODD, PACKETS
 
-from torquer.packets.codec import decoder, encoder
+from torquer.flight.packets.codec import decoder, encoder
 
 EXTENDED = CHIBIS.down["extended"]
 every_packet = pytest.mark.parametrize("packet", PACKETS.values(), ids=PACKETS)

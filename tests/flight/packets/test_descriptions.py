@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from packet_cases import CHIBIS, SATELLITE, some_bytes
 
-from torquer.packets.codec import decoder
-from torquer.packets.dbc import dbc
-from torquer.packets.frames import HEADER_BYTES, Downlink, Stream, Uplink
-from torquer.packets.openmct import openmct
-from torquer.packets.segments import Splitter
-from torquer.packets.xtce import FRAME, TIME_STAMP, xtce
+from torquer.flight.packets.codec import decoder
+from torquer.flight.packets.dbc import dbc
+from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Stream, Uplink
+from torquer.flight.packets.openmct import openmct
+from torquer.flight.packets.segments import Splitter
+from torquer.flight.packets.xtce import FRAME, TIME_STAMP, xtce
 
 cantools = pytest.importorskip("cantools")
 space_packet_parser = pytest.importorskip("space_packet_parser")

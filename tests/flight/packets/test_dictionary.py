@@ -5,8 +5,8 @@ import copy
 import pytest
 from packet_cases import CHIBIS
 
-from torquer.packets.dictionary import MOST_BYTES, DictionaryError, load_dictionary
-from torquer.packets.frames import HEADER_BYTES
+from torquer.flight.packets.dictionary import MOST_BYTES, DictionaryError, load_dictionary
+from torquer.flight.packets.frames import HEADER_BYTES
 
 #: Bytes of a CCSDS telecommand frame.
 TC_FRAME = 1024

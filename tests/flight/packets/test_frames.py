@@ -4,8 +4,8 @@ import copy
 
 import pytest
 
-from torquer.packets.dictionary import load_dictionary
-from torquer.packets.frames import ALARM, HEADER_BYTES, Downlink, Stream, Uplink
+from torquer.flight.packets.dictionary import load_dictionary
+from torquer.flight.packets.frames import ALARM, HEADER_BYTES, Downlink, Stream, Uplink
 
 CHIBIS = load_dictionary("chibis_m")
 BEACON = bytes.fromhex(

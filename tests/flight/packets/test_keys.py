@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from torquer.packets.keys import new_key, read_key
+from torquer.flight.packets.keys import new_key, read_key
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="rights of POSIX")
 

@@ -11,8 +11,8 @@ import pytest
 from frame_attacks import KEY, SPACECRAFT, SPI, refit
 from hypothesis import given, strategies as st
 
-from torquer.packets.protected import COMMAND_BYTES, CommandReceiver, CommandSender
-from torquer.packets.security import crc16, mac
+from torquer.flight.packets.protected import COMMAND_BYTES, CommandReceiver, CommandSender
+from torquer.flight.packets.security import crc16, mac
 
 MARK = b"\xeb\x90"
 OTHER_KEY = bytes(range(32, 64))

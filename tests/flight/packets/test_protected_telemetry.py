@@ -11,7 +11,7 @@ from frame_attacks import KEY, SPACECRAFT, refit
 from hypothesis import given, settings, strategies as st
 from spacepackets.ccsds.tm_frame import TmTransferFrame
 
-from torquer.packets.protected import TELEMETRY_BYTES, TelemetryReceiver, TelemetrySender
+from torquer.flight.packets.protected import TELEMETRY_BYTES, TelemetryReceiver, TelemetrySender
 
 SPI, MARK = 9, b"\x1a\xcf\xfc\x1d"
 DATAS = st.lists(st.binary(max_size=100) | st.sampled_from([bytes(253), bytes(254), MARK * 300]))

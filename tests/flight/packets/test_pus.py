@@ -19,13 +19,13 @@ from spacepackets.ecss.pus_1_verification import (
 from spacepackets.ecss.pus_17_test import Service17Tm
 from spacepackets.ecss.tm import ManagedParams
 
-from torquer.onboard.log import Reason
-from torquer.packets.dictionary import MOST_BYTES, TYPES, Dictionary, Field, Packet
-from torquer.packets.document import document
-from torquer.packets.frames import ALARM, INFO, STATUS, Stream, Uplink
-from torquer.packets.protected import COMMAND_BYTES
-from torquer.packets.pus_profile import DONE, WAITING
-from torquer.packets.space_packets import cds, read_cds
+from torquer.flight.packets.dictionary import MOST_BYTES, TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.document import document
+from torquer.flight.packets.frames import ALARM, INFO, STATUS, Stream, Uplink
+from torquer.flight.packets.protected import COMMAND_BYTES
+from torquer.flight.packets.pus_profile import DONE, WAITING
+from torquer.flight.packets.space_packets import cds, read_cds
+from torquer.flight.software.log import Reason
 
 every_command = pytest.mark.parametrize("packet", SATELLITE.up.values(), ids=SATELLITE.up)
 every_telemetry = pytest.mark.parametrize("packet", SATELLITE.down.values(), ids=SATELLITE.down)

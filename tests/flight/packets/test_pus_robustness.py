@@ -20,10 +20,10 @@ from pus_ends import (
 )
 from spacepackets.ecss import PusTc, PusTm
 
-from torquer.onboard.log import REJECTIONS, Reason
-from torquer.packets.frames import ALARM, INFO
-from torquer.packets.protected import TelemetryReceiver, TelemetrySender
-from torquer.packets.station import Station
+from torquer.flight.packets.frames import ALARM, INFO
+from torquer.flight.packets.protected import TelemetryReceiver, TelemetrySender
+from torquer.flight.packets.station import Station
+from torquer.flight.software.log import REJECTIONS, Reason
 
 pytestmark = pytest.mark.verifies("REQ-PUS-005")
 SPI = 9

@@ -6,10 +6,10 @@ import pytest
 from pus_ends import APID, SATELLITE, UPLINK, answer, judged, process, stamp, user
 from spacepackets.ecss import PusTc, PusTm
 
-from torquer.onboard.log import Reason
-from torquer.packets.dictionary import Dictionary
-from torquer.packets.frames import ALARM
-from torquer.packets.pus_user import User
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import ALARM
+from torquer.flight.packets.pus_user import User
+from torquer.flight.software.log import Reason
 
 pytestmark = pytest.mark.verifies("REQ-PUS-003")
 BOTH, NONE = 0b1001, 0b0000

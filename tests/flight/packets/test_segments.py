@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from packet_cases import PACKETS, SATELLITE, some_bytes
 
-from torquer.packets.frames import HEADER_BYTES, Downlink, Uplink
-from torquer.packets.segments import Joiner, Splitter, can_id, places
+from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Uplink
+from torquer.flight.packets.segments import Joiner, Splitter, can_id, places
 
 EXTENDED = SATELLITE.down["extended"]
 

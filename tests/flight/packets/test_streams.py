@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from packet_cases import PACKETS, SATELLITE, some_bytes
 
-from torquer.packets.frames import HEADER_BYTES, Downlink, Stream, Uplink
+from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Stream, Uplink
 
 MARK = bytes.fromhex("ddccbbaa")
 #: Packets in whose data a whole frame may stand: damage to them may hide one that follows.

@@ -6,10 +6,10 @@ import pytest
 from onboard_ground import ALL_MODES, Ground, flying, scenario
 
 from torquer.compile import engine
-from torquer.onboard.core import Core
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module, restored, settings_file
-from torquer.onboard.software import load_software
+from torquer.flight.software.core import Core
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module, restored, settings_file
+from torquer.flight.software.software import load_software
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -6,14 +6,14 @@ from onboard_ground import Ground, flying, scenario
 from slow_cases import slow_after
 
 from torquer.compile import engine
-from torquer.onboard import boot
-from torquer.onboard.clock import ms_of
-from torquer.onboard.core import Core
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import Memory
-from torquer.onboard.modules.module import settings_file
-from torquer.onboard.software import load_software
-from torquer.onboard.state import Cause
+from torquer.flight.software import boot
+from torquer.flight.software.clock import ms_of
+from torquer.flight.software.core import Core
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import Memory
+from torquer.flight.software.modules.module import settings_file
+from torquer.flight.software.software import load_software
+from torquer.flight.software.state import Cause
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: Modules with settings.

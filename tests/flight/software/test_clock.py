@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.onboard.clock import EPOCH, LAST_MS, Clock, ms_of, timer_ms, utc_of
-from torquer.onboard.log import Reason
+from torquer.flight.software.clock import EPOCH, LAST_MS, Clock, ms_of, timer_ms, utc_of
+from torquer.flight.software.log import Reason
 
 MONTH_S = 30 * 86400
 

@@ -7,11 +7,11 @@ import pytest
 from onboard_ground import Ground, flying, scenario
 
 from torquer.compile import engine
-from torquer.onboard.core import Core
-from torquer.onboard.log import Reason
-from torquer.onboard.software import load_software
-from torquer.packets.dictionary import load_dictionary
-from torquer.packets.frames import FRAMESYNC
+from torquer.flight.packets.dictionary import load_dictionary
+from torquer.flight.packets.frames import FRAMESYNC
+from torquer.flight.software.core import Core
+from torquer.flight.software.log import Reason
+from torquer.flight.software.software import load_software
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 UP = load_dictionary("chibis_m").up

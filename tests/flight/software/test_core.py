@@ -9,11 +9,11 @@ from slow_cases import slow_after
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.onboard.core import WATCHDOG_S, Core
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import Memory
-from torquer.onboard.modules.module import Module
-from torquer.onboard.software import load_software
+from torquer.flight.software.core import WATCHDOG_S, Core
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import Memory
+from torquer.flight.software.modules.module import Module
+from torquer.flight.software.software import load_software
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

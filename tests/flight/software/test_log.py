@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.onboard.log import Entry, Log, Reason
+from torquer.flight.software.log import Entry, Log, Reason
 
 ENTRIES = st.tuples(
     st.integers(0, 2**63),

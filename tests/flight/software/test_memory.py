@@ -12,8 +12,8 @@ import sys
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import Memory, unsealed
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import Memory, unsealed
 
 DATA = bytes(range(40))
 
@@ -244,7 +244,7 @@ FILLED = """
 mount -t tmpfs -o size=64k tmpfs "$DISK"
 exec "$PYTHON" - <<'END'
 import os
-from torquer.onboard.memory import Memory
+from torquer.flight.software.memory import Memory
 memory = Memory(os.environ["DISK"])
 print(memory.write("a", b"old" * 100), memory.write("a", bytes(100_000)))
 print(Memory(os.environ["DISK"]).read("a") == b"old" * 100)

@@ -11,14 +11,14 @@ import pytest
 from onboard_ground import DAY, Ground, flying
 
 from torquer.compile import engine
-from torquer.geometry.attitudes import to_body
-from torquer.geometry.frames import dcm_orbital_to_inertial
-from torquer.onboard.core import Core
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import Memory
-from torquer.onboard.modules.fs import update_file
-from torquer.onboard.modules.svr import MAX, MIN, NONE, NORM, class_of
-from torquer.onboard.modules.telemetry import DEG
+from torquer.flight.software.core import Core
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import Memory
+from torquer.flight.software.modules.fs import update_file
+from torquer.flight.software.modules.svr import MAX, MIN, NONE, NORM, class_of
+from torquer.flight.software.modules.telemetry import DEG
+from torquer.maths.geometry.attitudes import to_body
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.scenario.load import load_scenario, scenario_from_data
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

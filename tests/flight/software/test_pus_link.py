@@ -7,12 +7,12 @@ from onboard_ground import scenario
 from spacepackets.ecss import PusTc, PusTm
 
 from torquer.compile import engine
-from torquer.onboard.core import Core
-from torquer.onboard.faults import FaultsFile
-from torquer.onboard.log import Reason
-from torquer.onboard.session import Recorder, flown, replayed, station_of
-from torquer.onboard.software import load_software
-from torquer.packets.frames import Uplink
+from torquer.flight.packets.frames import Uplink
+from torquer.flight.software.core import Core
+from torquer.flight.software.faults import FaultsFile
+from torquer.flight.software.log import Reason
+from torquer.flight.software.session import Recorder, flown, replayed, station_of
+from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -5,7 +5,7 @@ import copy
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.onboard.queues import Cdh
+from torquer.flight.software.queues import Cdh
 
 ACTIONS = st.lists(st.sampled_from(["put", "take", "newest", "all", "flush", "dropped"]))
 

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from torquer.onboard.requirements import requirements, verifications
+from torquer.flight.software.requirements import requirements, verifications
 
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[2]
 
 
 def test_each_requirement_is_verified_by_a_test():

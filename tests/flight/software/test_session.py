@@ -4,10 +4,11 @@ import pytest
 
 import torquer
 from torquer.compile import engine
-from torquer.onboard.core import Core
-from torquer.onboard.faults import FaultsFile, of_software, with_device_faults
-from torquer.onboard.script import ScriptFile, frames_of
-from torquer.onboard.session import (
+from torquer.flight.packets.received import tables_of
+from torquer.flight.software.core import Core
+from torquer.flight.software.faults import FaultsFile, of_software, with_device_faults
+from torquer.flight.software.script import ScriptFile, frames_of
+from torquer.flight.software.session import (
     STRIDE,
     Recorder,
     Sender,
@@ -18,8 +19,7 @@ from torquer.onboard.session import (
     saved,
     station_of,
 )
-from torquer.onboard.software import load_software
-from torquer.packets.received import tables_of
+from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -5,14 +5,14 @@ from onboard_ground import Ground, scenario
 
 from torquer import ScenarioError
 from torquer.compile import engine
-from torquer.onboard.core import Core
-from torquer.onboard.modules import MODULES, REQUIRED
-from torquer.onboard.software import load_software
+from torquer.flight.software.core import Core
+from torquer.flight.software.modules import MODULES, REQUIRED
+from torquer.flight.software.software import load_software
 
 MODULE = """
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
-from torquer.spec import Spec
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
+from torquer.base.spec import Spec
 
 
 class Settings(Spec):

@@ -14,13 +14,13 @@ from telemetry_session import START, environment, motion
 
 from torquer import simulate, smoothed
 from torquer.compile import engine
+from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.estimation.kalman_gyro import KalmanGyro
-from torquer.geometry.attitudes import rotation_vector
+from torquer.ground.telemetry.attitude import attitude_of, load_filter
+from torquer.ground.telemetry.quantities import QUANTITIES, session_of
+from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.load import scenario_from_data
-from torquer.telemetry.attitude import attitude_of, load_filter
-from torquer.telemetry.quantities import QUANTITIES, session_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="filters over sessions: slow")
 CADENCE_S, ROWS, LIT = 31.0, 117, 60

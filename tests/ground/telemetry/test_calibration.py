@@ -5,7 +5,7 @@ import pytest
 from slow_cases import slow_after
 from telemetry_session import BIAS, MATRIX, SHIFT_S, TRUE, environment, session
 
-from torquer.telemetry.calibration import (
+from torquer.ground.telemetry.calibration import (
     FULL,
     MODELS,
     TooManyOutliers,
@@ -13,7 +13,7 @@ from torquer.telemetry.calibration import (
     choose,
     split_shift,
 )
-from torquer.telemetry.modulus import FieldAlong
+from torquer.ground.telemetry.modulus import FieldAlong
 
 
 def field_of(data):

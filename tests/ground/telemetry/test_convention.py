@@ -6,7 +6,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.telemetry.convention import find_convention
+from torquer.ground.telemetry.convention import find_convention
 
 
 @pytest.fixture(scope="module")

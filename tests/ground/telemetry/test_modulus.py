@@ -7,12 +7,12 @@ import pytest
 from telemetry_session import START, TLE, environment, session
 
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
-from torquer.orbit import Circular, Sgp4
-from torquer.telemetry.axes import rank_axes
-from torquer.telemetry.examine import examine
-from torquer.telemetry.modulus import FieldAlong, FieldGiven, unit_slip, zone_scan
-from torquer.telemetry.orbit import load_orbit
-from torquer.telemetry.read import Session
+from torquer.environment.orbit import Circular, Sgp4
+from torquer.ground.telemetry.axes import rank_axes
+from torquer.ground.telemetry.examine import examine
+from torquer.ground.telemetry.modulus import FieldAlong, FieldGiven, unit_slip, zone_scan
+from torquer.ground.telemetry.orbit import load_orbit
+from torquer.ground.telemetry.read import Session
 
 
 def test_the_spline_is_within_a_thousandth_of_a_nanotesla():

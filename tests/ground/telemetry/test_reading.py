@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from telemetry_session import session
 
-from torquer.telemetry.mapping import load_mapping, mapping_of, text_of_mapping
-from torquer.telemetry.propose import proposed
-from torquer.telemetry.quantities import session_of
-from torquer.telemetry.read import read
+from torquer.ground.telemetry.mapping import load_mapping, mapping_of, text_of_mapping
+from torquer.ground.telemetry.propose import proposed
+from torquer.ground.telemetry.quantities import session_of
+from torquer.ground.telemetry.read import read
 
 DATA = Path(__file__).parent / "data"
 PLAIN = {"time": "t", "columns": {"b_measured": ["x", "y", "z"]}, "units": {"b_measured": "nT"}}
@@ -190,8 +190,8 @@ def test_several_files_and_parquet(tmp_path):
 
 
 def test_ground_archive(tmp_path):
+    from torquer.flight.software.software import load_software
     from torquer.ground.archive import Archive
-    from torquer.onboard.software import load_software
 
     path = tmp_path / "satellite.sqlite"
     dictionary = load_software().dictionary

@@ -5,13 +5,13 @@ import pytest
 from twin_session import NOISE_T, believed, errors, tip_off
 
 from torquer.compile import engine
+from torquer.ground.telemetry.twin import _Search, _Step, twin_of
+from torquer.ground.telemetry.twin_fit import Fits, Problem, around
+from torquer.ground.telemetry.twin_flights import COUNT, INERTIA, Flights, Points, inertia_of
+from torquer.ground.telemetry.twin_found import Twin
+from torquer.ground.telemetry.twin_legs import Legs
+from torquer.ground.telemetry.twin_readings import Readings
 from torquer.scenario.change import with_values
-from torquer.telemetry.twin import _Search, _Step, twin_of
-from torquer.telemetry.twin_fit import Fits, Problem, around
-from torquer.telemetry.twin_flights import COUNT, INERTIA, Flights, Points, inertia_of
-from torquer.telemetry.twin_found import Twin
-from torquer.telemetry.twin_legs import Legs
-from torquer.telemetry.twin_readings import Readings
 
 SLOW = pytest.mark.skipif(not engine.COMPILED, reason="hundreds of flights: slow")
 #: Saturates the coils above 9 deg/s; never at 3 deg/s.
@@ -233,7 +233,7 @@ def test_mistakes():
 
 def _rows():
     """Twenty rows without the field of any orbit."""
-    from torquer.telemetry.quantities import session_of
+    from torquer.ground.telemetry.quantities import session_of
 
     start = np.datetime64("2012-03-04T10:32:17", "ns")
     utc = start + np.arange(20) * np.timedelta64(30, "s")

@@ -5,13 +5,13 @@ import pytest
 from twin_session import believed
 
 import torquer
+from torquer.base.validate import inertia_tensor
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import draw, values_of
+from torquer.ground.telemetry.twin_flights import INERTIA
+from torquer.ground.telemetry.twin_found import Twin
+from torquer.ground.telemetry.twin_members import GAIN, SCALE, tables_of, text_of_members
 from torquer.scenario.change import with_values
-from torquer.telemetry.twin_flights import INERTIA
-from torquer.telemetry.twin_found import Twin
-from torquer.telemetry.twin_members import GAIN, SCALE, tables_of, text_of_members
-from torquer.validate import inertia_tensor
 
 N = 20_000
 _J, _LAW = "spacecraft.body.inertia_kg_m2", "control.law.gain_a_m2_s_per_t"

@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 from twin_session import NOISE_T, believed, departure, tip_off
 
 from torquer.compile import engine
+from torquer.ground.telemetry.twin import twin_of
+from torquer.ground.telemetry.twin_flights import States
+from torquer.ground.telemetry.twin_readings import Readings, Sunlight, readings_of
 from torquer.scenario.change import with_values
-from torquer.telemetry.twin import twin_of
-from torquer.telemetry.twin_flights import States
-from torquer.telemetry.twin_readings import Readings, Sunlight, readings_of
 
 SIGMA = 1e-3
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from torquer.geometry import quaternion
-from torquer.geometry.attitudes import (
+from torquer.maths.geometry import quaternion
+from torquer.maths.geometry.attitudes import (
     dcm_body_to_reference,
     interpolated,
     inverse,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
-from torquer.geometry import euler
+from torquer.maths.geometry import euler
 
 SEQUENCES = (
     "121", "131", "212", "232", "313", "323", "123", "132", "213", "231", "312", "321",

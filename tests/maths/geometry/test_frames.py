@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
-from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
-from torquer.geometry import euler, frames
-from torquer.orbit import Circular
+from torquer.base.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
+from torquer.environment.orbit import Circular
+from torquer.maths.geometry import euler, frames
 
 ANGLES = (0.0, 0.4, 1.9, -2.6, math.pi)
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
-from torquer.geometry import quaternion as quat
+from torquer.maths.geometry import quaternion as quat
 
 MANY = settings(max_examples=80, deadline=None)
 turns = st.integers(0, 100_000).map(lambda n: Rotation.random(random_state=n))

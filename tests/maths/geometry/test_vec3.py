@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.geometry import vec3
+from torquer.maths.geometry import vec3
 
 MANY = settings(max_examples=60, deadline=None)
 number = st.floats(-1e3, 1e3)

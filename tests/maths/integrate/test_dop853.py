@@ -8,8 +8,8 @@ from hypothesis import example, given, settings, strategies as st
 from scipy.integrate import DOP853, solve_ivp
 
 from torquer.compile import engine
-from torquer.integrate import dop853_tableau as tableau
-from torquer.integrate.dop853 import (
+from torquer.maths.integrate import dop853_tableau as tableau
+from torquer.maths.integrate.dop853 import (
     DONE,
     MOST_STEPS,
     STEP_TOO_SMALL,

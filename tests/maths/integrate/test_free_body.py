@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk, ellipkm1
 
-from torquer.integrate.free_body import free_rates, free_rotation, jacobi_elliptic
+from torquer.maths.integrate.free_body import free_rates, free_rotation, jacobi_elliptic
 
 TURN = (0.1, -0.7, 0.5, 0.5)
 Q0 = tuple(np.array(TURN) / np.linalg.norm(TURN))

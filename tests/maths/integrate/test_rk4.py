@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
-from torquer.geometry.motion import Motion
-from torquer.integrate.rk4 import moved, rk4_sum
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.integrate.rk4 import moved, rk4_sum
 from torquer.spacecraft.body import Body, motion_rates
 
 INERTIA = np.array([[1.0, 0.05, -0.08], [0.05, 1.3, 0.04], [-0.08, 0.04, 1.7]])

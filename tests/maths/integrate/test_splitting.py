@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import as_symmetric, cross
-from torquer.integrate.rk4 import moved, rk4_sum
-from torquer.integrate.splitting import NODES, drift, kick
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import as_symmetric, cross
+from torquer.maths.integrate.rk4 import moved, rk4_sum
+from torquer.maths.integrate.splitting import NODES, drift, kick
 from torquer.spacecraft.body import Body, motion_rates
 
 INERTIA = np.array([[1.0, 0.05, -0.08], [0.05, 1.3, 0.04], [-0.08, 0.04, 1.7]])

@@ -25,7 +25,7 @@ def text():
 @pytest.fixture
 def data(text):
     """The same as plain data, for a test to change."""
-    from torquer.board.text import data_from_toml
+    from torquer.pages.board.text import data_from_toml
 
     return data_from_toml(text)
 
@@ -59,7 +59,7 @@ class Client:
 @contextlib.contextmanager
 def serving(text, folder, **how):
     """A client of a board that serves a text in a thread of this process."""
-    from torquer.board.server import BoardServer
+    from torquer.pages.board.server import BoardServer
 
     server, ready = BoardServer(text, "satellite", folder, **how), threading.Event()
     client = Client(server)

@@ -6,14 +6,14 @@ import pytest
 import torquer
 from torquer.analysis.attitude import body_axes_from_sun_deg, body_axes_from_vertical_deg
 from torquer.analysis.summary import summary_of
-from torquer.board import flown as flown_module
-from torquer.board.answer import MOST_POINTS, answer_of, extremes, unpacked
-from torquer.board.flown import MOST_ORBITS, NotFlown, Orbits, Superseded, fly
-from torquer.board.text import scenario_of
 from torquer.compile import engine
+from torquer.pages.board import flown as flown_module
+from torquer.pages.board.answer import MOST_POINTS, answer_of, extremes, unpacked
+from torquer.pages.board.flown import MOST_ORBITS, NotFlown, Orbits, Superseded, fly
+from torquer.pages.board.text import scenario_of
 from torquer.scenario.change import with_values
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation import run as run_module
+from torquer.simulation.setup import run as run_module
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
 
@@ -138,7 +138,7 @@ def test_a_run_that_ends_early_says_why(scenario, monkeypatch):
 def test_wheels_have_a_plot_of_their_own():
     from pathlib import Path
 
-    from torquer.board.text import data_from_toml
+    from torquer.pages.board.text import data_from_toml
 
     path = Path("examples/wheels_in_flight.toml")
     data = data_from_toml(path.read_text(encoding="utf-8"))

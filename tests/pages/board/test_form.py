@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from torquer.board.form import form_of
-from torquer.board.text import data_from_toml, scenario_of
+from torquer.pages.board.form import form_of
+from torquer.pages.board.text import data_from_toml, scenario_of
 from torquer.scenario.change import value_at
 from torquer.scenario.keys import keys_of
-from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.actuators.coils import Coils
 
 EXAMPLES = sorted(Path("examples").glob("*.toml"))
 

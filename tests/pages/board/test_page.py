@@ -8,8 +8,8 @@ import pytest
 from watched_page import CHROMIUM, browser_context, watched_page
 
 import torquer
-from torquer.board import routes
 from torquer.compile import engine
+from torquer.pages.board import routes
 from torquer.scenario.load import scenario_from_text
 
 sync_api = pytest.importorskip("playwright.sync_api")

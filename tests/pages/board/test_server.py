@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer.board import routes
-from torquer.board.answer import unpacked
 from torquer.compile import engine
+from torquer.pages.board import routes
+from torquer.pages.board.answer import unpacked
 from torquer.scenario.load import scenario_from_text
 
 flies = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from torquer.board.starts import PART, QUANTILES, RUNS, Starts, band_of, campaign_of
 from torquer.campaign.fly import fly_campaign
 from torquer.compile import engine
+from torquer.pages.board.starts import PART, QUANTILES, RUNS, Starts, band_of, campaign_of
 from torquer.scenario.load import scenario_from_text
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from torquer.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
+from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario
 

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from torquer.browser.guard import Guard
+from torquer.pages.browser.guard import Guard
 
 PORT, TOKEN = 8421, "a-token-of-this-run"
 HOST, ORIGIN = (b"host", b"127.0.0.1:8421"), (b"origin", b"http://127.0.0.1:8421")

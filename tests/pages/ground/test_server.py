@@ -11,14 +11,14 @@ import pytest
 from ground_flight import flying, serving, table, until
 
 from torquer.compile import engine
+from torquer.flight.link import open_link
+from torquer.flight.packets.frames import Downlink
+from torquer.flight.packets.keys import new_key
+from torquer.flight.packets.protected import TelemetrySender
+from torquer.flight.software.software import load_link
 from torquer.ground import live
 from torquer.ground.archive import EPOCH_MS, Row
 from torquer.ground.contact import Counters
-from torquer.link import open_link
-from torquer.onboard.software import load_link
-from torquer.packets.frames import Downlink
-from torquer.packets.keys import new_key
-from torquer.packets.protected import TelemetrySender
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
 
@@ -281,7 +281,7 @@ def test_a_browser_that_does_not_read_costs_bounded_memory():
 
 
 def test_a_port_in_use_gets_one_line(tmp_path):
-    from torquer.ground.server import Ground
+    from torquer.pages.ground.server import Ground
 
     must = pytest.raises(ValueError, match="--port: must be a port that is free; received")
     with socket.create_server(("127.0.0.1", 0)) as other, must:
@@ -330,7 +330,7 @@ def test_a_lost_archive_needs_the_counter_of_commands(second_flight, tmp_path):
 
 def software(folder, **keys):
     """A software file; keys of its own where asked for."""
-    shipped = Path("torquer/onboard/chibis_m.toml").read_text(encoding="utf-8")
+    shipped = Path("torquer/flight/software/chibis_m.toml").read_text(encoding="utf-8")
     if "link" in keys:
         shipped = shipped.replace('link = "protected"\n', "")
     path = folder / "software.toml"

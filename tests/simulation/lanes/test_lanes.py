@@ -12,22 +12,22 @@ from slow_cases import slow_after
 from torquer import law
 from torquer.compile import engine
 from torquer.compile.lanes import LANES, type_with
-from torquer.control.law import Law
+from torquer.computer.blocks.law import Law
 from torquer.environment.local import LocalEnvironment
 from torquer.scenario.load import load_scenario, scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import law_in_lanes
 from torquer.simulation.lanes.packing import packed
-from torquer.simulation.members import END, STREAMS, Many, draw, each
+from torquer.simulation.loop.members import END, STREAMS, Many, draw, each
+from torquer.simulation.loop.sensors import attitude_sensor_step, gyro_step, magnetometer_step
+from torquer.simulation.loop.step import drive_coils_step
 from torquer.simulation.propagate.interval import rk4_phase
-from torquer.simulation.run import prepare
-from torquer.simulation.sensors import attitude_sensor_step, gyro_step, magnetometer_step
-from torquer.simulation.simulate import simulate
-from torquer.simulation.step import drive_coils_step
-from torquer.spacecraft.attitude_sensor import Sky
+from torquer.simulation.setup.run import prepare
+from torquer.simulation.setup.simulate import simulate
+from torquer.spacecraft.sensors.attitude_sensor import Sky
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="lanes are compiled code")
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 HEAD = """
 start = 2012-03-04T10:31:47Z

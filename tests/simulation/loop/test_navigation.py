@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.control.law import Law
+from torquer.computer.blocks.law import Law
 
 SCENARIO = """
 start = 2025-03-01T00:00:00Z

@@ -7,7 +7,7 @@ import hypothesis.strategies as st
 import numpy as np
 from hypothesis import given, settings
 
-from torquer.simulation.timetable import (
+from torquer.simulation.loop.timetable import (
     COILS_OFF,
     COILS_ON,
     COILS_STAY,

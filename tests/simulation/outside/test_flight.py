@@ -12,8 +12,8 @@ from integrators import INTEGRATORS, by
 import torquer
 from torquer import Flight, RunStopped, law, simulate
 from torquer.compile import engine
-from torquer.simulation import size
 from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.setup import size
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

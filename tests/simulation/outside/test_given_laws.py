@@ -9,9 +9,9 @@ import pytest
 import torquer
 from torquer import law, load, resume, save, simulate
 from torquer.compile import engine
-from torquer.control import Bdot
-from torquer.control.off import Off
-from torquer.control.user import GivenLaw, UserLaw, load_law
+from torquer.computer.blocks.user import GivenLaw, UserLaw, load_law
+from torquer.computer.laws import Bdot
+from torquer.computer.laws.off import Off
 from torquer.scenario.load import ScenarioError, scenario_from_data, scenario_from_text
 from torquer.simulation.results.dataset import laws_of, scenario_of
 
@@ -137,7 +137,7 @@ def test_other_laws_must_be_given_again(make, given_laws, which):
     given = given_laws[which]
     result = simulate(make(), given)
     answer = scenario_of(result).control.law
-    known = torquer.control.law.as_law(given)
+    known = torquer.computer.blocks.law.as_law(given)
     memory = tuple(known.first_memory().tolist())
     assert answer == GivenLaw(name=known.name, parameters=known.values(), memory=memory)
     with pytest.raises(ValueError, match=r"^law .*: must be given again \(.*\): .* none$") as said:
@@ -206,7 +206,7 @@ def test_summary_and_report_tell_the_law_that_was_flown(make, file, tmp_path):
 
 
 def test_what_a_given_law_needs_is_checked(make):
-    from torquer.control.unloading import Unloading
+    from torquer.computer.laws.unloading import Unloading
 
     with pytest.raises(ValueError, match=r"must be given for control\.law \(unloading\)"):
         simulate(make(), Unloading(kind="unloading", gain_per_s=1e-3).law())

@@ -18,9 +18,9 @@ from torquer.campaign.load import campaign_from_data
 from torquer.cli.app import answer
 from torquer.compile import code_cache
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.library import Library, kernels_mark
+from torquer.simulation.outside.library import Library, kernels_mark
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 

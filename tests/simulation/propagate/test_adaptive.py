@@ -11,8 +11,8 @@ from scipy.integrate import RK45
 
 from torquer import RunStopped, integration_error, simulate, summary_of
 from torquer.compile import engine
-from torquer.geometry.motion import Motion
-from torquer.integrate import dop853_stages, dop853_tableau, dp5_stages
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.integrate import dop853_stages, dop853_tableau, dp5_stages
 from torquer.scenario.control import common_divisor
 from torquer.scenario.load import ScenarioError
 

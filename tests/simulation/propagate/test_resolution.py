@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 
 import torquer
 from torquer import RunStopped, simulate
+from torquer.analysis.notes.notes import notes_of
 from torquer.compile import engine
-from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
-from torquer.notes.notes import notes_of
+from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.load import ScenarioError
 from torquer.scenario.resolution import QUIET_DAMPING, speeds_at_start, step_that_keeps
 

@@ -8,15 +8,16 @@ from scipy.integrate import simpson, solve_ivp
 from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
-from torquer import load, noise, resume, save, simulate
+from torquer import load, resume, save, simulate
 from torquer.analysis.budget import budget_of_run
+from torquer.base import noise
 from torquer.compile import engine
 from torquer.environment.light import PRESSURE_AT_1_AU_PA
-from torquer.geometry.motion import Motion
+from torquer.maths.geometry.motion import Motion
 from torquer.scenario.load import ScenarioError
 from torquer.simulation.propagate.forces import environment_at
 from torquer.simulation.results.dataset import scenario_of
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 from torquer.spacecraft.body import motion_rates
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

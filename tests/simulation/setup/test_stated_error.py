@@ -5,7 +5,7 @@ import pytest
 
 from torquer import integration_error, simulate
 from torquer.compile import engine
-from torquer.geometry.quaternion import angle_between
+from torquer.maths.geometry.quaternion import angle_between
 
 pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT"),

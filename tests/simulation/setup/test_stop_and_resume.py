@@ -16,9 +16,9 @@ from slow_cases import slow_after
 import torquer
 from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
-from torquer.control import Bdot
-from torquer.control.off import Off
-from torquer.orbit import Circular
+from torquer.computer.laws import Bdot
+from torquer.computer.laws.off import Off
+from torquer.environment.orbit import Circular
 from torquer.scenario.spec import (
     Body,
     Coils,
@@ -28,7 +28,7 @@ from torquer.scenario.spec import (
     Simulation,
     Spacecraft,
 )
-from torquer.simulation import checkpoints as pieces, run as runner
+from torquer.simulation.setup import checkpoints as pieces, run as runner
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

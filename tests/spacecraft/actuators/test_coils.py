@@ -8,8 +8,8 @@ from hypothesis import given, settings, strategies as st
 from pydantic import ValidationError
 
 from torquer.compile.engine import kernel, records
-from torquer.spacecraft import coils as room
-from torquer.spacecraft.coils import COIL_STATE, Coils
+from torquer.spacecraft.actuators import coils as room
+from torquer.spacecraft.actuators.coils import COIL_STATE, Coils
 
 SETS = {
     "body axes": {"limit_a_m2": 2.0},

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, example, given, settings
 
 from torquer.compile.engine import records
-from torquer.geometry.vec3 import as_symmetric
-from torquer.spacecraft.rotors import (
+from torquer.maths.geometry.vec3 import as_symmetric
+from torquer.spacecraft.actuators.rotors import (
     ROTOR,
     ROTOR_STATE,
     Rotors,

@@ -6,17 +6,17 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from torquer.control.allocation import (
+from torquer.computer.allocation import (
     Allocation,
     AllocationState,
     allocate_torque,
     allocation_of,
     first_allocation,
 )
+from torquer.spacecraft.actuators.rotors import Rotors
+from torquer.spacecraft.actuators.wheels import ReactionWheels, read_tachometers
 from torquer.spacecraft.body import Body
-from torquer.spacecraft.rotors import Rotors
-from torquer.spacecraft.wheels import ReactionWheels, read_tachometers
-from torquer.wheel_array.allocation import allocate
+from torquer.spacecraft.wheel_array.allocation import allocate
 
 RPM = 2.0 * math.pi / 60.0
 OMEGA = (0.02, -0.05, 0.03)

@@ -9,12 +9,12 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from torquer.analysis.budget import budget_of_held_attitude
-from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
-from torquer.geometry.attitudes import to_body
+from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
+from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.load import ScenarioError, load_scenario, scenario_from_data
-from torquer.simulation.simulate import RunStopped, simulate
+from torquer.simulation.setup.simulate import RunStopped, simulate
 
-EXAMPLE = Path(__file__).parents[2] / "examples/bench.toml"
+EXAMPLE = Path(__file__).parents[3] / "examples/bench.toml"
 INERTIA, MASS, FALL = (0.3, 0.4, 0.5), 20.0, 9.80665
 
 

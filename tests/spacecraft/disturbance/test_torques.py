@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from torquer import noise
+from torquer.base import noise
 from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.spacecraft.disturbance import TORQUES, Disturbance

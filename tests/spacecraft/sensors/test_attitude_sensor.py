@@ -5,9 +5,9 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from torquer import noise
-from torquer.conventions import EARTH_RADIUS_M
-from torquer.spacecraft.attitude_sensor import (
+from torquer.base import noise
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.spacecraft.sensors.attitude_sensor import (
     STREAM,
     AttitudeSensor,
     earth_cosine,

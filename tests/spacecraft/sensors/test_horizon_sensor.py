@@ -6,9 +6,9 @@ from pydantic import ValidationError
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from torquer import noise
-from torquer.conventions import EARTH_RADIUS_M
-from torquer.spacecraft.horizon_sensor import (
+from torquer.base import noise
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.spacecraft.sensors.horizon_sensor import (
     IDEAL_HORIZON_SENSOR,
     STREAM,
     HorizonSensor,

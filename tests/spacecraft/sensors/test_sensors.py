@@ -7,16 +7,16 @@ from pydantic import ValidationError
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from torquer import noise
+from torquer.base import noise
 from torquer.compile.engine import kernel
-from torquer.spacecraft import (
+from torquer.spacecraft.sensors import (
     gyro as of_gyro,
     magnetometer as of_magnetometer,
     sun_sensor as of_sun,
 )
-from torquer.spacecraft.gyro import Gyro, read_rate, walked_bias
-from torquer.spacecraft.magnetometer import Magnetometer, read_field
-from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS, SunSensors, read_sun
+from torquer.spacecraft.sensors.gyro import Gyro, read_rate, walked_bias
+from torquer.spacecraft.sensors.magnetometer import Magnetometer, read_field
+from torquer.spacecraft.sensors.sun_sensor import NO_SUN_SENSORS, SunSensors, read_sun
 
 B = (2.1e-5, -3.3e-5, 1.7e-5)
 OFF = (0.0, 0.0, 0.0)

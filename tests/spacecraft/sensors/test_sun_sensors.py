@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.environment.albedo import earthlight
-from torquer.spacecraft.sun_sensor import SunSensors, read_sun, sensor_that_sees
+from torquer.spacecraft.sensors.sun_sensor import SunSensors, read_sun, sensor_that_sees
 
 OFF = (0.0, 0.0, 0.0)
 SIX = tuple(tuple(sign * row for row in axis) for axis in np.eye(3).tolist() for sign in (1, -1))

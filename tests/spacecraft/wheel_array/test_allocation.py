@@ -8,16 +8,16 @@ from hypothesis import given, settings, strategies as st
 from scipy.optimize import linprog
 
 from torquer.compile import engine
-from torquer.wheel_array import layout
-from torquer.wheel_array.allocation import (
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.allocation import (
     _share_all,
     allocate,
     minimax,
     wheel_set,
     within_limits,
 )
-from torquer.wheel_array.envelope import momentum_envelope, support
-from torquer.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope, support
+from torquer.spacecraft.wheel_array.layout import WheelArray
 
 COPLANAR = [[1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, -1, 0], [0, 0, -2], [0, 1, 1]]
 ARRAYS = {

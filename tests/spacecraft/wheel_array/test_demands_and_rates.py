@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from torquer.wheel_array import angles, layout
-from torquer.wheel_array.demand import (
+from torquer.spacecraft.wheel_array import angles, layout
+from torquer.spacecraft.wheel_array.demand import (
     Box,
     Ellipsoid,
     Series,
@@ -13,8 +13,8 @@ from torquer.wheel_array.demand import (
     greatest_share,
     greatest_share_of,
 )
-from torquer.wheel_array.envelope import Envelope
-from torquer.wheel_array.rates import rate_about, required, semi_axes, worst_case
+from torquer.spacecraft.wheel_array.envelope import Envelope
+from torquer.spacecraft.wheel_array.rates import rate_about, required, semi_axes, worst_case
 
 INERTIA = (2600.0, 11100.0, 10900.0)
 LIMIT = 18.0

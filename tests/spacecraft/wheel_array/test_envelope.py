@@ -6,15 +6,15 @@ from hypothesis import given, settings, strategies as st
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
-from torquer.wheel_array import layout
-from torquer.wheel_array.envelope import (
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.envelope import (
     Envelope,
     momentum_envelope,
     support,
     torque_envelope,
     volume,
 )
-from torquer.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.layout import WheelArray
 
 FOUR, SIX = layout.four_sided_pyramid(80.5, 45.5), layout.regular_pyramid(6, 81.1)
 D1, D2, D3 = np.abs(FOUR[0])

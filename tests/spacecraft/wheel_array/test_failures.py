@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from torquer.wheel_array import layout
-from torquer.wheel_array.envelope import momentum_envelope
-from torquer.wheel_array.failures import (
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope
+from torquer.spacecraft.wheel_array.failures import (
     failure_table,
     least_squares_against_minimax,
     least_squares_half_spaces,
 )
-from torquer.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.layout import WheelArray
 
 INERTIA = (2600.0, 11100.0, 10900.0)
 

@@ -5,8 +5,8 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from torquer.wheel_array import layout
-from torquer.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.layout import WheelArray
 
 PRESETS = {
     "four-sided": layout.four_sided_pyramid(80.5, 45.5),

@@ -14,15 +14,15 @@ from hypothesis import example, given, settings, strategies as st
 from scipy.optimize import linprog
 from slow_cases import slow_after
 
-from torquer.wheel_array.allocation import allocate, minimax, wheel_set
-from torquer.wheel_array.demand import Box, Ellipsoid, greatest_share, greatest_share_of
-from torquer.wheel_array.envelope import Envelope, momentum_envelope, support
-from torquer.wheel_array.faces import is_closed
-from torquer.wheel_array.failures import failure_table
-from torquer.wheel_array.layout import WheelArray
-from torquer.wheel_array.planes import FLAT, authority, face_rows, pair_normals
-from torquer.wheel_array.rates import worst_case
-from torquer.wheel_array.steering import steer, steering_of
+from torquer.spacecraft.wheel_array.allocation import allocate, minimax, wheel_set
+from torquer.spacecraft.wheel_array.demand import Box, Ellipsoid, greatest_share, greatest_share_of
+from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope, support
+from torquer.spacecraft.wheel_array.faces import is_closed
+from torquer.spacecraft.wheel_array.failures import failure_table
+from torquer.spacecraft.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.planes import FLAT, authority, face_rows, pair_normals
+from torquer.spacecraft.wheel_array.rates import worst_case
+from torquer.spacecraft.wheel_array.steering import steer, steering_of
 
 SEPARATIONS = [10.0**-k for k in (7, 12, 3, 4, 5, 6, 8, 9, 10, 11)]
 C, S = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))

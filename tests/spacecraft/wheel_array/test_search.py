@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from torquer.wheel_array import angles, layout, search
-from torquer.wheel_array.demand import (
+from torquer.spacecraft.wheel_array import angles, layout, search
+from torquer.spacecraft.wheel_array.demand import (
     Box,
     Ellipsoid,
     Series,
@@ -12,7 +12,7 @@ from torquer.wheel_array.demand import (
     greatest_norm,
     greatest_share_of,
 )
-from torquer.wheel_array.faces import volume
+from torquer.spacecraft.wheel_array.faces import volume
 
 INERTIA = (2600.0, 11100.0, 10900.0)
 HALF = np.array([4.62, 5.3, 29.6])

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, lsq_linear
 
-from torquer.wheel_array import layout
-from torquer.wheel_array.allocation import minimax, wheel_set
-from torquer.wheel_array.envelope import momentum_envelope
-from torquer.wheel_array.layout import WheelArray
-from torquer.wheel_array.steering import (
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.allocation import minimax, wheel_set
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope
+from torquer.spacecraft.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.steering import (
     CENTRE,
     HALF,
     ROWS,

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from torquer.theory.floquet import degree_of_stability, monodromy, multipliers
 from torquer.theory.magneto_gyro.capture import design_stage_1, filter_rate_for
 from torquer.theory.magneto_gyro.craft import GyroCraft, greatest_tip_off
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
+from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)
 

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from torquer.theory.floquet import degree_of_stability, monodromy, multipliers
 from torquer.theory.magneto_gyro import comparison
 from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.comparison import CaptureGains
@@ -15,6 +14,7 @@ from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_2
 from torquer.theory.magneto_gyro.loop import CONE, Satellite
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)
 WEIGHTS = Stage2Weights(angle=27.7, torque=182.0, turning=109.0, constant=45.5)

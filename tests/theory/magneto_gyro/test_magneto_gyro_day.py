@@ -8,7 +8,7 @@ import pytest
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.scenario.load import load_scenario
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 from torquer.theory.magneto_gyro import day
 from torquer.theory.magneto_gyro.accuracy import revolution_of
 from torquer.theory.magneto_gyro.craft import GyroCraft
@@ -23,7 +23,7 @@ from torquer.theory.magneto_gyro.day import (
 )
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
-EXAMPLE = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro.toml")
+EXAMPLE = load_scenario(Path(__file__).parents[3] / "examples/magneto_gyro.toml")
 LAW = EXAMPLE.control.law
 GAINS = LAW.gains
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, EXAMPLE.orbit.rate_rad_s())

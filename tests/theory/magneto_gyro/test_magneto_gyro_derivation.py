@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
+from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.theory.magneto_gyro.frozen import (
     frozen_1,
     frozen_1_inputs,

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
-from torquer.orbit.circular import Circular
-from torquer.theory.floquet import degree_of_stability, monodromy, multipliers
+from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
+from torquer.environment.orbit.circular import Circular
 from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.craft import GyroCraft, greatest_tip_off
 from torquer.theory.magneto_gyro.design import Stage2Weights, design_stage_2, stage_2_gains
@@ -16,6 +15,7 @@ from torquer.theory.magneto_gyro.frozen import frozen_1, frozen_2, frozen_2_inpu
 from torquer.theory.magneto_gyro.loop import CONE, Satellite
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import driven_by, stage_2_loop
+from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 RATE = Circular(altitude_km=830, inclination_deg=98.8).rate_rad_s()
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, RATE)

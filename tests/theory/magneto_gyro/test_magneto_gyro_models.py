@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from torquer.control.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
+from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
 from torquer.theory.magneto_gyro.frozen import (
     STATES_1,
     STATES_2,

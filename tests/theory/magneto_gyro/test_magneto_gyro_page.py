@@ -19,7 +19,7 @@ from torquer.theory.magneto_gyro.design import Stage2Weights, stage_2_gains
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
-PAGE = (Path(__file__).parents[2] / "docs/theory/magneto-gyro.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs/theory/magneto-gyro.md").read_text(encoding="utf-8")
 TEXT = " ".join(PAGE.split())
 CRAFT, CAPTURE = gyro.CRAFT, gyro.CAPTURE
 WEIGHTS = Stage2Weights(angle=27.7, torque=182.0, turning=109.0, constant=45.5)

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from torquer.spacecraft.coils import Coils
-from torquer.theory.detumbling import Tumbling
-from torquer.theory.gains import Sampling
+from torquer.spacecraft.actuators.coils import Coils
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.times import Hysteresis, TimeToPoint, phase_left, time_to_point
+from torquer.theory.slow.detumbling import Tumbling
+from torquer.theory.slow.gains import Sampling
 
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)
 FIRST = Stage1Design(4.0, 6.0, 0.1, 0.6)

@@ -8,10 +8,11 @@ from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from gallery.theory.mathieu import mathieu_equation
 from torquer.compile import engine
 from torquer.environment.field import averaged
-from torquer.theory import collocation
-from torquer.theory.floquet import (
+from torquer.theory.periodic import collocation
+from torquer.theory.periodic.floquet import (
     PeriodicSystem,
     chart,
     degree_of_stability,
@@ -21,8 +22,7 @@ from torquer.theory.floquet import (
     periodic_system,
     transitions,
 )
-from torquer.theory.mathieu import mathieu_equation
-from torquer.theory.periodic_systems import compile_matrix
+from torquer.theory.periodic.periodic_systems import compile_matrix
 
 PERIOD = 2.0 * math.pi
 

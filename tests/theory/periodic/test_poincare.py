@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
 
-from torquer.theory.poincare import (
+from torquer.theory.periodic.poincare import (
     departure,
     derivatives,
     forced_response,

@@ -10,23 +10,23 @@ from scipy.optimize import brentq
 import torquer
 from torquer.compile import engine
 from torquer.compile.engine import kernel
-from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate, bdot_rate
-from torquer.control.law import Law
-from torquer.control.nutation_damping import NutationDampingRate
-from torquer.control.preliminary_1 import Preliminary1
-from torquer.control.reorientation import Reorientation
-from torquer.control.sdot import SdotRate
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate, bdot_rate
+from torquer.computer.laws.nutation_damping import NutationDampingRate
+from torquer.computer.laws.preliminary_1 import Preliminary1
+from torquer.computer.laws.reorientation import Reorientation
+from torquer.computer.laws.sdot import SdotRate
 from torquer.environment.field.averaged import cone_angle
-from torquer.theory.averaging import (
+from torquer.theory.slow.averaging import (
     averaged_motion,
     averaged_rates,
     converged_nodes,
     mean_rates,
     nodes,
 )
-from torquer.theory.evolution import EVOLUTIONS
-from torquer.theory.evolution.model import Slow, compile_rates
-from torquer.theory.evolution.reorientation import REORIENTATION_AS_PRINTED
+from torquer.theory.slow.evolution import EVOLUTIONS
+from torquer.theory.slow.evolution.model import Slow, compile_rates
+from torquer.theory.slow.evolution.reorientation import REORIENTATION_AS_PRINTED
 
 LAWS = sorted(set(EVOLUTIONS) - {"reorientation_as_printed"})
 GAIN = 2e5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.control.nutation_damping import NutationDampingRate
-from torquer.theory.design import (
+from torquer.computer.laws.nutation_damping import NutationDampingRate
+from torquer.theory.slow.design import (
     GOALS,
     Times,
     design_table,
@@ -17,10 +17,10 @@ from torquer.theory.design import (
     slow_time,
     times_over_directions,
 )
-from torquer.theory.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation
-from torquer.theory.evolution.model import Slow
-from torquer.theory.full_motion import Fast, by_euler, slow_of
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.spinner import Spinner
 
 MANY = settings(max_examples=25, deadline=None)
 

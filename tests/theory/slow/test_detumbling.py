@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.integrate import simpson
 
-from torquer.spacecraft.coils import Coils
-from torquer.theory.detumbling import (
+from torquer.spacecraft.actuators.coils import Coils
+from torquer.theory.slow.detumbling import (
     Tumbling,
     braking_torque_n_m,
     detumbling_time_s,
@@ -16,7 +16,7 @@ from torquer.theory.detumbling import (
     mean_dipole_a_m2,
     turning_gain,
 )
-from torquer.theory.gains import Sampling, bdot_gain
+from torquer.theory.slow.gains import Sampling, bdot_gain
 
 FIELDS = np.linspace(2e-5, 5e-5, 40)
 INSTANT = Sampling(0.0, 0.0)

@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from torquer.control.bdot import BdotRate
-from torquer.theory.equilibria import (
+from torquer.computer.laws.bdot import BdotRate
+from torquer.theory.slow.equilibria import (
     find_equilibria,
     rates_of_evolution,
     rates_of_law,
     tends_to,
 )
-from torquer.theory.evolution import EVOLUTIONS
-from torquer.theory.evolution.model import Slow
-from torquer.theory.slow_motion import evolve
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution import EVOLUTIONS
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.slow_motion import evolve
+from torquer.theory.slow.spinner import Spinner
 
 EPS = 0.1
 PROLATE = {"transverse_kg_m2": 3.0, "axial_kg_m2": 2.0}

@@ -8,10 +8,10 @@ from hypothesis import given, settings, strategies as st
 from scipy.optimize import brentq
 
 from torquer.environment.field.averaged import cone_angle
-from torquer.theory.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation, spin_up
-from torquer.theory.evolution.model import Case, Slow
-from torquer.theory.second_moments import averaged_moments, direct_dipole_moments
-from torquer.theory.slow_motion import evolve
+from torquer.theory.slow.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation, spin_up
+from torquer.theory.slow.evolution.model import Case, Slow
+from torquer.theory.slow.second_moments import averaged_moments, direct_dipole_moments
+from torquer.theory.slow.slow_motion import evolve
 
 MANY = settings(max_examples=25, deadline=None)
 U = np.linspace(0.0, 60.0, 60)

@@ -10,17 +10,17 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from torquer.compile import engine
-from torquer.control.bdot import BdotDerivative, BdotRate
-from torquer.control.nutation_damping import NutationDampingRate
-from torquer.control.spin_up import SpinUp
-from torquer.theory.averaging import nodes
-from torquer.theory.comparison import compare, resonances
-from torquer.theory.evolution import EVOLUTIONS
-from torquer.theory.evolution.model import Slow
-from torquer.theory.full_motion import Fast, by_euler, osculating, slow_of, state_of
-from torquer.theory.orbit_field import field_at
-from torquer.theory.slow_motion import evolve
-from torquer.theory.spinner import Spinner
+from torquer.computer.laws.bdot import BdotDerivative, BdotRate
+from torquer.computer.laws.nutation_damping import NutationDampingRate
+from torquer.computer.laws.spin_up import SpinUp
+from torquer.theory.slow.averaging import nodes
+from torquer.theory.slow.comparison import compare, resonances
+from torquer.theory.slow.evolution import EVOLUTIONS
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.full_motion import Fast, by_euler, osculating, slow_of, state_of
+from torquer.theory.slow.orbit_field import field_at
+from torquer.theory.slow.slow_motion import evolve
+from torquer.theory.slow.spinner import Spinner
 
 START, FAST = Slow(1.0, 1.0, 0.3, 1.0), Fast(0.2, 0.7)
 #: Enough for laws of the second degree (`evolve_law` would note it); plain Python is slow.

@@ -9,7 +9,7 @@ from bdot_loop import growth, multipliers_at
 from scipy.optimize import brentq
 
 from torquer.environment.field.averaged import b_z, cone_angle
-from torquer.theory.gains import (
+from torquer.theory.slow.gains import (
     bdot_gain,
     bdot_greatest_gain,
     damped_share,
@@ -20,7 +20,7 @@ from torquer.theory.gains import (
 )
 
 FIELD_T, INERTIA = 3e-5, 0.8
-PAGE = Path(__file__).parents[2] / "docs/theory/sampled-bdot.md"
+PAGE = Path(__file__).parents[3] / "docs/theory/sampled-bdot.md"
 
 
 def sampled_plane(rate, difference_s, hold_s, gain, cycles, fine=200, off_s=None, lag_s=0.0):

@@ -9,15 +9,15 @@ from hypothesis import given, settings, strategies as st
 from scipy.optimize import brentq
 
 from torquer.compile import engine
-from torquer.control.sdot import SdotRate
-from torquer.theory.averaging import nodes
-from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to
-from torquer.theory.evolution import EVOLUTIONS, sdot
-from torquer.theory.evolution.model import Case, Slow
-from torquer.theory.full_motion import Fast, by_euler, slow_of
-from torquer.theory.second_moments import averaged_moments
-from torquer.theory.slow_motion import evolve, map_of_evolution
-from torquer.theory.spinner import Spinner
+from torquer.computer.laws.sdot import SdotRate
+from torquer.theory.slow.averaging import nodes
+from torquer.theory.slow.equilibria import find_equilibria, rates_of_evolution, tends_to
+from torquer.theory.slow.evolution import EVOLUTIONS, sdot
+from torquer.theory.slow.evolution.model import Case, Slow
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.second_moments import averaged_moments
+from torquer.theory.slow.slow_motion import evolve, map_of_evolution
+from torquer.theory.slow.spinner import Spinner
 
 SDOT = EVOLUTIONS["sdot"]
 MANY = settings(max_examples=25, deadline=None)

@@ -9,14 +9,14 @@ from hypothesis import given, settings, strategies as st
 from torquer.environment.field.averaged import b_z
 from torquer.environment.field.direct_dipole import b_s, b_y
 from torquer.environment.field.tilted_dipole import b_dipole
-from torquer.geometry.frames import dcm_s_to_y
-from torquer.theory.orbit_field import field_at, field_rate, mean_products
-from torquer.theory.second_moments import (
+from torquer.maths.geometry.frames import dcm_s_to_y
+from torquer.theory.slow.orbit_field import field_at, field_rate, mean_products
+from torquer.theory.slow.second_moments import (
     averaged_moments,
     direct_dipole_moments,
     tilted_dipole_moments,
 )
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.spinner import Spinner
 
 MANY = settings(max_examples=50, deadline=None)
 degrees = st.floats(0.0, 180.0)

@@ -9,26 +9,31 @@ import pytest
 
 from torquer.compile import engine
 from torquer.compile.engine import kernel
-from torquer.control.bdot import BdotRate
-from torquer.control.nutation_damping import NutationDampingRate
-from torquer.control.preliminary_1 import Preliminary1
-from torquer.control.preliminary_2 import Preliminary2
-from torquer.control.reorientation import Reorientation
-from torquer.control.sdot import SdotRate
-from torquer.control.spin_up import SpinUp
-from torquer.theory.averaging import averaged_motion, averaged_rates, greatest_relative_rate, nodes
-from torquer.theory.comparison import compare
-from torquer.theory.evolution import EVOLUTIONS, bdot, reorientation
-from torquer.theory.evolution.model import SPIN, Case, Evolution, Slow
-from torquer.theory.full_motion import Fast
-from torquer.theory.second_moments import averaged_moments
-from torquer.theory.slow_motion import (
+from torquer.computer.laws.bdot import BdotRate
+from torquer.computer.laws.nutation_damping import NutationDampingRate
+from torquer.computer.laws.preliminary_1 import Preliminary1
+from torquer.computer.laws.preliminary_2 import Preliminary2
+from torquer.computer.laws.reorientation import Reorientation
+from torquer.computer.laws.sdot import SdotRate
+from torquer.computer.laws.spin_up import SpinUp
+from torquer.theory.slow.averaging import (
+    averaged_motion,
+    averaged_rates,
+    greatest_relative_rate,
+    nodes,
+)
+from torquer.theory.slow.comparison import compare
+from torquer.theory.slow.evolution import EVOLUTIONS, bdot, reorientation
+from torquer.theory.slow.evolution.model import SPIN, Case, Evolution, Slow
+from torquer.theory.slow.full_motion import Fast
+from torquer.theory.slow.second_moments import averaged_moments
+from torquer.theory.slow.slow_motion import (
     evolve,
     evolve_law,
     map_of_evolution,
     map_of_law,
 )
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import AVERAGES_ERR, POLE, SLOW_CHANGE
 
 START, UP = Slow(1.0, 0.9, 0.4, 1.1), (0.0, 0.0, 1.0)

@@ -6,13 +6,13 @@ import re
 import numpy as np
 import pytest
 
-from torquer.control.bdot import BdotRate
-from torquer.control.nutation_damping import NutationDampingRate
-from torquer.theory.averaging import converged_nodes
-from torquer.theory.evolution import BDOT, EVOLUTIONS, bdot
-from torquer.theory.evolution.model import Slow
-from torquer.theory.slow_motion import evolve, evolve_law, map_of_evolution, map_of_law
-from torquer.theory.spinner import Spinner
+from torquer.computer.laws.bdot import BdotRate
+from torquer.computer.laws.nutation_damping import NutationDampingRate
+from torquer.theory.slow.averaging import converged_nodes
+from torquer.theory.slow.evolution import BDOT, EVOLUTIONS, bdot
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.slow_motion import evolve, evolve_law, map_of_evolution, map_of_law
+from torquer.theory.slow.spinner import Spinner
 
 U = np.linspace(0.0, 40.0, 9)
 START = Slow(1.0, 0.9, 0.4, 1.1)

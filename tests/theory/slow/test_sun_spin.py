@@ -9,13 +9,13 @@ from scipy.spatial.transform import Rotation
 
 from torquer.compile import engine
 from torquer.environment.field.averaged import b_z, cone_angle
-from torquer.geometry.frames import dcm_body_to_l, dcm_l_to_z, dcm_z_to_y
-from torquer.simulation.simulate import simulate
-from torquer.theory.evolution import SDOT
-from torquer.theory.evolution.model import Slow
-from torquer.theory.floquet import exponents, monodromy, multipliers
-from torquer.theory.spinner import Spinner
-from torquer.theory.sun_spin import (
+from torquer.maths.geometry.frames import dcm_body_to_l, dcm_l_to_z, dcm_z_to_y
+from torquer.simulation.setup.simulate import simulate
+from torquer.theory.periodic.floquet import exponents, monodromy, multipliers
+from torquer.theory.slow.evolution import SDOT
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.spinner import Spinner
+from torquer.theory.slow.sun_spin import (
     axis_equilibria,
     mean_decay,
     mean_matrix,

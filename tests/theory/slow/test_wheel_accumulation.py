@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from torquer.conventions import EARTH_RATE_RAD_S
-from torquer.orbit.kepler import mean_motion
+from torquer.base.conventions import EARTH_RATE_RAD_S
+from torquer.environment.orbit.kepler import mean_motion
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.parts import Cylinder, Plate
-from torquer.theory.wheel_accumulation import (
+from torquer.theory.slow.wheel_accumulation import (
     PHASES,
     Held,
     air_torque,

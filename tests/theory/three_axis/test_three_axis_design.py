@@ -9,8 +9,8 @@ import pytest
 from attitude_holds import CUBESAT, at_strength, damping, gains_of, hold
 
 from torquer.compile import engine
-from torquer.control.periodic_gains import PeriodicGains
-from torquer.control.projected_pd import ProjectedPd
+from torquer.computer.laws.periodic_gains import PeriodicGains
+from torquer.computer.laws.projected_pd import ProjectedPd
 from torquer.theory.three_axis.averaged import channel_factors, plateau_edge
 from torquer.theory.three_axis.design import DesignTask, assessed, design_gains
 from torquer.theory.three_axis.feedback import attitude_keys
@@ -240,7 +240,7 @@ def test_messages(sampled):
 @pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
 def test_the_example_of_the_docs_runs(capsys):
     """Its CubeSat: ten degrees by scalar gains, less than one by the regulator."""
-    text = (Path(__file__).parents[2] / "docs/theory/three-axis.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs/theory/three-axis.md").read_text(encoding="utf-8")
     names = {}
     exec(text.split("```python\n")[1].split("```")[0], names)
     design = names["design"]

@@ -10,15 +10,15 @@ from law_cases import inputs
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.control.bdot import Bdot
-from torquer.control.pointing import deviation, reference_motion
-from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.computer.laws.bdot import Bdot
+from torquer.computer.laws.pointing import deviation, reference_motion
 from torquer.environment.field import averaged
-from torquer.geometry.quaternion import from_rotation_vector, multiply
-from torquer.geometry.vec3 import add, cross, scale
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
+from torquer.maths.geometry.vec3 import add, cross, scale
 from torquer.scenario.load import scenario_from_data
-from torquer.theory import floquet
-from torquer.theory.periodic_systems import periodic_system
+from torquer.theory.periodic import floquet
+from torquer.theory.periodic.periodic_systems import periodic_system
 from torquer.theory.three_axis.floquet import family_of, stability_chart, stability_of
 
 ALONE = np.empty((1, 0))

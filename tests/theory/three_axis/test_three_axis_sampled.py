@@ -10,11 +10,11 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.scenario.load import scenario_from_data
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.parts import Plate
-from torquer.theory import floquet
+from torquer.theory.periodic import floquet
 from torquer.theory.three_axis.floquet import stability_of
 from torquer.theory.three_axis.response import (
     CONSTANT,

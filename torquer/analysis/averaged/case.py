@@ -6,19 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import ValidationError
 
-from torquer import validate
 from torquer.analysis.averaged.equations import LAWS
-from torquer.control.pointing import HeldByWheels
-from torquer.conventions import MU_EARTH_M3_S2
+from torquer.analysis.notes.bdot_notes import sampling_of
+from torquer.base import validate
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.computer.laws.pointing import HeldByWheels
 from torquer.environment.field.averaged import Averaged, ascending_node, cone_angle, mean_strength
-from torquer.geometry.quaternion import rotate
-from torquer.geometry.vec3 import as_vector
-from torquer.notes.bdot_notes import sampling_of
+from torquer.maths.geometry.quaternion import rotate
+from torquer.maths.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
-from torquer.theory.evolution import EVOLUTIONS
-from torquer.theory.evolution.model import Case, Evolution
-from torquer.theory.gains import Sampling
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution import EVOLUTIONS
+from torquer.theory.slow.evolution.model import Case, Evolution
+from torquer.theory.slow.gains import Sampling
+from torquer.theory.slow.spinner import Spinner
 
 #: Laws of scenarios, with the law whose averaged motion they have.
 _SAME = {

@@ -7,8 +7,8 @@ import numpy as np
 from torquer.analysis.averaged.case import POINTED, AveragedCase
 from torquer.analysis.averaged.equations import EQUATIONS, INTEGRALS
 from torquer.environment.field.averaged import cone_angle
-from torquer.theory.comparison import resonances
-from torquer.theory.design import (
+from torquer.theory.slow.comparison import resonances
+from torquer.theory.slow.design import (
     GOALS,
     Times,
     design_table,
@@ -17,11 +17,16 @@ from torquer.theory.design import (
     slow_time,
     times_over_directions,
 )
-from torquer.theory.equilibria import Equilibrium, find_equilibria, rates_of_evolution, tends_to
-from torquer.theory.evolution.model import Slow
-from torquer.theory.evolution.sdot import capture_phase, final_momentum, sun_angle
-from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
-from torquer.theory.slow_motion import evolve
+from torquer.theory.slow.equilibria import (
+    Equilibrium,
+    find_equilibria,
+    rates_of_evolution,
+    tends_to,
+)
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.evolution.sdot import capture_phase, final_momentum, sun_angle
+from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
+from torquer.theory.slow.slow_motion import evolve
 from torquer.theory.validity import PRECESSION
 
 _TURN = 2.0 * math.pi

@@ -8,14 +8,14 @@ import numpy as np
 
 from torquer.environment.field import Averaged
 from torquer.environment.field.averaged import cone_angle, mean_strength
-from torquer.geometry.frames import dcm_z_to_y
+from torquer.maths.geometry.frames import dcm_z_to_y
 
 _AROUND = np.radians(np.arange(0.0, 361.0, 5.0))
 
 
 @dataclass(frozen=True)
 class ConeShape:
-    """The averaged field's cone on a circular orbit; Y as in `torquer.conventions`."""
+    """The averaged field's cone on a circular orbit; Y as in `torquer.base.conventions`."""
 
     half_angle_deg: float
     b0_t: float

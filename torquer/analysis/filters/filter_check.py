@@ -1,4 +1,4 @@
-"""Runs of a scenario's filter, and their statistics (`torquer.analysis.filter_statistics`)."""
+"""Runs of a scenario's filter, and their statistics (`filter_statistics`)."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 
 from torquer.analysis.citations import cited_in_words
 from torquer.analysis.control_cycle import control_times
-from torquer.analysis.filter_members import Drawn, Start, drawn_of, members_of
-from torquer.analysis.filter_statistics import (
+from torquer.analysis.filters.filter_members import Drawn, Start, drawn_of, members_of
+from torquer.analysis.filters.filter_statistics import (
     FilterRuns,
     autocorrelation,
     consistency,
     nees,
     nis,
 )
-from torquer.analysis.filter_verdict import (
+from torquer.analysis.filters.filter_verdict import (
     OF_ERRORS,
     REJECTED,
     WHY_NOT_STARTED,
@@ -27,24 +27,24 @@ from torquer.analysis.filter_verdict import (
     Verdict,
     verdict_of,
 )
-from torquer.analysis.linear_covariance import (
+from torquer.analysis.filters.linear_covariance import (
     Expected,
     Motion,
     expected_accuracy,
     kalman_filter,
 )
-from torquer.geometry.attitudes import rotation_vector
+from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
-from torquer.simulation.gyro_drift import fill_drift
-from torquer.simulation.library import Library
-from torquer.simulation.members import RUNNING
-from torquer.simulation.prepare import log_of
-from torquer.simulation.run import Run, prepare, reason
-from torquer.simulation.simulate import flown_by
-from torquer.simulation.state import Record
-from torquer.spacecraft.coils import NO_COILS
-from torquer.spacecraft.rotors import axis_of
+from torquer.simulation.loop.members import RUNNING
+from torquer.simulation.loop.state import Record
+from torquer.simulation.outside.library import Library
+from torquer.simulation.setup.gyro_drift import fill_drift
+from torquer.simulation.setup.prepare import log_of
+from torquer.simulation.setup.run import Run, prepare, reason
+from torquer.simulation.setup.simulate import flown_by
+from torquer.spacecraft.actuators.coils import NO_COILS
+from torquer.spacecraft.actuators.rotors import axis_of
 
 #: Number of runs that are flown with a record at every control step, for their innovations.
 _CLOSELY = 4
@@ -231,7 +231,7 @@ def check_filter(
     """Statistics of a scenario's filter over runs.
 
     Each run draws noise, initial attitude and rate (see `Start`), and the errors of the sensors
-    (`torquer.analysis.filter_members.drawn_of`).
+    (`torquer.analysis.filters.filter_members.drawn_of`).
 
     Checks errors (NEES) of the attitude and of all states, and innovations (NIS) of each sensor,
     per degree of freedom: mean over runs and instants, its 95 % band at one instant, share of the

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.linear_covariance import kalman_filter
-from torquer.geometry import euler
-from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.analysis.filters.linear_covariance import kalman_filter
+from torquer.maths.geometry import euler
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri  # scipy.stats takes half a second of importing
 
-from torquer.analysis.linear_covariance import Motion
+from torquer.analysis.filters.linear_covariance import Motion
 
 
 class FilterRuns(NamedTuple):

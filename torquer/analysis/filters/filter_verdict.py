@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.filter_statistics import FilterRuns
-from torquer.estimation.filter import Filter
-from torquer.estimation.starts import NOT_STARTED, ONE_SENSOR
+from torquer.analysis.filters.filter_statistics import FilterRuns
+from torquer.computer.estimation.filter import Filter
+from torquer.computer.estimation.starts import NOT_STARTED, ONE_SENSOR
 
 #: The filter's log of why it has not started, and the reasons by their numbers there.
 WHY_NOT_STARTED = "not_started"

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.control_cycle import control_times
-from torquer.earth.gravity import gravity_gradient_vector
-from torquer.estimation import ESTIMATORS
-from torquer.estimation.expected import (
+from torquer.computer.estimation import ESTIMATORS
+from torquer.computer.estimation.expected import (
     Nominal,
     fill_dynamics,
     fill_gyro,
@@ -22,11 +21,12 @@ from torquer.estimation.expected import (
     put_earthlight,
     put_stars,
 )
-from torquer.estimation.filter import Filter
-from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.geometry.attitudes import to_body
+from torquer.computer.estimation.filter import Filter
+from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.environment.earth.gravity import gravity_gradient_vector
+from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.horizon_sensor import HorizonSensor
+from torquer.spacecraft.sensors.horizon_sensor import HorizonSensor
 
 #: Number of random errors from which the 95th percentile of an attitude error is computed.
 _DRAWN = 20_000

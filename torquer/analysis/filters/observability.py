@@ -13,17 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.linear_covariance import (
+from torquer.analysis.filters.linear_covariance import (
     Motion,
     first_variances,
     held_motion,
     kalman_filter,
     nominal,
 )
-from torquer.estimation.covariance import slices_of
-from torquer.estimation.expected import Nominal, fill_information
-from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.geometry.attitudes import to_body
+from torquer.computer.estimation.covariance import slices_of
+from torquer.computer.estimation.expected import Nominal, fill_information
+from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
 
 

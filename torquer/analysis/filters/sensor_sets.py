@@ -6,12 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
-from torquer.analysis.observability import Observability, observability
-from torquer.analysis.systematic import systematic_error
-from torquer.estimation.filter import MAGNETOMETER_ERRORS, Filter
-from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.estimation.sensor_keys import NOISE_KEYS, SENSOR_WORDS
+from torquer.analysis.filters.linear_covariance import (
+    error_95_rad,
+    expected_accuracy,
+    kalman_filter,
+)
+from torquer.analysis.filters.observability import Observability, observability
+from torquer.analysis.filters.systematic import systematic_error
+from torquer.computer.estimation.filter import MAGNETOMETER_ERRORS, Filter
+from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_WORDS
 from torquer.scenario.spec import Scenario
 
 #: Number of instants of a motion at which the 95th percentile of the errors is computed.

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from torquer.analysis.control_cycle import control_steps
-from torquer.analysis.filter_check import finest_record_s, true_states
-from torquer.analysis.filter_statistics import FilterRuns
-from torquer.analysis.linear_covariance import Motion, kalman_filter
+from torquer.analysis.filters.filter_check import finest_record_s, true_states
+from torquer.analysis.filters.filter_statistics import FilterRuns
+from torquer.analysis.filters.linear_covariance import Motion, kalman_filter
 from torquer.compile.engine import addresses, records
-from torquer.estimation.filter import Filter
-from torquer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
-from torquer.estimation.state_names import axes_of
-from torquer.geometry.attitudes import rotation_vector
-from torquer.geometry.quaternion import angle_between
-from torquer.interface import KNOWN
+from torquer.computer.estimation.filter import Filter
+from torquer.computer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
+from torquer.computer.estimation.state_names import axes_of
+from torquer.computer.interface import KNOWN
+from torquer.maths.geometry.attitudes import rotation_vector
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, write
@@ -146,7 +146,7 @@ def fly_back_and_forth(
     """Let a filter work on what the computer knew, from start to end and backwards.
 
     `known` (k,): see `KNOWN`; `works` (k,): whether the filter works then, otherwise the estimate
-    in `known` is another's; `seeds` (k, 5): see `torquer.estimation.smoother.begin_at`, NaN where
+    in `known` is another's; `seeds` (k, 5): see `smoother.begin_at`, NaN where
     the filter goes on; `log`: parts of the filter's memory to be kept.
     """
     filter_, places = with_copies(spec.estimator())

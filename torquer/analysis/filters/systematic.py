@@ -8,15 +8,15 @@ the covariance after them. The gravity gradient on board is taken as true.
 
 import numpy as np
 
-from torquer.analysis.linear_covariance import (
+from torquer.analysis.filters.linear_covariance import (
     Expected,
     Motion,
     held_motion,
     kalman_filter,
     nominal,
 )
-from torquer.analysis.observability import informed, transitions
-from torquer.estimation.expected import Nominal
+from torquer.analysis.filters.observability import informed, transitions
+from torquer.computer.estimation.expected import Nominal
 from torquer.scenario.spec import Scenario
 
 

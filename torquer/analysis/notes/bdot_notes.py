@@ -5,20 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
-from torquer.control.nutation_damping import (
+from torquer.analysis.notes.uses import Use, named, uses_of
+from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
+from torquer.computer.laws.nutation_damping import (
     NutationDamping,
     NutationDampingDerivative,
     NutationDampingRate,
 )
-from torquer.notes.uses import Use, named, uses_of
 from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.attitude_sensor import AttitudeSensor
-from torquer.spacecraft.magnetometer import Magnetometer
-from torquer.theory.detumbling import Tumbling, detumbling_time_s
-from torquer.theory.gains import (
+from torquer.spacecraft.sensors.attitude_sensor import AttitudeSensor
+from torquer.spacecraft.sensors.magnetometer import Magnetometer
+from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
+from torquer.theory.slow.gains import (
     MOST_LAG,
     Sampling,
     bdot_gain,

@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.disturbance.unmodelled import UnmodelledTorque
-from torquer.spacecraft.sun_sensor import BlindZone, SunSensors
+from torquer.spacecraft.sensors.sun_sensor import BlindZone, SunSensors
 
 #: Strength of the field in low orbits [T], about.
 _FIELD_T = 4e-5

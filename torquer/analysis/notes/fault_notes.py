@@ -10,8 +10,8 @@ has one; so do all conditions about the motion for a coil.
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from torquer.control.modes.signals import SIGNALS
-from torquer.control.modes.spec import Condition, Modes
+from torquer.computer.modes.signals import SIGNALS
+from torquer.computer.modes.spec import Condition, Modes
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.failures import in_words
 

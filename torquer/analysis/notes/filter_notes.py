@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from torquer.estimation.filter import Filter
-from torquer.estimation.kalman_gyro import KalmanGyro
+from torquer.computer.estimation.filter import Filter
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.scenario.spec import Scenario
 
 #: Turn between readings [deg] from which a quarter of random filters without a gyro were false:

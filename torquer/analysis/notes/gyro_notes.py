@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 
-from torquer.control.magneto_gyro.law import MagnetoGyro
-from torquer.control.magneto_gyro.stage_1 import filtered_component
-from torquer.geometry.quaternion import to_dcm
-from torquer.notes.uses import Use, named, uses_of
+from torquer.analysis.notes.uses import Use, named, uses_of
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.computer.laws.magneto_gyro.stage_1 import filtered_component
+from torquer.maths.geometry.quaternion import to_dcm
 from torquer.scenario.spec import Scenario
 from torquer.theory.magneto_gyro.craft import GyroCraft, greatest_tip_off
 

@@ -1,8 +1,8 @@
 """What the author of a mode table should know before the run."""
 
-from torquer.control.modes.check import faults, findings
-from torquer.control.modes.finding import Facts, Finding
-from torquer.interface import SENSORS
+from torquer.computer.interface import SENSORS
+from torquer.computer.modes.check import faults, findings
+from torquer.computer.modes.finding import Facts, Finding
 from torquer.scenario.spec import Scenario
 
 #: Kinds of laws whose file would have to be loaded to know what they do.

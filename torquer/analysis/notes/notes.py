@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 
-from torquer.notes.bdot_notes import bdot_notes
-from torquer.notes.disturbance_notes import disturbance_notes
-from torquer.notes.filter_notes import filter_notes
-from torquer.notes.gyro_notes import gyro_notes
-from torquer.notes.mode_notes import mode_notes
-from torquer.notes.slip_notes import slip_notes
-from torquer.notes.wheel_notes import wheel_notes
-from torquer.orbit.numerical import epoch_of
-from torquer.orbit.sgp4 import Sgp4
+from torquer.analysis.notes.bdot_notes import bdot_notes
+from torquer.analysis.notes.disturbance_notes import disturbance_notes
+from torquer.analysis.notes.filter_notes import filter_notes
+from torquer.analysis.notes.gyro_notes import gyro_notes
+from torquer.analysis.notes.mode_notes import mode_notes
+from torquer.analysis.notes.slip_notes import slip_notes
+from torquer.analysis.notes.wheel_notes import wheel_notes
+from torquer.environment.orbit.numerical import epoch_of
+from torquer.environment.orbit.sgp4 import Sgp4
 from torquer.scenario.resolution import (
     QUIET_DAMPING,
     lost_amplitude,

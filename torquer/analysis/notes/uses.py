@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.spec import Spec
 from torquer.scenario.control import Program
 from torquer.scenario.spec import Scenario
-from torquer.spec import Spec
 
 
 class Use(NamedTuple):

@@ -4,22 +4,22 @@ import math
 
 import numpy as np
 
-from torquer.control.bias_momentum import BiasMomentum
-from torquer.control.pointing import HeldByWheels
-from torquer.control.unloading import Unloading
-from torquer.control.wheel_one_axis import WheelOneAxis
-from torquer.control.wheel_pd import WheelPd
-from torquer.geometry import euler
-from torquer.geometry.frames import dcm_orbital_to_inertial
-from torquer.geometry.quaternion import conjugate, from_dcm, multiply
-from torquer.geometry.vec3 import as_matrix
-from torquer.notes.uses import Use, named, uses_of
+from torquer.analysis.notes.uses import Use, named, uses_of
+from torquer.base.spec import Spec
+from torquer.computer.laws.bias_momentum import BiasMomentum
+from torquer.computer.laws.pointing import HeldByWheels
+from torquer.computer.laws.unloading import Unloading
+from torquer.computer.laws.wheel_one_axis import WheelOneAxis
+from torquer.computer.laws.wheel_pd import WheelPd
+from torquer.maths.geometry import euler
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
+from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
+from torquer.maths.geometry.vec3 import as_matrix
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.wheels import ReactionWheels
-from torquer.spec import Spec
-from torquer.wheel_array.envelope import momentum_envelope, torque_envelope
-from torquer.wheel_array.steering import bias_of
+from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope, torque_envelope
+from torquer.spacecraft.wheel_array.steering import bias_of
 
 #: Part of a law's own time for which a torque may be held before the motion is another one.
 _COARSE = 0.3

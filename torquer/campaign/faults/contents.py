@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from torquer.base.version import VERSION
 from torquer.campaign.faults.fly import FaultCampaign, Row
 from torquer.campaign.faults.verdict import VERDICTS
-from torquer.version import VERSION
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,7 +22,7 @@ from torquer.campaign.faults.strikes import (
 from torquer.campaign.faults.verdict import VERDICTS, Flown, Outcome, flown, judged, outcome_of
 from torquer.compile.other_process import cores
 from torquer.scenario.spec import Scenario
-from torquer.simulation.simulate import RunStopped, simulate
+from torquer.simulation.setup.simulate import RunStopped, simulate
 
 
 class Row(NamedTuple):

@@ -9,7 +9,7 @@ from typing import NamedTuple, get_args
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.failures import in_words
-from torquer.spacecraft.sampling import Sampled
+from torquer.spacecraft.sensors.sampling import Sampled
 
 #: Failures of every sensor, by their names here.
 OF_SENSORS = {

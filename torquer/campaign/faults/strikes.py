@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.control.modes.spec import Modes, Region
+from torquer.computer.modes.spec import Modes, Region
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of

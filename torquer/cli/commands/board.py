@@ -37,6 +37,6 @@ def board(
     campaign of 256 starts come with it. The page is served to this machine only, to whoever has the
     address that is printed.
     """
-    from torquer.cli import board_work as work
+    from torquer.cli.commands import board_work as work
 
     return work.serve(scenario, how, code)

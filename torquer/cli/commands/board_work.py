@@ -6,7 +6,7 @@ from pathlib import Path
 
 import torquer.scenario
 from torquer.cli import compiling
-from torquer.cli.board import BoardOptions
+from torquer.cli.commands.board import BoardOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import print_note
@@ -20,7 +20,7 @@ def serve(path: Path | None, how: BoardOptions, code: CodeOptions) -> int:
     """Serve the page until a signal."""
     check_ranges(how)
     check_installed("board", _NEEDS)
-    from torquer.board.server import BoardServer
+    from torquer.pages.board.server import BoardServer
 
     if path is None:
         path = Path(torquer.scenario.__file__).with_name("start.toml")

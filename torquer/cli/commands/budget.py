@@ -3,20 +3,20 @@
 from pathlib import Path
 
 from torquer.analysis.budget import Budget, as_plain, budget_of_held_attitude, budget_of_run
+from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
 from torquer.cli.app import BudgetOptions
+from torquer.cli.commands.simulate import progress_of
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import print_error, table, table_console, writing_to
-from torquer.cli.simulate import progress_of
 from torquer.report.flight.budget_rows import (
     HEAD,
     budget_table,
     models_in_words,
     reach_in_words,
 )
-from torquer.simulation.simulate import RunStopped, simulate
-from torquer.strict_json import json_text
+from torquer.simulation.setup.simulate import RunStopped, simulate
 
 #: Width of the table where the output is not a terminal.
 _WIDTH = 120

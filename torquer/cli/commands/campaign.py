@@ -46,7 +46,7 @@ def fly(
     scenario: Path, *, how: CampaignOptions = CampaignOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Fly the campaign of SCENARIO, many runs with varied keys; write campaign.nc and a report."""
-    from torquer.cli import campaign_work as work
+    from torquer.cli.commands import campaign_work as work
 
     if how.member is None:
         return work.fly(scenario, how, code)
@@ -67,6 +67,6 @@ def compare(
 
     Means, quantiles and success rates with intervals, their differences, and rank tests.
     """
-    from torquer.cli import campaign_compare as work
+    from torquer.cli.commands import campaign_compare as work
 
     return work.compare(a, b, out, json)

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import xarray as xr
 
+from torquer.base.strict_json import json_text
 from torquer.campaign.comparison import comparison
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.report.campaign.tables import about_comparison, comparison_grid
 from torquer.simulation.results.file import load, understood
-from torquer.strict_json import json_text
 
 #: Width of the table where the output is not a terminal.
 _WIDTH = 120

@@ -6,6 +6,7 @@ import signal
 import sys
 from pathlib import Path
 
+from torquer.base.strict_json import json_text
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data, load_campaign
 from torquer.campaign.sampling import member_scenario
@@ -13,7 +14,8 @@ from torquer.campaign.store import files_there, is_there, remove
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli import SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import RunOptions
-from torquer.cli.campaign import CampaignOptions
+from torquer.cli.commands.campaign import CampaignOptions
+from torquer.cli.commands.simulate import run_scenario
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code, check_computer, check_orbit_environment
 from torquer.cli.mistakes import as_options
@@ -26,10 +28,8 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
-from torquer.cli.simulate import run_scenario
 from torquer.simulation.results.file import put
-from torquer.simulation.signals import ALL, noting_signals
-from torquer.strict_json import json_text
+from torquer.simulation.setup.signals import ALL, noting_signals
 
 #: Options of arguments of `fly_campaign`, and of keys that they replace.
 _OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign.runs": "--runs",

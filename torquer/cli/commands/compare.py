@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from torquer.base.strict_json import json_text
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.simulation.results.file import load, understood
-from torquer.strict_json import json_text
 
 _WIDTH = 160
 

@@ -84,7 +84,7 @@ def three_axis(
     holds an attitude is assessed, too. A run counts as captured if its error stays within
     --capture-within-deg over the last revolution, whatever the law.
     """
-    from torquer.cli import design_work as work
+    from torquer.cli.commands import design_work as work
 
     return work.show(scenario, how, code)
 
@@ -124,7 +124,7 @@ def magneto_gyro(
     on board, noise and bias of the magnetometer. Its own laws and modes are replaced in
     scenario.toml, which flies from the tip-off rate until the satellite points.
     """
-    from torquer.cli import design_gyro_work as work
+    from torquer.cli.commands import design_gyro_work as work
 
     return work.show(scenario, how, code)
 
@@ -164,7 +164,7 @@ def detumble(
     gain. With --within-s the least gain is chosen with which most stop in time; without it the
     least with which most stop, nine in ten of them at most 10 % later than with any other.
     """
-    from torquer.cli import design_detumble_work as work
+    from torquer.cli.commands import design_detumble_work as work
 
     return work.show(scenario, how, code)
 
@@ -197,7 +197,7 @@ def coil(*, how: CoilOptions) -> int:
     The power follows from dipole, diameter and mass alone; the gauge divides it between voltage and
     current. Round turns of bare wire are assumed; the wound section is 60 % metal.
     """
-    from torquer.cli import design_coil_work as work
+    from torquer.cli.commands import design_coil_work as work
 
     return work.show(how)
 
@@ -230,6 +230,6 @@ def bench(*, how: BenchOptions) -> int:
     Coils at their limits: the time goes with inertia over field. Below the limits: with inertia
     over the square of the field. A test usually begins with the first and ends with the second.
     """
-    from torquer.cli import design_coil_work as work
+    from torquer.cli.commands import design_coil_work as work
 
     return work.show_bench(how)

@@ -1,10 +1,10 @@
 """Work of `torquer design coil` and `torquer design bench`: their tables and JSON."""
 
-from torquer.analysis.bench_scaling import scaling
-from torquer.analysis.coil_design import CONDUCTORS, gauges_of, power_of
-from torquer.cli.design import BenchOptions, CoilOptions
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.design import BenchOptions, CoilOptions
 from torquer.cli.options import check_ranges
-from torquer.strict_json import json_text
+from torquer.design.bench_scaling import scaling
+from torquer.design.coil_design import CONDUCTORS, gauges_of, power_of
 
 _HEAD = ("AWG", "wire", "turns", "mass", "R", "current", "voltage", "power", "density", "L/R")
 _UNITS = ("", "mm", "", "kg", "ohm", "A", "V", "W", "A/mm^2", "ms")

@@ -9,21 +9,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.campaign.gain_sweep import GainFlights, Releases, chosen, fly_gains
+from torquer.analysis.notes.bdot_notes import BDOT, most_gain, sampling_of, tumbling_of
+from torquer.base.strict_json import json_text
 from torquer.campaign.statistics import number, rate_interval
-from torquer.cli.design import DetumbleOptions
+from torquer.cli.commands.design import DetumbleOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import make_writable, progress_bar, writing_to
-from torquer.control.bdot import Bdot
-from torquer.notes.bdot_notes import BDOT, most_gain, sampling_of, tumbling_of
+from torquer.computer.laws.bdot import Bdot
+from torquer.design.detumble_flights import GainFlights, Releases, chosen, fly_gains
 from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
-from torquer.strict_json import json_text
-from torquer.theory.detumbling import Tumbling, detumbling_time_s, knee_gain, turning_gain
-from torquer.theory.gains import Sampling, sampling_limit_rad_s
+from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s, knee_gain, turning_gain
+from torquer.theory.slow.gains import Sampling, sampling_limit_rad_s
 
 #: Revolutions flown without a limit of time: at least, theory's times to stop, at most.
 _LEAST, _TIMES, _MOST = 10.0, 4.0, 60.0

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torquer.cli.design import GyroOptions
-from torquer.control.pointing import HeldAttitude
-from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
-from torquer.geometry.attitudes import dcm_body_to_reference
+from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.cli.commands.design import GyroOptions
+from torquer.computer.laws.pointing import HeldAttitude
+from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.actuators.coils import Coils
 from torquer.theory.magneto_gyro.along_orbit import FieldAlong, field_along
 from torquer.theory.magneto_gyro.capture import filter_rate_for
 from torquer.theory.magneto_gyro.craft import BRAKED, GyroCraft, greatest_tip_off

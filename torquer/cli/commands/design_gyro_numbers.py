@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from torquer.cli.design import GyroOptions
-from torquer.cli.design_gyro_case import GyroCase, noise_intensity
+from torquer.cli.commands.design import GyroOptions
+from torquer.cli.commands.design_gyro_case import GyroCase, noise_intensity
 from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import model_error
 from torquer.theory.magneto_gyro.day import (

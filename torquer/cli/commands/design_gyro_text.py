@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from torquer.campaign.statistics import number, quantile
-from torquer.cli.design import GyroOptions
-from torquer.cli.design_gyro_scenario import EXACT_DEG, POINTED_DEG
-from torquer.cli.design_gyro_work import WEAK, Made, law_toml
+from torquer.cli.commands.design import GyroOptions
+from torquer.cli.commands.design_gyro_scenario import EXACT_DEG, POINTED_DEG
+from torquer.cli.commands.design_gyro_work import WEAK, Made, law_toml
 from torquer.theory.magneto_gyro.craft import greatest_tip_off
 from torquer.theory.magneto_gyro.day import Range
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.campaign.pointing_flights import PointingFlights, fly_releases
-from torquer.cli.compiling import compiling_shown
-from torquer.cli.design import GyroOptions
-from torquer.cli.design_gyro_case import GyroCase, case_of, held_attitude
-from torquer.cli.design_gyro_numbers import (
+from torquer.analysis.notes.bdot_notes import tumbling_of
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.design import GyroOptions
+from torquer.cli.commands.design_gyro_case import GyroCase, case_of, held_attitude
+from torquer.cli.commands.design_gyro_numbers import (
     EQUATOR,
     EVALUATIONS,
     costs_of,
@@ -20,22 +20,22 @@ from torquer.cli.design_gyro_numbers import (
     reach_of,
     total_of,
 )
-from torquer.cli.design_gyro_scenario import (
+from torquer.cli.commands.design_gyro_scenario import (
     EXACT_DEG,
     campaign_of,
     campaign_table,
     designed_scenario,
 )
+from torquer.cli.compiling import compiling_shown
 from torquer.cli.loading import check_orbit_environment, load_checked
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import make_writable, writing_to
-from torquer.control.magneto_gyro.law import MagnetoGyro
-from torquer.earth.rotation import dcm_inertial_to_ecef
-from torquer.notes.bdot_notes import tumbling_of
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.design.pointing_flights import PointingFlights, fly_releases
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
-from torquer.strict_json import json_text
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.day import DayLoop, Range
 from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
@@ -86,7 +86,7 @@ class Made:
 
 def show(path: Path, how: GyroOptions, code: CodeOptions) -> int:
     """Print the design; write law, scenario and pictures if a folder is given."""
-    from torquer.cli.design_gyro_text import data_of, lines_of
+    from torquer.cli.commands.design_gyro_text import data_of, lines_of
 
     check_ranges(how)
     scenario = load_checked(path, code)

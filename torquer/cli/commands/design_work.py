@@ -7,20 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.strict_json import json_text
 from torquer.campaign.capture import Capture, capture
-from torquer.cli.design import DesignOptions, Key
+from torquer.cli.commands.design import DesignOptions, Key
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges, given, option
 from torquer.cli.output import make_writable, writing_to
-from torquer.control.law import Law
-from torquer.control.pointing import HeldAttitude
-from torquer.control.three_axis import ThreeAxis
-from torquer.estimation.sensors import SensorReadings
-from torquer.geometry.vec3 import scale
+from torquer.computer.blocks.law import Law
+from torquer.computer.estimation.sensors import SensorReadings
+from torquer.computer.laws.pointing import HeldAttitude
+from torquer.computer.laws.three_axis import ThreeAxis
+from torquer.maths.geometry.vec3 import scale
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.file import put
-from torquer.strict_json import json_text
 from torquer.theory.three_axis.design import (
     SETTLED,
     Candidate,

@@ -2,10 +2,10 @@
 
 import re
 
+from torquer.base.strict_json import json_text
 from torquer.campaign.stored_keys import file_tables, find
 from torquer.cli.output import console
 from torquer.scenario.described import Key, Table
-from torquer.strict_json import json_text
 
 #: More tables than this are listed by their first lines.
 _MOST_TABLES = 3

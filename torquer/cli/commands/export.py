@@ -28,6 +28,6 @@ class ExportOptions:
 @app.command
 def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) -> int:
     """Write estimators, modes and laws of SCENARIO as C99, with a replay that compares bits."""
-    from torquer.cli import export_work
+    from torquer.cli.commands import export_work
 
     return export_work.export(scenario, how, code)

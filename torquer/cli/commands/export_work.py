@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from torquer.cli.export import ExportOptions
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.export import ExportOptions
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import harmless, writing_to
-from torquer.export.export import STEPS, export_c
-from torquer.strict_json import json_text
+from torquer.flight.c99.export import STEPS, export_c
 
 
 def export(path: Path, how: ExportOptions, code: CodeOptions) -> int:

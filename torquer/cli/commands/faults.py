@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from torquer.base.strict_json import json_text
 from torquer.campaign.faults.contents import (
     WORDS,
     as_plain,
@@ -13,16 +14,15 @@ from torquer.campaign.faults.contents import (
 from torquer.campaign.faults.fly import FaultCampaign, fly_faults
 from torquer.campaign.faults.verdict import LOST
 from torquer.cli.app import FaultOptions
+from torquer.cli.commands.simulate import progress_of
 from torquer.cli.loading import code_of, load_usable
 from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import make_writable, table, table_console, writing_to
-from torquer.cli.simulate import progress_of
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put, save
-from torquer.strict_json import json_text
 
 _WIDTH = 150
 

@@ -127,7 +127,7 @@ class ConeOptions:
 @app.command
 def point(*, how: PointOptions = PointOptions()) -> int:
     """X, Y, Z, H, F, D, I at a place and date, and their secular variation; or at many places."""
-    from torquer.cli import field_at as work
+    from torquer.cli.commands import field_at as work
 
     return work.points(how.points, how) if how.points else work.point(how)
 
@@ -135,7 +135,7 @@ def point(*, how: PointOptions = PointOptions()) -> int:
 @app.command
 def orbit(*, how: OrbitOptions = OrbitOptions()) -> int:
     """The field along an orbit, under one model or several side by side [igrf14]."""
-    from torquer.cli import field_along as work
+    from torquer.cli.commands import field_along as work
 
     return work.orbit(how)
 
@@ -143,7 +143,7 @@ def orbit(*, how: OrbitOptions = OrbitOptions()) -> int:
 @app.command(name="map")
 def map_(*, how: MapOptions = MapOptions()) -> int:
     """A map of an element of the field over the globe, with its extremes."""
-    from torquer.cli import field_at as work
+    from torquer.cli.commands import field_at as work
 
     return work.globe(how)
 
@@ -151,6 +151,6 @@ def map_(*, how: MapOptions = MapOptions()) -> int:
 @app.command
 def cone(*, how: ConeOptions) -> int:
     """Paths of the field vector over a circular orbit, and the cone of the averaged field."""
-    from torquer.cli import field_along as work
+    from torquer.cli.commands import field_along as work
 
     return work.cone(how)

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
-from torquer.cli.field import ConeOptions, OrbitOptions
-from torquer.cli.field_at import label, model_of, moment, stamp
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.field import ConeOptions, OrbitOptions
+from torquer.cli.commands.field_at import label, model_of, moment, stamp
 from torquer.cli.options import check_ranges, given, option as option_of
 from torquer.cli.output import make_writable, writing_to
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field.along import FieldsAlong, angles_deg, fields_along
-from torquer.orbit import AnyOrbit, Circular, Sgp4
-from torquer.strict_json import json_text
+from torquer.environment.orbit import AnyOrbit, Circular, Sgp4
 
 #: Default models of `torquer field cone`.
 CONE_MODELS = ("igrf14", "tilted_dipole", "direct_dipole", "averaged")
@@ -258,7 +258,7 @@ def _rounded(values, digits: int) -> list:
 
 def cone(how: ConeOptions) -> int:
     """Draw the cone and the hodographs; print the largest deviation from the cone."""
-    from torquer.analysis.field_cone import cone_of
+    from torquer.analysis.field.field_cone import cone_of
     from torquer.report.field.cone import draw_cone, write_cone_page
 
     check_ranges(how)

@@ -12,7 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.cli.field import HEIGHT, LATITUDE, LONGITUDE, MapOptions, PointOptions
+from torquer.base.strict_json import json_text
+from torquer.base.time import decimal_year, parse_utc
+from torquer.cli.commands.field import HEIGHT, LATITUDE, LONGITUDE, MapOptions, PointOptions
 from torquer.cli.options import check_ranges
 from torquer.cli.output import make_writable, writing_to
 from torquer.environment.field import FIELDS
@@ -20,8 +22,6 @@ from torquer.environment.field.at_point import point_field
 from torquer.environment.field.coefficients import check_date, max_degree
 from torquer.environment.field.drift import coefficients_of
 from torquer.environment.field.gauss import Gauss
-from torquer.strict_json import json_text
-from torquer.time import decimal_year, parse_utc
 
 _NAMES = {
     "X": "north", "Y": "east", "Z": "down", "H": "horizontal", "F": "total",
@@ -288,7 +288,7 @@ def globe(how: MapOptions) -> int:
     check_ranges(how)
     model, utc = _model(how), moment(how.date)
     make_writable(how.out)
-    from torquer.analysis.field_map import field_map
+    from torquer.analysis.field.field_map import field_map
     from torquer.report.field.map import draw_map
 
     grid = field_map(model, decimal_year(utc), how.alt_km)

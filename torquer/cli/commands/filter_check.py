@@ -5,29 +5,29 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.analysis.filter_check import (
+from torquer.analysis.filters.filter_check import (
     FilterCheck,
     as_plain,
     check_filter,
     drawn_in_words,
     restarts_in_words,
 )
-from torquer.analysis.filter_members import Start
-from torquer.analysis.observability import Observability
-from torquer.analysis.sensor_sets import (
+from torquer.analysis.filters.filter_members import Start
+from torquer.analysis.filters.observability import Observability
+from torquer.analysis.filters.sensor_sets import (
     REACHED_DEG,
     SensorSet,
     as_plain as sets_as_plain,
     sensor_sets,
 )
+from torquer.base.strict_json import json_text
 from torquer.cli.app import FilterOptions
+from torquer.cli.commands.simulate import progress_of
 from torquer.cli.loading import check_computer, load_usable
 from torquer.cli.options import CodeOptions, check_ranges, option
 from torquer.cli.output import table, table_console, writing_to
-from torquer.cli.simulate import progress_of
 from torquer.report.flight.budget_rows import models_in_words
 from torquer.scenario.spec import Scenario
-from torquer.strict_json import json_text
 
 _RUNS = 200
 _WIDTH = 120

@@ -11,27 +11,31 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import FlyOptions
+from torquer.cli.commands.simulate import progress_of
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_computer, load_checked
 from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
-from torquer.cli.simulate import progress_of
-from torquer.link import Link, open_link
-from torquer.onboard.core import Core
-from torquer.onboard.faults import (
+from torquer.flight.link import Link, open_link
+from torquer.flight.packets.frames import Frame
+from torquer.flight.packets.received import tables_of
+from torquer.flight.packets.station import Station
+from torquer.flight.software.core import Core
+from torquer.flight.software.faults import (
     FaultsFile,
     check_faults,
     load_faults,
     of_software,
     with_device_faults,
 )
-from torquer.onboard.log import text_of_code
-from torquer.onboard.memory import Memory
-from torquer.onboard.script import frames_of, load_script
-from torquer.onboard.session import (
+from torquer.flight.software.log import text_of_code
+from torquer.flight.software.memory import Memory
+from torquer.flight.software.script import frames_of, load_script
+from torquer.flight.software.session import (
     Recorder,
     Sender,
     Session,
@@ -43,14 +47,10 @@ from torquer.onboard.session import (
     saved,
     station_of,
 )
-from torquer.onboard.software import Software, code_in, load_software
-from torquer.packets.frames import Frame
-from torquer.packets.received import tables_of
-from torquer.packets.station import Station
+from torquer.flight.software.software import Software, code_in, load_software
 from torquer.simulation.results.file import put
-from torquer.simulation.signals import ALL, Stop, noting_signals
-from torquer.simulation.simulate import RunStopped
-from torquer.strict_json import json_text
+from torquer.simulation.setup.signals import ALL, Stop, noting_signals
+from torquer.simulation.setup.simulate import RunStopped
 
 #: Kinds of events that are printed.
 _SHOWN = 12

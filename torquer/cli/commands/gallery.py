@@ -20,7 +20,7 @@ Docs = Annotated[
 ]
 _OUT = Path("runs/gallery")
 #: The checkout that holds the gallery next to the package; an installed package has none.
-CHECKOUT = Path(__file__).parents[2]
+CHECKOUT = Path(__file__).parents[3]
 
 
 def _work():
@@ -32,7 +32,7 @@ def _work():
         )
     if str(CHECKOUT) not in sys.path:
         sys.path.append(str(CHECKOUT))
-    from torquer.cli import gallery_work
+    from torquer.cli.commands import gallery_work
 
     return gallery_work
 

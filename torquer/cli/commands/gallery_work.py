@@ -17,8 +17,8 @@ from gallery.pages import (
     write_pages,
 )
 from gallery.runs import compute_all
+from torquer.base.strict_json import json_text
 from torquer.cli.output import make_writable, print_error, progress_bar, writing_to
-from torquer.strict_json import json_text
 
 NOT_AS_DECLARED = 1
 

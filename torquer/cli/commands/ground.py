@@ -56,7 +56,7 @@ def serve(
     FILE names satellites with their links, software files and scenarios; or give --link. The page
     is served to this machine only, to whoever has the address that is printed.
     """
-    from torquer.cli import ground_work as work
+    from torquer.cli.commands import ground_work as work
 
     return work.serve(file, how, code)
 
@@ -87,7 +87,7 @@ def send(name: str | None = None, /, *values: str, how: SendOptions = SendOption
     Several numbers of one field are separated by commas; regions, states, flags, parameters and
     labels go by their names. Prints what became of it; exit code 1 unless it was executed.
     """
-    from torquer.cli import ground_work as work
+    from torquer.cli.commands import ground_work as work
 
     return work.send(name, values, how)
 
@@ -111,7 +111,7 @@ def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
 
     Prints what was found, lost and rejected. A frame is in an archive once, however often it comes.
     """
-    from torquer.cli import ground_work as work
+    from torquer.cli.commands import ground_work as work
 
     return work.import_recording(recording, how)
 
@@ -136,6 +136,6 @@ class ExportOptions:
 @app.command
 def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units."""
-    from torquer.cli import ground_work as work
+    from torquer.cli.commands import ground_work as work
 
     return work.export(archive, how)

@@ -14,9 +14,16 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE
+from torquer.cli.commands.ground import (
+    NAME,
+    ExportOptions,
+    GroundOptions,
+    ImportOptions,
+    SendOptions,
+)
 from torquer.cli.folder_lock import claimed
-from torquer.cli.ground import NAME, ExportOptions, GroundOptions, ImportOptions, SendOptions
 from torquer.cli.loading import check_code
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import (
@@ -29,7 +36,6 @@ from torquer.cli.output import (
 )
 from torquer.cli.pages import check_installed, show_address
 from torquer.ground import SERVER
-from torquer.strict_json import json_text
 
 _SERVER_NEEDS = ("starlette", "uvicorn", "websockets")
 #: How long a command line waits for an answer beyond its delay [s], and between two looks.
@@ -43,7 +49,7 @@ def serve(path: Path | None, how: GroundOptions, code: CodeOptions) -> int:
     check_ranges(how)
     check_installed("ground", _SERVER_NEEDS)
     from torquer.ground.contact import Counters
-    from torquer.ground.server import Ground
+    from torquer.pages.ground.server import Ground
 
     satellites = _satellites(path, how, code)
     make_writable(how.folder, "--folder")
@@ -98,7 +104,7 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
 def _short_name(name: str) -> str:
     from pydantic import TypeAdapter, ValidationError
 
-    from torquer.packets.dictionary import Name
+    from torquer.flight.packets.dictionary import Name
 
     try:
         return TypeAdapter(Name).validate_python(name)
@@ -139,7 +145,7 @@ def _orders(name: str | None, values: Sequence[str], how: SendOptions) -> list[d
     if how.file is not None:
         if values or how.delay_s is not None or how.no_acknowledge:
             raise ValueError("--file: must be given alone; received values or options as well")
-        from torquer.onboard.script import load_script
+        from torquer.flight.software.script import load_script
 
         commands = load_script(how.file).commands
         if not commands:

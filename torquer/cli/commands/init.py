@@ -4,18 +4,18 @@ import re
 import sysconfig
 from pathlib import Path
 
+from torquer.base.strict_json import json_text
 from torquer.cli.output import writing_to
 from torquer.simulation.results.file import put
-from torquer.strict_json import json_text
 
-_START = Path(__file__).parents[1] / "scenario" / "start.toml"
+_START = Path(__file__).parents[2] / "scenario" / "start.toml"
 #: Files that an example names, which come with it.
 _NAMED = re.compile(r'^\s*(?:file|.*\bfile)\s*=\s*"([^"]+)"', re.M)
 
 
 def examples() -> dict[str, Path]:
     """The examples by name: next to the package in a source tree, among its data when installed."""
-    package = Path(__file__).parents[1]
+    package = Path(__file__).parents[2]
     data = Path(sysconfig.get_path("data"))
     folders = (package.parent / "examples", data / "share" / "torquer" / "examples")
     for folder in folders:

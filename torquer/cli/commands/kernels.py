@@ -24,6 +24,6 @@ def build(*scenarios: Path, how: KernelOptions) -> int:
 
     Where TORQUER_KERNELS names the folder, `torquer` reads its code instead of compiling.
     """
-    from torquer.cli import kernels_work
+    from torquer.cli.commands import kernels_work
 
     return kernels_work.build(scenarios, how)

@@ -8,13 +8,13 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from torquer.cli.kernels import KernelOptions
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.kernels import KernelOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import harmless, make_writable, progress_bar
 from torquer.compile.code_cache import SOURCES
 from torquer.compile.ready import GENERIC, VARIABLE, write_manifest
-from torquer.strict_json import json_text
 
 
 def build(scenarios: Sequence[Path], how: KernelOptions) -> int:

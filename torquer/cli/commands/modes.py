@@ -3,18 +3,18 @@
 import os
 from pathlib import Path
 
+from torquer.analysis.notes.mode_notes import mode_findings
+from torquer.base.strict_json import json_text
 from torquer.cli.app import ModesOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
-from torquer.control.modes.spec import MAIN, Modes
-from torquer.control.modes.wording import state_in_words, transition_in_words
-from torquer.notes.mode_notes import mode_findings
-from torquer.strict_json import json_text
+from torquer.computer.modes.spec import MAIN, Modes
+from torquer.computer.modes.wording import state_in_words, transition_in_words
 
 
 def show(path: Path, how: ModesOptions, code: CodeOptions) -> int:
     """Print or write the diagram, print the findings."""
-    from torquer.control.modes.diagram import mermaid, svg
+    from torquer.computer.modes.diagram import mermaid, svg
 
     scenario = load_checked(path, code)
     modes = scenario.control.named().modes

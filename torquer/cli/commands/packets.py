@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from torquer.base.strict_json import json_text
 from torquer.cli.output import make_writable, writing_to
-from torquer.onboard.software import load_software
-from torquer.packets.dbc import dbc
-from torquer.packets.document import document
-from torquer.packets.openmct import openmct
-from torquer.packets.xtce import xtce
+from torquer.flight.packets.dbc import dbc
+from torquer.flight.packets.document import document
+from torquer.flight.packets.openmct import openmct
+from torquer.flight.packets.xtce import xtce
+from torquer.flight.software.software import load_software
 from torquer.simulation.results.file import put
-from torquer.strict_json import json_text
 
 
 def describe(software: Path | None, out: Path | None, as_json: bool) -> int:

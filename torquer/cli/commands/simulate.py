@@ -7,6 +7,10 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
+from torquer.analysis.notes.fault_notes import fault_lines, unnoticed_faults
+from torquer.analysis.notes.mode_notes import mode_findings
+from torquer.analysis.notes.notes import notes_of
+from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.folder_lock import claimed
@@ -28,22 +32,18 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
-from torquer.notes.fault_notes import fault_lines, unnoticed_faults
-from torquer.notes.mode_notes import mode_findings
-from torquer.notes.notes import notes_of
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.resolution import notes_on_steps
-from torquer.simulation.checkpoints import NotSaved
-from torquer.simulation.prepare import blocks_of, modes_for
 from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.results.store import check_free
-from torquer.simulation.run import begin_loop
-from torquer.simulation.signals import ALL, Stop, noting_signals
-from torquer.simulation.simulate import RunStopped, resume, simulate
-from torquer.simulation.size import bytes_text, check_disk, check_memory, size_of, time_text
-from torquer.strict_json import json_text
+from torquer.simulation.setup.checkpoints import NotSaved
+from torquer.simulation.setup.prepare import blocks_of, modes_for
+from torquer.simulation.setup.run import begin_loop
+from torquer.simulation.setup.signals import ALL, Stop, noting_signals
+from torquer.simulation.setup.simulate import RunStopped, resume, simulate
+from torquer.simulation.setup.size import bytes_text, check_disk, check_memory, size_of, time_text
 
 #: Warnings of a run that are printed as notes.
 _NOTES = (OtherBits, NotSaved)
@@ -132,7 +132,7 @@ def _flown(scenario, path: Path, how: RunOptions):
 
 def _with_measured_error(result, progress):
     """The result with the error found by a second, finer run; unchanged if that run stops."""
-    from torquer.simulation.step_error import integration_error
+    from torquer.simulation.setup.step_error import integration_error
 
     try:
         errors = integration_error(result, progress=progress)
@@ -144,7 +144,7 @@ def _with_measured_error(result, progress):
 
 def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> int:
     """Check a scenario and its law; print notes."""
-    from torquer.export.export import export_notes
+    from torquer.flight.c99.export import export_notes
 
     try:
         scenario = load_checked(path, code)

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from torquer.analysis.smoothing import accuracy_of, smoothed
+from torquer.analysis.filters.smoothing import accuracy_of, smoothed
+from torquer.base.strict_json import json_text
 from torquer.cli.app import SmoothOptions
-from torquer.cli.compare import loaded
+from torquer.cli.commands.compare import loaded
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.simulation.results.file import save, understood
-from torquer.strict_json import json_text
 
 _WIDTH = 100
 

@@ -60,7 +60,7 @@ def check(
     attitude.nc, twin.nc, twin.toml, report.html and pictures. Exit code 1 for telemetry that cannot
     be used as it is, and for a filter or a twin that does not fit it.
     """
-    from torquer.cli import telemetry_work as work
+    from torquer.cli.commands import telemetry_work as work
 
     return work.check(files, how, code)
 
@@ -77,6 +77,6 @@ class ProposeOptions:
 @app.command
 def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
     """Propose a mapping for FILE, and say what of it is guessed."""
-    from torquer.cli import telemetry_work as work
+    from torquer.cli.commands import telemetry_work as work
 
     return work.propose(file, how)

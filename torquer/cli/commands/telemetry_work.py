@@ -7,25 +7,25 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE
+from torquer.cli.commands.telemetry import ProposeOptions, TelemetryOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
-from torquer.cli.telemetry import ProposeOptions, TelemetryOptions
-from torquer.conventions import MU_EARTH_M3_S2
+from torquer.ground.telemetry.attitude import load_filter
+from torquer.ground.telemetry.calibration import GROUPS, MODELS, split_shift
+from torquer.ground.telemetry.convention import WAYS_SHOWN, Found
+from torquer.ground.telemetry.examine import PARAMETER_HEAD, Examination, examine
+from torquer.ground.telemetry.mapping import load_mapping, text_of_mapping
+from torquer.ground.telemetry.modulus import start_of
+from torquer.ground.telemetry.orbit import load_orbit
+from torquer.ground.telemetry.propose import proposed
+from torquer.ground.telemetry.read import read
+from torquer.ground.telemetry.twin_found import Twin
+from torquer.ground.telemetry.twin_members import text_of_members
 from torquer.simulation.results.file import put
-from torquer.strict_json import json_text
-from torquer.telemetry.attitude import load_filter
-from torquer.telemetry.calibration import GROUPS, MODELS, split_shift
-from torquer.telemetry.convention import WAYS_SHOWN, Found
-from torquer.telemetry.examine import PARAMETER_HEAD, Examination, examine
-from torquer.telemetry.mapping import load_mapping, text_of_mapping
-from torquer.telemetry.modulus import start_of
-from torquer.telemetry.orbit import load_orbit
-from torquer.telemetry.propose import proposed
-from torquer.telemetry.read import read
-from torquer.telemetry.twin_found import Twin
-from torquer.telemetry.twin_members import text_of_members
 
 _WIDTH = 110
 _MODELS = dict(

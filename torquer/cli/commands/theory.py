@@ -63,7 +63,7 @@ def theory(law: str | None = None, /, *, how: TheoryOptions = TheoryOptions()) -
 
     LAW: bdot, nutation_damping, spin_up, reorientation, preliminary_1, preliminary_2 or sdot.
     """
-    from torquer.cli import theory_work as work
+    from torquer.cli.commands import theory_work as work
 
     return (work.design if how.design else work.show)(law, how)
 
@@ -93,6 +93,6 @@ def magneto_gyro(
     characteristic polynomials; why a constant dipole leaves no error. With SCENARIO, whose law is
     magneto_gyro: its numbers, and the exact model in the field of a dipole.
     """
-    from torquer.cli import theory_gyro_work as work
+    from torquer.cli.commands import theory_gyro_work as work
 
     return work.show(scenario, how, code)

@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from torquer.cli.design_gyro_case import craft_of, noise_intensity
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.design_gyro_case import craft_of, noise_intensity
+from torquer.cli.commands.theory import GyroModelOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable, writing_to
-from torquer.cli.theory import GyroModelOptions
-from torquer.control.magneto_gyro.law import MagnetoGyro
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.report.common.figure import saved
 from torquer.report.theory import magneto_gyro_models as draw
 from torquer.scenario.spec import Scenario
-from torquer.strict_json import json_text
 from torquer.theory.magneto_gyro import comparison
 from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of
 from torquer.theory.magneto_gyro.along_orbit import FieldAlong, field_along
@@ -76,7 +76,7 @@ def show(path: Path | None, how: GyroModelOptions, code: CodeOptions) -> int:
 def _symbolic():
     """What needs sympy."""
     try:
-        from torquer.cli import theory_gyro_rows
+        from torquer.cli.commands import theory_gyro_rows
     except ImportError:
         raise ValueError(
             "magneto-gyro: needs sympy: pip install 'torquer[symbolic]'; received an installation "

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from torquer import validate
 from torquer.analysis.averaged import equations as text
 from torquer.analysis.averaged.case import (
     POINTED,
@@ -18,18 +17,19 @@ from torquer.analysis.averaged.case import (
     spun_about_the_axis,
 )
 from torquer.analysis.averaged.motion import design_data, motion_data
+from torquer.base import validate
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.theory import CaseOptions, TheoryOptions
 from torquer.cli.options import check_ranges, given, option
 from torquer.cli.output import make_writable, writing_to
-from torquer.cli.theory import CaseOptions, TheoryOptions
-from torquer.conventions import EARTH_RADIUS_M
 from torquer.environment.field.averaged import Averaged, mean_of_extremes
-from torquer.orbit.kepler import check_farthest
+from torquer.environment.orbit.kepler import check_farthest
 from torquer.scenario.load import load_scenario
-from torquer.strict_json import json_text
-from torquer.theory.evolution.model import Slow
-from torquer.theory.evolution.sdot import sun_angle
-from torquer.theory.gains import Sampling
-from torquer.theory.slow_motion import map_of_evolution
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.evolution.sdot import sun_angle
+from torquer.theory.slow.gains import Sampling
+from torquer.theory.slow.slow_motion import map_of_evolution
 from torquer.theory.validity import SLOW_CHANGE
 
 _RATE_DEG_S = (5.0, 5.0, 5.0)
@@ -258,7 +258,7 @@ def _latex(law: str) -> str:
 
 def _symbolic_law(law: str):
     """The law with a target along the cone axis, its values replaced by symbols later."""
-    from torquer.control import LAWS
+    from torquer.computer.laws import LAWS
 
     up, inertia = {"target": (0.0, 0.0, 1.0)}, {"inertia_kg_m2": (1.0, 1.0, 1.0)}
     kinds: dict[str, tuple[str, str, dict[str, Any]]] = {

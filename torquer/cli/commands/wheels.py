@@ -27,6 +27,6 @@ def wheels(design: Path, *, how: WheelsOptions = WheelsOptions()) -> int:
     With --out also envelope.png, failures.png, accumulation.png and wheels.html, an interactive
     view of the envelope. With --sweep also a table over the angle, and sweep.png.
     """
-    from torquer.cli import wheels_work as work
+    from torquer.cli.commands import wheels_work as work
 
     return work.show(design, how)

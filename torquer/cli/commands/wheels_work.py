@@ -8,11 +8,12 @@ import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
-from torquer.analysis.wheel_design import report_of
-from torquer.analysis.wheel_file import WheelDesign, load_wheels
-from torquer.analysis.wheel_sweep import Sweep, angles_of, as_plain, sweep_of
+from torquer.base.strict_json import json_text
+from torquer.cli.commands.wheels import WheelsOptions
 from torquer.cli.output import make_writable, table, table_console, writing_to
-from torquer.cli.wheels import WheelsOptions
+from torquer.design.wheel_design import report_of
+from torquer.design.wheel_file import WheelDesign, load_wheels
+from torquer.design.wheel_sweep import Sweep, angles_of, as_plain, sweep_of
 from torquer.report.wheels.tables import (
     best_in_words,
     failure_rows,
@@ -20,7 +21,6 @@ from torquer.report.wheels.tables import (
     summary_rows,
     sweep_rows,
 )
-from torquer.strict_json import json_text
 
 #: Width of the tables where the output is not a terminal.
 _WIDTH = 110

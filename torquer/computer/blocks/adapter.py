@@ -18,8 +18,17 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from torquer.compile import engine, plugin, reasons
-from torquer.interface import CELLS, KNOWN, Ephemeris, Estimate, Inputs, ReadingTimes, inputs_of
+from torquer.compile import engine
+from torquer.computer.blocks import plugin, reasons
+from torquer.computer.interface import (
+    CELLS,
+    KNOWN,
+    Ephemeris,
+    Estimate,
+    Inputs,
+    ReadingTimes,
+    inputs_of,
+)
 
 ARRAY = types.float64[::1]
 #: Threads that need the same function wait for the first: a second copy would push the first one,

@@ -18,10 +18,18 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from torquer.compile import plugin
-from torquer.compile.adapter import Kind, compiled, filled, flat, floats, layout_of, names_of
-from torquer.interface import Inputs
-from torquer.validate import storable_name, storable_text
+from torquer.base.validate import storable_name, storable_text
+from torquer.computer.blocks import plugin
+from torquer.computer.blocks.adapter import (
+    Kind,
+    compiled,
+    filled,
+    flat,
+    floats,
+    layout_of,
+    names_of,
+)
+from torquer.computer.interface import Inputs
 
 
 class Axis(NamedTuple):

@@ -17,11 +17,11 @@ from typing import Literal
 
 import numba
 
-from torquer.compile.adapter import Kind
-from torquer.compile.block import Block
 from torquer.compile.engine import inlined
-from torquer.compile.plugin import attributes_read
-from torquer.interface import NO_COMMAND, Command
+from torquer.computer.blocks.adapter import Kind
+from torquer.computer.blocks.block import Block
+from torquer.computer.blocks.plugin import attributes_read
+from torquer.computer.interface import NO_COMMAND, Command
 
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
 _PLAIN_MEMORY = 16

@@ -19,9 +19,10 @@ import numba
 from numba.core.errors import NumbaError
 from numba.core.typeinfer import register_dispatcher
 
-from torquer.compile import engine, reasons
+from torquer.base.validate import as_storable
+from torquer.compile import engine
 from torquer.compile.code_cache import cache_of, kept, mark_of
-from torquer.validate import as_storable
+from torquer.computer.blocks import reasons
 
 #: Characters of what a user's code raised or returned that a message shows.
 _LONGEST = 300

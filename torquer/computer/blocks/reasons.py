@@ -3,7 +3,7 @@
 import difflib
 import re
 
-from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.computer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
 
 #: Names of what plug-ins are handed.
 _FIELDS = {each.__name__: each._fields for each in (Inputs, Estimate, Ephemeris, ReadingTimes)}
@@ -13,7 +13,9 @@ _OPERATORS = {
     "truediv": "/", "itruediv": "/=", "matmul": "@", "pow": "**",
 }  # fmt: skip
 #: What works where arrays, arithmetic of tuples and functions of other libraries do not.
-INSTEAD = "vectors are tuples: torquer.geometry.vec3 has add, scale, dot, cross, norm for them"
+INSTEAD = (
+    "vectors are tuples: torquer.maths.geometry.vec3 has add, scale, dot, cross, norm for them"
+)
 _PLAIN_WORDS = {"none": "nothing", "array": "an array"}
 
 

@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from torquer.compile import plugin
-from torquer.control.law import Law, as_law
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.computer.blocks import plugin
+from torquer.computer.blocks.law import Law, as_law
 
 #: A value of a parameter: a number, a vector, or a record of these.
 Parameter = float | tuple[float | tuple[float, ...], ...]

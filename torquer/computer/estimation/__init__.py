@@ -4,12 +4,12 @@ from typing import Annotated, Union
 
 from pydantic import Field
 
-from torquer.estimation.estimator import Estimator as Estimator
-from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.estimation.kalman_gyro import KalmanGyro
-from torquer.estimation.rate_from_field import RateFromField
-from torquer.estimation.sensors import LawEstimate, NoEstimator, SensorReadings
-from torquer.estimation.triad import Triad
+from torquer.computer.estimation.estimator import Estimator as Estimator
+from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
+from torquer.computer.estimation.rate_from_field import RateFromField
+from torquer.computer.estimation.sensors import LawEstimate, NoEstimator, SensorReadings
+from torquer.computer.estimation.triad import Triad
 
 ESTIMATORS = {
     "attitude_sensor": SensorReadings,

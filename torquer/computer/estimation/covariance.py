@@ -9,9 +9,9 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.geometry.frames import mat_mul, transpose
-from torquer.geometry.quaternion import conjugate, to_dcm
-from torquer.geometry.vec3 import add_scaled, scale
+from torquer.maths.geometry.frames import mat_mul, transpose
+from torquer.maths.geometry.quaternion import conjugate, to_dcm
+from torquer.maths.geometry.vec3 import add_scaled, scale
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 #: First row of the attitude error.

@@ -4,14 +4,14 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, nadir_at
-from torquer.estimation.measurements.magnetometer import MAGNETOMETER
-from torquer.estimation.measurements.measurement import as_of_now, is_usable
-from torquer.estimation.measurements.sun_cells import SUN_CELLS, sun_by_cells
-from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
-from torquer.estimation.triad import CONTRADICTION_RAD, field_at
-from torquer.geometry.quaternion import rotate
-from torquer.geometry.vec3 import cross, dot, norm
+from torquer.computer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, nadir_at
+from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER
+from torquer.computer.estimation.measurements.measurement import as_of_now, is_usable
+from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS, sun_by_cells
+from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.computer.estimation.triad import CONTRADICTION_RAD, field_at
+from torquer.maths.geometry.quaternion import rotate
+from torquer.maths.geometry.vec3 import cross, dot, norm
 
 _ZERO = (0.0, 0.0, 0.0)
 #: Square [T^2] below which a reading is no field.

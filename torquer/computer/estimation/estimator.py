@@ -1,7 +1,7 @@
 """Estimators as plug-ins: what the computer believes of attitude and rate.
 
 An estimator is a function `(inputs, parameters, memory)` that returns a `torquer.Estimate`; its
-inputs hold the previous estimate. Parameters and memory: see `torquer.control.law`.
+inputs hold the previous estimate. Parameters and memory: see `torquer.computer.blocks.law`.
 """
 
 import math
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numba
 from numba.extending import overload
 
-from torquer.compile.adapter import Kind
-from torquer.compile.block import Block
 from torquer.compile.engine import caller, inlined
-from torquer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.computer.blocks.adapter import Kind
+from torquer.computer.blocks.block import Block
+from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
 
 
 @inlined  # a host calls it, too

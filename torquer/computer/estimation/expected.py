@@ -1,6 +1,6 @@
 """Covariance of a filter along a nominal motion, by the kernels of the filters themselves.
 
-For the analysis of expected accuracy (`torquer.analysis.linear_covariance`): the innovations are
+For the analysis of expected accuracy (`linear_covariance`): the innovations are
 zero, so that nothing but the covariance changes.
 """
 
@@ -9,21 +9,24 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import called, inlined, kernel, plugged
+from torquer.computer.estimation import kalman_dynamics, kalman_gyro
+from torquer.computer.estimation.covariance import slices_of, update
+from torquer.computer.estimation.kalman_dynamics import ModelEnvironment, full, linearised
+from torquer.computer.estimation.measurements.magnetometer import errors_at, of_field
+from torquer.computer.estimation.measurements.measurement import (
+    direction_measurement,
+    estimated_rows,
+)
+from torquer.computer.estimation.measurements.star_tracker import of_attitude
+from torquer.computer.estimation.measurements.sun_cells import of_cell
+from torquer.computer.estimation.triad import quaternion_of
+from torquer.computer.interface import CELLS
 from torquer.environment.albedo import earthlight
-from torquer.estimation import kalman_dynamics, kalman_gyro
-from torquer.estimation.covariance import slices_of, update
-from torquer.estimation.kalman_dynamics import ModelEnvironment, full, linearised
-from torquer.estimation.measurements.magnetometer import errors_at, of_field
-from torquer.estimation.measurements.measurement import direction_measurement, estimated_rows
-from torquer.estimation.measurements.star_tracker import of_attitude
-from torquer.estimation.measurements.sun_cells import of_cell
-from torquer.estimation.triad import quaternion_of
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, norm, put_matrix, scale, unit, vector_of
-from torquer.interface import CELLS
-from torquer.spacecraft.attitude_sensor import earth_cosine, is_blind
-from torquer.spacecraft.horizon_sensor import centre_of_disc, sees_horizon
-from torquer.spacecraft.sun_sensor import sensor_that_sees
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import add, norm, put_matrix, scale, unit, vector_of
+from torquer.spacecraft.sensors.attitude_sensor import earth_cosine, is_blind
+from torquer.spacecraft.sensors.horizon_sensor import centre_of_disc, sees_horizon
+from torquer.spacecraft.sensors.sun_sensor import sensor_that_sees
 
 _ZERO = (0.0, 0.0, 0.0)
 

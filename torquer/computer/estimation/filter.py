@@ -6,18 +6,18 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from torquer.compile.block import Axis
-from torquer.estimation.covariance import CALIBRATION, States
-from torquer.estimation.estimator import Estimator
-from torquer.estimation.kalman import NOTHING
-from torquer.estimation.measurements.measurement import SENSORS, VECTORS, Sensing
-from torquer.estimation.measurements.star_tracker import PAST
-from torquer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
-from torquer.estimation.starts import UNINFORMED
-from torquer.estimation.state_names import axes_of
-from torquer.estimation.watch import CELLS as WATCHED
-from torquer.interface import CELLS
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.computer.blocks.block import Axis
+from torquer.computer.estimation.covariance import CALIBRATION, States
+from torquer.computer.estimation.estimator import Estimator
+from torquer.computer.estimation.kalman import NOTHING
+from torquer.computer.estimation.measurements.measurement import SENSORS, VECTORS, Sensing
+from torquer.computer.estimation.measurements.star_tracker import PAST
+from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
+from torquer.computer.estimation.starts import UNINFORMED
+from torquer.computer.estimation.state_names import axes_of
+from torquer.computer.estimation.watch import CELLS as WATCHED
+from torquer.computer.interface import CELLS
 
 #: Keys of errors of the magnetometer that may be states.
 MAGNETOMETER_ERRORS = (

@@ -16,19 +16,19 @@ this memory see the mixture.
 import math
 
 from torquer.compile.engine import inlined, plugged
-from torquer.estimation.covariance import ATTITUDE, factors_of, gain_of, variance_of
-from torquer.estimation.kalman import (
+from torquer.computer.estimation.covariance import ATTITUDE, factors_of, gain_of, variance_of
+from torquer.computer.estimation.kalman import (
     advance,
     nothing_estimated,
     put_back,
     stated,
     take_readings,
 )
-from torquer.estimation.measurements.magnetometer import MAGNETOMETER, magnetometer
-from torquer.estimation.starts import UNINFORMED, has_attitude
-from torquer.estimation.triad import put_quaternion, quaternion_of, rate_between
-from torquer.geometry.quaternion import from_rotation_vector, multiply
-from torquer.geometry.vec3 import put_matrix, put_row, scale, unit
+from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER, magnetometer
+from torquer.computer.estimation.starts import UNINFORMED, has_attitude
+from torquer.computer.estimation.triad import put_quaternion, quaternion_of, rate_between
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
+from torquer.maths.geometry.vec3 import put_matrix, put_row, scale, unit
 
 #: Hypotheses at the start, equally spaced about the field, and places for more.
 _AT_START = 24
@@ -49,7 +49,7 @@ _LEAST = math.log(1e-6)
 def step_by_field(
     inputs, parameters, memory, begin, propagate, rate_of, remembered, put_remembered
 ):
-    """`torquer.estimation.kalman.step` of a filter that uses the magnetometer alone.
+    """`torquer.computer.estimation.kalman.step` of a filter that uses the magnetometer alone.
 
     `remembered(memory)`: what `propagate` reads of the step before; `put_remembered(memory, it)`.
     """

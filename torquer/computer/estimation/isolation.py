@@ -1,20 +1,20 @@
 """Whether sensors and motion are to be believed: what is isolated, what becomes uncertain.
 
-See `torquer.estimation.watch` for the tests; design/0010 for what was tried.
+See `torquer.computer.estimation.watch` for the tests; design/0010 for what was tried.
 """
 
 import math
 
 from torquer.compile.engine import inlined
-from torquer.estimation.covariance import ATTITUDE, RATE_ERROR, variance_of
-from torquer.estimation.measurements.magnetometer import MAGNETOMETER, has_field_magnitude
-from torquer.estimation.measurements.measurement import SENSORS, VECTORS, is_field_alone
-from torquer.estimation.measurements.star_tracker import STAR_TRACKER
-from torquer.estimation.measurements.sun_cells import SUN_CELLS
-from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
-from torquer.estimation.triad import CONTRADICTION_RAD, quaternion_of
-from torquer.estimation.watch import GROWN_S, watch
-from torquer.geometry.vec3 import dot
+from torquer.computer.estimation.covariance import ATTITUDE, RATE_ERROR, variance_of
+from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER, has_field_magnitude
+from torquer.computer.estimation.measurements.measurement import SENSORS, VECTORS, is_field_alone
+from torquer.computer.estimation.measurements.star_tracker import STAR_TRACKER
+from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS
+from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.computer.estimation.triad import CONTRADICTION_RAD, quaternion_of
+from torquer.computer.estimation.watch import GROWN_S, watch
+from torquer.maths.geometry.vec3 import dot
 
 #: Number of rejected readings in a row from which on something is wrong; by chance it is not.
 _FEW = 3.0
@@ -34,7 +34,7 @@ USED, STUCK, ODD, CONTRADICTS = 0.0, 1.0, 2.0, 3.0
 def judge(inputs, parameters, memory, m, sensor, rate_variances):
     """Whether the sensor seems to be sound, and the motion; tests that need no attitude.
 
-    `rate_variances`: see `torquer.estimation.kalman.take_readings`. Signals of single cells are not
+    `rate_variances`: see `kalman.take_readings`. Signals of single cells are not
     tested.
 
     The motion is in doubt where a sensor that is not stuck turns in another way while its readings
@@ -142,7 +142,7 @@ def doubt_motion(memory, rate_error):
 
 @inlined
 def widen(memory, dt):
-    """Allow for a motion that is not the body's: see `torquer.estimation.watch`."""
+    """Allow for a motion that is not the body's: see `torquer.computer.estimation.watch`."""
     p, variance = memory.covariance, memory.rate_error * memory.rate_error
     if variance > 0.0:
         for i in range(3):

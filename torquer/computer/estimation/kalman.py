@@ -8,39 +8,39 @@ filtering for spacecraft attitude estimation' (1982).
 import math
 
 from torquer.compile.engine import inlined, plugged
-from torquer.estimation.covariance import (
+from torquer.computer.estimation.covariance import (
     ATTITUDE,
     RATE_ERROR,
     turn_attitude,
     update,
     variance_of,
 )
-from torquer.estimation.isolation import USED, is_broken, judge, widen
-from torquer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, horizon_sensor
-from torquer.estimation.measurements.magnetometer import (
+from torquer.computer.estimation.isolation import USED, is_broken, judge, widen
+from torquer.computer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, horizon_sensor
+from torquer.computer.estimation.measurements.magnetometer import (
     MAGNETOMETER,
     magnetometer,
 )
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.measurements.measurement import (
     SENSORS,
     estimated_rows,
 )
-from torquer.estimation.measurements.star_tracker import (
+from torquer.computer.estimation.measurements.star_tracker import (
     STAR_TRACKER,
     keep_rotation,
     star_tracker,
 )
-from torquer.estimation.measurements.sun_cells import SUN_CELLS, put_earthlight, sun_cell
-from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
-from torquer.estimation.starts import has_attitude
-from torquer.estimation.triad import (
+from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS, put_earthlight, sun_cell
+from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
+from torquer.computer.estimation.starts import has_attitude
+from torquer.computer.estimation.triad import (
     put_quaternion,
     quaternion_of,
 )
-from torquer.estimation.watch import follow
-from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
-from torquer.geometry.vec3 import put_vector
-from torquer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.computer.estimation.watch import follow
+from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.maths.geometry.vec3 import put_vector
 
 NOTHING = (math.nan, math.nan, math.nan)
 
@@ -52,7 +52,7 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
     What differs between filters: `propagate(inputs, parameters, memory, dt)`; `rate_of`, of the
     same arguments: (rate, bias of the gyro, mean variance of the rate's error that lasts, that of
     its noise over dt); `begin`: see
-    `torquer.estimation.starts.find_attitude`.
+    `torquer.computer.estimation.starts.find_attitude`.
     """
     if not has_attitude(inputs, parameters, memory, begin, rate_of):
         return nothing_estimated(parameters, memory)

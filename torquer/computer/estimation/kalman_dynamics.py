@@ -11,9 +11,9 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from torquer.base.spec import Inertia, Vector
 from torquer.compile.engine import inlined, kernel
-from torquer.earth.gravity import gravity_gradient_at, gravity_gradient_torque
-from torquer.estimation.covariance import (
+from torquer.computer.estimation.covariance import (
     ATTITUDE,
     IDENTITY,
     States,
@@ -29,13 +29,14 @@ from torquer.estimation.covariance import (
     state_of,
     variance_of,
 )
-from torquer.estimation.filter import Filter, keys_of
-from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
-from torquer.estimation.kalman import step
-from torquer.estimation.measurements.measurement import Sensing
-from torquer.estimation.triad import put_quaternion, quaternion_of
-from torquer.geometry.frames import mat_mul, transpose
-from torquer.geometry.quaternion import (
+from torquer.computer.estimation.filter import Filter, keys_of
+from torquer.computer.estimation.hypotheses import memory_of_hypotheses, step_by_field
+from torquer.computer.estimation.kalman import step
+from torquer.computer.estimation.measurements.measurement import Sensing
+from torquer.computer.estimation.triad import put_quaternion, quaternion_of
+from torquer.environment.earth.gravity import gravity_gradient_at, gravity_gradient_torque
+from torquer.maths.geometry.frames import mat_mul, transpose
+from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
@@ -43,7 +44,7 @@ from torquer.geometry.quaternion import (
     rotate_inverse,
     to_dcm,
 )
-from torquer.geometry.vec3 import (
+from torquer.maths.geometry.vec3 import (
     add,
     add_scaled,
     as_symmetric,
@@ -56,7 +57,6 @@ from torquer.geometry.vec3 import (
     sym_vec,
     vector_of,
 )
-from torquer.spec import Inertia, Vector
 
 #: First row of the rate.
 RATE = 3

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
-from torquer.estimation.covariance import (
+from torquer.computer.estimation.covariance import (
     ATTITUDE,
     IDENTITY,
     States,
@@ -27,21 +27,21 @@ from torquer.estimation.covariance import (
     slices_of,
     state_of,
 )
-from torquer.estimation.filter import Filter, keys_of
-from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
-from torquer.estimation.kalman import step
-from torquer.estimation.measurements.measurement import Sensing
-from torquer.estimation.mounting import by_misalignment, by_scale, without_mounting
-from torquer.estimation.triad import put_quaternion, quaternion_of
-from torquer.geometry.frames import mat_mul, transpose
-from torquer.geometry.quaternion import (
+from torquer.computer.estimation.filter import Filter, keys_of
+from torquer.computer.estimation.hypotheses import memory_of_hypotheses, step_by_field
+from torquer.computer.estimation.kalman import step
+from torquer.computer.estimation.measurements.measurement import Sensing
+from torquer.computer.estimation.mounting import by_misalignment, by_scale, without_mounting
+from torquer.computer.estimation.triad import put_quaternion, quaternion_of
+from torquer.maths.geometry.frames import mat_mul, transpose
+from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
     normalised,
     to_dcm,
 )
-from torquer.geometry.vec3 import (
+from torquer.maths.geometry.vec3 import (
     add_scaled,
     cross,
     dot,
@@ -286,7 +286,7 @@ def kalman_gyro_by_field(inputs, parameters, memory):
 class KalmanGyro(Filter):
     """Multiplicative Kalman filter with a gyro and any of the sensors of `Filter`.
 
-    `torquer.estimation.gyro_noise.filter_noise` makes the two noises from a data sheet.
+    `torquer.computer.estimation.gyro_noise.filter_noise` makes the two noises from a data sheet.
     """
 
     __doc__ = f"{__doc__}{keys_of(Filter)}"

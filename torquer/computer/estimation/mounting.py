@@ -1,13 +1,13 @@
 """Scale factors and misalignment of three-axis sensors as states of a filter.
 
 A sensor reads v' = diag(1 + k) R(d)^T v + bias: k the relative errors of its scale factors, d the
-rotation vector of its misalignment, both small (`torquer.spacecraft.sensing.mounting_matrix`). To
+rotation vector of its misalignment, both small (`spacecraft.sensors.sensing.mounting_matrix`). To
 first order v' = v + diag(v) k + v x d + bias.
 """
 
 from torquer.compile.engine import inlined
-from torquer.estimation.covariance import skew, state_of
-from torquer.geometry.quaternion import from_rotation_vector, rotate
+from torquer.computer.estimation.covariance import skew, state_of
+from torquer.maths.geometry.quaternion import from_rotation_vector, rotate
 
 
 @inlined

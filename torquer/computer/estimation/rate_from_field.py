@@ -11,11 +11,11 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.estimation.estimator import Estimator
-from torquer.geometry.vec3 import cross, dot, norm, put_vector, scale, vector_of
-from torquer.interface import Estimate
-from torquer.spec import Spec
+from torquer.computer.estimation.estimator import Estimator
+from torquer.computer.interface import Estimate
+from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, scale, vector_of
 
 _UNKNOWN = (math.nan, math.nan, math.nan)
 

@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer.estimation.measurements.measurement import VECTORS
-from torquer.interface import CELLS
-from torquer.spacecraft.attitude_sensor import checked_boresight
-from torquer.spacecraft.sun_cells import Normals
-from torquer.spec import Spec, Vector
+from torquer.base.spec import Spec, Vector
+from torquer.computer.estimation.measurements.measurement import VECTORS
+from torquer.computer.interface import CELLS
+from torquer.spacecraft.sensors.attitude_sensor import checked_boresight
+from torquer.spacecraft.sensors.sun_cells import Normals
 
 #: Key of each sensor's noise, in the order of the sensors' numbers.
 NOISE_KEYS = {

@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from torquer.spec import Spec
+from torquer.base.spec import Spec
 
 
 class SensorReadings(Spec):

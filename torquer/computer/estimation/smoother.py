@@ -15,22 +15,22 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.estimation.covariance import ATTITUDE, put_uncorrelated, turn_attitude
-from torquer.estimation.estimator import Estimator, call_estimator
-from torquer.estimation.filter import memory_of
-from torquer.estimation.measurements.measurement import VECTORS
-from torquer.estimation.measurements.star_tracker import PAST
-from torquer.estimation.starts import UNINFORMED
-from torquer.estimation.triad import put_quaternion, quaternion_of, rate_between
-from torquer.estimation.watch import CELLS as WATCHED
-from torquer.geometry.quaternion import (
+from torquer.computer.estimation.covariance import ATTITUDE, put_uncorrelated, turn_attitude
+from torquer.computer.estimation.estimator import Estimator, call_estimator
+from torquer.computer.estimation.filter import memory_of
+from torquer.computer.estimation.measurements.measurement import VECTORS
+from torquer.computer.estimation.measurements.star_tracker import PAST
+from torquer.computer.estimation.starts import UNINFORMED
+from torquer.computer.estimation.triad import put_quaternion, quaternion_of, rate_between
+from torquer.computer.estimation.watch import CELLS as WATCHED
+from torquer.computer.interface import UNKNOWN_ESTIMATE, estimate_of, put_estimate
+from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
     normalised,
 )
-from torquer.geometry.vec3 import put_matrix, put_row
-from torquer.interface import UNKNOWN_ESTIMATE, estimate_of, put_estimate
+from torquer.maths.geometry.vec3 import put_matrix, put_row
 
 #: Share of a variance below which what is left of it, once others are known, is rounding.
 _ROUNDING = 1e-13

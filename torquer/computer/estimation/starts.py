@@ -3,15 +3,15 @@
 import math
 
 from torquer.compile.engine import inlined, plugged
-from torquer.estimation.covariance import (
+from torquer.computer.estimation.covariance import (
     ATTITUDE,
     forget,
     make_uncertain,
     put_uncorrelated,
     variance_of,
 )
-from torquer.estimation.directions import contradicts, direction_of
-from torquer.estimation.isolation import (
+from torquer.computer.estimation.directions import contradicts, direction_of
+from torquer.computer.estimation.isolation import (
     CONTRADICTS,
     USED,
     directions_in_agreement,
@@ -19,18 +19,18 @@ from torquer.estimation.isolation import (
     is_broken,
     others_agree,
 )
-from torquer.estimation.measurements.horizon_sensor import HORIZON_SENSOR
-from torquer.estimation.measurements.magnetometer import MAGNETOMETER
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.measurements.horizon_sensor import HORIZON_SENSOR
+from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER
+from torquer.computer.estimation.measurements.measurement import (
     SENSORS,
     VECTORS,
     as_of_now,
     is_field_alone,
 )
-from torquer.estimation.measurements.star_tracker import PAST, STAR_TRACKER, is_attitude
-from torquer.estimation.measurements.sun_cells import SUN_CELLS
-from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
-from torquer.estimation.triad import (
+from torquer.computer.estimation.measurements.star_tracker import PAST, STAR_TRACKER, is_attitude
+from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS
+from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.computer.estimation.triad import (
     LEAST_SINE,
     by_two,
     contradict,
@@ -38,8 +38,8 @@ from torquer.estimation.triad import (
     quaternion_of,
     sine_between,
 )
-from torquer.geometry.quaternion import multiply, normalised, rotate
-from torquer.geometry.vec3 import cross, dot, scale, unit
+from torquer.maths.geometry.quaternion import multiply, normalised, rotate
+from torquer.maths.geometry.vec3 import cross, dot, scale, unit
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
 UNINFORMED = math.pi * math.pi / 3.0

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from torquer.compile.block import Axis
+from torquer.computer.blocks.block import Axis
 
 #: Units of the components of each state; the attitude's is its error, a small rotation.
 UNITS = {

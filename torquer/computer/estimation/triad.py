@@ -9,14 +9,23 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
-from torquer.estimation.covariance import IDENTITY, mat_add, mat_scale, outer
-from torquer.estimation.estimator import Estimator
-from torquer.geometry.frames import mat_mul, transpose
-from torquer.geometry.quaternion import conjugate, from_dcm, multiply
-from torquer.geometry.vec3 import add_scaled, cross, dot, norm, put_vector, scale, unit, vector_of
-from torquer.interface import UNKNOWN_ESTIMATE, Estimate
-from torquer.spec import Spec
+from torquer.computer.estimation.covariance import IDENTITY, mat_add, mat_scale, outer
+from torquer.computer.estimation.estimator import Estimator
+from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.maths.geometry.frames import mat_mul, transpose
+from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
+from torquer.maths.geometry.vec3 import (
+    add_scaled,
+    cross,
+    dot,
+    norm,
+    put_vector,
+    scale,
+    unit,
+    vector_of,
+)
 
 #: Sine of the angle between two directions below which they are taken for parallel.
 LEAST_SINE = 0.01

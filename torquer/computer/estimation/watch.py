@@ -10,8 +10,8 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.geometry.quaternion import conjugate, multiply, normalised, rotate_inverse
-from torquer.geometry.vec3 import add, dot, sub
+from torquer.maths.geometry.quaternion import conjugate, multiply, normalised, rotate_inverse
+from torquer.maths.geometry.vec3 import add, dot, sub
 
 #: Time [s] for which a reading is compared with later ones: in longer ones, smaller errors of the
 #: rate show.

@@ -7,10 +7,10 @@ from typing import Annotated, Union
 
 from pydantic import Field
 
-from torquer.control.bdot import Bdot as Bdot
-from torquer.control.built_in import BUILT_IN
-from torquer.control.scheme import Scheme
-from torquer.control.user import GivenLaw, UserLaw
+from torquer.computer.blocks.user import GivenLaw, UserLaw
+from torquer.computer.laws.bdot import Bdot as Bdot
+from torquer.computer.laws.built_in import BUILT_IN
+from torquer.computer.scheme import Scheme
 
 #: Laws by the kind that a scenario names.
 LAWS = {**BUILT_IN, "user": UserLaw}

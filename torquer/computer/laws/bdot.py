@@ -9,11 +9,11 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import cross, put_vector, scale, sub, vector_of
-from torquer.spec import Spec
+from torquer.computer.blocks.law import Law
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import cross, put_vector, scale, sub, vector_of
 
 _ZERO = (0.0, 0.0, 0.0)
 #: An interval of readings this many times the shortest so far is a gap: the law has rested in a

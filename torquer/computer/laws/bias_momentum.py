@@ -11,12 +11,12 @@ from typing import Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
-from torquer.control.bdot import GAP, PREVIOUS_READING, Gain, bdot_difference
-from torquer.control.law import Law
-from torquer.control.pointing import HeldAttitude, deviation, reference_motion, short_way
-from torquer.control.spin_axis import unit_vector
-from torquer.geometry.vec3 import add_scaled, cross, dot, scale
-from torquer.interface import Command
+from torquer.computer.blocks.law import Law
+from torquer.computer.interface import Command
+from torquer.computer.laws.bdot import GAP, PREVIOUS_READING, Gain, bdot_difference
+from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
+from torquer.computer.laws.spin_axis import unit_vector
+from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 #: Memory: integral of the pitch angle, whether there was a call, its time, and the shortest
 #: interval between two calls (0: none yet); that of B-dot, last: a record that begins as another

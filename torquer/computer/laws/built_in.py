@@ -1,30 +1,30 @@
 """Laws that come with the package: each has its line here."""
 
-from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
-from torquer.control.bias_momentum import BiasMomentum
-from torquer.control.magneto_gyro.law import MagnetoGyro
-from torquer.control.nutation_damping import (
+from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
+from torquer.computer.laws.bias_momentum import BiasMomentum
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.computer.laws.nutation_damping import (
     NutationDamping,
     NutationDampingDerivative,
     NutationDampingRate,
 )
-from torquer.control.off import Off
-from torquer.control.panel_tracking import PanelTracking
-from torquer.control.periodic_gains import PeriodicGains
-from torquer.control.preliminary_1 import Preliminary1
-from torquer.control.preliminary_2 import Preliminary2
-from torquer.control.projected_pd import ProjectedPd
-from torquer.control.reorientation import Reorientation
-from torquer.control.sdot import Sdot, SdotRate
-from torquer.control.sliding_mode import SlidingMode
-from torquer.control.spin_to_sun import SpinToSun
-from torquer.control.spin_up import SpinUp
-from torquer.control.sun_cross import SunCross
-from torquer.control.three_axis import ThreeAxis
-from torquer.control.unloading import Unloading
-from torquer.control.wheel_lyapunov import WheelLyapunov
-from torquer.control.wheel_one_axis import WheelOneAxis
-from torquer.control.wheel_pd import WheelPd
+from torquer.computer.laws.off import Off
+from torquer.computer.laws.panel_tracking import PanelTracking
+from torquer.computer.laws.periodic_gains import PeriodicGains
+from torquer.computer.laws.preliminary_1 import Preliminary1
+from torquer.computer.laws.preliminary_2 import Preliminary2
+from torquer.computer.laws.projected_pd import ProjectedPd
+from torquer.computer.laws.reorientation import Reorientation
+from torquer.computer.laws.sdot import Sdot, SdotRate
+from torquer.computer.laws.sliding_mode import SlidingMode
+from torquer.computer.laws.spin_to_sun import SpinToSun
+from torquer.computer.laws.spin_up import SpinUp
+from torquer.computer.laws.sun_cross import SunCross
+from torquer.computer.laws.three_axis import ThreeAxis
+from torquer.computer.laws.unloading import Unloading
+from torquer.computer.laws.wheel_lyapunov import WheelLyapunov
+from torquer.computer.laws.wheel_one_axis import WheelOneAxis
+from torquer.computer.laws.wheel_pd import WheelPd
 
 BUILT_IN = {
     "off": Off,

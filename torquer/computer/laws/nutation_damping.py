@@ -9,10 +9,10 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from torquer.compile.engine import kernel
-from torquer.control.bdot import PREVIOUS_READING, bdot_derivative, bdot_difference, bdot_rate
-from torquer.control.law import Law
-from torquer.control.spin_axis import AboutAxis, one_coil
-from torquer.geometry.vec3 import dot
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.bdot import PREVIOUS_READING, bdot_derivative, bdot_difference, bdot_rate
+from torquer.computer.laws.spin_axis import AboutAxis, one_coil
+from torquer.maths.geometry.vec3 import dot
 
 
 @kernel

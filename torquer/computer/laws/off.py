@@ -2,9 +2,9 @@
 
 from typing import Literal
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.spec import Spec
+from torquer.computer.blocks.law import Law
 
 
 @kernel

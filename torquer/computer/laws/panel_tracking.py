@@ -19,12 +19,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
-from torquer.control.law import Law
-from torquer.control.spin_axis import unit_vector
-from torquer.control.sun_cross import dipole_for
-from torquer.geometry.vec3 import add_scaled, cross, dot, scale
-from torquer.spec import Spec
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.spin_axis import unit_vector
+from torquer.computer.laws.sun_cross import dipole_for
+from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 
 class PanelTrackingParameters(NamedTuple):

@@ -11,12 +11,12 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from torquer.base.spec import Vector
 from torquer.compile.engine import inlined, kernel
-from torquer.control.law import Law
-from torquer.control.pointing import HeldAttitude, deviation, reference_motion
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion
 from torquer.environment.field.averaged import argument_of_latitude
-from torquer.geometry.vec3 import add, add_scaled, cross, mat_vec, scale
-from torquer.spec import Vector
+from torquer.maths.geometry.vec3 import add, add_scaled, cross, mat_vec, scale
 
 Matrix = tuple[Vector, Vector, Vector]
 #: A constant matrix, then those of cos u, sin u, cos 2u, sin 2u, ...

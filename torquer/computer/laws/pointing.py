@@ -1,6 +1,6 @@
 """What laws that hold an attitude share: reference frame, wanted attitude, deviation from it.
 
-The reference frame is the orbital one (X of `torquer.conventions`) or the inertial one; the
+The reference frame is the orbital one (X of `torquer.base.conventions`) or the inertial one; the
 wanted attitude is that of the body to it. Among the parameters of such a law are `orbital`, 1 for
 an orbital reference, and `q_wanted`, the wanted attitude to it.
 """
@@ -11,12 +11,12 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field
 
+from torquer.base.spec import Inertia, Spec, Vector
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry import euler
-from torquer.geometry.frames import dcm_orbital_to_inertial
-from torquer.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse
-from torquer.geometry.vec3 import cross, dot, norm, scale, sub
-from torquer.spec import Inertia, Spec, Vector
+from torquer.maths.geometry import euler
+from torquer.maths.geometry.frames import dcm_orbital_to_inertial
+from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse
+from torquer.maths.geometry.vec3 import cross, dot, norm, scale, sub
 
 
 @inlined

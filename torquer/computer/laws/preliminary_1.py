@@ -9,9 +9,9 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.spin_axis import Pointed, one_coil, target_body
-from torquer.geometry.vec3 import cross, dot
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.spin_axis import Pointed, one_coil, target_body
+from torquer.maths.geometry.vec3 import cross, dot
 
 
 @kernel

@@ -7,11 +7,11 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.spin_axis import Pointed, one_coil, target_body
-from torquer.geometry.vec3 import as_symmetric, cross, dot, norm, scale, sub, sym_vec
-from torquer.spec import Inertia
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.spin_axis import Pointed, one_coil, target_body
+from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, norm, scale, sub, sym_vec
 
 
 class Preliminary2Parameters(NamedTuple):

@@ -15,11 +15,11 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.periodic_gains import Matrix
-from torquer.control.pointing import HeldAttitude, deviation, reference_motion, short_way
-from torquer.geometry.quaternion import rotate, rotate_inverse
-from torquer.geometry.vec3 import add, as_matrix, cross, dot, mat_vec, scale
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.periodic_gains import Matrix
+from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
+from torquer.maths.geometry.quaternion import rotate, rotate_inverse
+from torquer.maths.geometry.vec3 import add, as_matrix, cross, dot, mat_vec, scale
 
 _ONE = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
 from torquer.environment.field.averaged import cone_angle
 
 #: When nutation counts as damped: conditions of a stage.

@@ -2,7 +2,7 @@
 
 SDOT 1.5: B-dot with the direction to the Sun in place of the field's; the angle alpha between the
 two comes from the models. The angular momentum turns to the Sun or away from it, which of the two
-depends on the start (`torquer.theory.evolution.sdot`).
+depends on the start (`torquer.theory.slow.evolution.sdot`).
 
 Without the Sun there is no dipole. The law without a gyro takes the difference of two successive
 readings; after a reading without the Sun, and after a gap (an eclipse through which the law was not
@@ -13,11 +13,11 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
-from torquer.control.bdot import GAP
-from torquer.control.law import Law
-from torquer.geometry.vec3 import cross, dot, norm, put_vector, scale, sub, vector_of
-from torquer.spec import Spec
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.bdot import GAP
+from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, scale, sub, vector_of
 
 _ZERO = (0.0, 0.0, 0.0)
 #: Memory of the law of differences: whether there was a reading, its time, its direction to the

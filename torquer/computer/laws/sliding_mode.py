@@ -12,19 +12,28 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.pointing import (
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.pointing import (
     HeldAttitude,
     deviation,
     reference_acceleration,
     reference_motion,
     short_way,
 )
-from torquer.control.wheel_lyapunov import known_gravity_torque
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, dot, scale, sub, sym_vec
-from torquer.spec import Inertia
+from torquer.computer.laws.wheel_lyapunov import known_gravity_torque
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import (
+    add,
+    add_scaled,
+    as_symmetric,
+    cross,
+    dot,
+    scale,
+    sub,
+    sym_vec,
+)
 
 
 class SlidingModeParameters(NamedTuple):

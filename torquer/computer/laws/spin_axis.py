@@ -11,11 +11,11 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import as_vector, scale
-from torquer.spec import Spec, Vector
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import as_vector, scale
 
 
 class AxisParameters(NamedTuple):

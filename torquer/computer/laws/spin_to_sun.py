@@ -10,12 +10,12 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Inertia, Spec
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.spin_axis import unit_vector
-from torquer.control.sun_cross import dipole_for
-from torquer.geometry.vec3 import as_symmetric, dot, norm, scale, sub, sym_vec
-from torquer.spec import Inertia, Spec
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.spin_axis import unit_vector
+from torquer.computer.laws.sun_cross import dipole_for
+from torquer.maths.geometry.vec3 import as_symmetric, dot, norm, scale, sub, sym_vec
 
 #: The second step begins once the momentum lies within the angle of the axis and has this part of
 #: its wanted length; it ends beyond twice the angle, or below half of that length.

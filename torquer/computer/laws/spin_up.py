@@ -11,9 +11,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.spin_axis import AboutAxis, switched, unit_vector
-from torquer.geometry.vec3 import add_scaled, cross, dot, scale
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.spin_axis import AboutAxis, switched, unit_vector
+from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 
 class SpinUpParameters(NamedTuple):

@@ -8,11 +8,11 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
-from torquer.control.law import Law
-from torquer.control.spin_axis import unit_vector
-from torquer.geometry.vec3 import cross, dot, scale
-from torquer.spec import Spec
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.spin_axis import unit_vector
+from torquer.maths.geometry.vec3 import cross, dot, scale
 
 
 class SunCrossParameters(NamedTuple):

@@ -9,9 +9,9 @@ from typing import Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.pointing import HeldAttitude, deviation, reference_motion
-from torquer.geometry.vec3 import add, cross, scale
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion
+from torquer.maths.geometry.vec3 import add, cross, scale
 
 
 class ThreeAxisParameters(NamedTuple):

@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.geometry.vec3 import cross, dot, norm, scale, sub
-from torquer.spec import Spec, Vector
+from torquer.computer.blocks.law import Law
+from torquer.maths.geometry.vec3 import cross, dot, norm, scale, sub
 
 
 class UnloadingParameters(NamedTuple):

@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
-from torquer.control.law import Law
-from torquer.control.pointing import (
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
     limited,
@@ -21,9 +21,9 @@ from torquer.control.pointing import (
     reference_motion,
     short_way,
 )
-from torquer.earth.gravity import gravity_gradient_at, gravity_gradient_torque
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, sub, sym_vec
+from torquer.environment.earth.gravity import gravity_gradient_at, gravity_gradient_torque
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import add, add_scaled, as_symmetric, cross, sub, sym_vec
 
 
 @inlined

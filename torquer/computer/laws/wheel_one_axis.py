@@ -12,13 +12,14 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Inertia, Spec
 from torquer.compile.engine import inlined, kernel
-from torquer.control.law import Law
-from torquer.control.pointing import limited, most_half_turn
-from torquer.control.spin_axis import unit_vector
-from torquer.control.wheel_lyapunov import known_gravity_torque
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import (
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.pointing import limited, most_half_turn
+from torquer.computer.laws.spin_axis import unit_vector
+from torquer.computer.laws.wheel_lyapunov import known_gravity_torque
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import (
     add,
     add_scaled,
     as_symmetric,
@@ -30,7 +31,6 @@ from torquer.geometry.vec3 import (
     sym_vec,
     unit,
 )
-from torquer.spec import Inertia, Spec
 
 
 class WheelOneAxisParameters(NamedTuple):

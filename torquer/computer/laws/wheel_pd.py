@@ -10,8 +10,8 @@ from typing import Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.control.pointing import (
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
     limited,
@@ -19,7 +19,7 @@ from torquer.control.pointing import (
     reference_motion,
     short_way,
 )
-from torquer.geometry.vec3 import add, as_symmetric, cross, norm, scale, sym_vec
+from torquer.maths.geometry.vec3 import add, as_symmetric, cross, norm, scale, sym_vec
 
 
 class WheelPdParameters(NamedTuple):

@@ -5,14 +5,14 @@
 
 from collections.abc import Iterator
 
-from torquer.control.modes.cycles import bounds, chatter
-from torquer.control.modes.explore import Sight
-from torquer.control.modes.finding import Facts, Finding
-from torquer.control.modes.graph import reachable
-from torquer.control.modes.signals import SIGNALS
-from torquer.control.modes.spec import Modes
-from torquer.control.modes.together import conflicts, deadlocks, leftovers, without_effect
-from torquer.control.modes.ways import never_taken, on_transitions
+from torquer.computer.modes.cycles import bounds, chatter
+from torquer.computer.modes.explore import Sight
+from torquer.computer.modes.finding import Facts, Finding
+from torquer.computer.modes.graph import reachable
+from torquer.computer.modes.signals import SIGNALS
+from torquer.computer.modes.spec import Modes
+from torquer.computer.modes.together import conflicts, deadlocks, leftovers, without_effect
+from torquer.computer.modes.ways import never_taken, on_transitions
 
 _NOTHING_KNOWN = Facts()
 

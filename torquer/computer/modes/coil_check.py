@@ -17,10 +17,10 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined
-from torquer.estimation.measurements.measurement import as_of_now
-from torquer.estimation.triad import quaternion_of
-from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate
-from torquer.geometry.vec3 import add, cross, norm, put_vector, scale, sub, sym_vec, vector_of
+from torquer.computer.estimation.measurements.measurement import as_of_now
+from torquer.computer.estimation.triad import quaternion_of
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate
+from torquer.maths.geometry.vec3 import add, cross, norm, put_vector, scale, sub, sym_vec, vector_of
 
 #: Time of the momentum's change [s], and the longest between two control steps.
 _WINDOW_S, _LONGEST_S = 30.0, 10.0

@@ -3,11 +3,11 @@
 import itertools
 from collections.abc import Iterator
 
-from torquer.control.modes.explore import Explored, Sight, Step
-from torquer.control.modes.finding import Finding
-from torquer.control.modes.graph import Edge, components, cycle_along, waits
-from torquer.control.modes.strip import strip_of
-from torquer.control.modes.wording import condition_in_words
+from torquer.computer.modes.explore import Explored, Sight, Step
+from torquer.computer.modes.finding import Finding
+from torquer.computer.modes.graph import Edge, components, cycle_along, waits
+from torquer.computer.modes.strip import strip_of
+from torquer.computer.modes.wording import condition_in_words
 
 _REMEDY = "for_s, at_least_s or hysteresis prevent it"
 

@@ -3,9 +3,9 @@
 import re
 from xml.sax.saxutils import escape, quoteattr
 
-from torquer.control.modes.layout import ANY, INSET, MARGIN, ROW, Path, StateBox, layout
-from torquer.control.modes.spec import Modes, Region
-from torquer.control.modes.wording import state_in_words, transition_in_words
+from torquer.computer.modes.layout import ANY, INSET, MARGIN, ROW, Path, StateBox, layout
+from torquer.computer.modes.spec import Modes, Region
+from torquer.computer.modes.wording import state_in_words, transition_in_words
 
 _STYLE = """<style>
 text { font: 12px system-ui, sans-serif; fill: #222; }

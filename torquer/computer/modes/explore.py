@@ -11,11 +11,11 @@ from collections.abc import Iterable
 from functools import cached_property, partial
 from typing import NamedTuple
 
-from torquer.control.modes.finding import Facts
-from torquer.control.modes.graph import Edge, commanded, edges_of, waits
-from torquer.control.modes.signals import ESTIMATED
-from torquer.control.modes.spec import Modes
-from torquer.control.modes.valuations import (
+from torquer.computer.modes.finding import Facts
+from torquer.computer.modes.graph import Edge, commanded, edges_of, waits
+from torquer.computer.modes.signals import ESTIMATED
+from torquer.computer.modes.spec import Modes
+from torquer.computer.modes.valuations import (
     Subject,
     Valuations,
     all_values,

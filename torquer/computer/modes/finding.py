@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from torquer.interface import SENSORS
+from torquer.computer.interface import SENSORS
 
 
 class Facts(NamedTuple):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from torquer.control.modes.spec import Region, Transition
+from torquer.computer.modes.spec import Region, Transition
 
 
 class Edge(NamedTuple):

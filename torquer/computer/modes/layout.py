@@ -8,8 +8,8 @@ No two labels share a row, and no two overlapping transitions a lane.
 import itertools
 from typing import NamedTuple
 
-from torquer.control.modes.spec import MAIN, Modes, Region
-from torquer.control.modes.wording import state_in_words, transition_in_words
+from torquer.computer.modes.spec import MAIN, Modes, Region
+from torquer.computer.modes.wording import state_in_words, transition_in_words
 
 ROW, LETTER, GAP, LANE, MARGIN, INSET = 22.0, 6.8, 26.0, 12.0, 30.0, 10.0
 #: Title of the box from which transitions from any state leave.

@@ -6,10 +6,10 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from torquer.control.modes import table
-from torquer.control.modes.signals import AXES, NUMBER_OF, SIGNALS, UNITS
-from torquer.geometry.vec3 import as_symmetric
-from torquer.interface import SENSORS
+from torquer.computer.interface import SENSORS
+from torquer.computer.modes import table
+from torquer.computer.modes.signals import AXES, NUMBER_OF, SIGNALS, UNITS
+from torquer.maths.geometry.vec3 import as_symmetric
 
 #: Rounding of a time must not cost a reading [s].
 _ROUNDING_S = 1e-6
@@ -23,7 +23,7 @@ def must_be_one_of(key: str, names: Iterable[str], received) -> None:
 
 
 def packed(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
-    """(table, state before the first evaluation) of `modes`, a `torquer.control.modes.spec.Modes`.
+    """(table, state before the first evaluation) of `modes`, a `torquer.computer.modes.spec.Modes`.
 
     Rows lie in the order of the text: a region's transitions from any state, then those of its
     states.

@@ -1,7 +1,7 @@
 """A scheme as the chain of modes that it is: `stage_1`, `stage_2`, ..., `done`."""
 
-from torquer.control.modes.spec import Condition, Modes, State, Transition
-from torquer.control.scheme import Scheme, Stage, Until
+from torquer.computer.modes.spec import Condition, Modes, State, Transition
+from torquer.computer.scheme import Scheme, Stage, Until
 
 DONE = "done"
 #: Signal and side of the keys of `until`.

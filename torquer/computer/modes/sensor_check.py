@@ -2,7 +2,7 @@
 
 Each sensor by itself: silent, not a number, or the same numbers again and again, which a sensor
 with noise does not send (`sensor_alone`). Then sensor against sensor: the gyro's rate must turn the
-directions to the field and to the Sun (`torquer.estimation.watch`), the angle between the two and
+directions to the field and to the Sun (`estimation.watch`), the angle between the two and
 the field's magnitude must be those of the models. Of three sensors, the one is to blame that
 contradicts both others; where the Sun is not in view, it is the gyro, without which laws of
 differences work, unless the field contradicted the Sun when it was last seen.
@@ -13,20 +13,24 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.control.modes.coil_check import follow_coils, forget_coils, has_field_reversed
-from torquer.control.modes.sensor_alone import GYRO, MAGNETOMETER, SUN_SENSORS, fails_by_itself
-from torquer.estimation.measurements.magnetometer import has_magnitude
-from torquer.estimation.measurements.measurement import NO_MEASUREMENT, Measurement, as_of_now
-from torquer.estimation.triad import (
+from torquer.computer.estimation.measurements.magnetometer import has_magnitude
+from torquer.computer.estimation.measurements.measurement import (
+    NO_MEASUREMENT,
+    Measurement,
+    as_of_now,
+)
+from torquer.computer.estimation.triad import (
     both_read_s,
     contradict,
     field_at,
     put_quaternion,
     quaternion_of,
 )
-from torquer.estimation.watch import CELLS, watch
-from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
-from torquer.geometry.vec3 import add, dot, norm, put_vector, scale, unit, vector_of
+from torquer.computer.estimation.watch import CELLS, watch
+from torquer.computer.modes.coil_check import follow_coils, forget_coils, has_field_reversed
+from torquer.computer.modes.sensor_alone import GYRO, MAGNETOMETER, SUN_SENSORS, fails_by_itself
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.maths.geometry.vec3 import add, dot, norm, put_vector, scale, unit, vector_of
 
 #: A suspicion lasts for this time [s] after the last sign of the failure.
 SUSPECTED_S = 120.0

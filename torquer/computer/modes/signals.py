@@ -10,12 +10,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.control.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
-from torquer.control.modes.sensor_alone import MAGNETOMETER
-from torquer.control.modes.sensor_check import SUSPECTED_S, is_field_doubtful
-from torquer.control.pointing import deviation, reference_motion, short_way
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, cross, dot, norm, sym_vec
+from torquer.computer.laws.pointing import deviation, reference_motion, short_way
+from torquer.computer.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
+from torquer.computer.modes.sensor_alone import MAGNETOMETER
+from torquer.computer.modes.sensor_check import SUSPECTED_S, is_field_doubtful
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import add, cross, dot, norm, sym_vec
 
 #: SI units in one unit of a signal, as users write it.
 UNITS = {

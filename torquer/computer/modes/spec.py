@@ -15,14 +15,14 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from torquer.control.modes.packing import must_be_one_of, packed
-from torquer.control.modes.signals import AXES, SIGNALS
-from torquer.control.modes.table import ModeState, ModeTable, Noise
-from torquer.control.pointing import HeldAttitude
-from torquer.control.spin_axis import unit_vector
-from torquer.interface import SENSORS
-from torquer.spec import Inertia, Spec, Vector
-from torquer.validate import storable_name
+from torquer.base.spec import Inertia, Spec, Vector
+from torquer.base.validate import storable_name
+from torquer.computer.interface import SENSORS
+from torquer.computer.laws.pointing import HeldAttitude
+from torquer.computer.laws.spin_axis import unit_vector
+from torquer.computer.modes.packing import must_be_one_of, packed
+from torquer.computer.modes.signals import AXES, SIGNALS
+from torquer.computer.modes.table import ModeState, ModeTable, Noise
 
 #: The region of a table that gives its states directly.
 MAIN = "main"

@@ -1,8 +1,8 @@
 """How a combination of states can come about, as a strip of lines: a step each."""
 
-from torquer.control.modes.explore import Explored, Step
-from torquer.control.modes.graph import Edge
-from torquer.control.modes.wording import transition_in_words
+from torquer.computer.modes.explore import Explored, Step
+from torquer.computer.modes.graph import Edge
+from torquer.computer.modes.wording import transition_in_words
 
 
 def strip_of(explored: Explored, path: list[Step]) -> tuple[str, ...]:

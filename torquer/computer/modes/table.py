@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, without_reference_counts
-from torquer.control.modes.coil_check import COILS_NOW, first_coils
-from torquer.control.modes.sensor_alone import SENSOR_NOW
-from torquer.control.modes.sensor_check import SENSORS_NOW, check_sensors, first_sensors
-from torquer.control.modes.signals import signal_value
-from torquer.interface import SENSORS
+from torquer.computer.interface import SENSORS
+from torquer.computer.modes.coil_check import COILS_NOW, first_coils
+from torquer.computer.modes.sensor_alone import SENSOR_NOW
+from torquer.computer.modes.sensor_check import SENSORS_NOW, check_sensors, first_sensors
+from torquer.computer.modes.signals import signal_value
 
 
 def _record(integers: str, numbers: str = "") -> np.dtype:

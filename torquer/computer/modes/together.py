@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from itertools import combinations
 
-from torquer.control.modes.explore import Explored, Sight, Step
-from torquer.control.modes.finding import Finding
-from torquer.control.modes.graph import components, edges_of, reachable
-from torquer.control.modes.spec import Region, State
-from torquer.control.modes.strip import strip_of
+from torquer.computer.modes.explore import Explored, Sight, Step
+from torquer.computer.modes.finding import Finding
+from torquer.computer.modes.graph import components, edges_of, reachable
+from torquer.computer.modes.spec import Region, State
+from torquer.computer.modes.strip import strip_of
 
 #: Kinds of laws that take all rotation away, and of those that make it.
 _BRAKES = ("bdot", "bdot_rate", "bdot_derivative", "bdot_model")

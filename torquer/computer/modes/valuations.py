@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
-from torquer.control.modes.finding import Facts
-from torquer.control.modes.signals import RANGES, SIGNALS
-from torquer.control.modes.spec import Condition, Modes
+from torquer.computer.modes.finding import Facts
+from torquer.computer.modes.signals import RANGES, SIGNALS
+from torquer.computer.modes.spec import Condition, Modes
 
 #: Bits of the greatest set; signals that do not fit are left free.
 _MOST_VALUATIONS = 1 << 14

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Iterator
 
-from torquer.control.modes.explore import Sight
-from torquer.control.modes.finding import Finding
-from torquer.control.modes.graph import Edge, reachable, waits
-from torquer.control.modes.signals import SIGNALS
-from torquer.control.modes.spec import Condition
-from torquer.control.modes.valuations import holds, limits
-from torquer.control.modes.wording import condition_in_words, transition_in_words
+from torquer.computer.modes.explore import Sight
+from torquer.computer.modes.finding import Finding
+from torquer.computer.modes.graph import Edge, reachable, waits
+from torquer.computer.modes.signals import SIGNALS
+from torquer.computer.modes.spec import Condition
+from torquer.computer.modes.valuations import holds, limits
+from torquer.computer.modes.wording import condition_in_words, transition_in_words
 
 
 def on_transitions(sight: Sight) -> Iterator[Finding]:

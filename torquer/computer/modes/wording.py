@@ -1,7 +1,7 @@
 """Conditions, transitions and states in words, for diagrams."""
 
-from torquer.control.modes.signals import SIGNALS
-from torquer.control.modes.spec import Condition, State, Transition
+from torquer.computer.modes.signals import SIGNALS
+from torquer.computer.modes.spec import Condition, State, Transition
 
 #: Endings of signals' names that only state their unit.
 _ENDINGS = ("_deg_s", "_n_m_s", "_deg", "_nt", "_s")

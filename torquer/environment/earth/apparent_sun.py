@@ -3,7 +3,7 @@
 import erfa
 import numpy as np
 
-from torquer.conventions import ASTRONOMICAL_UNIT_M
+from torquer.base.conventions import ASTRONOMICAL_UNIT_M
 
 LIGHT_SPEED_M_S = 299792458.0
 

@@ -1,6 +1,6 @@
 """The Earth's rotation and the Sun in short series, for kernels of on-board computers.
 
-`torquer.earth.rotation` and `torquer.environment.sun` sum a thousand terms for arrays of times;
+`earth.rotation` and `environment.sun` sum a thousand terms for arrays of times;
 here are the largest alone, at one time. From 1990 to 2060 axes are within 0.2 arcsec of theirs, the
 Sun within 0.01 deg, its distance within 1e-4 of itself.
 
@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.conventions import ASTRONOMICAL_UNIT_M
+from torquer.base.time import DAY_S
 from torquer.compile.engine import kernel
-from torquer.conventions import ASTRONOMICAL_UNIT_M
-from torquer.earth.rotation_table import dcm_of_pole
-from torquer.geometry.vec3 import mat_t_vec
-from torquer.time import DAY_S
+from torquer.environment.earth.rotation_table import dcm_of_pole
+from torquer.maths.geometry.vec3 import mat_t_vec
 
 #: Noon of 1 January 2000 as a Julian date, and days of a Julian century.
 J2000_DAY = 2451545.0
@@ -80,7 +80,7 @@ def _sun_teme(t, node, mean, anomaly):
 def earth_at(ut1_days, tt_minus_ut1_s, is_precise):
     """The Earth's rotation and the Sun at days of UT1 since `J2000_DAY`.
 
-    Inertial axes are GCRF where `is_precise`, else those of TEME, as in `torquer.earth.rotation`.
+    Inertial axes are GCRF where `is_precise`, else those of TEME, as in `earth.rotation`.
     """
     t = (ut1_days + tt_minus_ut1_s / DAY_S) / CENTURY_DAYS
     node = _DEGREE * (125.04455501 - 1934.136261 * t)

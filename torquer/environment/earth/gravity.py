@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.compile.engine import inlined, kernel
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.earth import harmonics
-from torquer.earth.harmonics import Harmonics
-from torquer.geometry.vec3 import cross, dot, scale, sym_vec
+from torquer.environment.earth import harmonics
+from torquer.environment.earth.harmonics import Harmonics
+from torquer.maths.geometry.vec3 import cross, dot, scale, sym_vec
 
 FOLDER = Path(__file__).parent / "coefficients"
 #: Degree and order to which coefficients are shipped.
 MAX_DEGREE = 36
-#: Reference radius of EGM2008 [m]; its GM is that of `torquer.conventions`.
+#: Reference radius of EGM2008 [m]; its GM is that of `torquer.base.conventions`.
 REFERENCE_RADIUS_M = 6378136.3
 
 

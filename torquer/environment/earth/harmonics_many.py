@@ -1,4 +1,4 @@
-"""The gradient of solid harmonics at many points: `torquer.earth.harmonics`, sixty-four at a time.
+"""The gradient of solid harmonics at many points: `earth.harmonics`, sixty-four at a time.
 
 The sums are those for one point, with the points innermost, so that the compiler vectorises them
 (three times faster). The scratch array is flat, its rows at constant offsets, because only then can

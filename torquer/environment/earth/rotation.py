@@ -19,8 +19,8 @@ from datetime import datetime
 import erfa
 import numpy as np
 
+from torquer.base.time import julian_dates
 from torquer.compile.engine import kernel
-from torquer.time import julian_dates
 
 #: Models of the Earth's rotation.
 MODES = ("precise", "sidereal")

@@ -1,6 +1,6 @@
 """The Earth's rotation and the Sun's direction, tabulated for compiled code.
 
-What `torquer.earth.rotation` and `torquer.environment.sun` give for arrays of times, kernels read
+What `earth.rotation` and `environment.sun` give for arrays of times, kernels read
 here at one time, in the same frames and with the same two models of rotation.
 
 The celestial pole's X and Y, the locator s, the lag of the sidereal angle, and the Sun's direction
@@ -15,17 +15,17 @@ from typing import NamedTuple
 import erfa
 import numpy as np
 
+from torquer.base.time import DAY_S, day_of_year, julian_dates, parse_utc
 from torquer.compile.engine import kernel
-from torquer.earth.apparent_sun import apparent_sun_gcrf
-from torquer.earth.rotation import (
+from torquer.environment.earth.apparent_sun import apparent_sun_gcrf
+from torquer.environment.earth.rotation import (
     GRID_DAYS,
     NODES,
     TO_POWERS,
     check_mode,
     gcrf_to_teme_on_grid,
 )
-from torquer.geometry.vec3 import add_scaled, scale
-from torquer.time import DAY_S, day_of_year, julian_dates, parse_utc
+from torquer.maths.geometry.vec3 import add_scaled, scale
 
 _GRID_S = GRID_DAYS * DAY_S
 _TWO_PI = 2.0 * math.pi

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
-from torquer.geometry.frames import geodetic_from_ecef
+from torquer.maths.geometry.frames import geodetic_from_ecef
 
 #: Rounding may place a point at the node this far before it [deg].
 _NODE_DEG = 1e-9

@@ -11,11 +11,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.environment.field.model import row_vector, rows
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
-from torquer.geometry.vec3 import add, cross, dot, norm, scale, unit
-from torquer.spec import Spec
+from torquer.maths.geometry.vec3 import add, cross, dot, norm, scale, unit
 
 RULES = ("arithmetic", "integral", "given")
 

@@ -10,11 +10,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.environment.field.model import rows
 from torquer.environment.field.tilted_dipole import M3_IN_KM3, b_dipole_many
-from torquer.geometry.vec3 import scale
-from torquer.spec import Spec
+from torquer.maths.geometry.vec3 import scale
 
 
 @kernel

@@ -11,10 +11,10 @@ from datetime import datetime
 
 import numpy as np
 
+from torquer.base.time import decimal_year, decimal_years, new_years
 from torquer.environment.field.coefficients import check_date, pieces, published
 from torquer.environment.field.gauss import Gauss
 from torquer.environment.field.tilted_dipole import TiltedDipole
-from torquer.time import decimal_year, decimal_years, new_years
 
 
 def coefficients_of(model) -> str | None:

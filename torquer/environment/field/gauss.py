@@ -5,13 +5,13 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.earth.harmonics_many import gradient_many
+from torquer.environment.earth.harmonics_many import gradient_many
 from torquer.environment.field import coefficients, harmonics
 from torquer.environment.field.harmonics import Harmonics
 from torquer.environment.field.model import row_matrix, row_vector, rows
-from torquer.geometry.vec3 import mat_t_vec, mat_vec
-from torquer.spec import Spec
+from torquer.maths.geometry.vec3 import mat_t_vec, mat_vec
 
 
 @kernel

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.conventions import FIELD_RADIUS_M
-from torquer.geometry.frames import dcm_ecef_to_ned, ecef_from_geodetic
+from torquer.base.conventions import FIELD_RADIUS_M
+from torquer.maths.geometry.frames import dcm_ecef_to_ned, ecef_from_geodetic
 
 
 class Elements(NamedTuple):

@@ -5,9 +5,9 @@ from functools import cache
 
 import numpy as np
 
-from torquer.conventions import FIELD_RADIUS_M
-from torquer.earth import harmonics
-from torquer.earth.harmonics import Harmonics
+from torquer.base.conventions import FIELD_RADIUS_M
+from torquer.environment.earth import harmonics
+from torquer.environment.earth.harmonics import Harmonics
 
 
 @cache

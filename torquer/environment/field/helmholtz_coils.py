@@ -4,8 +4,8 @@ from typing import Literal
 
 import numpy as np
 
+from torquer.base.spec import Spec, Vector
 from torquer.environment.field.model import rows
-from torquer.spec import Spec, Vector
 
 
 def east_north_up(r_ecef) -> np.ndarray:

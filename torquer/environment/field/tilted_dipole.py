@@ -6,12 +6,12 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.conventions import FIELD_RADIUS_M
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.conventions import FIELD_RADIUS_M
 from torquer.environment.field.coefficients import schmidt_coefficients, schmidt_rates
 from torquer.environment.field.model import row_matrix, row_vector, rows
-from torquer.geometry.vec3 import add_scaled, dot, mat_t_vec, scale
-from torquer.spec import Spec
+from torquer.maths.geometry.vec3 import add_scaled, dot, mat_t_vec, scale
 
 M3_IN_KM3 = 1e9
 

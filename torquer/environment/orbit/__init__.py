@@ -9,11 +9,11 @@ from typing import Annotated, Union
 
 from pydantic import Field
 
-from torquer.orbit.bench import Bench
-from torquer.orbit.circular import Circular
-from torquer.orbit.kepler import Kepler
-from torquer.orbit.numerical import Numerical
-from torquer.orbit.sgp4 import Sgp4
+from torquer.environment.orbit.bench import Bench
+from torquer.environment.orbit.circular import Circular
+from torquer.environment.orbit.kepler import Kepler
+from torquer.environment.orbit.numerical import Numerical
+from torquer.environment.orbit.sgp4 import Sgp4
 
 #: Every orbit by its `kind`.
 ORBITS = {

@@ -5,9 +5,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S
-from torquer.earth.rotation import dcm_inertial_to_ecef
-from torquer.spec import Spec
+from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S
+from torquer.base.spec import Spec
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 
 
 class Bench(Spec):

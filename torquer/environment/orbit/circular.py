@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer.conventions import EARTH_RADIUS_M
-from torquer.orbit import kepler
-from torquer.spec import Spec
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.spec import Spec
+from torquer.environment.orbit import kepler
 
 
 class Circular(Spec):

@@ -13,12 +13,12 @@ import numpy as np
 from sgp4.api import WGS72, Satrec
 from sgp4.exporter import export_tle
 
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.earth.rotation import teme_to_gcrf
-from torquer.orbit.kepler import TWO_PI
-from torquer.orbit.numerical import Numerical, semi_major_axis
-from torquer.orbit.sgp4 import Sgp4
-from torquer.time import DAY_S
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.base.time import DAY_S
+from torquer.environment.earth.rotation import teme_to_gcrf
+from torquer.environment.orbit.kepler import TWO_PI
+from torquer.environment.orbit.numerical import Numerical, semi_major_axis
+from torquer.environment.orbit.sgp4 import Sgp4
 
 #: The orbit is fitted over so long before the epoch [s], at so many instants. A span of one day
 #: leaves the drag so uncertain that the error after a week is 15 times that of a span of three.

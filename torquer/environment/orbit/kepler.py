@@ -6,11 +6,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
-from torquer.geometry import euler
-from torquer.geometry.vec3 import mat_vec
-from torquer.spec import Spec
+from torquer.maths.geometry import euler
+from torquer.maths.geometry.vec3 import mat_vec
 
 TWO_PI = 2.0 * math.pi
 #: Radius of the Earth's Hill sphere [km]: no orbit about the Earth is stable beyond it.

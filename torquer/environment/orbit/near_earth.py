@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.geometry.vec3 import add_scaled, scale
+from torquer.maths.geometry.vec3 import add_scaled, scale
 
 RADIUS_KM, _MU_KM3_S2 = 6378.135, 398600.8
 _J2, _J3, _J4 = 0.001082616, -0.00000253881, -0.00000165597

@@ -8,20 +8,20 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer import validate
-from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
-from torquer.earth import gravity
-from torquer.earth.atmosphere import AnyAtmosphere, Nrlmsis
-from torquer.earth.atmosphere.air import NO_AIR
-from torquer.earth.atmosphere.nrlmsis import NOT_COMPILED
-from torquer.earth.rotation_table import teme_to_gcrf_at
-from torquer.orbit import kepler
-from torquer.orbit.circular import Circular
-from torquer.orbit.kepler import Kepler
-from torquer.orbit.point_mass import Forces, Trajectory
-from torquer.orbit.sgp4 import Sgp4
-from torquer.spec import Spec, Vector
-from torquer.time import leap_seconds_between, parse_utc, seconds_between
+from torquer.base import validate
+from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.base.spec import Spec, Vector
+from torquer.base.time import leap_seconds_between, parse_utc, seconds_between
+from torquer.environment.earth import gravity
+from torquer.environment.earth.atmosphere import AnyAtmosphere, Nrlmsis
+from torquer.environment.earth.atmosphere.air import NO_AIR
+from torquer.environment.earth.atmosphere.nrlmsis import NOT_COMPILED
+from torquer.environment.earth.rotation_table import teme_to_gcrf_at
+from torquer.environment.orbit import kepler
+from torquer.environment.orbit.circular import Circular
+from torquer.environment.orbit.kepler import Kepler
+from torquer.environment.orbit.point_mass import Forces, Trajectory
+from torquer.environment.orbit.sgp4 import Sgp4
 
 
 class StateVector(Spec):

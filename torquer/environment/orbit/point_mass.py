@@ -13,15 +13,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
+from torquer.base.time import DAY_S
 from torquer.compile.engine import kernel
-from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
-from torquer.earth import gravity
-from torquer.earth.atmosphere.air import Air, air_velocity, density, height_m
-from torquer.earth.harmonics import Harmonics
-from torquer.earth.rotation_table import RotationTable, day_of_year_at, rotation_at, rotation_table
-from torquer.geometry.vec3 import add, mat_t_vec, mat_vec, norm, scale
-from torquer.integrate.dop853 import DONE, TOO_MANY_STEPS, dop853, rates_of, workspace
-from torquer.time import DAY_S
+from torquer.environment.earth import gravity
+from torquer.environment.earth.atmosphere.air import Air, air_velocity, density, height_m
+from torquer.environment.earth.harmonics import Harmonics
+from torquer.environment.earth.rotation_table import (
+    RotationTable,
+    day_of_year_at,
+    rotation_at,
+    rotation_table,
+)
+from torquer.maths.geometry.vec3 import add, mat_t_vec, mat_vec, norm, scale
+from torquer.maths.integrate.dop853 import DONE, TOO_MANY_STEPS, dop853, rates_of, workspace
 
 NODE_S = 60.0
 #: Least and greatest number of nodes integrated at a time.

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.compile.engine import kernel, records
-from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
-from torquer.geometry.frames import mat_mul, rot_x, rot_z
-from torquer.geometry.vec3 import add, add_scaled, cross, mat_vec, put_vector
-from torquer.orbit.kepler import perifocal_state
+from torquer.environment.orbit.kepler import perifocal_state
+from torquer.maths.geometry.frames import mat_mul, rot_x, rot_z
+from torquer.maths.geometry.vec3 import add, add_scaled, cross, mat_vec, put_vector
 
 #: Second zonal harmonic of the Earth's gravity: EGM2008, not normalised.
 EARTH_J2 = 1.08262617e-3

@@ -13,10 +13,10 @@ import numpy as np
 from pydantic import field_validator
 from sgp4.api import SGP4_ERRORS, Satrec
 
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.orbit.kepler import TWO_PI, check_farthest
-from torquer.spec import Spec
-from torquer.time import DAY_S, julian_dates, parse_utc
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.base.spec import Spec
+from torquer.base.time import DAY_S, julian_dates, parse_utc
+from torquer.environment.orbit.kepler import TWO_PI, check_farthest
 
 _LENGTH = 69
 _CATALOGUE = r"[ 0-9A-Z][ 0-9]{3}[0-9]"

@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from torquer.export.precision import is_single
-from torquer.export.refusal import Impossible
-from torquer.export.types import BOOL, INT, REAL, TIME, Number
-from torquer.export.values import (
+from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.refusal import Impossible
+from torquer.flight.c99.types import BOOL, INT, REAL, TIME, Number
+from torquer.flight.c99.values import (
     AND,
     ATOM,
     BIT_AND,
@@ -56,7 +56,7 @@ _COMPARE: dict[type, tuple[str, int, Callable]] = {
 }
 #: Functions of floats in C with the bits of Python's; both call the same library.
 OF_FLOATS: dict[Callable, str] = {
-    **{f: f"{f.__name__}_of" for f in (  # the library's or `torquer.export.portable`
+    **{f: f"{f.__name__}_of" for f in (  # the library's or `torquer.flight.c99.portable`
         math.sin, math.cos, math.asin, math.acos, math.atan, math.atan2,
     )},
     **{f: f.__name__ for f in (
@@ -90,7 +90,9 @@ OF_CONSTANTS = (
 def binary(op: ast.operator, a: Value, b: Value, helpers: set[str]) -> Value:
     """An operation on two numbers; `helpers`: names of further functions that it needs."""
     if not (isinstance(a.type, Number) and isinstance(b.type, Number)):
-        raise Impossible("write it out for each number (torquer.geometry.vec3 has add, scale, dot)")
+        raise Impossible(
+            "write it out for each number (torquer.maths.geometry.vec3 has add, scale, dot)"
+        )
     kind = type(op)
     if a.is_known and b.is_known:
         return _folded(op, a, b)

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from torquer.compile.plugin import plain_of
-from torquer.export import arithmetic
-from torquer.export.evaluate import (
+from torquer.computer.blocks.plugin import plain_of
+from torquer.flight.c99 import arithmetic
+from torquer.flight.c99.evaluate import (
     at_hand,
     of_outside,
     operation,
@@ -18,9 +18,9 @@ from torquer.export.evaluate import (
     tuple_of,
     value_of,
 )
-from torquer.export.places import Chosen, may_overlap
-from torquer.export.scope import Scope
-from torquer.export.types import (
+from torquer.flight.c99.places import Chosen, may_overlap
+from torquer.flight.c99.scope import Scope
+from torquer.flight.c99.types import (
     BOOL,
     INT,
     NOTHING,
@@ -34,7 +34,7 @@ from torquer.export.types import (
     Static,
     Tuple,
 )
-from torquer.export.values import (
+from torquer.flight.c99.values import (
     ATOM,
     EQUAL,
     SIGN,
@@ -62,9 +62,9 @@ _INSTEAD = {
     "clip": "write min(max(x, least), greatest)",
     "minimum": "write min",
     "maximum": "write max",
-    "dot": "write torquer.geometry.vec3.dot",
-    "cross": "write torquer.geometry.vec3.cross",
-    "norm": "write torquer.geometry.vec3.norm",
+    "dot": "write torquer.maths.geometry.vec3.dot",
+    "cross": "write torquer.maths.geometry.vec3.cross",
+    "norm": "write torquer.maths.geometry.vec3.norm",
 }
 
 

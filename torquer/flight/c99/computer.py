@@ -8,18 +8,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.compile import adapter
-from torquer.compile.adapter import floats, names_of
-from torquer.compile.block import Block
-from torquer.compile.plugin import plain_of
-from torquer.control import computer as on_board
-from torquer.control.computer import Blocks, control_step, first_board
-from torquer.control.modes import signals
-from torquer.control.modes.table import ModeState
-from torquer.export.calls import Cast, call_switch
-from torquer.export.precision import is_single
-from torquer.export.program import Program, translated
-from torquer.export.types import (
+from torquer.computer import computer as on_board
+from torquer.computer.blocks import adapter
+from torquer.computer.blocks.adapter import floats, names_of
+from torquer.computer.blocks.block import Block
+from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.computer import Blocks, control_step, first_board
+from torquer.computer.interface import KNOWN
+from torquer.computer.modes import signals
+from torquer.computer.modes.table import ModeState
+from torquer.flight.c99.calls import Cast, call_switch
+from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.program import Program, translated
+from torquer.flight.c99.types import (
     INT,
     NOTHING,
     REAL,
@@ -31,11 +32,10 @@ from torquer.export.types import (
     Type,
     type_of,
 )
-from torquer.export.values import Value, constant
-from torquer.interface import KNOWN
+from torquer.flight.c99.values import Value, constant
 from torquer.scenario.spec import Scenario
-from torquer.simulation.library import fingerprint_of
-from torquer.simulation.prepare import (
+from torquer.simulation.outside.library import fingerprint_of
+from torquer.simulation.setup.prepare import (
     blocks_of,
     estimator_numbers,
     modes_for,
@@ -120,7 +120,7 @@ def _adapters(blocks: dict) -> tuple:
 
 
 def _adapter(name: str, block: Block) -> FunctionType:
-    """A block as the control step calls it: `torquer.compile.adapter` without the compiler."""
+    """A block as the control step calls it: `blocks.adapter` without the compiler."""
     plain, parameters, names = adapter._plain_adapter, block.parameters, names_of(block.memory)
     kind = type_of(floats(parameters)) if parameters else None
     memory = adapter._unchanged if names is None else Cast(_memory_type(block, names))

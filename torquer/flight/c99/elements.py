@@ -6,15 +6,15 @@ import math
 import numpy as np
 from sgp4.api import Satrec
 
-from torquer.conventions import MU_EARTH_M3_S2
+from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.base.time import DAY_S, julian_dates
+from torquer.computer.on_board_environment import ELEMENTS
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.environment.on_board import ELEMENTS
-from torquer.orbit import Circular, Kepler, Numerical, Sgp4
-from torquer.orbit.fitted_elements import fitted_elements, osculating_elements
-from torquer.orbit.kepler import TWO_PI
-from torquer.orbit.near_earth import DEEP_SPACE_MIN
-from torquer.orbit.secular import EARTH_J2, drifting_positions
-from torquer.time import DAY_S, julian_dates
+from torquer.environment.orbit import Circular, Kepler, Numerical, Sgp4
+from torquer.environment.orbit.fitted_elements import fitted_elements, osculating_elements
+from torquer.environment.orbit.kepler import TWO_PI
+from torquer.environment.orbit.near_earth import DEEP_SPACE_MIN
+from torquer.environment.orbit.secular import EARTH_J2, drifting_positions
 
 #: A drifting Kepler orbit is fitted to the day before the start, at so many instants.
 _INSTANTS = 289

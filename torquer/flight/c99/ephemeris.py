@@ -4,19 +4,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.conventions import FIELD_RADIUS_M
-from torquer.earth.harmonics import Harmonics
+from torquer.base.conventions import FIELD_RADIUS_M
+from torquer.base.time import decimal_year
+from torquer.computer.on_board_environment import ELEMENTS, KINDS, Models, ephemeris_along
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.earth.harmonics import Harmonics
 from torquer.environment.field import DirectDipole, Gauss, TiltedDipole, harmonics
 from torquer.environment.field.coefficients import pieces
 from torquer.environment.field.drift import coefficients_of, piece_of
-from torquer.environment.on_board import ELEMENTS, KINDS, Models, ephemeris_along
-from torquer.export.elements import elements_of
-from torquer.export.program import Program, translated
-from torquer.export.types import INT, REAL, Array, Record, Tuple, Type, type_of
-from torquer.orbit import Bench
+from torquer.environment.orbit import Bench
+from torquer.flight.c99.elements import elements_of
+from torquer.flight.c99.program import Program, translated
+from torquer.flight.c99.types import INT, REAL, Array, Record, Tuple, Type, type_of
 from torquer.scenario.spec import Scenario
-from torquer.time import decimal_year
 
 #: Field models that a sum of harmonics in Earth-fixed axes can be.
 _FIELDS = (Gauss, TiltedDipole, DirectDipole)

@@ -2,13 +2,13 @@
 
 from string import Template
 
-from torquer.environment.on_board import ELEMENTS
-from torquer.export.ephemeris import OnBoardEphemeris, translated_ephemeris
-from torquer.export.precision import computing_in, double_text, is_single
-from torquer.export.print_c import INCLUDES, program_text, types_text
-from torquer.export.tables import constant_text
-from torquer.orbit.secular import EARTH_J2
-from torquer.version import VERSION
+from torquer.base.version import VERSION
+from torquer.computer.on_board_environment import ELEMENTS
+from torquer.environment.orbit.secular import EARTH_J2
+from torquer.flight.c99.ephemeris import OnBoardEphemeris, translated_ephemeris
+from torquer.flight.c99.precision import computing_in, double_text, is_single
+from torquer.flight.c99.print_c import INCLUDES, program_text, types_text
+from torquer.flight.c99.tables import constant_text
 
 #: What each element is.
 MEANINGS = {

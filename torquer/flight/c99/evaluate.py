@@ -10,12 +10,12 @@ from types import ModuleType
 
 import numpy as np
 
-from torquer.export import arithmetic
-from torquer.export.lines import Block
-from torquer.export.scope import Scope
-from torquer.export.times import of_class, of_constant, written_tuple
-from torquer.export.types import NOTHING, PLACES, Static, Tuple, tuple_type, type_of
-from torquer.export.values import Form, Value, constant, part_of, static
+from torquer.flight.c99 import arithmetic
+from torquer.flight.c99.lines import Block
+from torquer.flight.c99.scope import Scope
+from torquer.flight.c99.times import of_class, of_constant, written_tuple
+from torquer.flight.c99.types import NOTHING, PLACES, Static, Tuple, tuple_type, type_of
+from torquer.flight.c99.values import Form, Value, constant, part_of, static
 
 #: What to write in place of constructs that are often met.
 _INSTEAD = {

@@ -4,25 +4,25 @@ import struct
 from pathlib import Path
 from string import Template
 
-from torquer.control.computer import places_of
-from torquer.export import texts
-from torquer.export.computer import Export, OnBoard, exported, on_board_of
-from torquer.export.ephemeris import OnBoardEphemeris, ephemeris_of, instants
-from torquer.export.ephemeris_texts import ephemeris_files
-from torquer.export.in_the_loop import in_the_loop_text
-from torquer.export.interface import enums, input_copies, input_members
-from torquer.export.portable import PORTABLE
-from torquer.export.precision import HELD, computing_in, is_held, is_single
-from torquer.export.print_c import INCLUDES, program_text, signature, types_text
-from torquer.export.program import Program, translated
-from torquer.export.readme import readme_text
-from torquer.export.recording import recorded
-from torquer.export.refusal import Refused
-from torquer.export.tables import constant_text
-from torquer.export.types import REAL
+from torquer.base.spec import checked
+from torquer.base.version import VERSION
+from torquer.computer.computer import places_of
+from torquer.flight.c99 import texts
+from torquer.flight.c99.computer import Export, OnBoard, exported, on_board_of
+from torquer.flight.c99.ephemeris import OnBoardEphemeris, ephemeris_of, instants
+from torquer.flight.c99.ephemeris_texts import ephemeris_files
+from torquer.flight.c99.in_the_loop import in_the_loop_text
+from torquer.flight.c99.interface import enums, input_copies, input_members
+from torquer.flight.c99.portable import PORTABLE
+from torquer.flight.c99.precision import HELD, computing_in, is_held, is_single
+from torquer.flight.c99.print_c import INCLUDES, program_text, signature, types_text
+from torquer.flight.c99.program import Program, translated
+from torquer.flight.c99.readme import readme_text
+from torquer.flight.c99.recording import recorded
+from torquer.flight.c99.refusal import Refused
+from torquer.flight.c99.tables import constant_text
+from torquer.flight.c99.types import REAL
 from torquer.scenario.spec import Scenario
-from torquer.spec import checked
-from torquer.version import VERSION
 
 #: What runs an export on an emulated processor, copied as it is.
 _HARNESS = Path(__file__).parent / "harness"
@@ -124,7 +124,7 @@ def texts_of(
 
 
 def _portable() -> dict[str, str]:
-    """Functions of angles with the same bits everywhere; see `torquer.export.portable`."""
+    """Functions of angles with the same bits everywhere; see `torquer.flight.c99.portable`."""
 
     def build(program):
         for kernel in PORTABLE.values():

@@ -3,8 +3,8 @@
 import ast
 from collections.abc import Callable
 
-from torquer.export import arithmetic
-from torquer.export.evaluate import (
+from torquer.flight.c99 import arithmetic
+from torquer.flight.c99.evaluate import (
     apart,
     in_order,
     of_outside,
@@ -16,9 +16,9 @@ from torquer.export.evaluate import (
     tuple_of,
     value_of,
 )
-from torquer.export.scope import Scope
-from torquer.export.times import common_type, converted
-from torquer.export.types import (
+from torquer.flight.c99.scope import Scope
+from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.types import (
     BOOL,
     INT,
     PLACES,
@@ -31,7 +31,7 @@ from torquer.export.types import (
     Type,
     in_words,
 )
-from torquer.export.values import CHOICE, EQUAL, OR, Form, Value, constant, static
+from torquer.flight.c99.values import CHOICE, EQUAL, OR, Form, Value, constant, static
 
 
 @translates(ast.Constant)

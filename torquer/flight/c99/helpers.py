@@ -2,7 +2,7 @@
 
 import re
 
-from torquer.export.precision import is_single
+from torquer.flight.c99.precision import is_single
 
 #: C text of each, by name; only those that are used are printed.
 HELPERS = {

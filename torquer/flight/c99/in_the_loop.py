@@ -1,9 +1,9 @@
 """The exported computer as the simulation calls it: a file of C between their two memories."""
 
-from torquer.control.computer import Board
-from torquer.export.precision import is_single
-from torquer.export.tables import numbers_in
-from torquer.interface import KNOWN
+from torquer.computer.computer import Board
+from torquer.computer.interface import KNOWN
+from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.tables import numbers_in
 
 #: Names of the arrays of a board, in the order of the struct of the state.
 _PARTS = (

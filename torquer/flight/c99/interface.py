@@ -3,10 +3,10 @@
 import re
 from dataclasses import dataclass
 
-from torquer.control.computer import places_of
-from torquer.export.computer import OnBoard
-from torquer.interface import CELLS, KNOWN
-from torquer.simulation.prepare import log_of
+from torquer.computer.computer import places_of
+from torquer.computer.interface import CELLS, KNOWN
+from torquer.flight.c99.computer import OnBoard
+from torquer.simulation.setup.prepare import log_of
 
 #: The estimate lies between what sensors read and the ephemeris: the computer writes it itself.
 _KNOWN = KNOWN.names or ()
@@ -26,7 +26,7 @@ class Input:
     need: str = ""
 
 
-#: All inputs, in the order of `torquer.interface.KNOWN` without the estimate.
+#: All inputs, in the order of `torquer.computer.interface.KNOWN` without the estimate.
 INPUTS = (
     Input("t_s", 1, "time since the start [s]; steps must not go back"),
     Input("b_body_t", 3, "magnetometer, body axes [T]"),

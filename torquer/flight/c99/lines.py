@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 
-from torquer.export.types import Type
+from torquer.flight.c99.types import Type
 
 _WORD = re.compile(r"(?<![.>\w])[A-Za-z_]\w*")
 

@@ -5,10 +5,17 @@ from dataclasses import replace
 from enum import EnumType
 from types import ModuleType
 
-from torquer.export.evaluate import at_hand, in_order, of_outside, translates, tuple_of, value_of
-from torquer.export.precision import is_single
-from torquer.export.scope import Scope
-from torquer.export.types import (
+from torquer.flight.c99.evaluate import (
+    at_hand,
+    in_order,
+    of_outside,
+    translates,
+    tuple_of,
+    value_of,
+)
+from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.scope import Scope
+from torquer.flight.c99.types import (
     INT,
     REAL,
     TIME,
@@ -20,7 +27,7 @@ from torquer.export.types import (
     Tuple,
     in_words,
 )
-from torquer.export.values import (
+from torquer.flight.c99.values import (
     ATOM,
     SIGN,
     Value,

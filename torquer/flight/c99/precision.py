@@ -2,7 +2,7 @@
 
 In single precision every number is a `float` but for times: `t_s` counts from the start, and a
 float resolves 8 ms after a day. A number is a time if it is read as one, or is a time plus or minus
-a number; what lies between two times is a number again (`torquer.export.times`). Memory keeps
+a number; what lies between two times is a number again (`torquer.flight.c99.times`). Memory keeps
 doubles, so that its layout is that of the simulation; what is read from it is rounded.
 """
 
@@ -13,7 +13,7 @@ from contextvars import ContextVar
 
 import numpy as np
 
-from torquer.export.refusal import Impossible
+from torquer.flight.c99.refusal import Impossible
 
 _SINGLE = ContextVar("single", default=False)
 #: Least and greatest magnitude of a number that a float holds to all its digits.

@@ -2,11 +2,11 @@
 
 import re
 
-from torquer.export.helpers import helper_texts
-from torquer.export.lines import Declared, Line, Stored
-from torquer.export.precision import is_single
-from torquer.export.program import Function, Program
-from torquer.export.types import (
+from torquer.flight.c99.helpers import helper_texts
+from torquer.flight.c99.lines import Declared, Line, Stored
+from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.program import Function, Program
+from torquer.flight.c99.types import (
     BOOL,
     INT,
     REAL,

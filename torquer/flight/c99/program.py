@@ -5,17 +5,17 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
-from torquer.compile.plugin import plain_of
-from torquer.export import calls, expressions, places  # noqa: F401  register what they translate
-from torquer.export.arithmetic import either
-from torquer.export.lines import Line, without_unread, words_of
-from torquer.export.precision import double_text, real_word
-from torquer.export.refusal import refused
-from torquer.export.scope import RESERVED, Scope, Variable, apart_of_headers, is_reserved
-from torquer.export.source import Source, source_of
-from torquer.export.statements import block
-from torquer.export.times import common_type, converted
-from torquer.export.types import (
+from torquer.computer.blocks.plugin import plain_of
+from torquer.flight.c99 import calls, expressions, places  # noqa: F401  register what they translate
+from torquer.flight.c99.arithmetic import either
+from torquer.flight.c99.lines import Line, without_unread, words_of
+from torquer.flight.c99.precision import double_text, real_word
+from torquer.flight.c99.refusal import refused
+from torquer.flight.c99.scope import RESERVED, Scope, Variable, apart_of_headers, is_reserved
+from torquer.flight.c99.source import Source, source_of
+from torquer.flight.c99.statements import block
+from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.types import (
     BOOL,
     INT,
     NOTHING,
@@ -30,7 +30,7 @@ from torquer.export.types import (
     Tuple,
     Type,
 )
-from torquer.export.values import ATOM, Form, Value, constant
+from torquer.flight.c99.values import ATOM, Form, Value, constant
 
 #: A name of a constant, as the house writes them.
 _CONSTANT_NAME = re.compile(r"_?[A-Z][A-Z0-9_]+")

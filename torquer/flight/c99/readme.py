@@ -2,13 +2,13 @@
 
 from string import Template
 
-from torquer.export.computer import OnBoard
-from torquer.export.ephemeris import OnBoardEphemeris
-from torquer.export.ephemeris_texts import ephemeris_readme
-from torquer.export.interface import INPUTS, constants_of
-from torquer.export.precision import is_single
-from torquer.export.tables import words_of
-from torquer.version import VERSION
+from torquer.base.version import VERSION
+from torquer.flight.c99.computer import OnBoard
+from torquer.flight.c99.ephemeris import OnBoardEphemeris
+from torquer.flight.c99.ephemeris_texts import ephemeris_readme
+from torquer.flight.c99.interface import INPUTS, constants_of
+from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.tables import words_of
 
 _README = """\
 # On-board computer of $name

@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.plugin import plain_of
-from torquer.export.interface import HANDED_IN
-from torquer.export.precision import is_single
-from torquer.export.tables import numbers_of, words_of
-from torquer.interface import KNOWN
+from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.interface import KNOWN
+from torquer.flight.c99.interface import HANDED_IN
+from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.tables import numbers_of, words_of
 from torquer.scenario.spec import Scenario
-from torquer.simulation.members import WAITING
-from torquer.simulation.run import Run, prepare
-from torquer.simulation.state import CELLS
+from torquer.simulation.loop.members import WAITING
+from torquer.simulation.loop.state import CELLS
+from torquer.simulation.setup.run import Run, prepare
 from torquer.spacecraft.failures import is_back
 
 _MAGIC = b"ADCSREC2"

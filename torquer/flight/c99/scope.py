@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from torquer.export.helpers import NAMES
-from torquer.export.lines import Block, Declared, Line, Stored
-from torquer.export.refusal import Impossible, Refused, refused, shown
-from torquer.export.source import Source
-from torquer.export.times import common_type, converted
-from torquer.export.types import KEYWORDS, NOTHING, PLACES, TIME, Static, Tuple, Type, in_words
-from torquer.export.values import Form, Value, as_real, as_time
+from torquer.flight.c99.helpers import NAMES
+from torquer.flight.c99.lines import Block, Declared, Line, Stored
+from torquer.flight.c99.refusal import Impossible, Refused, refused, shown
+from torquer.flight.c99.source import Source
+from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.types import KEYWORDS, NOTHING, PLACES, TIME, Static, Tuple, Type, in_words
+from torquer.flight.c99.values import Form, Value, as_real, as_time
 
 if TYPE_CHECKING:
-    from torquer.export.program import Program
+    from torquer.flight.c99.program import Program
 
 _LIBRARY = """
     int64_t uint64_t main stdin stdout stderr memcpy memset abs labs div exit sqrt sin cos tan asin

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from types import FunctionType
 from typing import TypeGuard
 
-from torquer.compile.engine import is_own
-from torquer.compile.plugin import plain_of, source_text
-from torquer.export.refusal import refused
+from torquer.compile.code_cache import is_own
+from torquer.computer.blocks.plugin import plain_of, source_text
+from torquer.flight.c99.refusal import refused
 
 #: Statements that hold further statements.
 _BLOCKS = ("body", "orelse")

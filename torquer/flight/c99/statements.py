@@ -3,8 +3,8 @@
 import ast
 from collections.abc import Callable
 
-from torquer.export import arithmetic
-from torquer.export.evaluate import (
+from torquer.flight.c99 import arithmetic
+from torquer.flight.c99.evaluate import (
     apart,
     in_order,
     operation,
@@ -13,12 +13,12 @@ from torquer.export.evaluate import (
     truth_of,
     value_of,
 )
-from torquer.export.lines import Line
-from torquer.export.places import fill, fill_all
-from torquer.export.scope import Scope
-from torquer.export.times import common_type, converted
-from torquer.export.types import INT, NOTHING, REAL, TIME, Array, Number, Static, Tuple
-from torquer.export.values import ATOM, SIGN, SUM, Value, cell_of, constant
+from torquer.flight.c99.lines import Line
+from torquer.flight.c99.places import fill, fill_all
+from torquer.flight.c99.scope import Scope
+from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.types import INT, NOTHING, REAL, TIME, Array, Number, Static, Tuple
+from torquer.flight.c99.values import ATOM, SIGN, SUM, Value, cell_of, constant
 
 _INSTEAD = {
     ast.Assert: "leave it out: check when parameters are made",

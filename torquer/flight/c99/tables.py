@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from torquer.control.computer import Board
-from torquer.export.precision import double_text, is_single
-from torquer.export.print_c import is_empty, wrapped
-from torquer.export.program import Program
-from torquer.export.types import REAL, Array, Record, Rows, Tuple, Type, number_text
+from torquer.computer.computer import Board
+from torquer.flight.c99.precision import double_text, is_single
+from torquer.flight.c99.print_c import is_empty, wrapped
+from torquer.flight.c99.program import Program
+from torquer.flight.c99.types import REAL, Array, Record, Rows, Tuple, Type, number_text
 
 
 def initialiser(value: Any, kind: Type, depth: int = 1) -> str:

@@ -1,19 +1,19 @@
 """Times in a program of single precision: what is a time in one place is one in all.
 
 The types of fields of memory and of named tuples, of variables and of answers follow from what is
-stored in them, which a first translation finds out for the next (`torquer.export.program`).
+stored in them, which a first translation finds out for the next (`torquer.flight.c99.program`).
 """
 
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from torquer.export.types import REAL, TIME, Array, Number, Tuple, Type, tuple_type
-from torquer.export.values import Form, Value, as_real, as_time, part_of
+from torquer.flight.c99.types import REAL, TIME, Array, Number, Tuple, Type, tuple_type
+from torquer.flight.c99.values import Form, Value, as_real, as_time, part_of
 
 if TYPE_CHECKING:
-    from torquer.export.program import Program
-    from torquer.export.scope import Scope
+    from torquer.flight.c99.program import Program
+    from torquer.flight.c99.scope import Scope
 
 
 def common_type(*kinds: Type) -> Type | None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from torquer.export.precision import real_text
+from torquer.flight.c99.precision import real_text
 
 #: Numbers from which on a tuple is handed over by its address.
 _LARGE = 8
@@ -40,7 +40,7 @@ class Number:
 
 
 REAL, INT, BOOL = Number("real"), Number("int64_t"), Number("bool")
-#: Times where all else is in single precision; see `torquer.export.precision`.
+#: Times where all else is in single precision; see `torquer.flight.c99.precision`.
 TIME = Number("double")
 #: What a function without an answer returns.
 NOTHING = Number("void")

@@ -5,9 +5,9 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from torquer.export.precision import double_text, is_single, real_word
-from torquer.export.refusal import Impossible
-from torquer.export.types import (
+from torquer.flight.c99.precision import double_text, is_single, real_word
+from torquer.flight.c99.refusal import Impossible
+from torquer.flight.c99.types import (
     BOOL,
     INT,
     REAL,

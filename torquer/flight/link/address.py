@@ -6,12 +6,12 @@ import ipaddress
 from collections.abc import Mapping
 from typing import Any
 
-from torquer.link.ground_end import TcpClient, UdpClient
-from torquer.link.link import Link
-from torquer.link.tcp import TcpLink
-from torquer.link.udp import UdpLink
-from torquer.packets.dictionary import Dictionary, load_dictionary
-from torquer.packets.frames import Direction
+from torquer.flight.link.ground_end import TcpClient, UdpClient
+from torquer.flight.link.link import Link
+from torquer.flight.link.tcp import TcpLink
+from torquer.flight.link.udp import UdpLink
+from torquer.flight.packets.dictionary import Dictionary, load_dictionary
+from torquer.flight.packets.frames import Direction
 
 _FORMS = (
     "tcp:HOST:PORT, udp:HOST:PORT, can:virtual:CHANNEL, can:udp_multicast:GROUP or "
@@ -86,7 +86,7 @@ def _by_can(interface: str, channel: str, dictionary: Dictionary, sends: Directi
     if interface == "udp_multicast":
         _check_group(channel)
     try:
-        from torquer.link.can_bus import CanLink, open_bus
+        from torquer.flight.link.can_bus import CanLink, open_bus
     except ImportError:
         raise _Wrong("needs python-can, which `pip install 'torquer[can]'` adds") from None
     try:

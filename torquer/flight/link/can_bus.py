@@ -8,10 +8,10 @@ from typing import Any
 
 import can
 
-from torquer.link.link import GRACE_S, MOST_WAITING, Link
-from torquer.packets.dictionary import Dictionary
-from torquer.packets.frames import Direction
-from torquer.packets.segments import SEGMENT_BYTES, Joiner, Segment, Splitter, direction_of
+from torquer.flight.link.link import GRACE_S, MOST_WAITING, Link
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import Direction
+from torquer.flight.packets.segments import SEGMENT_BYTES, Joiner, Segment, Splitter, direction_of
 
 #: Pause after each segment [s]: about a third of a bus of 1 Mbit/s; a flood loses segments.
 PAUSE_S = 0.0005

@@ -7,7 +7,7 @@ import socket
 import time
 from contextlib import suppress
 
-from torquer.link.link import GRACE_S, MOST_WAITING, Link
+from torquer.flight.link.link import GRACE_S, MOST_WAITING, Link
 
 #: Time between two attempts to connect, and between two greetings over UDP [s].
 RETRY_S = 1.0

@@ -7,7 +7,7 @@ import socket
 import time
 from contextlib import suppress
 
-from torquer.link.link import GRACE_S, MOST_PEERS, MOST_WAITING, PEER_BYTES, Link
+from torquer.flight.link.link import GRACE_S, MOST_PEERS, MOST_WAITING, PEER_BYTES, Link
 
 
 class _Peer:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import socket
 
-from torquer.link.link import MOST_PEERS, PEER_BYTES, Link
-from torquer.link.tcp import shown
+from torquer.flight.link.link import MOST_PEERS, PEER_BYTES, Link
+from torquer.flight.link.tcp import shown
 
 #: Most bytes sent in a datagram: no network cuts it.
 DATAGRAM_BYTES = 1400

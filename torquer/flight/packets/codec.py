@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import Any
 
-from torquer.packets.dictionary import TYPES, Field, Packet
+from torquer.flight.packets.dictionary import TYPES, Field, Packet
 
 _ENCODER = """
 def encode(values):

@@ -7,9 +7,9 @@ eight bytes, `name__0`, `name__1`, ..., little-endian.
 
 from typing import NamedTuple
 
-from torquer.packets.dictionary import TYPES, Dictionary, Field, Packet
-from torquer.packets.frames import HEADERS, Direction
-from torquer.packets.segments import SEGMENT_BYTES, can_id, places
+from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.frames import HEADERS, Direction
+from torquer.flight.packets.segments import SEGMENT_BYTES, can_id, places
 
 _EXTENDED = 1 << 31
 _FLOATS = {"f32": 1, "f64": 2}

@@ -17,9 +17,9 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import pydantic
 from pydantic import AfterValidator, ValidationError, model_validator
 
-from torquer.file_limits import LEVELS, has_deep_key, limited_text
-from torquer.packets.mistakes import line_of, shown
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.base.text_files import LEVELS, has_deep_key, limited_text
+from torquer.flight.packets.mistakes import line_of, shown
 
 #: Bytes of the longest packet: with its header and the protected frame around it, it fits the 1024
 #: bytes of a CCSDS telecommand frame.

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from torquer.packets.dictionary import Dictionary, Field, Packet
-from torquer.packets.frames import ALARM, HEADERS, INFO
-from torquer.packets.pus_profile import EVENT, HOUSEKEEPING, PERFORM_FUNCTION, Made, Profile
-from torquer.packets.segments import can_id, places
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
+from torquer.flight.packets.frames import ALARM, HEADERS, INFO
+from torquer.flight.packets.pus_profile import EVENT, HOUSEKEEPING, PERFORM_FUNCTION, Made, Profile
+from torquer.flight.packets.segments import can_id, places
 
 
 def document(dictionary: Dictionary) -> str:

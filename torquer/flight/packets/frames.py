@@ -15,8 +15,8 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
-from torquer.packets.codec import decoder, encoder
-from torquer.packets.dictionary import Dictionary, Field, Packet
+from torquer.flight.packets.codec import decoder, encoder
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 
 FRAMESYNC = 0xAABBCCDD
 #: `msg_status` of a downlink frame.

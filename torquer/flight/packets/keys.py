@@ -5,7 +5,7 @@ import secrets
 import stat
 from pathlib import Path
 
-from torquer.packets.security import KEY_BYTES
+from torquer.flight.packets.security import KEY_BYTES
 
 
 def new_key(path: Path | str) -> bytes:

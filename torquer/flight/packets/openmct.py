@@ -3,7 +3,7 @@
 The key of a point is `packet.name`; its values have a `utc` time in milliseconds since 1970.
 """
 
-from torquer.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
 
 
 def openmct(dictionary: Dictionary) -> dict:

@@ -6,13 +6,13 @@ mark directly, without the block code of CCSDS 231.0-B. Telemetry comes down in 
 132.0-B) of one length after a sync mark, without the codes of CCSDS 131.0-B; the data travel in
 encapsulation packets (CCSDS 133.1-B), so that they need no structure of their own to be found.
 Space packets (CCSDS 133.0-B) have one, and travel as they are.
-`torquer.packets.security` has what the two directions have in common.
+`torquer.flight.packets.security` has what the two directions have in common.
 """
 
 import struct
 from collections.abc import Mapping
 
-from torquer.packets.security import (
+from torquer.flight.packets.security import (
     OVERHEAD,
     TRAILER,
     Receiver,
@@ -20,7 +20,7 @@ from torquer.packets.security import (
     closed,
     next_number,
 )
-from torquer.packets.space_packets import PRIMARY_BYTES, size_of
+from torquer.flight.packets.space_packets import PRIMARY_BYTES, size_of
 
 #: Start mark, then the header of a TC frame (flags and spacecraft, channel and length, sequence
 #: number) with the security header.

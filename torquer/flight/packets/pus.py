@@ -1,7 +1,7 @@
 """PUS-C on board (ECSS-E-ST-70-41C): telecommands become commands, frames become telemetry.
 
 An application process takes space packets and gives the commands of a dictionary, and the other way
-round for telemetry. `torquer.packets.pus_profile` says which packet is which message,
+round for telemetry. `torquer.flight.packets.pus_profile` says which packet is which message,
 `pus_verification` how requests are reported on; `pus_user` is the end on the ground.
 """
 
@@ -10,9 +10,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator, Mapping
 
-from torquer.packets.dictionary import Dictionary
-from torquer.packets.frames import HEADER_BYTES, INFO, Frame, Rejected
-from torquer.packets.pus_profile import (
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import HEADER_BYTES, INFO, Frame, Rejected
+from torquer.flight.packets.pus_profile import (
     ARE_YOU_ALIVE,
     I_AM_ALIVE,
     INSERT_ACTIVITIES,
@@ -21,7 +21,7 @@ from torquer.packets.pus_profile import (
     Message,
     Profile,
 )
-from torquer.packets.pus_verification import (
+from torquer.flight.packets.pus_verification import (
     ACCEPTED,
     COMPLETED,
     FAILED,
@@ -33,7 +33,7 @@ from torquer.packets.pus_verification import (
     failure,
     success,
 )
-from torquer.packets.space_packets import (
+from torquer.flight.packets.space_packets import (
     COUNTERS,
     COUNTS,
     Malformed,

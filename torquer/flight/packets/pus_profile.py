@@ -7,7 +7,7 @@ with a time stamp     TC[11,4] insert activities, around the telecommand above
 down.event            TM[5,1] to TM[5,4], by its code; event definition ID u8 = code
 down.parameter        TM[20,2] parameter value report
 other telemetry       TM[3,25] housekeeping report: structure ID u16 = id + 256 * status
-down.acknowledgement  TM[1,x]: `torquer.packets.pus_verification`
+down.acknowledgement  TM[1,x]: `torquer.flight.packets.pus_verification`
 
 Behind these IDs come the fields of the packet, as the dictionary packs them (little-endian); of a
 command those after `acknowledge`, which the ack flags replace. Numbers N of repetitions are u8. A
@@ -20,10 +20,10 @@ import struct
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Self
 
-from torquer.packets.codec import decoder
-from torquer.packets.dictionary import Dictionary, Packet
-from torquer.packets.frames import ALARM, FRAMESYNC, HEADER_BYTES, INFO, STATUS, Frame
-from torquer.packets.space_packets import (
+from torquer.flight.packets.codec import decoder
+from torquer.flight.packets.dictionary import Dictionary, Packet
+from torquer.flight.packets.frames import ALARM, FRAMESYNC, HEADER_BYTES, INFO, STATUS, Frame
+from torquer.flight.packets.space_packets import (
     ACCEPTANCE,
     COMPLETION,
     PRIMARY_BYTES,

@@ -2,7 +2,7 @@
 
 The user of an application process takes and gives the frames of a dictionary, so that whoever
 commands and archives need not know of PUS. A report on a request becomes the acknowledgement of
-the command that was sent with it. `torquer.packets.pus` is the end on board.
+the command that was sent with it. `torquer.flight.packets.pus` is the end on board.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from torquer.packets.codec import encoder
-from torquer.packets.dictionary import Dictionary
-from torquer.packets.frames import Frame
-from torquer.packets.pus_profile import (
+from torquer.flight.packets.codec import encoder
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import Frame
+from torquer.flight.packets.pus_profile import (
     ARE_YOU_ALIVE,
     DONE,
     I_AM_ALIVE,
@@ -26,8 +26,8 @@ from torquer.packets.pus_profile import (
     framed,
     insertion,
 )
-from torquer.packets.pus_verification import ACCEPTED, COMPLETED, FAILED, REFUSED
-from torquer.packets.space_packets import (
+from torquer.flight.packets.pus_verification import ACCEPTED, COMPLETED, FAILED, REFUSED
+from torquer.flight.packets.space_packets import (
     COUNTS,
     Malformed,
     Telecommand,

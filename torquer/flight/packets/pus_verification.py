@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from torquer.packets.pus_profile import DONE, WAITING, Message
-from torquer.packets.space_packets import ACCEPTANCE, COMPLETION, request_id
+from torquer.flight.packets.pus_profile import DONE, WAITING, Message
+from torquer.flight.packets.space_packets import ACCEPTANCE, COMPLETION, request_id
 
 ACCEPTED, REFUSED, COMPLETED, FAILED = ((1, subtype) for subtype in (1, 2, 7, 8))
 #: Place of the source id in a telecommand packet, and of the byte that ends with its ack flags.

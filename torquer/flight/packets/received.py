@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.packets.dictionary import TYPES, Dictionary, Field, Packet
-from torquer.packets.frames import Frame
+from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.frames import Frame
 
 if TYPE_CHECKING:
     import xarray as xr

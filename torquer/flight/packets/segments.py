@@ -16,8 +16,8 @@ from binascii import crc_hqx
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from torquer.packets.dictionary import Dictionary, Packet
-from torquer.packets.frames import FRAMESYNC, HEADER_BYTES, Direction
+from torquer.flight.packets.dictionary import Dictionary, Packet
+from torquer.flight.packets.frames import FRAMESYNC, HEADER_BYTES, Direction
 
 #: Bytes of a CAN frame's data.
 SEGMENT_BYTES = 8

@@ -19,7 +19,7 @@ import struct
 from datetime import date
 from typing import NamedTuple
 
-from torquer.packets.security import crc16
+from torquer.flight.packets.security import crc16
 
 #: Type bit of the primary header, its flag of a secondary header, sequence flags of a packet that
 #: is not a segment; greatest application process identifier, which idle packets have.

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple, Protocol
 
-from torquer.packets.dictionary import Dictionary
-from torquer.packets.frames import Frame, Stream
-from torquer.packets.protected import CommandSender, TelemetryReceiver
-from torquer.packets.pus_user import User
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import Frame, Stream
+from torquer.flight.packets.protected import CommandSender, TelemetryReceiver
+from torquer.flight.packets.pus_user import User
 
 
 class KeysOfLink(Protocol):

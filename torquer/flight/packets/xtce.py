@@ -12,8 +12,8 @@ import re
 from typing import Any
 from xml.etree import ElementTree
 
-from torquer.packets.dictionary import TYPES, Dictionary, Field, Packet
-from torquer.packets.frames import HEADER_BYTES, HEADERS, Uplink
+from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.frames import HEADER_BYTES, HEADERS, Uplink
 
 _NAMESPACE = "http://www.omg.org/spec/XTCE/20180204"
 _ROOT = {

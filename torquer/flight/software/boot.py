@@ -10,16 +10,16 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from torquer.onboard.clock import Clock
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import unsealed
-from torquer.onboard.modules.clk import TIME
-from torquer.onboard.modules.module import restored, saved, settings_file
-from torquer.onboard.modules.svr import ERRORS
-from torquer.onboard.state import Cause
+from torquer.flight.software.clock import Clock
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import unsealed
+from torquer.flight.software.modules.clk import TIME
+from torquer.flight.software.modules.module import restored, saved, settings_file
+from torquer.flight.software.modules.svr import ERRORS
+from torquer.flight.software.state import Cause
 
 if TYPE_CHECKING:
-    from torquer.onboard.core import Core
+    from torquer.flight.software.core import Core
 
 #: Files of the non-volatile memory that the boot reads.
 VARIABLES, FPGA = "variables", "fpga.lib"

@@ -10,7 +10,7 @@ takes out the second that a leap second leaves.
 import struct
 from datetime import UTC, datetime, timedelta
 
-from torquer.onboard.log import Reason
+from torquer.flight.software.log import Reason
 
 EPOCH = datetime(2010, 1, 1, tzinfo=UTC)
 #: Resolution [ms].

@@ -1,6 +1,6 @@
 """Flight software around the compiled computer, a control step at a time.
 
-core = torquer.onboard.core.Core(scenario)
+core = torquer.flight.software.core.Core(scenario)
 while (received := core.tick(uplink)) is not None:
     ...
 """
@@ -13,16 +13,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from torquer.onboard import boot
-from torquer.onboard.clock import ms_of
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import Memory
-from torquer.onboard.modules.com import Command
-from torquer.onboard.services import Services
-from torquer.onboard.software import Software, load_software
-from torquer.onboard.state import Cause, Slot, State
+from torquer.flight.software import boot
+from torquer.flight.software.clock import ms_of
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import Memory
+from torquer.flight.software.modules.com import Command
+from torquer.flight.software.services import Services
+from torquer.flight.software.software import Software, load_software
+from torquer.flight.software.state import Cause, Slot, State
 from torquer.scenario.spec import Scenario
-from torquer.simulation.flight import Flight
+from torquer.simulation.outside.flight import Flight
 
 if TYPE_CHECKING:
     import xarray as xr

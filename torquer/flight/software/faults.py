@@ -17,16 +17,16 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field, model_validator
 
+from torquer.base.spec import Spec
 from torquer.campaign.faults.kinds import faults_of
-from torquer.onboard.memory import unsealed
-from torquer.onboard.state import Cause
+from torquer.flight.software.memory import unsealed
+from torquer.flight.software.state import Cause
 from torquer.scenario.explain import ScenarioError, validated
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.spec import Scenario
-from torquer.spec import Spec
 
 if TYPE_CHECKING:
-    from torquer.onboard.core import Core
+    from torquer.flight.software.core import Core
 
 #: Faults of the software: what each is, in words.
 OF_SOFTWARE = {

@@ -7,15 +7,15 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from torquer.onboard.log import REJECTIONS, Reason
-from torquer.onboard.memory import Memory
-from torquer.packets.dictionary import Dictionary
-from torquer.packets.frames import Frame, Rejected, Stream
-from torquer.packets.protected import CommandReceiver, TelemetrySender
-from torquer.packets.pus import ApplicationProcess
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import Frame, Rejected, Stream
+from torquer.flight.packets.protected import CommandReceiver, TelemetrySender
+from torquer.flight.packets.pus import ApplicationProcess
+from torquer.flight.software.log import REJECTIONS, Reason
+from torquer.flight.software.memory import Memory
 
 if TYPE_CHECKING:
-    from torquer.onboard.modules.com import Command
+    from torquer.flight.software.modules.com import Command
 
 #: Files of the non-volatile memory: last accepted counters of commands; a counter of telemetry
 #: that lies ahead.

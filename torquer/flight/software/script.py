@@ -17,15 +17,15 @@ from typing import Any
 
 from pydantic import Field
 
-from torquer.onboard.clock import EPOCH
-from torquer.packets.dictionary import TYPES, Dictionary, Field as PacketField, Packet
-from torquer.packets.frames import Uplink
-from torquer.packets.mistakes import shown
+from torquer.base.spec import Spec
+from torquer.flight.packets.dictionary import TYPES, Dictionary, Field as PacketField, Packet
+from torquer.flight.packets.frames import Uplink
+from torquer.flight.packets.mistakes import shown
+from torquer.flight.software.clock import EPOCH
 from torquer.scenario.explain import ScenarioError, validated
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.spec import Scenario
-from torquer.simulation.directed import Names
-from torquer.spec import Spec
+from torquer.simulation.outside.directed import Names
 
 
 class Sent(Spec):

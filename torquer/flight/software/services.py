@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from torquer.onboard.link import Historical, Protected, new_link
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import Memory
-from torquer.onboard.modules.module import Module, saved, settings_file
-from torquer.onboard.state import Cause, State
-from torquer.packets.frames import ALARM, INFO, Downlink
+from torquer.flight.packets.frames import ALARM, INFO, Downlink
+from torquer.flight.software.link import Historical, Protected, new_link
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import Memory
+from torquer.flight.software.modules.module import Module, saved, settings_file
+from torquer.flight.software.state import Cause, State
 
 if TYPE_CHECKING:
-    from torquer.interface import Command, Inputs
-    from torquer.onboard.modules.com import Command as Telecommand
-    from torquer.onboard.software import Software
-    from torquer.simulation.flight import Flight
+    from torquer.computer.interface import Command, Inputs
+    from torquer.flight.software.modules.com import Command as Telecommand
+    from torquer.flight.software.software import Software
+    from torquer.simulation.outside.flight import Flight
 
 
 class Computer:

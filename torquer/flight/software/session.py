@@ -18,17 +18,17 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, ValidationError
 
-from torquer.onboard.core import Core
-from torquer.onboard.faults import FaultsFile, SoftwareFault, of_software, strike
-from torquer.onboard.memory import Memory
-from torquer.onboard.software import Software, SoftwareFile, load_software
-from torquer.packets.station import Station
+from torquer.base.spec import Spec
+from torquer.base.version import VERSION
+from torquer.flight.packets.station import Station
+from torquer.flight.software.core import Core
+from torquer.flight.software.faults import FaultsFile, SoftwareFault, of_software, strike
+from torquer.flight.software.memory import Memory
+from torquer.flight.software.software import Software, SoftwareFile, load_software
 from torquer.scenario.explain import ScenarioError, validated
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.spec import Scenario
-from torquer.simulation.signals import noted_signals
-from torquer.spec import Spec
-from torquer.version import VERSION
+from torquer.simulation.setup.signals import noted_signals
 
 #: Control steps from one recorded digest to the next.
 STRIDE = 64

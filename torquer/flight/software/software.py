@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from torquer.onboard.link import Keys
-from torquer.onboard.modules import MODULES, REQUIRED
-from torquer.onboard.modules.module import Module
-from torquer.packets.dictionary import Dictionary, load_dictionary
-from torquer.packets.keys import read_key
+from torquer.base.spec import Spec
+from torquer.flight.packets.dictionary import Dictionary, load_dictionary
+from torquer.flight.packets.keys import read_key
+from torquer.flight.software.link import Keys
+from torquer.flight.software.modules import MODULES, REQUIRED
+from torquer.flight.software.modules.module import Module
 from torquer.scenario.explain import ScenarioError, explain, validated
 from torquer.scenario.load import data_of, text_of
-from torquer.spec import Spec
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -200,7 +200,8 @@ def _own_class(name: str, table: ModuleTable, folder: Path) -> type[Module]:
     found = getattr(_loaded(key, path), table.class_name, None)
     if not isinstance(found, type) or not issubclass(found, Module):
         raise ScenarioError(
-            f"{key}.class: must be a class of {path.name} derived from torquer.onboard.Module; "
+            f"{key}.class: must be a class of {path.name} derived from "
+            "torquer.flight.software.Module; "
             f"received {table.class_name!r}"
         )
     if getattr(found, "name", None) != name:
@@ -209,7 +210,7 @@ def _own_class(name: str, table: ModuleTable, folder: Path) -> type[Module]:
         )
     if not isinstance(found.Settings, type) or not issubclass(found.Settings, Spec):
         raise ScenarioError(
-            f"{key}.class: must have Settings derived from torquer.spec.Spec; received "
+            f"{key}.class: must have Settings derived from torquer.base.spec.Spec; received "
             f"{found.Settings!r}"
         )
     period_s: Any = found.period_s

@@ -6,15 +6,15 @@ from collections import deque
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from torquer.onboard.clock import Clock
-from torquer.onboard.log import Log, Reason
-from torquer.onboard.modules.module import Module
-from torquer.onboard.queues import Cdh
+from torquer.flight.software.clock import Clock
+from torquer.flight.software.log import Log, Reason
+from torquer.flight.software.modules.module import Module
+from torquer.flight.software.queues import Cdh
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from torquer.onboard.services import Services
+    from torquer.flight.software.services import Services
 
 #: Sizes of the queues that no module owns: acknowledgements, frames for the ground, state vectors.
 QUEUES = {"acks": 10, "ground": 10, "state": 3}

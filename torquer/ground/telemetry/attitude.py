@@ -1,6 +1,6 @@
 """Attitude from telemetry: a Kalman filter forwards, a smoother backwards, and whether they fit.
 
-The filters are those of `torquer.estimation`, the smoother that of simulated runs. A reading
+The filters are those of `computer.estimation`, the smoother that of simulated runs. A reading
 belongs to the stamp of its row. What a filter states of its errors holds if its model does: the
 innovations say whether the telemetry agrees, and where it does not, no accuracy is stated.
 """
@@ -14,24 +14,24 @@ import numpy as np
 from pydantic import ValidationError
 from scipy.special import chdtri
 
-from torquer.analysis.filter_statistics import autocorrelation
-from torquer.analysis.smoothing import (
+from torquer.analysis.filters.filter_statistics import autocorrelation
+from torquer.analysis.filters.smoothing import (
     KNOWN_VARIABLES,
     as_dataset,
     check_can_be_smoothed,
     fly_back_and_forth,
 )
+from torquer.base.spec import Spec
+from torquer.computer.estimation import ESTIMATORS, AnyEstimator
+from torquer.computer.estimation.filter import Filter
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
+from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
+from torquer.computer.interface import nothing_known
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.estimation import ESTIMATORS, AnyEstimator
-from torquer.estimation.filter import Filter
-from torquer.estimation.kalman_gyro import KalmanGyro
-from torquer.estimation.sensor_keys import SENSOR_WORDS
-from torquer.interface import nothing_known
+from torquer.ground.telemetry.environment import RowEnvironments, environments_at_rows
 from torquer.scenario.explain import explain
 from torquer.scenario.load import data_of, text_of
 from torquer.simulation.results.variables import ESTIMATED, read
-from torquer.spec import Spec
-from torquer.telemetry.environment import RowEnvironments, environments_at_rows
 
 if TYPE_CHECKING:
     import xarray as xr

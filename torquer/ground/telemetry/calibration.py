@@ -3,7 +3,7 @@
 The reading m becomes A (m - bias - C dipole - k (T - T0)), with A lower triangular: factors
 1 + scale on its diagonal, non-orthogonality below it. Its strength is fitted to the model's at
 stamps that may be shifted. Levenberg and Marquardt's method on Tukey's cost, which does not feel
-gross outliers at all, from a trimmed start (`torquer.telemetry.start`). Least squares, Huber's
+gross outliers at all, from a trimmed start (`telemetry.start`). Least squares, Huber's
 cost and Student's t break down at 1 to 20 % of outliers.
 
 A clock that is wrong and a satellite that is ahead of its elements look the same in |B|: one shift
@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal import lfilter
 
-from torquer.telemetry.start import trimmed
+from torquer.ground.telemetry.start import trimmed
 
 #: Beyond this part of outliers there is no answer.
 MOST_OUTLIERS = 0.3

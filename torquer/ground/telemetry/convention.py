@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from torquer.earth.rotation import teme_to_gcrf
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.earth.rotation import teme_to_gcrf
 from torquer.environment.field.along import angles_deg
-from torquer.geometry.attitudes import dcm_body_to_reference
-from torquer.telemetry.axes import SIGNED_PERMUTATIONS, axis_names
-from torquer.telemetry.environment import environments_at_rows
+from torquer.ground.telemetry.axes import SIGNED_PERMUTATIONS, axis_names
+from torquer.ground.telemetry.environment import environments_at_rows
+from torquer.maths.geometry.attitudes import dcm_body_to_reference
 
 if TYPE_CHECKING:
     import xarray as xr

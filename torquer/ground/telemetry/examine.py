@@ -9,13 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.computer.estimation.filter import Filter
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.estimation.filter import Filter
-from torquer.geometry.frames import geodetic_from_ecef
-from torquer.scenario.spec import Scenario
-from torquer.telemetry.attitude import Attitude, attitude_of
-from torquer.telemetry.axes import Axes, rank_axes
-from torquer.telemetry.calibration import (
+from torquer.ground.telemetry.attitude import Attitude, attitude_of
+from torquer.ground.telemetry.axes import Axes, rank_axes
+from torquer.ground.telemetry.calibration import (
     GROUPS,
     MODELS,
     Calibration,
@@ -25,8 +23,8 @@ from torquer.telemetry.calibration import (
     choose,
     rows_of,
 )
-from torquer.telemetry.convention import Found, find_convention
-from torquer.telemetry.modulus import (
+from torquer.ground.telemetry.convention import Found, find_convention
+from torquer.ground.telemetry.modulus import (
     FieldAlong,
     FieldGiven,
     Zone,
@@ -34,9 +32,11 @@ from torquer.telemetry.modulus import (
     unit_slip,
     zone_scan,
 )
-from torquer.telemetry.read import Finding
-from torquer.telemetry.twin import twin_of
-from torquer.telemetry.twin_found import Twin
+from torquer.ground.telemetry.read import Finding
+from torquer.ground.telemetry.twin import twin_of
+from torquer.ground.telemetry.twin_found import Twin
+from torquer.maths.geometry.frames import geodetic_from_ecef
+from torquer.scenario.spec import Scenario
 
 #: Head of a table of parameters, of the calibration or the twin.
 PARAMETER_HEAD = ("parameter", "value", "sigma", "unit")
@@ -82,7 +82,7 @@ def examine(
     filter_: Filter | None = None,
     scenario: Scenario | None = None,
 ) -> Examination:
-    """Examine a session (`torquer.telemetry.read.Session`).
+    """Examine a session (`torquer.ground.telemetry.read.Session`).
 
     `orbit`: of the satellite, or None where the telemetry has `position_j`. `groups`: model of the
     calibration, by default chosen by blocks of time held out. `filter_`: makes an attitude of the

@@ -143,9 +143,9 @@ def _misfit(m: np.ndarray, strength: np.ndarray) -> float:
     """Robust residual [T] of |B| with bias, scale and non-orthogonality.
 
     Linear: the square of the strength is a quadric of the readings, fitted to the rows near which
-    the trimmed fit of `torquer.telemetry.start` passes.
+    the trimmed fit of `torquer.ground.telemetry.start` passes.
     """
-    from torquer.telemetry.start import corrected, trimmed
+    from torquer.ground.telemetry.start import corrected, trimmed
 
     off = np.abs(corrected(trimmed(m, strength, samples=12), m) - strength)
     near = off < 4.0 * 1.4826 * np.median(off)

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from torquer.orbit import AnyOrbit, Sgp4
-from torquer.orbit.numerical import epoch_of
+from torquer.base.spec import Spec
+from torquer.base.time import parse_utc, seconds_between
+from torquer.environment.orbit import AnyOrbit, Sgp4
+from torquer.environment.orbit.numerical import epoch_of
 from torquer.scenario.explain import explain
 from torquer.scenario.load import data_of, text_of
-from torquer.spec import Spec
-from torquer.time import parse_utc, seconds_between
 
 _LINE = re.compile(r"^([12]) [ 0-9A-Z]")
 
@@ -26,7 +26,7 @@ class _Tables(Spec):
 
 
 class OrbitFrom(NamedTuple):
-    """An orbit whose time 0 is an instant of its own, as `torquer.orbit` has them otherwise."""
+    """An orbit whose time 0 is an instant of its own, as `environment.orbit` has them otherwise."""
 
     orbit: Any
     start: datetime

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from torquer.telemetry.mapping import Mapping, mapping_of
-from torquer.telemetry.quantities import QUANTITIES, UNITS, in_si, unit_of, units_for
-from torquer.telemetry.read import split_numbers
-from torquer.telemetry.tables import format_of, table_of
+from torquer.ground.telemetry.mapping import Mapping, mapping_of
+from torquer.ground.telemetry.quantities import QUANTITIES, UNITS, in_si, unit_of, units_for
+from torquer.ground.telemetry.read import split_numbers
+from torquer.ground.telemetry.tables import format_of, table_of
 
 #: What column names hold by quantity, in the order in which they are tried: words, anywhere, and
 #: beginnings too short for that, before which and after which no further letters of a word stand.

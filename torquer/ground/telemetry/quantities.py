@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.interface import CELLS
+from torquer.computer.interface import CELLS
 from torquer.simulation.results.variables import VARIABLES
 
 _KNOWN = {each.name: each for each in VARIABLES}

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.telemetry.mapping import COUNTED, DAYS, Mapping, names_in, zone_of
-from torquer.telemetry.quantities import QUANTITIES, RENAMED, in_si, session_of, unit_of
-from torquer.telemetry.tables import Table, table_of
+from torquer.ground.telemetry.mapping import COUNTED, DAYS, Mapping, names_in, zone_of
+from torquer.ground.telemetry.quantities import QUANTITIES, RENAMED, in_si, session_of, unit_of
+from torquer.ground.telemetry.tables import Table, table_of
 
 #: A quaternion shorter than this states no attitude.
 _NO_QUATERNION = 0.5
@@ -32,7 +32,7 @@ class Finding(NamedTuple):
 
 
 class Session(NamedTuple):
-    """Telemetry: the data (`torquer.telemetry.quantities`), and what was noteworthy in it."""
+    """Telemetry: the data (`telemetry.quantities`), and what was noteworthy in it."""
 
     data: xr.Dataset
     findings: tuple[Finding, ...]

@@ -154,8 +154,8 @@ def _netcdf(path: Path, mapping) -> Table:
 def _archive(path: Path, mapping) -> Table:
     import pandas as pd
 
+    from torquer.flight.packets.received import attributes_of
     from torquer.ground.archive import dictionary_in, quoted, read_only
-    from torquer.packets.received import attributes_of
 
     with closing(read_only(path)) as db:
         down = dictionary_in(db).down

@@ -19,12 +19,8 @@ import numpy as np
 import xarray as xr
 from scipy.special import chdtri
 
-from torquer.geometry.attitudes import rotation_vector, to_body
-from torquer.scenario.change import with_values
-from torquer.scenario.spec import Scenario
-from torquer.simulation.simulate import simulate
-from torquer.telemetry.twin_fit import Fits, Problem, moved_by_noise
-from torquer.telemetry.twin_flights import (
+from torquer.ground.telemetry.twin_fit import Fits, Problem, moved_by_noise
+from torquer.ground.telemetry.twin_flights import (
     COUNT,
     INERTIA,
     OF_DIPOLE,
@@ -39,11 +35,15 @@ from torquer.telemetry.twin_flights import (
     has_gain,
     inertia_of,
 )
-from torquer.telemetry.twin_found import Twin
-from torquer.telemetry.twin_legs import Legs
-from torquer.telemetry.twin_members import GAIN, SCALE, tables_of
-from torquer.telemetry.twin_readings import Readings, first_end, readings_of
-from torquer.telemetry.twin_start import guesses
+from torquer.ground.telemetry.twin_found import Twin
+from torquer.ground.telemetry.twin_legs import Legs
+from torquer.ground.telemetry.twin_members import GAIN, SCALE, tables_of
+from torquer.ground.telemetry.twin_readings import Readings, first_end, readings_of
+from torquer.ground.telemetry.twin_start import guesses
+from torquer.maths.geometry.attitudes import rotation_vector, to_body
+from torquer.scenario.change import with_values
+from torquer.scenario.spec import Scenario
+from torquer.simulation.setup.simulate import simulate
 
 #: By what the first window grows, and the growth at which it stops.
 _GROWTH, _LEAST_GROWTH = 1.6, 1.1

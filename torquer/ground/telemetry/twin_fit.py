@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.geometry.attitudes import rotation_vector
-from torquer.telemetry.twin_flights import COUNT, Flights, Points, States
-from torquer.telemetry.twin_readings import Readings
+from torquer.ground.telemetry.twin_flights import COUNT, Flights, Points, States
+from torquer.ground.telemetry.twin_readings import Readings
+from torquer.maths.geometry.attitudes import rotation_vector
 
 #: Parameters: rotation vector and rate at the start, physical ones.
 PARAMETERS = 6 + COUNT

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.geometry.quaternion import from_rotation_vector, multiply
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import CELLS_AT
-from torquer.simulation.run import prepare
+from torquer.simulation.setup.run import prepare
 
 #: Elements of the logarithm of the inertia's change, and the residual dipole.
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.ground.telemetry.twin_flights import INERTIA
 from torquer.scenario.spec import Scenario
-from torquer.telemetry.twin_flights import INERTIA
 
 
 class Twin(NamedTuple):

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.scenario.spec import Scenario
-from torquer.telemetry.twin_fit import (
+from torquer.ground.telemetry.twin_fit import (
     STEPS,
     Moved,
     around,
@@ -21,8 +20,9 @@ from torquer.telemetry.twin_fit import (
     moved_by_noise,
     root_of,
 )
-from torquer.telemetry.twin_flights import COUNT, Flights, Points, States, joined
-from torquer.telemetry.twin_readings import Readings
+from torquer.ground.telemetry.twin_flights import COUNT, Flights, Points, States, joined
+from torquer.ground.telemetry.twin_readings import Readings
+from torquer.scenario.spec import Scenario
 
 #: Least length of a leg [s]; it is a whole number of cycles.
 _LEG_S = 300.0

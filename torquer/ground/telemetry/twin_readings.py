@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.base.time import seconds_between
 from torquer.environment.field.along import angles_deg
-from torquer.geometry.attitudes import to_body
+from torquer.ground.telemetry.modulus import start_of
+from torquer.ground.telemetry.twin_flights import States
+from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
-from torquer.telemetry.modulus import start_of
-from torquer.telemetry.twin_flights import States
-from torquer.time import seconds_between
 
 #: Seconds and rows of the first window; rows that are fitted at most.
 _FIRST_S, _FIRST_ROWS, _MOST_ROWS = 60.0, 4, 240

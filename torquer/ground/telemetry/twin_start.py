@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from torquer.ground.telemetry.twin_flights import COUNT, Points, inertia_of, joined
+from torquer.ground.telemetry.twin_readings import Readings
 from torquer.scenario.spec import Scenario
-from torquer.telemetry.twin_flights import COUNT, Points, inertia_of, joined
-from torquer.telemetry.twin_readings import Readings
 
 #: Logarithms of the changes of two ratios of moments, angles about the field.
 _RATIOS, _ANGLES = np.linspace(-0.3, 0.3, 5), 8

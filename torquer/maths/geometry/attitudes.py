@@ -1,6 +1,6 @@
 """Many attitudes at once: arrays of unit quaternions [..., 4] in NumPy, for results and pictures.
 
-Conventions of `torquer.geometry.quaternion`: scalar last, from body to reference components.
+Conventions of `torquer.maths.geometry.quaternion`: scalar last, from body to reference components.
 SciPy's `Rotation` has the same and more; importing it takes a quarter of a second of every run.
 """
 

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import kernel
-from torquer.geometry import quaternion
-from torquer.geometry.frames import mat_mul, rot_x, rot_y, rot_z
+from torquer.maths.geometry import quaternion
+from torquer.maths.geometry.frames import mat_mul, rot_x, rot_y, rot_z
 
 #: Below this sine (cosine) of the middle angle the outer two rotations are one.
 _LOCK = 1e-12

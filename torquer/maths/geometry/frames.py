@@ -1,4 +1,4 @@
-"""Rotations between the frames of `torquer.conventions`, and geodetic coordinates (WGS84).
+"""Rotations between the frames of `torquer.base.conventions`, and geodetic coordinates (WGS84).
 
 `dcm_a_to_b` takes components in frame a to components in frame b, v_b = dcm_a_to_b v_a; its
 columns are the axes of a in b. Kernels return tuples of rows; angles are in radians. The geodetic
@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
+from torquer.base.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
 from torquer.compile.engine import kernel
-from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
-from torquer.geometry.vec3 import cross, mat_t_vec, unit
+from torquer.maths.geometry.vec3 import cross, mat_t_vec, unit
 
 _POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)
 _ECCENTRICITY_2 = EARTH_FLATTENING * (2.0 - EARTH_FLATTENING)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
+from torquer.maths.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
 
 
 @inlined

@@ -15,7 +15,7 @@ from numba.extending import overload
 from torquer.compile import engine
 from torquer.compile.code_cache import keep_off_disk
 from torquer.compile.engine import kernel
-from torquer.integrate import dop853_tableau as tableau
+from torquer.maths.integrate import dop853_tableau as tableau
 
 #: Return values of `dop853`.
 DONE, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2

@@ -9,9 +9,9 @@ the bits are the same, but compiling takes 13.6 s instead of 3.5 s and a step 88
 """
 
 from torquer.compile.engine import inlined
-from torquer.geometry.motion import Motion
-from torquer.integrate import dop853_tableau as tableau
-from torquer.integrate.rk4 import moved
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.integrate import dop853_tableau as tableau
+from torquer.maths.integrate.rk4 import moved
 
 #: Times of the stages within a step; rows of the tableau; weights of the sum and of the two
 #: error estimates.

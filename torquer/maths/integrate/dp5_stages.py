@@ -5,8 +5,8 @@ The stages are evaluated by the caller, as those of `dop853_stages`: `k0` at x, 
 """
 
 from torquer.compile.engine import inlined
-from torquer.geometry.motion import Motion
-from torquer.integrate.rk4 import moved
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.integrate.rk4 import moved
 
 #: Times of the stages within a step.
 C = (0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0)

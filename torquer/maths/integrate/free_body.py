@@ -11,8 +11,8 @@ spins and the neighbourhood of the separatrix need no special treatment but one.
 import math
 
 from torquer.compile.engine import kernel
-from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
-from torquer.geometry.vec3 import cross, dot, norm, scale
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.maths.geometry.vec3 import cross, dot, norm, scale
 
 #: Nodes and weights of the six-point Gauss-Legendre rule on [0, 1].
 _NODES = (

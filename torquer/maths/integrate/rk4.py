@@ -11,9 +11,9 @@ nothing damps it. An attitude that turns at the rate w lags by 2 (w h/2)^5/120 a
 import math
 
 from torquer.compile.engine import inlined
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add_scaled
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import normalised
+from torquer.maths.geometry.vec3 import add_scaled
 
 #: Turns within one step [rad] beyond which RK4 does not follow: of a nutation (it loses half a
 #: per cent of its amplitude in every step), and of the body (it lags by a degree in every step).

@@ -6,10 +6,10 @@ the torque itself is resolved.
 """
 
 from torquer.compile.engine import kernel
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import conjugate, multiply, rotate, rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, cross, scale, solve, sym_vec
-from torquer.integrate.free_body import free_rotation
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import conjugate, multiply, rotate, rotate_inverse
+from torquer.maths.geometry.vec3 import add, add_scaled, cross, scale, solve, sym_vec
+from torquer.maths.integrate.free_body import free_rotation
 
 #: Nodes of the two-point Gauss-Legendre rule on [0, 1]; the weights are 1/2.
 NODES = (0.21132486540518713, 0.7886751345948129)

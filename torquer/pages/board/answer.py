@@ -26,9 +26,9 @@ from torquer.analysis.attitude import (
 )
 from torquer.analysis.goals import goals_of
 from torquer.analysis.verdict import judged_series, verdict_of
-from torquer.board.flown import Flown
-from torquer.browser.scene import scene
-from torquer.strict_json import json_text
+from torquer.base.strict_json import json_text
+from torquer.pages.board.flown import Flown
+from torquer.pages.browser.scene import scene
 
 #: Records that the 3D view is sent at most.
 MOST_POINTS = 1500

@@ -13,14 +13,14 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.geometry.attitudes import dcm_body_to_reference
+from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.spec import Scenario
-from torquer.simulation.checkpoints import Checkpoints, advance_in_pieces
+from torquer.simulation.loop.state import Record
 from torquer.simulation.results.dataset import rate_in_orbit, sun_direction
 from torquer.simulation.results.variables import RECORDED, read
-from torquer.simulation.run import Piece, Run, environments_of, prepare, record_this_instant
-from torquer.simulation.size import check_memory, size_of
-from torquer.simulation.state import Record
+from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
+from torquer.simulation.setup.run import Piece, Run, environments_of, prepare, record_this_instant
+from torquer.simulation.setup.size import check_memory, size_of
 
 #: Orbits whose tables are kept.
 MOST_ORBITS = 6

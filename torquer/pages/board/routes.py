@@ -28,15 +28,15 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from torquer.board.answer import answer_of
-from torquer.board.flown import Flown, Orbits, Superseded, fly
-from torquer.board.form import form_of
-from torquer.board.starts import Starts
-from torquer.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
-from torquer.board.theory import theory_of
-from torquer.browser.bodies import json_object
-from torquer.browser.files import files_of
-from torquer.file_limits import MOST_BYTES
+from torquer.base.text_files import MOST_BYTES
+from torquer.pages.board.answer import answer_of
+from torquer.pages.board.flown import Flown, Orbits, Superseded, fly
+from torquer.pages.board.form import form_of
+from torquer.pages.board.starts import Starts
+from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
+from torquer.pages.board.theory import theory_of
+from torquer.pages.browser.bodies import json_object
+from torquer.pages.browser.files import files_of
 from torquer.scenario.spec import Scenario
 
 WEB = Path(__file__).parent / "web"

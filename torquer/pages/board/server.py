@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from torquer.board.routes import Board, application
-from torquer.board.text import data_from_toml, files_in
-from torquer.browser.guard import POLICY
-from torquer.browser.server import LocalServer
+from torquer.pages.board.routes import Board, application
+from torquer.pages.board.text import data_from_toml, files_in
+from torquer.pages.browser.guard import POLICY
+from torquer.pages.browser.server import LocalServer
 
 
 class BoardServer:

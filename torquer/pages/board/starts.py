@@ -17,10 +17,10 @@ from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 
-from torquer.board.flown import Superseded
 from torquer.campaign.executors import chunk_elsewhere, end_with_parent
 from torquer.campaign.load import check_campaign
 from torquer.campaign.spec import Campaign
+from torquer.pages.board.flown import Superseded
 from torquer.scenario.spec import Scenario
 
 #: Members of a campaign, and of a part of it that is flown at once.

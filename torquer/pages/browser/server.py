@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 
 import uvicorn
 
-from torquer.browser.guard import Guard
-from torquer.simulation.signals import ALL
+from torquer.pages.browser.guard import Guard
+from torquer.simulation.setup.signals import ALL
 
 HOST = "127.0.0.1"
 #: How long the end waits for browsers [s].

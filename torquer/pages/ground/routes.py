@@ -17,22 +17,22 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from torquer.browser import scene
-from torquer.browser.bodies import json_object
-from torquer.browser.files import files_of
-from torquer.control.modes.diagram import svg
+from torquer.base.spec import Spec
+from torquer.base.strict_json import json_text
+from torquer.computer.modes.diagram import svg
+from torquer.flight.packets.dictionary import TYPES, Packet
+from torquer.flight.packets.mistakes import shown
+from torquer.flight.packets.openmct import openmct
+from torquer.flight.software.script import Sent
 from torquer.ground import history
 from torquer.ground.archive import read_only
 from torquer.ground.commands import listed
 from torquer.ground.contact import Contact
 from torquer.ground.live import Listener, Live
-from torquer.onboard.script import Sent
-from torquer.packets.dictionary import TYPES, Packet
-from torquer.packets.mistakes import shown
-from torquer.packets.openmct import openmct
+from torquer.pages.browser import scene
+from torquer.pages.browser.bodies import json_object
+from torquer.pages.browser.files import files_of
 from torquer.scenario.explain import ScenarioError, validated
-from torquer.spec import Spec
-from torquer.strict_json import json_text
 
 WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.

@@ -10,12 +10,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from torquer.browser.server import LocalServer
 from torquer.ground import SERVER
 from torquer.ground.contact import AS_ARCHIVED, Contact, Counters
 from torquer.ground.file import Satellite
 from torquer.ground.live import Live
-from torquer.ground.routes import application
+from torquer.pages.browser.server import LocalServer
+from torquer.pages.ground.routes import application
 
 #: What the page may load: its own files. Open MCT needs generated code, styles and workers.
 POLICY = (

@@ -6,7 +6,7 @@ from pathlib import Path
 import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
 import numpy as np
 
-from torquer.analysis.field_cone import ConeShape
+from torquer.analysis.field.field_cone import ConeShape
 from torquer.environment.field.along import FieldsAlong
 from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
 from torquer.report.common.html import card, cards

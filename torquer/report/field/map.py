@@ -7,7 +7,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize, TwoSlopeNorm
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
-from torquer.analysis.field_map import FieldMap
+from torquer.analysis.field.field_map import FieldMap
 from torquer.report.common.colours import SIGNED
 from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, saved, sheet
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from torquer.analysis.filter_check import FilterCheck
+from torquer.analysis.filters.filter_check import FilterCheck
 from torquer.simulation.results.file import own_folder
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.analysis.sensor_sets import SensorSet
+from torquer.analysis.filters.sensor_sets import SensorSet
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.report.common.figure import legend_at_left, stacked
 from torquer.report.common.scales import clock_for

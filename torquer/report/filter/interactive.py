@@ -2,10 +2,14 @@
 
 import numpy as np
 
-from torquer.analysis.filter_check import FilterCheck
-from torquer.analysis.filter_statistics import autocorrelation, band as band_of, mean_over_runs
+from torquer.analysis.filters.filter_check import FilterCheck
+from torquer.analysis.filters.filter_statistics import (
+    autocorrelation,
+    band as band_of,
+    mean_over_runs,
+)
 from torquer.analysis.series import bands_where
-from torquer.estimation.sensor_keys import SENSOR_WORDS
+from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREEN, GREY, RED
 from torquer.report.common.interactive import (
     axis,

@@ -4,7 +4,7 @@ import json
 import math
 from pathlib import Path
 
-from torquer.analysis.filter_check import (
+from torquer.analysis.filters.filter_check import (
     Check,
     FilterCheck,
     as_plain,
@@ -12,7 +12,7 @@ from torquer.analysis.filter_check import (
     rejected_in_words,
     restarts_in_words,
 )
-from torquer.analysis.observability import states_of
+from torquer.analysis.filters.observability import states_of
 from torquer.report.common.html import card, cards
 from torquer.report.common.sources import sources_data
 from torquer.report.filter.interactive import figures_of

@@ -5,10 +5,16 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from torquer.analysis.filter_check import FilterCheck
-from torquer.analysis.filter_statistics import autocorrelation, band, mean_over_runs, nees, nis
-from torquer.analysis.observability import states_of
-from torquer.estimation.sensor_keys import SENSOR_WORDS
+from torquer.analysis.filters.filter_check import FilterCheck
+from torquer.analysis.filters.filter_statistics import (
+    autocorrelation,
+    band,
+    mean_over_runs,
+    nees,
+    nis,
+)
+from torquer.analysis.filters.observability import states_of
+from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
 from torquer.report.common.figure import legend_at_left, saved, stacked
 from torquer.report.common.scales import Clock, clock_for

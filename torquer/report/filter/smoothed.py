@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from torquer.geometry.quaternion import angle_between
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.report.common.colours import BLUE, RED
 from torquer.report.common.figure import legend_at_left, stacked
 from torquer.report.common.scales import clock_for

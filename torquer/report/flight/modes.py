@@ -1,9 +1,9 @@
 """The section of a report on the modes: state diagram, use of every state."""
 
 from torquer.analysis.summary_rows import time_or_never, unchanged_in_words
-from torquer.control.modes.diagram import svg
-from torquer.control.modes.layout import layout
-from torquer.control.modes.spec import MAIN, Modes
+from torquer.computer.modes.diagram import svg
+from torquer.computer.modes.layout import layout
+from torquer.computer.modes.spec import MAIN, Modes
 from torquer.report.common.html import encoded
 from torquer.report.flight.view import View
 

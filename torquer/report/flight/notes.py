@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from torquer.analysis.notes.notes import notes_of
 from torquer.analysis.verdict import clock_text
 from torquer.analysis.wheels import AT_LIMIT
-from torquer.control.user import GivenLaw
-from torquer.notes.notes import notes_of
+from torquer.computer.blocks.user import GivenLaw
 from torquer.report.flight.view import View
 from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.results.dataset import COMPLETE

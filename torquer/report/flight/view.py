@@ -13,11 +13,11 @@ from torquer.analysis.modes import RegionRecord, regions_of
 from torquer.analysis.series import bands_where, settled_from
 from torquer.analysis.summary import summary_of
 from torquer.analysis.wheels import FlownWheels, wheels_of
+from torquer.base.time import decimal_year
 from torquer.environment.field import at_geodetic
-from torquer.geometry.attitudes import dcm_body_to_reference, interpolated
+from torquer.maths.geometry.attitudes import dcm_body_to_reference, interpolated
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import laws_of, scenario_of
-from torquer.time import decimal_year
 
 #: Rotation between records [deg] up to which the attitude can be interpolated.
 _FOLLOWED_DEG = 100.0

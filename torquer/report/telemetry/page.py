@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.ground.telemetry.convention import WAYS_SHOWN
+from torquer.ground.telemetry.examine import PARAMETER_HEAD
 from torquer.report.common.html import card, cards, picture
 from torquer.report.telemetry.pictures import pictures_of
 from torquer.simulation.results.file import put
-from torquer.telemetry.convention import WAYS_SHOWN
-from torquer.telemetry.examine import PARAMETER_HEAD
 
 _WORDS = {
     "residual": (

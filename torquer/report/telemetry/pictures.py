@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.estimation.sensor_keys import SENSOR_WORDS
+from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
+from torquer.ground.telemetry.modulus import ZONES_H
 from torquer.report.common.colours import BLUE, GREY, ORANGE, RED
 from torquer.report.common.figure import legend_at_left, saved, stacked
 from torquer.report.common.scales import clock_for
-from torquer.telemetry.modulus import ZONES_H
 
 #: Points that are drawn at most.
 _MOST = 20_000

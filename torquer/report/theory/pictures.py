@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SIGNED, SKY
 from torquer.report.common.figure import legend_at_left, saved, stacked
-from torquer.theory.evolution.model import Slow
+from torquer.theory.slow.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 _PALE = LinearSegmentedColormap.from_list("pale", ["#ffffff", "#cfe3f2", "#7fb3d8", "#2f74a8"])

@@ -10,8 +10,8 @@ from torquer.report.common.interactive import MENU, layout
 from torquer.report.wheels.pictures import needed
 from torquer.report.wheels.tables import failure_rows, layout_rows, lost_label, summary_rows
 from torquer.simulation.results.file import put
-from torquer.wheel_array.demand import Ellipsoid
-from torquer.wheel_array.envelope import Envelope, momentum_envelope
+from torquer.spacecraft.wheel_array.demand import Ellipsoid
+from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
 
 _FACE = "#7fb2d6"
 #: Place of the menu of failures, over the figure.

@@ -7,13 +7,13 @@ import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from torquer.analysis.wheel_design import METHODS, half_spaces
+from torquer.design.wheel_design import METHODS, half_spaces
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
 from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
 from torquer.report.wheels.tables import hours, lost_label
-from torquer.wheel_array.demand import Ellipsoid
-from torquer.wheel_array.envelope import Envelope, momentum_envelope
-from torquer.wheel_array.rates import required
+from torquer.spacecraft.wheel_array.demand import Ellipsoid
+from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
+from torquer.spacecraft.wheel_array.rates import required
 
 #: Elevation and azimuth [deg] from which envelopes are seen.
 EYE = (18.0, -48.0)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.analysis.wheel_file import WheelDesign
-from torquer.analysis.wheel_sweep import Sweep
+from torquer.design.wheel_file import WheelDesign
+from torquer.design.wheel_sweep import Sweep
 from torquer.report.common.colours import BLUE, GREY, ORANGE
 from torquer.report.common.figure import INK, legend_at_left, saved, stacked
 

@@ -1,6 +1,6 @@
 """The report on a wheel design as rows of text, for a terminal and for a page."""
 
-from torquer.analysis.wheel_sweep import Point, Sweep
+from torquer.design.wheel_sweep import Point, Sweep
 
 _AXES = ("x1", "x2", "x3")
 #: Rows of the table of a sweep, about.

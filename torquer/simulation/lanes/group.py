@@ -7,18 +7,18 @@ import numpy as np
 
 from torquer.compile.arguments import Arguments
 from torquer.compile.lanes import LANES
-from torquer.control.computer import Computer, estimates
+from torquer.computer.computer import Computer, estimates
 from torquer.scenario.spec import Scenario
-from torquer.simulation.computers import Boards, boards_of, same_computers
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, packed
-from torquer.simulation.members import END, RUNNING, STREAMS, Many
+from torquer.simulation.loop.computers import Boards, boards_of, same_computers
+from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
+from torquer.simulation.loop.state import CELLS, LOCAL_CELLS
+from torquer.simulation.loop.step import Loop, run_steps
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.run import Piece, Run, environments_of, piece_of
-from torquer.simulation.signals import noted_signals
-from torquer.simulation.state import CELLS, LOCAL_CELLS
-from torquer.simulation.step import Loop, run_steps
+from torquer.simulation.setup.run import Piece, Run, environments_of, piece_of
+from torquer.simulation.setup.signals import noted_signals
 
 _MOTION = 7
 

@@ -8,14 +8,15 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import NamedTuple, cast
 
-from torquer.compile import engine, plugin
-from torquer.compile.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
+from torquer.compile import engine
 from torquer.compile.lanes import LANES, Fields, Rows, lane_maker, record_fields
-from torquer.control.computer import is_informed
-from torquer.control.law import Law
-from torquer.interface import KNOWN, inputs_of
-from torquer.simulation.computers import LANES_LAW
-from torquer.simulation.state import CELLS
+from torquer.computer.blocks import plugin
+from torquer.computer.blocks.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
+from torquer.computer.blocks.law import Law
+from torquer.computer.computer import is_informed
+from torquer.computer.interface import KNOWN, inputs_of
+from torquer.simulation.loop.computers import LANES_LAW
+from torquer.simulation.loop.state import CELLS
 
 #: Where the cells begin in a lane: what is known comes first.
 CELLS_AT = len(KNOWN.names)

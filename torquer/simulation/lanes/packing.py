@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, rows_of
-from torquer.simulation.state import Dynamics, Plant, State
+from torquer.simulation.loop.state import Dynamics, Plant, State
 from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
 
 #: Records at which the loop looks once for all members.

@@ -10,11 +10,11 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from torquer.compile.adapter import ARRAY
 from torquer.compile.c_library import call_c
 from torquer.compile.engine import INLINED_OPTIONS, caller, inlined
 from torquer.compile.lanes import LANES
-from torquer.control.computer import (
+from torquer.computer.blocks.adapter import ARRAY
+from torquer.computer.computer import (
     Board,
     Computer,
     control_step,
@@ -22,10 +22,10 @@ from torquer.control.computer import (
     finite3,
     put_simple_estimate,
 )
-from torquer.control.modes.table import ModeState
-from torquer.interface import KNOWN, Command, put_ephemeris
-from torquer.simulation.members import One, each, member_in
-from torquer.simulation.sensors import ephemeris_at
+from torquer.computer.interface import KNOWN, Command, put_ephemeris
+from torquer.computer.modes.table import ModeState
+from torquer.simulation.loop.members import One, each, member_in
+from torquer.simulation.loop.sensors import ephemeris_at
 
 #: A law for all lanes: cells, how many, first place of its parameters and of its memory, what it
 #: needs.

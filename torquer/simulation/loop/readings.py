@@ -1,14 +1,14 @@
 """How readings reach the computer: at once, late, or not as they were, where a sensor fails.
 
-What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.members`.
+What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.loop.members`.
 """
 
+from torquer.base.noise import normal3
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate
-from torquer.geometry.vec3 import add, norm
-from torquer.noise import normal3
-from torquer.simulation.members import each
-from torquer.simulation.timetable import (
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate
+from torquer.maths.geometry.vec3 import add, norm
+from torquer.simulation.loop.members import each
+from torquer.simulation.loop.timetable import (
     ATTITUDE_SENSOR,
     DELIVER,
     GYRO,

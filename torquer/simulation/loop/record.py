@@ -7,10 +7,10 @@ from numba.extending import overload
 
 from torquer.compile.arguments import Entry, record_at
 from torquer.compile.engine import INLINED_OPTIONS, kernel
-from torquer.simulation.members import One, member_in
-from torquer.simulation.state import Plan, Record, State, motion_of
-from torquer.spacecraft.coils import present_dipole
-from torquer.spacecraft.rotors import relative_momentum
+from torquer.simulation.loop.members import One, member_in
+from torquer.simulation.loop.state import Plan, Record, State, motion_of
+from torquer.spacecraft.actuators.coils import present_dipole
+from torquer.spacecraft.actuators.rotors import relative_momentum
 
 
 @kernel

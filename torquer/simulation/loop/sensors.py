@@ -1,28 +1,28 @@
 """Reading the sensors, and what the on-board computer knows at a control step.
 
-What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.members`.
+What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.loop.members`.
 """
 
 import math
 
+from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.compile.engine import inlined, kernel
-from torquer.conventions import EARTH_RADIUS_M
+from torquer.computer.interface import Ephemeris, put_ephemeris
 from torquer.environment.albedo import earthlight
 from torquer.environment.sun import sunlit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import cross, norm, scale, sub, unit
-from torquer.interface import Ephemeris, put_ephemeris
-from torquer.simulation.members import draw, drawn_for, each, each_alone
-from torquer.simulation.readings import (
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import cross, norm, scale, sub, unit
+from torquer.simulation.loop.members import draw, drawn_for, each, each_alone
+from torquer.simulation.loop.readings import (
     change_readings,
     chosen,
     deliver_step,
     put_late,
     sensors_at_work,
 )
-from torquer.simulation.state import motion_of
-from torquer.simulation.timetable import (
+from torquer.simulation.loop.state import motion_of
+from torquer.simulation.loop.timetable import (
     ANY_DELIVERY,
     ATTITUDE_SENSOR,
     GYRO,
@@ -34,7 +34,9 @@ from torquer.simulation.timetable import (
     SUN_SENSORS,
     TACHOMETERS,
 )
-from torquer.spacecraft import (
+from torquer.spacecraft.actuators.coils import present_dipole
+from torquer.spacecraft.actuators.wheels import read_tachometers
+from torquer.spacecraft.sensors import (
     attitude_sensor,
     gyro,
     horizon_sensor,
@@ -42,20 +44,18 @@ from torquer.spacecraft import (
     sun_cells,
     sun_sensor,
 )
-from torquer.spacecraft.attitude_sensor import (
+from torquer.spacecraft.sensors.attitude_sensor import (
     Sky,
     earth_cosine,
     excludes_sun,
     is_blind,
     read_attitude,
 )
-from torquer.spacecraft.coils import present_dipole
-from torquer.spacecraft.gyro import read_rate, walked_bias
-from torquer.spacecraft.horizon_sensor import centre_of_disc, read_horizon
-from torquer.spacecraft.magnetometer import read_field
-from torquer.spacecraft.sun_cells import read_cell
-from torquer.spacecraft.sun_sensor import read_sun
-from torquer.spacecraft.wheels import read_tachometers
+from torquer.spacecraft.sensors.gyro import read_rate, walked_bias
+from torquer.spacecraft.sensors.horizon_sensor import centre_of_disc, read_horizon
+from torquer.spacecraft.sensors.magnetometer import read_field
+from torquer.spacecraft.sensors.sun_cells import read_cell
+from torquer.spacecraft.sensors.sun_sensor import read_sun
 
 
 @kernel

@@ -5,24 +5,24 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined
-from torquer.control.allocation import Allocation, AllocationState
-from torquer.control.computer import Board, Computer
+from torquer.computer.allocation import Allocation, AllocationState
+from torquer.computer.computer import Board, Computer
 from torquer.environment.sun import Shadow
 from torquer.environment.table import Table
-from torquer.geometry.motion import Motion
-from torquer.simulation.timetable import Timetable
-from torquer.spacecraft.attitude_sensor import AttitudeSensorSet
+from torquer.maths.geometry.motion import Motion
+from torquer.simulation.loop.timetable import Timetable
+from torquer.spacecraft.actuators.coils import CoilSet
+from torquer.spacecraft.actuators.rotors import Rotors
 from torquer.spacecraft.body import Rigid
-from torquer.spacecraft.coils import CoilSet
 from torquer.spacecraft.disturbance.held import HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import Unmodelled
 from torquer.spacecraft.failures import Failures
-from torquer.spacecraft.gyro import GyroSet
-from torquer.spacecraft.horizon_sensor import HorizonSensorSet
-from torquer.spacecraft.magnetometer import MagnetometerSet
-from torquer.spacecraft.rotors import Rotors
-from torquer.spacecraft.sun_cells import SunCellSet
-from torquer.spacecraft.sun_sensor import SunSensorSet
+from torquer.spacecraft.sensors.attitude_sensor import AttitudeSensorSet
+from torquer.spacecraft.sensors.gyro import GyroSet
+from torquer.spacecraft.sensors.horizon_sensor import HorizonSensorSet
+from torquer.spacecraft.sensors.magnetometer import MagnetometerSet
+from torquer.spacecraft.sensors.sun_cells import SunCellSet
+from torquer.spacecraft.sensors.sun_sensor import SunSensorSet
 
 
 class ReadingTables(NamedTuple):

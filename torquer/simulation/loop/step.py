@@ -10,11 +10,11 @@ import numpy as np
 
 from torquer.compile.arguments import Entry, entry_caller, record_at
 from torquer.compile.engine import inlined, kernel
-from torquer.control.allocation import allocate_torque, switch_off_motors
-from torquer.control.computer import restart
+from torquer.computer.allocation import allocate_torque, switch_off_motors
+from torquer.computer.computer import restart
 from torquer.environment.table import lookup6
-from torquer.simulation.computers import Boards, compute, estimate_for_outside, has_command
-from torquer.simulation.members import (
+from torquer.simulation.loop.computers import Boards, compute, estimate_for_outside, has_command
+from torquer.simulation.loop.members import (
     BAD_COMMAND,
     RUNNING,
     WAITING,
@@ -25,18 +25,18 @@ from torquer.simulation.members import (
     first_of,
     must_stop,
 )
-from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
-from torquer.simulation.record import record_members
-from torquer.simulation.sensors import ephemeris_at, ephemeris_step, read_sensors, update_step
-from torquer.simulation.state import Plan, ReadingTables, Record, local_in, put_goal, put_local
-from torquer.simulation.timetable import (
+from torquer.simulation.loop.record import record_members
+from torquer.simulation.loop.sensors import ephemeris_at, ephemeris_step, read_sensors, update_step
+from torquer.simulation.loop.state import Plan, ReadingTables, Record, local_in, put_goal, put_local
+from torquer.simulation.loop.timetable import (
     COILS_OFF,
     COILS_ON,
     COILS_STAY,
     CONTROL,
     row_from,
 )
-from torquer.spacecraft.coils import (
+from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
+from torquer.spacecraft.actuators.coils import (
     believed_dipole,
     command_coils,
     fail_coils,

@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.control.computer import Blocks, Board, places_of
-from torquer.control.modes.packing import must_be_one_of
-from torquer.control.modes.signals import SIGNALS, UNITS
-from torquer.control.modes.spec import Condition, Modes
-from torquer.interface import KNOWN, nothing_known
+from torquer.computer.computer import Blocks, Board, places_of
+from torquer.computer.interface import KNOWN, nothing_known
+from torquer.computer.modes.packing import must_be_one_of
+from torquer.computer.modes.signals import SIGNALS, UNITS
+from torquer.computer.modes.spec import Condition, Modes
 from torquer.scenario.spec import Scenario
-from torquer.simulation.run import Run
-from torquer.simulation.state import arrays_of
+from torquer.simulation.loop.state import arrays_of
+from torquer.simulation.setup.run import Run
 
 #: First part of the parameter that a threshold of the mode tables is.
 _MODES = "modes."
@@ -105,7 +105,7 @@ def set_parameter(run: Run, names: Names, name: str, value: float | Iterable[flo
 def restart(run: Run) -> None:
     """Let the computer begin as at the start of the run, but for its latest readings.
 
-    As `torquer.control.computer.restart` does within the loop, where a failure ends.
+    As `torquer.computer.computer.restart` does within the loop, where a failure ends.
     """
     board, first = run.state.board, run.plan.first_board
     for now, then in zip(_restarted(board), _restarted(first), strict=True):

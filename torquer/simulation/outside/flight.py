@@ -19,20 +19,20 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 
-from torquer.control.law import Law
-from torquer.interface import Command, Inputs
+from torquer.base.spec import checked
+from torquer.computer.blocks.law import Law
+from torquer.computer.interface import Command, Inputs
 from torquer.scenario.spec import Scenario
-from torquer.simulation import directed
-from torquer.simulation.host import HostFailed, inputs_from
-from torquer.simulation.members import COARSE_STEP, RUNNING, WAITING
+from torquer.simulation.loop.members import COARSE_STEP, RUNNING, WAITING
+from torquer.simulation.loop.state import CELLS, arrays_of
+from torquer.simulation.loop.step import WORKED
+from torquer.simulation.outside import directed
+from torquer.simulation.outside.host import HostFailed, inputs_from
 from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, of_the_whole
 from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
-from torquer.simulation.run import Piece, Run, prepare, reason, record_this_instant
-from torquer.simulation.simulate import RunStopped, flown_by
-from torquer.simulation.state import CELLS, arrays_of
-from torquer.simulation.step import WORKED
-from torquer.spec import checked
+from torquer.simulation.setup.run import Piece, Run, prepare, reason, record_this_instant
+from torquer.simulation.setup.simulate import RunStopped, flown_by
 
 if TYPE_CHECKING:
     import xarray as xr

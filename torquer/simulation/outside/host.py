@@ -6,16 +6,24 @@ import math
 
 import numpy as np
 
-from torquer.compile import plugin
-from torquer.compile.adapter import flat
 from torquer.compile.arguments import Callback
-from torquer.compile.block import Block
-from torquer.control.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
-from torquer.control.law import Law
-from torquer.control.modes.table import LAW
-from torquer.interface import CELLS, KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
-from torquer.simulation.signals import noted_signals
-from torquer.simulation.state import Plan, State, arrays_of
+from torquer.computer.blocks import plugin
+from torquer.computer.blocks.adapter import flat
+from torquer.computer.blocks.block import Block
+from torquer.computer.blocks.law import Law
+from torquer.computer.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
+from torquer.computer.interface import (
+    CELLS,
+    KNOWN,
+    Command,
+    Ephemeris,
+    Estimate,
+    Inputs,
+    ReadingTimes,
+)
+from torquer.computer.modes.table import LAW
+from torquer.simulation.loop.state import Plan, State, arrays_of
+from torquer.simulation.setup.signals import noted_signals
 
 
 class HostFailed(Exception):

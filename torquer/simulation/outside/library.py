@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from torquer.base.version import VERSION
 from torquer.compile import code_cache
 from torquer.compile.c_library import built
 from torquer.compile.engine import COMPILED
-from torquer.compile.plugin import plain_of, source_mark, source_text
-from torquer.control.computer import Blocks, Board, Computer, places_of
-from torquer.version import VERSION
+from torquer.computer.blocks.plugin import plain_of, source_mark, source_text
+from torquer.computer.computer import Blocks, Board, Computer, places_of
 
 #: Files of an export that make up the library, and those that they include.
 SOURCES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "test/in_the_loop.c")

@@ -15,8 +15,8 @@ import numpy as np
 
 from torquer.compile.engine import inlined, kernel
 from torquer.environment.light import next_edge
-from torquer.geometry.motion import Motion
-from torquer.geometry.vec3 import dot
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.vec3 import dot
 from torquer.simulation.propagate.dormand_prince import (
     Smooth,
     attempt,
@@ -25,7 +25,7 @@ from torquer.simulation.propagate.dormand_prince import (
     with_turning,
 )
 from torquer.simulation.propagate.forces import environment_at, with_light_between
-from torquer.spacecraft.turning import (
+from torquer.spacecraft.actuators.turning import (
     begin_turning,
     end_turning,
     part_to_change,

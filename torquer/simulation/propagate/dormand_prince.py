@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 from torquer.compile.by_reference import by_record, loaded, stored
 from torquer.compile.engine import called, inlined
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add, add_scaled, dot
-from torquer.integrate import dp5_stages
-from torquer.integrate.dop853_stages import (
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import normalised
+from torquer.maths.geometry.vec3 import add, add_scaled, dot
+from torquer.maths.integrate import dp5_stages
+from torquer.maths.integrate.dop853_stages import (
     C,
     error_3,
     error_5,
@@ -31,9 +31,9 @@ from torquer.integrate.dop853_stages import (
     sum_8,
 )
 from torquer.simulation.propagate.forces import DipolePath, EnvironmentTables, environment_at
+from torquer.spacecraft.actuators.coils import remaining
+from torquer.spacecraft.actuators.turning import Turning, turn
 from torquer.spacecraft.body import Rigid, motion_rates
-from torquer.spacecraft.coils import remaining
-from torquer.spacecraft.turning import Turning, turn
 
 
 class Smooth(NamedTuple):

@@ -4,11 +4,12 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add_scaled, dot, sub, sym_vec
-from torquer.integrate.rk4 import damping_of_steps, lag_of_steps, moved, rk4_sum
-from torquer.integrate.splitting import NODES, drift, kick
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import normalised
+from torquer.maths.geometry.vec3 import add_scaled, dot, sub, sym_vec
+from torquer.maths.integrate.rk4 import damping_of_steps, lag_of_steps, moved, rk4_sum
+from torquer.maths.integrate.splitting import NODES, drift, kick
+from torquer.simulation.loop.state import goal_dipole, motion_of
 from torquer.simulation.propagate.forces import (
     dipole_after,
     environment_at,
@@ -17,11 +18,10 @@ from torquer.simulation.propagate.forces import (
     wheels_of,
     with_reaction,
 )
-from torquer.simulation.state import goal_dipole, motion_of
+from torquer.spacecraft.actuators.coils import remaining
+from torquer.spacecraft.actuators.rotors import axis_of, relative_momentum
 from torquer.spacecraft.body import momentum_body, torque_body
-from torquer.spacecraft.coils import remaining
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square
-from torquer.spacecraft.rotors import axis_of, relative_momentum
 
 
 class Rk4(NamedTuple):

@@ -12,12 +12,12 @@ from torquer.compile.engine import inlined
 from torquer.environment.light import Light, between_edges, light_at
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
-from torquer.geometry.vec3 import add, add_scaled, scale, sub
-from torquer.simulation.state import goal_dipole
+from torquer.maths.geometry.vec3 import add, add_scaled, scale, sub
+from torquer.simulation.loop.state import goal_dipole
+from torquer.spacecraft.actuators.coils import present_dipole, remaining
+from torquer.spacecraft.actuators.rotors import Rotors, carried_momentum, reaction, step_rotors
 from torquer.spacecraft.body import Rigid, motion_rates
-from torquer.spacecraft.coils import present_dipole, remaining
 from torquer.spacecraft.disturbance.acting import with_coefficients
-from torquer.spacecraft.rotors import Rotors, carried_momentum, reaction, step_rotors
 
 
 class DipolePath(NamedTuple):

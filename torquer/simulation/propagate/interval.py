@@ -13,8 +13,8 @@ from numba.extending import overload
 from torquer.compile.arguments import Entry, entry_caller, record_at, whole
 from torquer.compile.engine import INLINED_OPTIONS, inlined, kernel
 from torquer.environment.table import lookup6
-from torquer.geometry.vec3 import dot
-from torquer.simulation.members import (
+from torquer.maths.geometry.vec3 import dot
+from torquer.simulation.loop.members import (
     BAD_STATE,
     COARSE_STEP,
     RUNNING,
@@ -25,6 +25,7 @@ from torquer.simulation.members import (
     first_of,
     must_stop,
 )
+from torquer.simulation.loop.state import local_in, motion_of, put_local, put_motion
 from torquer.simulation.propagate.adaptive import Auto, by_auto
 from torquer.simulation.propagate.fixed_steps import (
     Rk4,
@@ -43,8 +44,7 @@ from torquer.simulation.propagate.forces import (
     forces_now,
 )
 from torquer.simulation.propagate.random_torques import draw_torques_step, next_draw
-from torquer.simulation.state import local_in, motion_of, put_local, put_motion
-from torquer.spacecraft.coils import advance_coils
+from torquer.spacecraft.actuators.coils import advance_coils
 from torquer.spacecraft.disturbance.acting import leaves_bearing
 
 #: Whether `propagate` looks if the step follows the motion before it starts: no; yes, and adds up

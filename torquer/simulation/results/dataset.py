@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.compile.block import Block, Logged
+from torquer.base.time import utc_at
+from torquer.base.version import VERSION
 from torquer.compile.engine import processor
-from torquer.compile.plugin import source_mark, source_text
-from torquer.control.computer import estimates
+from torquer.computer.blocks.block import Block, Logged
+from torquer.computer.blocks.plugin import source_mark, source_text
+from torquer.computer.computer import estimates
+from torquer.computer.interface import SENSORS
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.geometry.attitudes import dcm_body_to_reference
-from torquer.geometry.frames import geodetic_from_ecef
-from torquer.interface import SENSORS
+from torquer.maths.geometry.attitudes import dcm_body_to_reference
+from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
-from torquer.simulation.prepare import log_of
+from torquer.simulation.loop.state import Record, State, arrays_of
 from torquer.simulation.results.variables import (
     ADAPTIVE,
     COILS,
@@ -31,11 +33,9 @@ from torquer.simulation.results.variables import (
     described,
     read,
 )
-from torquer.simulation.run import Run
-from torquer.simulation.state import Record, State, arrays_of
-from torquer.time import utc_at
-from torquer.version import VERSION
-from torquer.wheel_array.layout import total_momentum
+from torquer.simulation.setup.prepare import log_of
+from torquer.simulation.setup.run import Run
+from torquer.spacecraft.wheel_array.layout import total_momentum
 
 if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
     import xarray as xr
@@ -259,7 +259,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
         "versions": json.dumps(versions()),
         "processor": processor(),
         "table_relative_error": run.relative_error,
-        "conventions": "see torquer.conventions; SI units; quaternions scalar-last",
+        "conventions": "see torquer.base.conventions; SI units; quaternions scalar-last",
     }
 
 

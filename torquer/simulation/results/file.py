@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from torquer.simulation.results.claims import Unbelievable, check_claims
-from torquer.simulation.signals import noted_signals
+from torquer.simulation.setup.signals import noted_signals
 
 if TYPE_CHECKING:
     import xarray as xr

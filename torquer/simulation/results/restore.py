@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from torquer.base.version import VERSION
 from torquer.compile.engine import processor
-from torquer.control.computer import estimates
+from torquer.computer.computer import estimates
 from torquer.scenario.spec import Scenario
-from torquer.simulation.prepare import log_of
+from torquer.simulation.loop.step import BETWEEN, SENSED, WORKED
 from torquer.simulation.results.dataset import (
     arrays_stored,
     digest_of,
@@ -22,9 +23,8 @@ from torquer.simulation.results.dataset import (
     versions,
 )
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, TORQUE, write
-from torquer.simulation.run import Run
-from torquer.simulation.step import BETWEEN, SENSED, WORKED
-from torquer.version import VERSION
+from torquer.simulation.setup.prepare import log_of
+from torquer.simulation.setup.run import Run
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ from torquer.simulation.results.dataset import (
     with_state,
 )
 from torquer.simulation.results.file import attributes_of, join, lazily, own_folder, save
-from torquer.simulation.run import Run
+from torquer.simulation.setup.run import Run
 
 if TYPE_CHECKING:
     import xarray as xr

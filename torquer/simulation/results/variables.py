@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.interface import CELLS
+from torquer.computer.interface import CELLS
 
 _PARTS: dict[str, Iterable[str]] = {
     "component": "xyzw",

@@ -4,11 +4,11 @@ import time
 import warnings
 from collections.abc import Callable
 
-from torquer.simulation.host import HostFailed
-from torquer.simulation.members import COARSE_STEP, RUNNING
+from torquer.simulation.loop.members import COARSE_STEP, RUNNING
+from torquer.simulation.outside.host import HostFailed
 from torquer.simulation.results.file import NotStorable
-from torquer.simulation.run import Run, next_event, reason, record_this_instant
-from torquer.simulation.signals import noted_signals
+from torquer.simulation.setup.run import Run, next_event, reason, record_this_instant
+from torquer.simulation.setup.signals import noted_signals
 
 #: Computing time of a piece [s]: it doubles up to this, and is halved where it takes longer.
 _PIECE_S = 0.05

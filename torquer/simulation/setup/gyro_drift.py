@@ -1,8 +1,8 @@
 """The drift that a simulated gyro has had: the record of a run does not keep it."""
 
-from torquer import noise
+from torquer.base import noise
 from torquer.compile.engine import kernel
-from torquer.spacecraft.gyro import DRIFT_STREAM, walked_bias
+from torquer.spacecraft.sensors.gyro import DRIFT_STREAM, walked_bias
 
 
 @kernel

@@ -5,16 +5,17 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from torquer.compile.block import Block, Logged
 from torquer.compile.engine import records
-from torquer.control import LAWS
-from torquer.control.allocation import (
+from torquer.computer.allocation import (
     NO_ALLOCATION,
     NO_ALLOCATION_STATE,
     allocation_of,
     first_allocation,
 )
-from torquer.control.computer import (
+from torquer.computer.blocks.block import Block, Logged
+from torquer.computer.blocks.law import Law, as_law
+from torquer.computer.blocks.user import spec_of
+from torquer.computer.computer import (
     NO_ESTIMATOR,
     OF_LAW,
     SENSOR_READINGS,
@@ -24,23 +25,20 @@ from torquer.control.computer import (
     first_board,
     places_of,
 )
-from torquer.control.law import Law, as_law
-from torquer.control.modes.signals import SIGNALS
-from torquer.control.modes.table import (
+from torquer.computer.interface import KNOWN
+from torquer.computer.laws import LAWS
+from torquer.computer.modes.signals import SIGNALS
+from torquer.computer.modes.table import (
     NO_MODES,
     ModeState,
     ModeTable,
     first_state as first_mode_state,
 )
-from torquer.control.user import spec_of
-from torquer.integrate.dop853 import workspace
-from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
-from torquer.interface import KNOWN
+from torquer.maths.integrate.dop853 import workspace
+from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.control import whole_steps
 from torquer.scenario.spec import Scenario, check_fits, check_stated, sampling_steps
-from torquer.simulation.propagate.adaptive import Auto
-from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
-from torquer.simulation.state import (
+from torquer.simulation.loop.state import (
     CELLS,
     ROW,
     SENSOR,
@@ -51,7 +49,7 @@ from torquer.simulation.state import (
     State,
     put_goal,
 )
-from torquer.simulation.timetable import (
+from torquer.simulation.loop.timetable import (
     ATTITUDE_SENSOR,
     GYRO,
     HORIZON_SENSOR,
@@ -66,7 +64,11 @@ from torquer.simulation.timetable import (
     longest_interval,
     timetable_of,
 )
-from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
+from torquer.simulation.propagate.adaptive import Auto
+from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
+from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, goal_of
+from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
+from torquer.spacecraft.actuators.turning import WORK_ROWS
 from torquer.spacecraft.disturbance import unmodelled
 from torquer.spacecraft.failures import (
     COIL_FAILURE,
@@ -74,11 +76,9 @@ from torquer.spacecraft.failures import (
     SENSOR_FAILURE,
     Failures,
 )
-from torquer.spacecraft.horizon_sensor import IDEAL_HORIZON_SENSOR
-from torquer.spacecraft.rotors import NO_ROTORS, ROTOR_STATE
-from torquer.spacecraft.sun_cells import NO_SUN_CELLS
-from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
-from torquer.spacecraft.turning import WORK_ROWS
+from torquer.spacecraft.sensors.horizon_sensor import IDEAL_HORIZON_SENSOR
+from torquer.spacecraft.sensors.sun_cells import NO_SUN_CELLS
+from torquer.spacecraft.sensors.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
 
 #: The first step that adaptive steps try [s].
 _FIRST_STEP_S = 1.0

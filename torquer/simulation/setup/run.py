@@ -7,16 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.compile.arguments import Arguments
-from torquer.control.computer import Blocks
-from torquer.control.law import Law
+from torquer.computer.blocks.law import Law
+from torquer.computer.computer import Blocks
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
 from torquer.environment.light import Light, edges_of
 from torquer.environment.table import Table
 from torquer.scenario.spec import Scenario
-from torquer.simulation.host import Host, what_failed
-from torquer.simulation.library import Library
-from torquer.simulation.members import (
+from torquer.simulation.loop.members import (
     BAD_STATE,
     COARSE_STEP,
     RUNNING,
@@ -25,7 +23,17 @@ from torquer.simulation.members import (
     Member,
     One,
 )
-from torquer.simulation.prepare import (
+from torquer.simulation.loop.record import Instant, record_instant
+from torquer.simulation.loop.state import LOCAL_CELLS, Dynamics, Plan, ReadingTables, Record, State
+from torquer.simulation.loop.step import SENSED, Loop, drive_wheels, run_steps
+from torquer.simulation.loop.timetable import COILS_OFF, next_row
+from torquer.simulation.outside.host import Host, what_failed
+from torquer.simulation.outside.library import Library
+from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
+from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
+from torquer.simulation.propagate.forces import EnvironmentTables
+from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
+from torquer.simulation.setup.prepare import (
     blocks_of,
     dynamics_of,
     empty_record,
@@ -35,19 +43,11 @@ from torquer.simulation.prepare import (
     plan_of,
     with_given,
 )
-from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
-from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
-from torquer.simulation.propagate.forces import EnvironmentTables
-from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.record import Instant, record_instant
-from torquer.simulation.size import piece_steps
-from torquer.simulation.state import LOCAL_CELLS, Dynamics, Plan, ReadingTables, Record, State
-from torquer.simulation.step import SENSED, Loop, drive_wheels, run_steps
-from torquer.simulation.timetable import COILS_OFF, next_row
-from torquer.spacecraft.attitude_sensor import excludes_sun
-from torquer.spacecraft.coils import fail_coils, switch_off_coils
+from torquer.simulation.setup.size import piece_steps
+from torquer.spacecraft.actuators.coils import fail_coils, switch_off_coils
 from torquer.spacecraft.failures import is_halted
-from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
+from torquer.spacecraft.sensors.attitude_sensor import excludes_sun
+from torquer.spacecraft.sensors.sun_sensor import NO_SUN_SENSORS
 
 
 class Piece(NamedTuple):

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from torquer.control.law import Law
+from torquer.base.spec import checked
+from torquer.computer.blocks.law import Law
 from torquer.scenario.spec import Scenario
-from torquer.simulation.checkpoints import CHECKPOINT_S, Checkpoints, advance_in_pieces
-from torquer.simulation.library import Library
+from torquer.simulation.outside.library import Library
 from torquer.simulation.results.dataset import (
     COMPLETE,
     FAILED,
@@ -32,10 +32,10 @@ from torquer.simulation.results.restore import (
     scenario_in,
 )
 from torquer.simulation.results.store import InFile, InMemory, check_free, drop_parts, gather
-from torquer.simulation.run import Run, prepare, record_this_instant
-from torquer.simulation.signals import noted_signals, noting_signals
-from torquer.simulation.size import check_disk, check_memory, size_of
-from torquer.spec import checked
+from torquer.simulation.setup.checkpoints import CHECKPOINT_S, Checkpoints, advance_in_pieces
+from torquer.simulation.setup.run import Run, prepare, record_this_instant
+from torquer.simulation.setup.signals import noted_signals, noting_signals
+from torquer.simulation.setup.size import check_disk, check_memory, size_of
 
 if TYPE_CHECKING:
     import xarray as xr

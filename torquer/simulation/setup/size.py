@@ -13,7 +13,7 @@ import numpy as np
 
 from torquer.scenario.spec import Scenario, whole_steps
 from torquer.simulation.results.variables import ESTIMATED, INPUTS
-from torquer.spacecraft.sampling import Sampled
+from torquer.spacecraft.sensors.sampling import Sampled
 
 #: Numbers in a row of a result: without wheels, with them, and for each of them; an estimate; what
 #: the computer believes of its surroundings.

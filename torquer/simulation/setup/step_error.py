@@ -5,11 +5,11 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import xarray as xr
 
-from torquer.control.law import Law
-from torquer.geometry.quaternion import angle_between
+from torquer.computer.blocks.law import Law
+from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import COMPLETE, scenario_of
-from torquer.simulation.simulate import simulate
+from torquer.simulation.setup.simulate import simulate
 
 #: How much finer the tolerance is in the second run, and how much shorter the steps.
 _FINER_TOLERANCE, _LEAST_TOLERANCE_DEG = 1e-3, 1e-10

@@ -6,11 +6,11 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import inlined, kernel, records
-from torquer.geometry.vec3 import as_vector
+from torquer.maths.geometry.vec3 import as_vector
 from torquer.spacecraft.failures import CoilFailure, failed_dipole
-from torquer.spec import Spec, Vector
 
 #: What is done with a command beyond the limits.
 SCALE, CLIP, RELAY = 0, 1, 2

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, dot, scale, sub, sym_vec
+from torquer.maths.geometry.vec3 import add_scaled, dot, scale, sub, sym_vec
 
 #: Constants of a rotor: axis; inertia [kg m^2]; greatest speed [rad/s]; friction c [N m] and
 #: v [N m s]; breakaway torque [N m]; the step from which on the motor is dead.

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, dot, sub, sym_inverse, sym_vec
-from torquer.spacecraft.rotors import axis_of, time_to_stand
+from torquer.maths.geometry.vec3 import add_scaled, dot, sub, sym_inverse, sym_vec
+from torquer.spacecraft.actuators.rotors import axis_of, time_to_stand
 
 #: Rows of the scratch space: derivatives of the stages, then these of each rotor: momentum at the
 #: start; 1 if it turns by itself; sense of its friction; speed at which it is held; motor torque;

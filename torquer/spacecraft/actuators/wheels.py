@@ -1,7 +1,7 @@
 """Reaction wheels on the satellite: their spec and their tachometers.
 
 The wheels are driven by torque; how the computer shares a torque among them is defined in
-`torquer.control.allocation`.
+`torquer.computer.allocation`.
 """
 
 import math
@@ -10,13 +10,19 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer import noise
+from torquer.base import noise
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel, records
-from torquer.geometry.vec3 import add_scaled, as_symmetric
-from torquer.spacecraft.rotors import ROTOR, ROTOR_STATE, Rotors, axis_of, relative_momentum
-from torquer.spec import Spec
-from torquer.wheel_array.layout import Limit
-from torquer.wheel_array.presets import Wheels
+from torquer.maths.geometry.vec3 import add_scaled, as_symmetric
+from torquer.spacecraft.actuators.rotors import (
+    ROTOR,
+    ROTOR_STATE,
+    Rotors,
+    axis_of,
+    relative_momentum,
+)
+from torquer.spacecraft.wheel_array.layout import Limit
+from torquer.spacecraft.wheel_array.presets import Wheels
 
 STREAM = 7
 _RPM = 2.0 * math.pi / 60.0

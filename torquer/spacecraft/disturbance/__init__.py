@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.geometry.vec3 import as_vector
+from torquer.base.spec import Spec, Vector
+from torquer.maths.geometry.vec3 import as_vector
 from torquer.spacecraft.disturbance.eddy_currents import (
     NO_EDDY_CURRENTS,
     EddyCurrents,
@@ -35,7 +36,6 @@ from torquer.spacecraft.disturbance.unmodelled import (
     unmodelled_torque,
 )
 from torquer.spacecraft.parts import AnyPart
-from torquer.spec import Spec, Vector
 
 
 class Torque(NamedTuple):

@@ -4,7 +4,7 @@ from numba.extending import overload
 
 from torquer.compile.engine import INLINED_OPTIONS, inlined
 from torquer.environment.local import in_body
-from torquer.geometry.vec3 import add
+from torquer.maths.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.suspension import Hung, is_tilted, suspension_torque
 from torquer.spacecraft.disturbance.unmodelled import harmonics_of

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.earth.gravity import gravity_gradient_torque
+from torquer.environment.earth.gravity import gravity_gradient_torque
 from torquer.environment.local import LocalEnvironment, in_body
-from torquer.geometry.vec3 import cross, put_vector, vector_of
+from torquer.maths.geometry.vec3 import cross, put_vector, vector_of
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque
 from torquer.spacecraft.disturbance.acting import torque_of
 from torquer.spacecraft.disturbance.held import torque_held

@@ -5,10 +5,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import as_symmetric, cross, sym_vec
-from torquer.spec import Spec, Vector
+from torquer.maths.geometry.vec3 import as_symmetric, cross, sym_vec
 
 
 class EddyTensor(NamedTuple):

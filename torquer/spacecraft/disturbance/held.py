@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from torquer import noise
+from torquer.base import noise
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add_scaled, put_vector
+from torquer.maths.geometry.vec3 import add_scaled, put_vector
 
 STREAM = 6
 #: Steps for which a torque is held that never changes.

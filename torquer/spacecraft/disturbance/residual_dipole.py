@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add_scaled, as_vector, cross
-from torquer.spec import Spec, Vector
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, cross
 
 
 class OscillatingDipole(NamedTuple):

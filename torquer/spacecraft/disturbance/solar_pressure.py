@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add, add_scaled, cross, dot, norm, scale
+from torquer.maths.geometry.vec3 import add, add_scaled, cross, dot, norm, scale
 from torquer.spacecraft.parts import AnyPart
-from torquer.spec import Spec
 
 
 class SunlitSurface(NamedTuple):

@@ -5,10 +5,10 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, Field
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, scale
-from torquer.spec import Spec, Vector
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, scale
 
 #: Standard acceleration of free fall [m/s^2]; on the ground it differs by less than 0.3 %.
 _FALL_M_S2 = 9.80665

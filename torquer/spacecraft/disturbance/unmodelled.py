@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer import noise
+from torquer.base import noise
+from torquer.base.spec import Spec
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add_scaled, scale
+from torquer.maths.geometry.vec3 import add_scaled, scale
 from torquer.spacecraft.disturbance.held import FOR_EVER
-from torquer.spec import Spec
 
 STREAM = 8
 #: Vectors that are drawn: constant, sine and cosine of the argument of latitude, of twice it.

@@ -5,15 +5,15 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.noise import cos_sin
+from torquer.base.spec import Vector
 from torquer.compile.engine import inlined
-from torquer.conventions import EARTH_RADIUS_M
-from torquer.geometry.quaternion import from_rotation_vector, multiply
-from torquer.geometry.vec3 import add_scaled, as_vector, dot, norm, scale
-from torquer.noise import cos_sin
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale
 from torquer.spacecraft.failures import DirectionFailure
-from torquer.spacecraft.sampling import Sampled
-from torquer.spec import Vector
+from torquer.spacecraft.sensors.sampling import Sampled
 
 STREAM = 5
 #: Cosine that no angle exceeds: of a zone that blinds nothing.

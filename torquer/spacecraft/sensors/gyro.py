@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.maths.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
 from torquer.spacecraft.failures import RateFailure
-from torquer.spacecraft.sampling import Sampled
-from torquer.spacecraft.sensing import mounting_matrix, through_electronics
-from torquer.spec import Vector
+from torquer.spacecraft.sensors.sampling import Sampled
+from torquer.spacecraft.sensors.sensing import mounting_matrix, through_electronics
 
 NOISE_STREAM, DRIFT_STREAM = 2, 3
 

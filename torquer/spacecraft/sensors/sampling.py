@@ -2,8 +2,8 @@
 
 from pydantic import Field, model_validator
 
+from torquer.base.spec import Spec
 from torquer.spacecraft.failures import SensorFailure
-from torquer.spec import Spec
 
 
 class Sampled(Spec):

@@ -3,8 +3,8 @@
 import numpy as np
 
 from torquer.compile.engine import inlined
-from torquer.geometry.quaternion import from_rotation_vector, to_dcm
-from torquer.geometry.vec3 import as_matrix
+from torquer.maths.geometry.quaternion import from_rotation_vector, to_dcm
+from torquer.maths.geometry.vec3 import as_matrix
 
 
 @inlined

@@ -6,13 +6,13 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import as_vector, dot
-from torquer.interface import CELLS
+from torquer.computer.interface import CELLS
+from torquer.maths.geometry.vec3 import as_vector, dot
 from torquer.spacecraft.failures import CellFailure
-from torquer.spacecraft.sampling import Sampled
-from torquer.spec import Vector
+from torquer.spacecraft.sensors.sampling import Sampled
 
 #: Random numbers: three cells a stream.
 STREAM, MORE_STREAM = 10, 11

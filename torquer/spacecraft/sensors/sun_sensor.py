@@ -6,13 +6,13 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec, Vector
 from torquer.compile.engine import inlined
-from torquer.geometry.quaternion import from_rotation_vector, rotate
-from torquer.geometry.vec3 import add_scaled, as_vector, dot, unit
+from torquer.maths.geometry.quaternion import from_rotation_vector, rotate
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, unit
 from torquer.spacecraft.failures import DirectionFailure
-from torquer.spacecraft.sampling import Sampled
-from torquer.spec import Spec, Vector
+from torquer.spacecraft.sensors.sampling import Sampled
 
 STREAM = 4
 

@@ -1,6 +1,6 @@
 """Arrays of reaction wheels: what momentum and torque they reach, and how to share a demand.
 
-    from torquer.wheel_array import WheelArray, four_sided_pyramid, momentum_envelope
+    from torquer.spacecraft.wheel_array import WheelArray, four_sided_pyramid, momentum_envelope
 
 A layout is a `WheelArray` (axes and limits). The set of momentum vectors that it can hold is a
 zonotope, an `Envelope`. Axes and vectors are in the body frame. An array that lost wheels is the
@@ -9,18 +9,18 @@ same array with limits of zero.
 
 from typing import TYPE_CHECKING
 
-from torquer.lazy import lazily
+from torquer.base.lazy import lazily
 
 if TYPE_CHECKING:
-    from torquer.wheel_array.allocation import allocate as allocate
-    from torquer.wheel_array.angles import (
+    from torquer.spacecraft.wheel_array.allocation import allocate as allocate
+    from torquer.spacecraft.wheel_array.angles import (
         GREATEST_VOLUME_DEG as GREATEST_VOLUME_DEG,
         balanced_four_sided as balanced_four_sided,
         balanced_regular as balanced_regular,
         least_four_sided as least_four_sided,
         least_regular as least_regular,
     )
-    from torquer.wheel_array.demand import (
+    from torquer.spacecraft.wheel_array.demand import (
         Box as Box,
         Ellipsoid as Ellipsoid,
         Series as Series,
@@ -29,21 +29,21 @@ if TYPE_CHECKING:
         greatest_share as greatest_share,
         greatest_share_of as greatest_share_of,
     )
-    from torquer.wheel_array.envelope import (
+    from torquer.spacecraft.wheel_array.envelope import (
         Envelope as Envelope,
         momentum_envelope as momentum_envelope,
         support as support,
         torque_envelope as torque_envelope,
     )
-    from torquer.wheel_array.faces import volume as volume
-    from torquer.wheel_array.failures import (
+    from torquer.spacecraft.wheel_array.faces import volume as volume
+    from torquer.spacecraft.wheel_array.failures import (
         FailureCase as FailureCase,
         LeastSquaresComparison as LeastSquaresComparison,
         failure_table as failure_table,
         least_squares_against_minimax as least_squares_against_minimax,
         least_squares_half_spaces as least_squares_half_spaces,
     )
-    from torquer.wheel_array.layout import (
+    from torquer.spacecraft.wheel_array.layout import (
         WheelArray as WheelArray,
         four_sided_pyramid as four_sided_pyramid,
         icosahedral as icosahedral,
@@ -52,15 +52,15 @@ if TYPE_CHECKING:
         regular_pyramid as regular_pyramid,
         total_momentum as total_momentum,
     )
-    from torquer.wheel_array.presets import LAYOUTS as LAYOUTS, Wheels as Wheels
-    from torquer.wheel_array.rates import (
+    from torquer.spacecraft.wheel_array.presets import LAYOUTS as LAYOUTS, Wheels as Wheels
+    from torquer.spacecraft.wheel_array.rates import (
         WorstCase as WorstCase,
         rate_about as rate_about,
         required as required,
         semi_axes as semi_axes,
         worst_case as worst_case,
     )
-    from torquer.wheel_array.search import (
+    from torquer.spacecraft.wheel_array.search import (
         Found as Found,
         find_layout as find_layout,
         free_axes as free_axes,
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
         least_peak as least_peak,
         least_squares_peak as least_squares_peak,
     )
-    from torquer.wheel_array.steering import (
+    from torquer.spacecraft.wheel_array.steering import (
         Bias as Bias,
         Steering as Steering,
         bias_of as bias_of,

@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, cross, dot, mat_vec, norm, scale, solve
-from torquer.wheel_array.envelope import THIN
-from torquer.wheel_array.planes import SAME, authority, face_rows, spanned
+from torquer.maths.geometry.vec3 import add_scaled, cross, dot, mat_vec, norm, scale, solve
+from torquer.spacecraft.wheel_array.envelope import THIN
+from torquer.spacecraft.wheel_array.planes import SAME, authority, face_rows, spanned
 
 #: Fraction of the sum of all loads that may be missing by rounding.
 CLOSE = 1e-13

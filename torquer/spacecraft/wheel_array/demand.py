@@ -10,9 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from torquer import validate
-from torquer.wheel_array.envelope import support
-from torquer.wheel_array.planes import FLAT, pair_normals, rank_of
+from torquer.base import validate
+from torquer.spacecraft.wheel_array.envelope import support
+from torquer.spacecraft.wheel_array.planes import FLAT, pair_normals, rank_of
 
 
 @dataclass(frozen=True)

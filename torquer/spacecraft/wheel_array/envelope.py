@@ -10,9 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from torquer import validate
-from torquer.wheel_array.faces import flat, solid, triangles, volume
-from torquer.wheel_array.planes import FLAT, face_rows, span
+from torquer.base import validate
+from torquer.spacecraft.wheel_array.faces import flat, solid, triangles, volume
+from torquer.spacecraft.wheel_array.planes import FLAT, face_rows, span
 
 #: A bound below this part of the sum of all lengths is zero: the envelope is flat there.
 THIN = 1e-12

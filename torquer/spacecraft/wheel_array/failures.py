@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from torquer.wheel_array.envelope import momentum_envelope, torque_envelope
-from torquer.wheel_array.layout import WheelArray
-from torquer.wheel_array.planes import span
-from torquer.wheel_array.rates import rate_about, worst_case
+from torquer.spacecraft.wheel_array.envelope import momentum_envelope, torque_envelope
+from torquer.spacecraft.wheel_array.layout import WheelArray
+from torquer.spacecraft.wheel_array.planes import span
+from torquer.spacecraft.wheel_array.rates import rate_about, worst_case
 
 
 class FailureCase(NamedTuple):

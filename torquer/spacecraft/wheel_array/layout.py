@@ -6,10 +6,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer import validate
-from torquer.geometry.vec3 import as_vector
-from torquer.spec import Spec, Vector
-from torquer.wheel_array.planes import rank_of
+from torquer.base import validate
+from torquer.base.spec import Spec, Vector
+from torquer.maths.geometry.vec3 import as_vector
+from torquer.spacecraft.wheel_array.planes import rank_of
 
 Limit = Annotated[float, Field(gt=0.0)]
 #: Limits of an array: least, greatest, and greatest ratio. Beyond, their cubes leave the range of

@@ -8,7 +8,7 @@ axes has its normal, unless an existing normal is perpendicular to both to round
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, cross, dot, norm, scale
+from torquer.maths.geometry.vec3 import add_scaled, cross, dot, norm, scale
 
 #: Axes that leave a line or a plane by less than this [rad] have no authority outside it.
 FLAT = 1e-9

@@ -5,9 +5,9 @@ from typing import Annotated, Literal, Union
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
-from torquer.spec import Spec, Vector
-from torquer.wheel_array import layout
-from torquer.wheel_array.layout import Limit, WheelArray
+from torquer.base.spec import Spec, Vector
+from torquer.spacecraft.wheel_array import layout
+from torquer.spacecraft.wheel_array.layout import Limit, WheelArray
 
 Angle = Annotated[float, Field(gt=0.0, lt=90.0)]
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
-from torquer.wheel_array.demand import Ellipsoid, greatest_share
-from torquer.wheel_array.envelope import Envelope
+from torquer.base import validate
+from torquer.spacecraft.wheel_array.demand import Ellipsoid, greatest_share
+from torquer.spacecraft.wheel_array.envelope import Envelope
 
 
 class WorstCase(NamedTuple):

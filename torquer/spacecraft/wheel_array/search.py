@@ -10,10 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
-from torquer.wheel_array.demand import Ellipsoid, momentum_pieces, norm_pieces, share_pieces
-from torquer.wheel_array.faces import volume
-from torquer.wheel_array.minimise import HUGE, TOLERANCE, least_greatest
+from torquer.base import validate
+from torquer.spacecraft.wheel_array.demand import (
+    Ellipsoid,
+    momentum_pieces,
+    norm_pieces,
+    share_pieces,
+)
+from torquer.spacecraft.wheel_array.faces import volume
+from torquer.spacecraft.wheel_array.minimise import HUGE, TOLERANCE, least_greatest
 
 
 class Found(NamedTuple):

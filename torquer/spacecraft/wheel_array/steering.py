@@ -13,16 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, cross, dot, norm, scale, sub
-from torquer.wheel_array.allocation import (
+from torquer.maths.geometry.vec3 import add_scaled, cross, dot, norm, scale, sub
+from torquer.spacecraft.wheel_array.allocation import (
     WheelSet,
     bound_of,
     least_squares,
     minimax,
     wheel_set,
 )
-from torquer.wheel_array.envelope import THIN
-from torquer.wheel_array.planes import authority, spanned
+from torquer.spacecraft.wheel_array.envelope import THIN
+from torquer.spacecraft.wheel_array.planes import authority, spanned
 
 #: Rows of the work space: middle and half of the torques that are allowed; what is wanted; 1 for
 #: wheels that are within.

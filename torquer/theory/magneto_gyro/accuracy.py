@@ -12,14 +12,14 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from torquer.compile.engine import released
-from torquer.theory.floquet import degree_of_stability, multipliers
 from torquer.theory.magneto_gyro.stage_2 import (
     INPUTS,
     ORDER,
     stage_2_inputs,
     stage_2_matrix,
 )
-from torquer.theory.periodic_systems import PeriodicSystem
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers
+from torquer.theory.periodic.periodic_systems import PeriodicSystem
 
 #: Steps of a revolution; those whose matrices are computed at a time (a tenth faster than all).
 STEPS, _TOGETHER = 360, 60

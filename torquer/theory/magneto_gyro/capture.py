@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.theory.floquet import degree_of_stability, multipliers, transitions
 from torquer.theory.magneto_gyro.craft import BRAKED, GyroCraft
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers, transitions
 
 #: Gains tried, in units of the satellite, and the filters' damping ratio. Greater gains saturate
 #: the coils and pass more noise on.

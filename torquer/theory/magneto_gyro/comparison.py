@@ -13,8 +13,7 @@ import numpy as np
 from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import linear_sum_assignment
 
-from torquer.control.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
-from torquer.theory.floquet import degree_of_stability, multipliers, transitions
+from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
 from torquer.theory.magneto_gyro.accuracy import revolution_of
 from torquer.theory.magneto_gyro.capture import DAMPING
 from torquer.theory.magneto_gyro.craft import GyroCraft
@@ -27,6 +26,7 @@ from torquer.theory.magneto_gyro.frozen import (
 )
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1, stage_1_driven_by
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers, transitions
 
 
 class Degrees(NamedTuple):

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from torquer.control.magneto_gyro.stage_2 import Gyrostat
+from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat
 from torquer.theory.magneto_gyro.loop import Satellite
 from torquer.theory.validity import Limit, within
 

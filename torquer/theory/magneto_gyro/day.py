@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S
 from torquer.compile.engine import released
-from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S
-from torquer.orbit.kepler import mean_motion
+from torquer.environment.orbit.kepler import mean_motion
 from torquer.theory.magneto_gyro.accuracy import transitions_of
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.loop import Satellite

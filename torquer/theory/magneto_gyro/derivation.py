@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import sympy
 
-from torquer.control.magneto_gyro import stage_1, stage_2
+from torquer.computer.laws.magneto_gyro import stage_1, stage_2
 from torquer.theory.magneto_gyro.frozen import STATES_1, STATES_2
 from torquer.theory.magneto_gyro.loop import deviation_of_field
 from torquer.theory.symbolic import on_symbols

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, schur
 from scipy.optimize import minimize
 
-from torquer.control.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
+from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
 from torquer.theory.magneto_gyro.accuracy import Revolution, noise_error, revolution_of
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add, cross, sub
+from torquer.maths.geometry.vec3 import add, cross, sub
 
 #: Parameters of the satellite (moments of inertia over J, wheel's momentum over J nu0, 1 with
 #: gravity gradient) and of the field: parts along t, s and w.

@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.control.magneto_gyro.stage_1 import angle_function, capture_dipole
-from torquer.geometry.vec3 import add, add_scaled, cross, dot, scale, sub
+from torquer.computer.laws.magneto_gyro.stage_1 import angle_function, capture_dipole
+from torquer.maths.geometry.vec3 import add, add_scaled, cross, dot, scale, sub
 from torquer.theory.magneto_gyro.loop import (
     DIPOLE,
     SATELLITE,
@@ -23,7 +23,7 @@ from torquer.theory.magneto_gyro.loop import (
     put_column,
     unit_at,
 )
-from torquer.theory.periodic_systems import PeriodicSystem
+from torquer.theory.periodic.periodic_systems import PeriodicSystem
 
 ORDER, INPUTS = 12, 6
 

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.control.magneto_gyro.stage_2 import (
+from torquer.computer.laws.magneto_gyro.stage_2 import (
     Guide,
     Gyrostat,
     Stage2Gains,
@@ -23,7 +23,7 @@ from torquer.control.magneto_gyro.stage_2 import (
     seen_angles,
     turned,
 )
-from torquer.geometry.vec3 import add, cross
+from torquer.maths.geometry.vec3 import add, cross
 from torquer.theory.magneto_gyro.loop import (
     DIPOLE,
     SATELLITE,
@@ -34,7 +34,7 @@ from torquer.theory.magneto_gyro.loop import (
     put_column,
     unit_at,
 )
-from torquer.theory.periodic_systems import PeriodicSystem
+from torquer.theory.periodic.periodic_systems import PeriodicSystem
 
 ORDER, INPUTS = 15, 6
 #: Forms of stage 2 by their number: it turns with the Earth's dipole, or with the field model.

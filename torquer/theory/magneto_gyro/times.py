@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.theory.detumbling import Tumbling, braking_torque_n_m
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design
 from torquer.theory.magneto_gyro.craft import GyroCraft
+from torquer.theory.slow.detumbling import Tumbling, braking_torque_n_m
 
 #: Orbital rates at which braking is counted as done, and rates of the integral.
 _BRAKED, _RATES = 3.0, 60

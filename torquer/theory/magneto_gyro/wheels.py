@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.theory.floquet import degree_of_stability, multipliers, transitions
 from torquer.theory.magneto_gyro.accuracy import revolution_of
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.craft import GyroCraft
@@ -14,6 +13,7 @@ from torquer.theory.magneto_gyro.design import Stage2Weights, design_stage_2, st
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers, transitions
 
 #: Stiffness of the wheels that are tried for a better one, and loops of each of the two searches.
 TRIED, _EVALUATIONS = (2.5, 3.0, 3.5, 4.0, 5.0, 6.5), 40

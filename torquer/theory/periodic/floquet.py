@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile import engine
 from torquer.compile.other_process import cores
-from torquer.theory.collocation import converge_many, workspace
-from torquer.theory.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
+from torquer.theory.periodic.collocation import converge_many, workspace
+from torquer.theory.periodic.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 from torquer.theory.validity import Limit, within
 
 __all__ = [

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numba import types
 
-from torquer import validate
-from torquer.compile import plugin
+from torquer.base import validate
+from torquer.computer.blocks import plugin
 
 SIGNATURE = types.void(types.float64, types.float64[::1], types.float64[:, ::1])
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from torquer import validate
+from torquer.base import validate
 from torquer.theory.validity import Limit, passed, within
 
 #: Harmonics of the forcing below this fraction of the greatest count as rounding errors.

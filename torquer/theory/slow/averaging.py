@@ -17,14 +17,21 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.control.law import Law
-from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
-from torquer.geometry.vec3 import add, cross, norm, scale, sub
-from torquer.integrate.dop853 import rates_of
-from torquer.interface import NO_CELLS, NONE_ISOLATED, Ephemeris, Estimate, Inputs, ReadingTimes
-from torquer.theory.evolution.model import Slow
-from torquer.theory.orbit_field import TILTED_DIPOLE, field_at, field_rate
-from torquer.theory.spinner import Spinner
+from torquer.computer.blocks.law import Law
+from torquer.computer.interface import (
+    NO_CELLS,
+    NONE_ISOLATED,
+    Ephemeris,
+    Estimate,
+    Inputs,
+    ReadingTimes,
+)
+from torquer.maths.geometry.quaternion import multiply, rotate, rotate_inverse
+from torquer.maths.geometry.vec3 import add, cross, norm, scale, sub
+from torquer.maths.integrate.dop853 import rates_of
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.orbit_field import TILTED_DIPOLE, field_at, field_rate
+from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import OFF_POLES, Limit, check_slow, within
 
 NONE = (0.0, 0.0, 0.0)

@@ -6,12 +6,12 @@ from itertools import product
 
 import numpy as np
 
-from torquer.control.law import Law
-from torquer.theory.averaging import Nodes
-from torquer.theory.evolution.model import Slow
-from torquer.theory.full_motion import Fast, by_euler, slow_of
-from torquer.theory.slow_motion import evolve_law
-from torquer.theory.spinner import Spinner
+from torquer.computer.blocks.law import Law
+from torquer.theory.slow.averaging import Nodes
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.slow_motion import evolve_law
+from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import Limit, check_slow, within
 
 

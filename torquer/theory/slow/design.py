@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.theory.evolution.model import Case, Evolution, Slow
-from torquer.theory.evolution.sdot import sun_angle
-from torquer.theory.slow_motion import evolve
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution.model import Case, Evolution, Slow
+from torquer.theory.slow.evolution.sdot import sun_angle
+from torquer.theory.slow.slow_motion import evolve
+from torquer.theory.slow.spinner import Spinner
 
 #: Slow time after which a law counts as never reaching its goal.
 LONGEST = 500.0

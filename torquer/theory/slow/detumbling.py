@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.spacecraft.coils import Coils
-from torquer.theory.design import even_directions
-from torquer.theory.gains import Sampling, damping_efficiency
+from torquer.spacecraft.actuators.coils import Coils
+from torquer.theory.slow.design import even_directions
+from torquer.theory.slow.gains import Sampling, damping_efficiency
 
 _DIRECTIONS, _ANGLES, _RATES = 60, 12, 80
 #: Gains between which the knee is looked for, over the one that just saturates the coils.

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torquer.control.law import Law
-from torquer.theory.averaging import Nodes, averaged_motion, converged_nodes, mean_rates
-from torquer.theory.evolution.model import Case, Evolution, Slow
-from torquer.theory.poincare import derivatives
-from torquer.theory.spinner import Spinner
+from torquer.computer.blocks.law import Law
+from torquer.theory.periodic.poincare import derivatives
+from torquer.theory.slow.averaging import Nodes, averaged_motion, converged_nodes, mean_rates
+from torquer.theory.slow.evolution.model import Case, Evolution, Slow
+from torquer.theory.slow.spinner import Spinner
 
 Rates = Callable[[Slow], Slow]
 #: Least distance from rho = 0 and pi at which equations with 1/sin(rho) are evaluated.

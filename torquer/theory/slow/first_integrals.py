@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from torquer.theory.evolution.model import Case, Evolution, Slow
+from torquer.theory.slow.evolution.model import Case, Evolution, Slow
 
 _ROUNDING = 16.0 * np.finfo(float).eps
 

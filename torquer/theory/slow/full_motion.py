@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import kernel
-from torquer.control.law import Law
-from torquer.geometry.quaternion import derivative, multiply, rotate, rotate_inverse
-from torquer.geometry.vec3 import cross, scale, sub
-from torquer.integrate.dop853 import rates_of
-from torquer.theory.averaging import (
+from torquer.computer.blocks.law import Law
+from torquer.maths.geometry.quaternion import derivative, multiply, rotate, rotate_inverse
+from torquer.maths.geometry.vec3 import cross, scale, sub
+from torquer.maths.integrate.dop853 import rates_of
+from torquer.theory.slow.averaging import (
     averaged_motion,
     body_to_l,
     commanded_dipole,
@@ -25,9 +25,9 @@ from torquer.theory.averaging import (
     nodes,
     spin_rate,
 )
-from torquer.theory.evolution.model import Slow
-from torquer.theory.slow_motion import path_of
-from torquer.theory.spinner import Spinner
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.slow_motion import path_of
+from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import OFF_POLES, check_slow, within
 
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.environment.field.averaged import cone_angle
-from torquer.theory.slow_loop import greatest_step
+from torquer.theory.slow.slow_loop import greatest_step
 
 #: Greatest lag over hold for which the map of a cycle is not lost in rounding.
 MOST_LAG = 1e9

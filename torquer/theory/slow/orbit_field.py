@@ -12,7 +12,7 @@ from torquer.compile.engine import inlined, kernel
 from torquer.environment.field.averaged import b_z
 from torquer.environment.field.direct_dipole import b_s
 from torquer.environment.field.tilted_dipole import b_dipole
-from torquer.geometry.vec3 import add, add_scaled, dot, scale
+from torquer.maths.geometry.vec3 import add, add_scaled, dot, scale
 
 AVERAGED, DIRECT_DIPOLE, TILTED_DIPOLE = 0, 1, 2
 

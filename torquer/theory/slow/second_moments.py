@@ -8,8 +8,8 @@ import math
 
 from torquer.compile.engine import kernel
 from torquer.environment.field.averaged import cone_angle
-from torquer.geometry.vec3 import dot, sym_vec
-from torquer.theory.orbit_field import (
+from torquer.maths.geometry.vec3 import dot, sym_vec
+from torquer.theory.slow.orbit_field import (
     AVERAGED,
     DIRECT_DIPOLE,
     TILTED_DIPOLE,

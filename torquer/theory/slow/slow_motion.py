@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import kernel, released
-from torquer.control.law import Law
-from torquer.geometry.vec3 import put_row
-from torquer.integrate.dop853 import (
+from torquer.computer.blocks.law import Law
+from torquer.maths.geometry.vec3 import put_row
+from torquer.maths.integrate.dop853 import (
     DONE,
     MOST_STEPS,
     TOO_MANY_STEPS,
@@ -22,7 +22,7 @@ from torquer.integrate.dop853 import (
     rates_of,
     workspace,
 )
-from torquer.theory.averaging import (
+from torquer.theory.slow.averaging import (
     AveragedMotion,
     Nodes,
     averaged_motion,
@@ -31,11 +31,17 @@ from torquer.theory.averaging import (
     inside,
     unconverged,
 )
-from torquer.theory.evolution.model import Case, Evolution, Slow, compile_rates
-from torquer.theory.first_integrals import drifts
-from torquer.theory.orbit_field import OrbitField
-from torquer.theory.slow_result import SlowMotion, drift_notes, exit_notes, in_range, validity_notes
-from torquer.theory.spinner import Setting, Spinner
+from torquer.theory.slow.evolution.model import Case, Evolution, Slow, compile_rates
+from torquer.theory.slow.first_integrals import drifts
+from torquer.theory.slow.orbit_field import OrbitField
+from torquer.theory.slow.slow_result import (
+    SlowMotion,
+    drift_notes,
+    exit_notes,
+    in_range,
+    validity_notes,
+)
+from torquer.theory.slow.spinner import Setting, Spinner
 from torquer.theory.validity import (
     POLE,
     PRECESSION,

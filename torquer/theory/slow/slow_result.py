@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from torquer.theory.evolution.model import Slow
+from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.validity import AVERAGES_ERR, SLOW_CHANGE
 
 

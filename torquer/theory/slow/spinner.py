@@ -5,13 +5,13 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer import validate
-from torquer.conventions import EARTH_RATE_RAD_S
+from torquer.base import validate
+from torquer.base.conventions import EARTH_RATE_RAD_S
+from torquer.base.spec import Spec, Vector
 from torquer.environment.field.averaged import cone_angle
-from torquer.geometry.vec3 import as_vector
-from torquer.spec import Spec, Vector
-from torquer.theory.orbit_field import AVERAGED, DIRECT_DIPOLE, TILTED_DIPOLE, OrbitField
-from torquer.theory.second_moments import closed_moments
+from torquer.maths.geometry.vec3 import as_vector
+from torquer.theory.slow.orbit_field import AVERAGED, DIRECT_DIPOLE, TILTED_DIPOLE, OrbitField
+from torquer.theory.slow.second_moments import closed_moments
 
 _Sun = Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows("sun", v)[0]))]
 MODELS = {"averaged": AVERAGED, "direct_dipole": DIRECT_DIPOLE, "tilted_dipole": TILTED_DIPOLE}

@@ -19,11 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import kernel
-from torquer.theory.evolution.model import Case, Slow
-from torquer.theory.evolution.sdot import sdot_rates, sun_weight
-from torquer.theory.periodic_systems import periodic_system
+from torquer.theory.periodic.periodic_systems import periodic_system
+from torquer.theory.slow.evolution.model import Case, Slow
+from torquer.theory.slow.evolution.sdot import sdot_rates, sun_weight
 
 
 @kernel

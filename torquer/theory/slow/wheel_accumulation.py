@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
-from torquer.earth.atmosphere.air import air_velocities
-from torquer.earth.gravity import gravity_gradient_torque
-from torquer.geometry.quaternion import from_rotation_vector, to_dcm
-from torquer.geometry.vec3 import as_symmetric, as_vector
+from torquer.base import validate
+from torquer.environment.earth.atmosphere.air import air_velocities
+from torquer.environment.earth.gravity import gravity_gradient_torque
+from torquer.maths.geometry.quaternion import from_rotation_vector, to_dcm
+from torquer.maths.geometry.vec3 import as_symmetric, as_vector
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque, flow
 from torquer.theory.validity import Limit, within
 

@@ -13,7 +13,7 @@ factors: s^2 + mu k s + 2 mu k_a = 0.
 import numpy as np
 from scipy.linalg import eigvalsh
 
-from torquer import validate
+from torquer.base import validate
 from torquer.theory.validity import Limit, within
 
 _GAIN = Limit("gain", 0.0)

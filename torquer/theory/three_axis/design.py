@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from torquer.control.law import Law
-from torquer.control.three_axis import ThreeAxis
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
 from torquer.theory.three_axis.feedback import attitude_keys, lqr_law
 from torquer.theory.three_axis.floquet import stability_of

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize
 
-from torquer.control.law import Law
-from torquer.control.periodic_gains import PeriodicGains
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.periodic_gains import PeriodicGains
 from torquer.environment.field.averaged import argument_of_latitude
-from torquer.geometry import euler
-from torquer.theory.floquet import degree_of_stability, multipliers
+from torquer.maths.geometry import euler
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
 from torquer.theory.three_axis.floquet import NOTHING, room, stage_points, transitions_at
 from torquer.theory.three_axis.hold import AttitudeHold

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import inlined, kernel, released
-from torquer.integrate import dop853_tableau as tableau
-from torquer.theory.floquet import degree_of_stability, multipliers
+from torquer.maths.integrate import dop853_tableau as tableau
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.hold import AttitudeHold, affine_gains
 
 STAGES = 12

@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.control.law import Law
-from torquer.conventions import EARTH_RATE_RAD_S
-from torquer.earth.gravity import gravity_gradient_vector
+from torquer.base.conventions import EARTH_RATE_RAD_S
+from torquer.computer.blocks.law import Law
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.earth.gravity import gravity_gradient_vector
 from torquer.environment.table import Table, build_proven
 from torquer.spacecraft.aerodynamics import Aerodynamics, aerodynamic_force_and_torque
 from torquer.spacecraft.body import Body, Rigid

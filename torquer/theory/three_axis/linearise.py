@@ -11,14 +11,21 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.control.pointing import reference_acceleration, reference_motion
+from torquer.computer.interface import (
+    NO_CELLS,
+    NONE_ISOLATED,
+    Ephemeris,
+    Estimate,
+    Inputs,
+    ReadingTimes,
+)
+from torquer.computer.laws.pointing import reference_acceleration, reference_motion
 from torquer.environment.field.model import row_vector
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import DEGREE
-from torquer.geometry.motion import Motion
-from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, cross, put_vector, scale, sub
-from torquer.interface import NO_CELLS, NONE_ISOLATED, Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.maths.geometry.motion import Motion
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate_inverse
+from torquer.maths.geometry.vec3 import add, add_scaled, cross, put_vector, scale, sub
 from torquer.spacecraft.body import motion_rates
 
 _ZERO = (0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.control.law import Law
+from torquer.computer.blocks.law import Law
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.sampled import (
     Cycle,

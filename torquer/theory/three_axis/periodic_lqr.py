@@ -18,8 +18,8 @@ import numpy as np
 from scipy.linalg import schur
 
 from torquer.compile.engine import inlined, kernel
-from torquer.theory.collocation import solve_in_place
-from torquer.theory.floquet import degree_of_stability, multipliers
+from torquer.theory.periodic.collocation import solve_in_place
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.floquet import STAGES, room, stage_points
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.validity import Limit, within

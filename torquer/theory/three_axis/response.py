@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import kernel
-from torquer.theory.floquet import multipliers
+from torquer.theory.periodic.floquet import multipliers
 from torquer.theory.three_axis.sampled import SOURCES, SampledHold
 from torquer.theory.validity import LEAN, Limit, passed, within
 

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
 from torquer.compile.engine import inlined, kernel, released
-from torquer.control.law import Law
-from torquer.geometry.vec3 import put_matrix
-from torquer.theory.floquet import degree_of_stability, multipliers
+from torquer.computer.blocks.law import Law
+from torquer.maths.geometry.vec3 import put_matrix
+from torquer.theory.periodic.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.floquet import (
     STAGES,
     advance,

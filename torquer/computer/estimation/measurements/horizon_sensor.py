@@ -1,14 +1,14 @@
 """Horizon sensor: the direction to the Earth's centre in body axes, while it sees the Earth."""
 
 from torquer.compile.engine import inlined
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     as_of_now,
     direction_measurement,
     is_new,
 )
-from torquer.estimation.triad import quaternion_of
-from torquer.geometry.vec3 import add_scaled, scale, unit
+from torquer.computer.estimation.triad import quaternion_of
+from torquer.maths.geometry.vec3 import add_scaled, scale, unit
 
 #: Number of the sensor in a filter's memory.
 HORIZON_SENSOR = 3

@@ -3,17 +3,17 @@
 import math
 
 from torquer.compile.engine import inlined
-from torquer.estimation.covariance import slices_of, state_of
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.covariance import slices_of, state_of
+from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     as_of_now,
     direction_measurement,
     is_new,
     vector_measurement,
 )
-from torquer.estimation.mounting import without_mounting
-from torquer.estimation.triad import field_at, quaternion_of
-from torquer.geometry.vec3 import norm, sub
+from torquer.computer.estimation.mounting import without_mounting
+from torquer.computer.estimation.triad import field_at, quaternion_of
+from torquer.maths.geometry.vec3 import norm, sub
 
 #: Number of the sensor in a filter's memory.
 MAGNETOMETER = 0

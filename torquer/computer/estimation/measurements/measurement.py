@@ -4,11 +4,11 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.estimation.covariance import IDENTITY, skew
-from torquer.estimation.mounting import by_misalignment, by_scale
-from torquer.geometry.quaternion import from_rotation_vector, rotate_inverse
-from torquer.geometry.vec3 import cross, dot, scale, sub, unit
-from torquer.interface import CELLS
+from torquer.computer.estimation.covariance import IDENTITY, skew
+from torquer.computer.estimation.mounting import by_misalignment, by_scale
+from torquer.computer.interface import CELLS
+from torquer.maths.geometry.quaternion import from_rotation_vector, rotate_inverse
+from torquer.maths.geometry.vec3 import cross, dot, scale, sub, unit
 
 #: Number of sensors whose readings are vectors: magnetometer, Sun sensors, star tracker, horizon
 #: sensor; of all, with single Sun cells.

@@ -3,20 +3,20 @@
 import math
 
 from torquer.compile.engine import inlined
-from torquer.estimation.covariance import RATE_ERROR, mat_scale
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.covariance import RATE_ERROR, mat_scale
+from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     Measurement,
     frame_across,
 )
-from torquer.estimation.triad import quaternion_of, rate_between
-from torquer.geometry.quaternion import (
+from torquer.computer.estimation.triad import quaternion_of, rate_between
+from torquer.maths.geometry.quaternion import (
     from_rotation_vector,
     multiply,
     normalised,
     rotate_inverse,
 )
-from torquer.geometry.vec3 import dot, scale
+from torquer.maths.geometry.vec3 import dot, scale
 
 #: Number of the sensor in a filter's memory.
 STAR_TRACKER = 2

@@ -3,20 +3,20 @@
 import math
 
 from torquer.compile.engine import inlined
-from torquer.environment.albedo import earthlight
-from torquer.estimation.covariance import ATTITUDE, variance_of
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.covariance import ATTITUDE, variance_of
+from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     NO_OTHER,
     NOWHERE,
     Measurement,
     as_of_now,
 )
-from torquer.estimation.triad import quaternion_of
-from torquer.geometry.frames import transpose
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, cross, dot, put_vector, scale, vector_of
-from torquer.interface import CELLS
+from torquer.computer.estimation.triad import quaternion_of
+from torquer.computer.interface import CELLS
+from torquer.environment.albedo import earthlight
+from torquer.maths.geometry.frames import transpose
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import add, cross, dot, put_vector, scale, vector_of
 
 #: Number of the first cell in a filter's memory; the others follow.
 SUN_CELLS = 4

@@ -1,13 +1,13 @@
 """Sun sensors: the direction to the Sun in body axes, while one of them sees it."""
 
 from torquer.compile.engine import inlined
-from torquer.estimation.measurements.measurement import (
+from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     as_of_now,
     direction_measurement,
     is_new,
 )
-from torquer.estimation.triad import quaternion_of
+from torquer.computer.estimation.triad import quaternion_of
 
 #: Number of the sensors in a filter's memory.
 SUN_SENSORS = 1

@@ -8,17 +8,18 @@ field there is no dipole, and nothing is learned.
 import math
 from typing import NamedTuple
 
+from torquer.base.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
 from torquer.compile.engine import inlined, kernel
-from torquer.control.bdot import GAP
-from torquer.control.law import NOTHING_STATED
-from torquer.control.magneto_gyro.relay import relay_dipole
-from torquer.control.magneto_gyro.stage_1 import (
+from torquer.computer.blocks.law import NOTHING_STATED
+from torquer.computer.laws.bdot import GAP
+from torquer.computer.laws.magneto_gyro.relay import relay_dipole
+from torquer.computer.laws.magneto_gyro.stage_1 import (
     angle_function,
     capture_dipole,
     filter_vector,
     rate_function,
 )
-from torquer.control.magneto_gyro.stage_2 import (
+from torquer.computer.laws.magneto_gyro.stage_2 import (
     Gyrostat,
     Stage2Gains,
     advanced,
@@ -30,15 +31,14 @@ from torquer.control.magneto_gyro.stage_2 import (
     seen_angles,
     turned,
 )
-from torquer.control.pointing import reference_motion
-from torquer.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
-from torquer.geometry.quaternion import (
+from torquer.computer.laws.pointing import reference_motion
+from torquer.maths.geometry.quaternion import (
     from_rotation_vector,
     multiply,
     rotate,
     rotate_inverse,
 )
-from torquer.geometry.vec3 import (
+from torquer.maths.geometry.vec3 import (
     add,
     add_scaled,
     cross,

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer.control.law import Law
-from torquer.control.magneto_gyro.kernel import (
+from torquer.base.spec import Inertia, Vector
+from torquer.computer.blocks.law import Law
+from torquer.computer.laws.magneto_gyro.kernel import (
     MEMORY,
     Dipole,
     MagnetoGyroParameters,
@@ -15,11 +16,10 @@ from torquer.control.magneto_gyro.kernel import (
     Switch,
     magneto_gyro,
 )
-from torquer.control.magneto_gyro.relay import COILS
-from torquer.control.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
-from torquer.control.pointing import HeldAttitude
-from torquer.geometry.quaternion import to_dcm
-from torquer.spec import Inertia, Vector
+from torquer.computer.laws.magneto_gyro.relay import COILS
+from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
+from torquer.computer.laws.pointing import HeldAttitude
+from torquer.maths.geometry.quaternion import to_dcm
 
 #: What the result records of the memory.
 LOG = {

@@ -3,7 +3,7 @@
 import math
 
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import dot
+from torquer.maths.geometry.vec3 import dot
 
 #: How a wanted dipole is given by coils: as it is; each coil beyond a threshold; the combination of
 #: coils nearest in angle.

@@ -7,7 +7,7 @@ t, w, s. Both pass the same filters, whose rate is an approximate derivative: so
 import math
 
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add, cross, scale, sub
+from torquer.maths.geometry.vec3 import add, cross, scale, sub
 
 
 @inlined

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.geometry.vec3 import add_scaled
+from torquer.maths.geometry.vec3 import add_scaled
 
 
 class Stage2Gains(NamedTuple):

@@ -1,16 +1,16 @@
 """Atmospheric density models, one per kind.
 
 Every one is a frozen spec with `density(t_s, start_utc, r_ecef_m) -> [n] kg/m^3`; those that
-compile also have `pack()`, which `torquer.earth.atmosphere.air.density` takes.
+compile also have `pack()`, which `torquer.environment.earth.atmosphere.air.density` takes.
 """
 
 from typing import Annotated, Union
 
 from pydantic import Field
 
-from torquer.earth.atmosphere.exponential import Exponential
-from torquer.earth.atmosphere.gost import Gost, f81_of
-from torquer.earth.atmosphere.nrlmsis import Nrlmsis
+from torquer.environment.earth.atmosphere.exponential import Exponential
+from torquer.environment.earth.atmosphere.gost import Gost, f81_of
+from torquer.environment.earth.atmosphere.nrlmsis import Nrlmsis
 
 #: Every density model by its `kind`.
 ATMOSPHERES = {"gost": Gost, "exponential": Exponential, "nrlmsis": Nrlmsis}

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, EARTH_RATE_RAD_S
 from torquer.compile.engine import kernel
-from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, EARTH_RATE_RAD_S
-from torquer.geometry.vec3 import cross, dot, norm, scale, sub
+from torquer.maths.geometry.vec3 import cross, dot, norm, scale, sub
 
 NONE, EXPONENTIAL, GOST = 0, 1, 2
 _POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)

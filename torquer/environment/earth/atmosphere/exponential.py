@@ -6,8 +6,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer.earth.atmosphere.air import EXPONENTIAL, NO_GOST, Air
-from torquer.earth.atmosphere.model import Atmosphere
+from torquer.environment.earth.atmosphere.air import EXPONENTIAL, NO_GOST, Air
+from torquer.environment.earth.atmosphere.model import Atmosphere
 
 #: Height [km] and density [kg/m^3] of moderate activity: CIRA-72 with 500 K and 1000 K, as
 #: tabulated by Vallado, Fundamentals of Astrodynamics and Applications, table 8-4.

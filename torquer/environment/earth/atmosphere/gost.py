@@ -9,9 +9,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer import validate
-from torquer.earth.atmosphere.air import GOST, Air, GostAir
-from torquer.earth.atmosphere.model import Atmosphere
+from torquer.base import validate
+from torquer.environment.earth.atmosphere.air import GOST, Air, GostAir
+from torquer.environment.earth.atmosphere.model import Atmosphere
 
 FOLDER = Path(__file__).parents[1] / "coefficients"
 _GROUPS = {"a": 7, "l": 5, "c": 5, "d": 5, "b": 5, "e": 5}

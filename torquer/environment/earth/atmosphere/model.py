@@ -5,12 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from torquer import validate
+from torquer.base import validate
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.earth.atmosphere.air import density, height_m
-from torquer.earth.rotation_table import day_of_year_at, rotation_at, rotation_table
-from torquer.geometry.vec3 import mat_vec
-from torquer.spec import Spec
+from torquer.environment.earth.atmosphere.air import density, height_m
+from torquer.environment.earth.rotation_table import day_of_year_at, rotation_at, rotation_table
+from torquer.maths.geometry.vec3 import mat_vec
 
 
 @kernel

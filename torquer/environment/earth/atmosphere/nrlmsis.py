@@ -5,10 +5,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from torquer.earth.atmosphere.air import Air
-from torquer.earth.atmosphere.model import Atmosphere
-from torquer.geometry.frames import geodetic_from_ecef
-from torquer.time import utc_at
+from torquer.base.time import utc_at
+from torquer.environment.earth.atmosphere.air import Air
+from torquer.environment.earth.atmosphere.model import Atmosphere
+from torquer.maths.geometry.frames import geodetic_from_ecef
 
 
 class Nrlmsis(Atmosphere):

@@ -4,18 +4,18 @@
 those whose output it takes; telemetry and communications come last.
 """
 
-from torquer.onboard.modules.actuators import Coils, Wheels
-from torquer.onboard.modules.aos import Aos
-from torquer.onboard.modules.cdh import CdhModule
-from torquer.onboard.modules.clk import Clk
-from torquer.onboard.modules.com import Com
-from torquer.onboard.modules.drivers import Adc, Gyro, Mag, Sun
-from torquer.onboard.modules.fs import Fs
-from torquer.onboard.modules.mod import Mod
-from torquer.onboard.modules.module import Module
-from torquer.onboard.modules.stb import Stb
-from torquer.onboard.modules.svr import Svr, Wdt
-from torquer.onboard.modules.tm import Tm
+from torquer.flight.software.modules.actuators import Coils, Wheels
+from torquer.flight.software.modules.aos import Aos
+from torquer.flight.software.modules.cdh import CdhModule
+from torquer.flight.software.modules.clk import Clk
+from torquer.flight.software.modules.com import Com
+from torquer.flight.software.modules.drivers import Adc, Gyro, Mag, Sun
+from torquer.flight.software.modules.fs import Fs
+from torquer.flight.software.modules.mod import Mod
+from torquer.flight.software.modules.module import Module
+from torquer.flight.software.modules.stb import Stb
+from torquer.flight.software.modules.svr import Svr, Wdt
+from torquer.flight.software.modules.tm import Tm
 
 MODULES: dict[str, type[Module]] = {
     module.name: module

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
 
 
 class ManualSettings(Spec):

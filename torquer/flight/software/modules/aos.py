@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.control.pointing import to_orbital_frame
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.computer.laws.pointing import to_orbital_frame
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
 
 #: Age [s] from which on a state vector is out of date.
 OLDEST_S = 10.0

@@ -1,15 +1,15 @@
 """CDH, command and data handling: keeps an eye on the queues.
 
-After SDOT App. A. The queues themselves are `torquer.onboard.queues`.
+After SDOT App. A. The queues themselves are `torquer.flight.software.queues`.
 """
 
 from __future__ import annotations
 
 from pydantic import Field
 
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
 
 #: Queues that belong to no module, in the order of the packet `queues`.
 SHARED = ("acks", "ground", "state")

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
 
 #: File of the non-volatile memory that holds the time.
 TIME = "time"

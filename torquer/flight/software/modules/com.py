@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.onboard.log import REJECTIONS, Reason
-from torquer.onboard.modules.module import Module
-from torquer.packets.frames import Frame, Rejected
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.packets.frames import Frame, Rejected
+from torquer.flight.software.log import REJECTIONS, Reason
+from torquer.flight.software.modules.module import Module
 
 
 class Command(NamedTuple):

@@ -11,10 +11,10 @@ import zlib
 
 from pydantic import Field
 
-from torquer.onboard.log import Reason
-from torquer.onboard.memory import Report
-from torquer.onboard.modules.module import Module
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.software.log import Reason
+from torquer.flight.software.memory import Report
+from torquer.flight.software.modules.module import Module
 
 #: Number and CRC-32 of the update that the next boot is to use.
 ACTIVE = "active"

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from pydantic import Field, ValidationError
 
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
-from torquer.orbit.sgp4 import Sgp4, checksum
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.environment.orbit.sgp4 import Sgp4, checksum
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
 
 #: File of the non-volatile memory that holds the elements: two lines of 69 characters.
 ELEMENTS = "elements"

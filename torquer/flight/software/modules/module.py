@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import ValidationError
 
-from torquer.onboard.log import Reason
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.software.log import Reason
 
 if TYPE_CHECKING:
-    from torquer.onboard.services import Services
+    from torquer.flight.software.services import Services
 
 
 class NoSettings(Spec):

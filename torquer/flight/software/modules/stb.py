@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.aos import numbers_of_modes
-from torquer.onboard.modules.module import Module
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.aos import numbers_of_modes
+from torquer.flight.software.modules.module import Module
 
 
 class StbSettings(Spec):

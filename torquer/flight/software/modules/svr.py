@@ -11,10 +11,10 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
-from torquer.onboard.modules.telemetry import DEG, bits, devices, states
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
+from torquer.flight.software.modules.telemetry import DEG, bits, devices, states
 
 #: Classes of an element of the state vector, as telemetry numbers them.
 NONE, MAX, NORM, MIN = range(4)

@@ -9,11 +9,11 @@ import struct
 
 from pydantic import Field
 
-from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
-from torquer.onboard.modules.telemetry import beacon, extended
-from torquer.packets.codec import decoder, encoder
-from torquer.spec import Spec
+from torquer.base.spec import Spec
+from torquer.flight.packets.codec import decoder, encoder
+from torquer.flight.software.log import Reason
+from torquer.flight.software.modules.module import Module
+from torquer.flight.software.modules.telemetry import beacon, extended
 
 #: At the beginning of a file of the record its number since the first one, in the order of time
 #: whatever the clock does; before the data of each packet in it the on-board time [s].

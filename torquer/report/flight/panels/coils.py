@@ -16,7 +16,7 @@ from torquer.report.flight.panels.panel import (
     xyz,
 )
 from torquer.report.flight.view import View
-from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.actuators.coils import Coils
 
 
 def _reach_levels(view: View) -> tuple[Level, ...]:

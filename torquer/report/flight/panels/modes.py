@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from torquer.analysis.modes import RegionRecord
-from torquer.control.modes.spec import MAIN
+from torquer.computer.modes.spec import MAIN
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.flight.panels.panel import Bar, Panel, Picture
 from torquer.report.flight.view import View

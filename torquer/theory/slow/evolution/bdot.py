@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.geometry.vec3 import dot, sym_vec
-from torquer.theory.evolution.model import Evolution, Slow, of_the_rate
+from torquer.maths.geometry.vec3 import dot, sym_vec
+from torquer.theory.slow.evolution.model import Evolution, Slow, of_the_rate
 from torquer.theory.validity import RHO, THETA, Limit, within
 
 

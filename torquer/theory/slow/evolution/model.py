@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from torquer import validate
-from torquer.compile import plugin
-from torquer.geometry.vec3 import as_vector
-from torquer.theory.spinner import Spinner
+from torquer.base import validate
+from torquer.computer.blocks import plugin
+from torquer.maths.geometry.vec3 import as_vector
+from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import Limit, within
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.theory.evolution.model import Evolution, Slow, of_the_rate
+from torquer.theory.slow.evolution.model import Evolution, Slow, of_the_rate
 from torquer.theory.validity import THETA, within
 
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.theory.evolution.model import Evolution, Slow
-from torquer.theory.evolution.nutation_damping import spin_integral
-from torquer.theory.evolution.spin_up import small_parameter
+from torquer.theory.slow.evolution.model import Evolution, Slow
+from torquer.theory.slow.evolution.nutation_damping import spin_integral
+from torquer.theory.slow.evolution.spin_up import small_parameter
 
 
 @kernel

@@ -3,9 +3,9 @@
 import math
 
 from torquer.compile.engine import kernel
-from torquer.theory.evolution.model import Evolution, Slow
-from torquer.theory.evolution.nutation_damping import spin_integral
-from torquer.theory.evolution.spin_up import small_parameter
+from torquer.theory.slow.evolution.model import Evolution, Slow
+from torquer.theory.slow.evolution.nutation_damping import spin_integral
+from torquer.theory.slow.evolution.spin_up import small_parameter
 
 
 @kernel

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.theory.evolution.model import Evolution, Slow
+from torquer.theory.slow.evolution.model import Evolution, Slow
 from torquer.theory.validity import RHO, Limit, within
 
 

@@ -15,8 +15,8 @@ import math
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.geometry.vec3 import dot, sym_vec
-from torquer.theory.evolution.model import Evolution, Slow, of_the_rate
+from torquer.maths.geometry.vec3 import dot, sym_vec
+from torquer.theory.slow.evolution.model import Evolution, Slow, of_the_rate
 from torquer.theory.validity import Limit, within
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.theory.evolution.bdot import length_integral
-from torquer.theory.evolution.model import Evolution, Slow
+from torquer.theory.slow.evolution.bdot import length_integral
+from torquer.theory.slow.evolution.model import Evolution, Slow
 from torquer.theory.validity import LENGTH, within
 
 

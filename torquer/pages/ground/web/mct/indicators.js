@@ -10,7 +10,7 @@ export function installIndicators(openmct, satellites, live) {
     const indicator = new Indicator(satellite);
     openmct.indicators.add({
       element: indicator.element,
-      key: `torquer.link.${satellite.key}`,
+      key: `torquer.flight.link.${satellite.key}`,
       priority: openmct.priority.HIGH,
     });
     live.on("links", (links) =>

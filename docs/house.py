@@ -1,0 +1,277 @@
+"""The structure of the package, measured from its imports.
+
+    python docs/house.py                 # the figures of this checkout
+    python docs/house.py --tree OTHER    # those of another one
+    python docs/house.py --draw          # docs/img/house.svg, the picture of ARCHITECTURE.md
+
+A *room* is a folder or module at the top of `torquer/`. An *arrow* joins two rooms if a file of the
+first imports one of the second, also within a function or for type checkers only. A *floor* is the
+number of rooms below a room, one under another. A *circle* is a group of files, or of rooms, that
+import each other.
+"""
+
+import argparse
+import ast
+import os
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+ROOT = Path(__file__).parents[1]
+PICTURE = Path("docs/img/house.svg")
+Arrow = tuple[str, str]
+#: What is run to count the modules of the package that it loads.
+STARTS = {
+    "import torquer.ground": "import torquer.ground",
+    "import torquer.ground.contact": "import torquer.ground.contact",
+    "import torquer.scenario.load": "import torquer.scenario.load",
+    "torquer --help": "from torquer.cli import main; main(['--help'])",
+    "torquer validate": "from torquer.cli import main; main(['validate', 'examples/bench.toml'])",
+}
+_COUNTED = """
+import atexit, os, sys
+def tell():
+    own = sum(name.split(".")[0] == "torquer" for name in sys.modules)
+    heavy = [name for name in ("numba", "scipy") if name in sys.modules]
+    os.write(2, f"\\nLOADED {own} {' '.join(heavy)}\\n".encode())
+atexit.register(tell)
+"""
+
+
+class House(NamedTuple):
+    """Files of the package with the files that they import."""
+
+    tree: Path
+    files: dict[str, Path]
+    imports: dict[str, set[str]]
+
+    @property
+    def rooms(self) -> list[str]:
+        """Folders and modules at the top of the package, without its own page."""
+        return sorted({room_of(place) for place in self.files} - {"__init__", "__main__"})
+
+    @property
+    def arrows(self) -> Counter[Arrow]:
+        """How many imports join two rooms."""
+        pairs = (
+            (room_of(a), room_of(b))
+            for a, targets in self.imports.items()
+            for b in targets
+            if room_of(a) not in ("__init__", "__main__")
+        )
+        return Counter((a, b) for a, b in pairs if a != b and b != "__init__")
+
+
+def room_of(place: str) -> str:
+    """Room of a dotted place: torquer.maths.geometry.vec3 -> maths."""
+    return (place.split(".") + ["__init__"])[1]
+
+
+def read_house(tree: Path) -> House:
+    """The package of a checkout."""
+    files = {place_of(path, tree): path for path in sorted((tree / "torquer").rglob("*.py"))}
+    imports = {place: set(imported(path, place, files)) for place, path in files.items()}
+    return House(tree, files, imports)
+
+
+def place_of(path: Path, tree: Path) -> str:
+    """Dotted place of a file."""
+    parts = path.relative_to(tree).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported(path: Path, place: str, files):
+    """Places of the package that a file imports or registers as commands, wherever it says so."""
+    is_package = path.name == "__init__.py"
+    if place == "torquer":
+        return  # the package's own page lists public names, which are imported when asked for
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for target in _targets(node, place, is_package):
+            if target in files and target != place:
+                yield target
+
+
+def _targets(node: ast.AST, place: str, is_package: bool):
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+    elif isinstance(node, ast.ImportFrom):
+        base = node.module or ""
+        if node.level:
+            parts = place.split(".")
+            up = parts[: len(parts) - node.level + is_package]
+            base = ".".join([*up, *([base] if base else [])])
+        inner = [f"{base}.{alias.name}" for alias in node.names]
+        yield from inner
+        yield base
+
+
+def circles(arrows) -> list[set[str]]:
+    """Groups of places that reach each other."""
+    places = sorted({place for arrow in arrows for place in arrow})
+    number = {place: k for k, place in enumerate(places)}
+    pairs = np.array([(number[a], number[b]) for a, b in arrows], dtype=int).reshape(-1, 2)
+    ones = np.ones(len(pairs), dtype=int)
+    graph = csr_matrix((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(places),) * 2)
+    _, group = connected_components(graph, connection="strong")
+    groups = [{places[k] for k in np.flatnonzero(group == g)} for g in range(group.max() + 1)]
+    return [found for found in groups if len(found) > 1]
+
+
+def file_circles(house: House) -> list[set[str]]:
+    """Groups of files that import each other."""
+    return circles([(a, b) for a, targets in house.imports.items() for b in targets])
+
+
+def floors_of(rooms: list[str], arrows) -> dict[str, int]:
+    """The floor of each room; arrows within a circle of rooms are left out."""
+    together = {room: group for group in map(frozenset, circles(arrows)) for room in group}
+    below = {
+        room: {
+            b for a, b in arrows if a == room and b not in together.get(room, frozenset((room,)))
+        }
+        for room in rooms
+    }
+    floor: dict[str, int] = {}
+
+    def find(room: str) -> int:
+        if room not in floor:
+            floor[room] = 1 + max(map(find, below[room]), default=-1)
+        return floor[room]
+
+    for room in rooms:
+        find(room)
+    return floor
+
+
+def upward(arrows: Counter[Arrow]) -> list[Arrow]:
+    """The weaker arrow of each two rooms that import each other, directly or through others."""
+    inside = [(a, b) for a, b in arrows if any({a, b} <= group for group in circles(arrows))]
+    return [(a, b) for a, b in inside if arrows[a, b] < arrows.get((b, a), 0)]
+
+
+def loaded(tree: Path, code: str) -> str:
+    """How many modules of the package a start loads, and which of the heavy packages."""
+    environment = {**os.environ, "PYTHONPATH": str(tree)}
+    done = subprocess.run(
+        [sys.executable, "-c", _COUNTED + code],
+        capture_output=True, text=True, cwd=tree, env=environment, timeout=300,
+    )  # fmt: skip
+    found = re.search(r"LOADED (\d+) ?(.*)", done.stderr)
+    return f"{found[1]} modules, {found[2] or 'neither Numba nor SciPy'}" if found else "-"
+
+
+def figures(house: House) -> dict[str, object]:
+    """The figures of a house, by name."""
+    package, arrows = house.tree / "torquer", house.arrows
+    lines = sum(path.read_text(encoding="utf-8").count("\n") for path in house.files.values())
+    top = [path for path in package.iterdir() if path.is_dir() or path.suffix == ".py"]
+    own = [path for path in top if path.name != "__pycache__"]
+    return {
+        "entries at the top": len(own),
+        "rooms": len(house.rooms),
+        "floors": 1 + max(floors_of(house.rooms, arrows).values()),
+        "arrows": len(arrows),
+        "upward arrows": len(upward(arrows)),
+        "circles of rooms": len(circles(arrows)),
+        "circles of files": len(file_circles(house)),
+        "files of cli/": len(list((package / "cli").rglob("*.py"))),
+        "files": len(house.files),
+        "lines": lines,
+    }
+
+
+def picture(house: House) -> str:
+    """The rooms on their floors, with what each imports, as SVG."""
+    arrows = house.arrows
+    floors = floors_of(house.rooms, arrows)
+    lines = {room: 0 for room in house.rooms}
+    for place, path in house.files.items():
+        if room_of(place) in lines:
+            lines[room_of(place)] += path.read_text(encoding="utf-8").count("\n")
+    return _drawn(floors, lines, arrows)
+
+
+_WIDE, _HIGH, _ACROSS, _DOWN, _EDGE = 150, 34, 178, 62, 20
+
+
+def _drawn(floors: dict[str, int], lines: dict[str, int], arrows) -> str:
+    """Boxes by floor; arrows that another path implies are left out."""
+    top, place = max(floors.values()), {}
+    for floor in range(top + 1):
+        row = [room for room in floors if floors[room] == floor]
+        for k, room in enumerate(row):
+            across = (k - (len(row) - 1) / 2) * _ACROSS + (30 if (top - floor) % 2 else -30)
+            place[room] = (300 + across, _EDGE + (top - floor) * _DOWN)
+    size = (600, 2 * _EDGE + top * _DOWN + _HIGH)
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size[0]} {size[1]}" '
+        'font-family="sans-serif" font-size="13">',
+        f'<rect width="{size[0]}" height="{size[1]}" fill="#ffffff"/>',
+    ]
+    for a, b in sorted(needed(arrows)):
+        (x1, y1), (x2, y2) = place[a], place[b]
+        bend = 60 * (1 if x2 >= x1 else -1) * ((y2 - y1) > _DOWN)
+        start, end = (x1, y1 + _HIGH), (x2, y2)
+        middle = ((x1 + x2) / 2 + bend, (y1 + _HIGH + y2) / 2)
+        parts.append(
+            f'<path d="M{start[0]:g},{start[1]:g} Q{middle[0]:g},{middle[1]:g} {end[0]:g},{end[1]:g}" '
+            'fill="none" stroke="#9aa4b2"/>'
+        )
+    for room, (x, y) in place.items():
+        parts.append(
+            f'<rect x="{x - _WIDE / 2:g}" y="{y}" width="{_WIDE}" height="{_HIGH}" rx="5" '
+            f'fill="#eef3fa" stroke="#33557a"/><text x="{x:g}" y="{y + 15}" text-anchor="middle">'
+            f'{room}/</text><text x="{x:g}" y="{y + 28}" text-anchor="middle" font-size="10" '
+            f'fill="#5a6472">{lines[room] / 1000:.1f} k lines</text>'
+        )
+    return "\n".join([*parts, "</svg>", ""])
+
+
+def needed(arrows) -> set[Arrow]:
+    """The arrows that no path through other rooms implies."""
+    below: dict[str, set[str]] = {}
+    for a, b in arrows:
+        below.setdefault(a, set()).add(b)
+
+    def reach(room: str) -> set[str]:
+        found = set()
+        for each in below.get(room, ()):
+            found |= {each} | reach(each)
+        return found
+
+    return {
+        (a, b)
+        for a, b in arrows
+        if not any(b in reach(other) for other in below[a] if other != b)
+    }
+
+
+def main() -> None:
+    """Print the figures, or draw."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--tree", type=Path, default=ROOT, help="another checkout")
+    parser.add_argument("--draw", action="store_true", help=f"write {PICTURE}")
+    parser.add_argument("--circles", action="store_true", help="list the circles")
+    asked = parser.parse_args()
+    house = read_house(asked.tree.resolve())
+    if asked.draw:
+        (asked.tree / PICTURE).write_text(picture(house), encoding="utf-8")
+        return
+    for name, value in figures(house).items():
+        print(f"{name:32} {value}")
+    for name, code in STARTS.items():
+        print(f"{name:32} {loaded(house.tree, code)}")
+    if asked.circles:
+        for group in [*circles(house.arrows), *file_circles(house)]:
+            print("circle:", *sorted(group))
+
+
+if __name__ == "__main__":
+    main()
