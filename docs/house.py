@@ -247,9 +247,7 @@ def needed(arrows) -> set[Arrow]:
         return found
 
     return {
-        (a, b)
-        for a, b in arrows
-        if not any(b in reach(other) for other in below[a] if other != b)
+        (a, b) for a, b in arrows if not any(b in reach(other) for other in below[a] if other != b)
     }
 
 

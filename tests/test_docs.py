@@ -144,8 +144,8 @@ BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", MODES_PAGE, re.S | re.M)
 
 def shown(path, **options):
     """What `torquer modes` prints."""
-    from torquer.cli.app import ModesOptions
     from torquer.cli.commands import modes
+    from torquer.cli.commands.modes import ModesOptions
     from torquer.cli.options import CodeOptions
 
     with contextlib.redirect_stdout(io.StringIO()) as printed:

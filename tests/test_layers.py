@@ -1,6 +1,7 @@
 """The floors of the house: imports only point down."""
 
 import ast
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -11,149 +12,85 @@ import torquer
 from torquer.base.lazy import homes_in
 
 PACKAGE = Path(torquer.__file__).parent
-#: From the ground up; a room may import rooms of lower floors, and itself.
-FLOORS = (
-    {
-        "conventions",
-        "compile",
-        "interface",
-        *("validate", "spec", "noise", "time", "lazy", "version", "file_limits", "strict_json"),
-    },
-    {"packets"},
-    {"geometry"},
-    {"integrate"},
-    {"earth"},
-    {"orbit"},
-    {"environment"},
-    {"wheel_array"},
-    {"spacecraft"},
-    {"estimation"},
-    {"control"},
-    {"scenario"},
-    {"simulation"},
-    {"export"},
-    {"theory"},
-    {"notes"},
-    {"analysis"},
-    {"campaign"},
-    {"onboard"},
-    {"link"},
-    {"browser"},
-    {"ground", "board"},
-    {"telemetry"},
-    {"report"},
-    {"cli", "__main__"},
-)
 #: Public names and the modules they come from.
 HOMES = homes_in(PACKAGE.joinpath("__init__.py").read_text(encoding="utf-8"))
-FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
-FILES = sorted(PACKAGE.rglob("*.py"))
+ROOT = Path(__file__).parents[1]
 
 
-def room_of(place: str) -> str:
-    """Room of a dotted place: torquer.maths.geometry.vec3 -> geometry."""
-    parts = place.split(".")
-    return parts[1] if len(parts) > 1 else "__init__"
+def house_module():
+    """The script that measures the structure."""
+    spec = importlib.util.spec_from_file_location("house", ROOT / "docs" / "house.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-def place_of(file: Path) -> str:
-    """Dotted place of a file of the package."""
-    parts = list(file.relative_to(PACKAGE.parent).with_suffix("").parts)
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+house = house_module()
+HOUSE = house.read_house(ROOT)
 
 
-def imports_of(tree: ast.AST, place: str, is_package: bool):
-    """Dotted places of the package that a module imports, functions' own imports included."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            base = node.module or ""
-            if node.level:
-                up = place.split(".")[: len(place.split(".")) - node.level + is_package]
-                base = ".".join([*up, *([base] if base else [])])
-            if base == "torquer":
-                yield from (f"torquer.{alias.name}" for alias in node.names)
-            else:
-                yield base
+def test_no_two_rooms_import_each_other():
+    """So imports only point down: the floors are derived from them."""
+    assert house.circles(HOUSE.arrows) == []
 
 
-def upward(source: str, place: str, is_package: bool = False) -> list[str]:
-    """Imports of a module that do not point down; what the package's own page names counts too."""
-    own, found = room_of(place), []
-    for target in imports_of(ast.parse(source), place, is_package):
-        if target.split(".")[0] != "torquer":
-            continue
-        room = room_of(target)
-        if room in FLOOR_OF:
-            lower = FLOOR_OF[room] < FLOOR_OF[own]
-            same = room == own or FLOOR_OF[room] == FLOOR_OF[own] == 0
-            if lower or same:
-                continue
-        elif own == "cli" and target == "torquer":
-            continue
-        found.append(target)
-    return found
+def test_no_two_files_import_each_other():
+    """Also within functions and for type checkers."""
+    assert house.file_circles(HOUSE) == []
 
 
-def test_every_room_has_its_floor():
-    rooms = {room_of(place_of(file)) for file in FILES} - {"__init__", "__main__"}
-    assert rooms <= set(FLOOR_OF), "give each new room its floor in FLOORS"
+def test_the_top_of_the_package_is_short():
+    assert house.figures(HOUSE)["entries at the top"] <= 19
 
 
-def test_imports_point_down():
-    files = {file: place_of(file) for file in FILES}
-    found = {
-        place: upward(file.read_text(encoding="utf-8"), place, file.name == "__init__.py")
-        for file, place in files.items()
-        if room_of(place) not in ("__init__", "__main__")
-    }
-    assert {place: targets for place, targets in found.items() if targets} == {}
+def test_the_picture_is_of_this_house():
+    drawn = (ROOT / house.PICTURE).read_text(encoding="utf-8")
+    assert drawn == house.picture(HOUSE), "run docs/house.py --draw"
+
+
+def test_the_command_line_is_imported_by_nobody():
+    assert [arrow for arrow in HOUSE.arrows if arrow[1] == "cli"] == []
+
+
+@pytest.fixture
+def small_house(tmp_path):
+    """`small_house({"a/x.py": "import torquer.b.y"})`: a package of these files, as it is read."""
+
+    def build(files):
+        for place, source in files.items():
+            path = tmp_path / "torquer" / place
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(source)
+            (path.parent / "__init__.py").touch()
+        (tmp_path / "torquer" / "__init__.py").touch()
+        return house.read_house(tmp_path)
+
+    return build
 
 
 @pytest.mark.parametrize(
-    ("place", "source", "wrong"),
+    "source",
     [
-        ("torquer.maths.geometry.vec3", "from torquer.compile.engine import kernel", []),
-        ("torquer.maths.geometry.vec3", "import numpy as np", []),
-        ("torquer.compile.engine", "from torquer import validate", []),
-        ("torquer.compile.engine", "import torquer", ["torquer"]),
-        ("torquer.cli.app", "import torquer", []),
-        (
-            "torquer.maths.geometry.vec3",
-            "from torquer.maths.integrate import rk4",
-            ["torquer.maths.integrate"],
-        ),
-        (
-            "torquer.maths.geometry.vec3",
-            "import torquer.environment.orbit.kepler",
-            ["torquer.environment.orbit.kepler"],
-        ),
-        ("torquer.maths.geometry.vec3", "from torquer import orbit", ["torquer.environment.orbit"]),
-        ("torquer.maths.geometry.vec3", "def f():\n    import torquer.cli", ["torquer.cli"]),
-        (
-            "torquer.environment.orbit.kepler",
-            "from torquer.environment import sun",
-            ["torquer.environment"],
-        ),
-        ("torquer.environment.sun", "from torquer.environment.orbit import kepler", []),
-        (
-            "torquer.base.noise",
-            "from torquer.maths.geometry import vec3",
-            ["torquer.maths.geometry"],
-        ),
-        (
-            "torquer.maths.geometry.vec3",
-            "from ..orbit import kepler",
-            ["torquer.environment.orbit"],
-        ),
-        ("torquer.maths.geometry.vec3", "from . import quaternion", []),
-        ("torquer.maths.geometry.vec3", "from .. import orbit", ["torquer.environment.orbit"]),
-        ("torquer.maths.geometry.vec3", "from torquer import Scenario", ["torquer.Scenario"]),
+        "from torquer.b.y import f",
+        "from torquer.b import y",
+        "import torquer.b.y",
+        "from ..b import y",
+        "def f():\n    from torquer.b import y",
+        "if TYPE_CHECKING:\n    from torquer.b.y import f",
     ],
 )
-def test_the_test_sees_what_points_up(place, source, wrong):
-    assert upward(source, place) == wrong
+def test_every_kind_of_import_counts(small_house, source):
+    seen = small_house({"a/x.py": source, "b/y.py": "from torquer.a import x"})
+    assert set(seen.arrows) == {("a", "b"), ("b", "a")}
+    assert house.circles(seen.arrows) == [{"a", "b"}]
+    assert {"torquer.a.x", "torquer.b.y"} in house.file_circles(seen)
+
+
+def test_what_is_not_imported_does_not_count(small_house):
+    other = "import numpy\nfrom . import z\nfrom json import loads"
+    seen = small_house({"a/x.py": other, "a/z.py": "", "b/y.py": "from torquer.a import x"})
+    assert (set(seen.arrows), house.file_circles(seen)) == ({("b", "a")}, [])
+    assert house.floors_of(seen.rooms, seen.arrows) == {"a": 0, "b": 1}
 
 
 def is_for_type_checkers(node: ast.AST) -> bool:

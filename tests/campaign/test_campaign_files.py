@@ -17,7 +17,7 @@ from torquer.campaign.outcomes import DEFAULT
 from torquer.campaign.sampling import draw
 from torquer.campaign.spec import Campaign
 from torquer.campaign.variation import Variation
-from torquer.cli.commands import simulate as cli
+from torquer.cli.commands import run as cli
 from torquer.scenario.load import ScenarioError, load_scenario, scenario_from_text
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "chibis_m_detumble.toml"

@@ -12,7 +12,7 @@ from torquer.campaign import keys, stored_keys
 from torquer.campaign.keys import design_tables, file_schema, file_tables
 from torquer.campaign.spec import Campaign
 from torquer.campaign.stored_keys import find
-from torquer.cli.app import answer
+from torquer.cli.answer import answer
 from torquer.computer.estimation import ESTIMATORS
 from torquer.computer.laws import LAWS
 from torquer.environment.field import FIELDS
@@ -131,7 +131,7 @@ def test_stored_tables_are_those_of_the_specs():
 
 def test_explain_imports_no_spec():
     code = (
-        "import sys; from torquer.cli.app import answer; answer(['explain', 'limit_a_m2']); "
+        "import sys; from torquer.cli.answer import answer; answer(['explain', 'limit_a_m2']); "
         "print([m for m in ('numba', 'numpy', 'pydantic', 'xarray') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

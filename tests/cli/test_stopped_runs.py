@@ -124,9 +124,7 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     before = (out / "result.nc").read_bytes()
     monkeypatch.setattr("torquer.cli.compiling.is_cold", lambda: True)
     monkeypatch.setattr("torquer.cli.compiling._printed", True)
-    monkeypatch.setattr(
-        "torquer.cli.commands.simulate.begin_loop", None
-    )  # nothing is to be compiled
+    monkeypatch.setattr("torquer.cli.commands.run.begin_loop", None)  # nothing is to be compiled
     code, stdout, err = call("run", scenario, "--out", out, "--resume")
     assert (code, err) == (0, "")  # the report of a complete run is drawn again
     assert (out / "result.nc").read_bytes() == before
@@ -162,7 +160,7 @@ def test_a_run_stopped_as_asked_is_kept(call, scenario, no_report, tmp_path):
 @needs_jit
 def test_a_law_named_interrupted_is_no_interrupt(call, scenario, no_report, tmp_path, monkeypatch):
     """The exit code does not hang on the words of the message."""
-    from torquer.cli.commands import simulate as work
+    from torquer.cli.commands import run as work
 
     def stopped(scenario, **_):
         result = torquer.simulate(scenario, until_s=10.0)

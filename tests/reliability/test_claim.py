@@ -31,7 +31,7 @@ def test_the_second_of_two_is_refused_and_the_first_goes_on(process, call, scena
 LATE = """
 import pathlib, signal, sys, types
 from torquer.cli import simulate
-from torquer.cli.app import RunOptions
+from torquer.cli.commands.run import RunOptions
 simulate.check_orbit_environment = lambda scenario: None
 simulate._flown = lambda *given: (None, "", 0)
 simulate._write = lambda *given: signal.raise_signal(signal.SIGTERM)

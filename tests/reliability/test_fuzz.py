@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from torquer.analysis.notes.notes import notes_of
-from torquer.cli.commands.simulate import _checked_size
+from torquer.cli.commands.run import _checked_size
 from torquer.scenario.load import scenario_from_text
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

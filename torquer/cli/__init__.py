@@ -29,7 +29,7 @@ def main(arguments: list[str] | None = None) -> None:
     let_streams_take_any_text()
     try:
         with _interrupts_of_imports():
-            from torquer.cli.app import answer
+            from torquer.cli.answer import answer
 
             code = answer(arguments)
     except KeyboardInterrupt:

@@ -1,7 +1,5 @@
 """Examples that `--help` shows below each command, to be typed as they are."""
 
-from cyclopts import App
-
 _S = "examples/chibis_m_detumble.toml"
 
 #: Command line by line, by the words of the command; "" for `torquer` itself.
@@ -171,11 +169,6 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
 }
 
 
-def show_examples(app: App, words: tuple[str, ...] = ()) -> None:
-    """Append the examples to the help of an app and of all its commands."""
-    lines = EXAMPLES.get(" ".join(words), ())
-    # the format of the help is Markdown: a line each, as it stands
-    app.help_epilogue = "\n".join(["Examples:", "", *(f"    {line}" for line in lines)])
-    for name in app:
-        if not name.startswith("-"):
-            show_examples(app[name], (*words, name))
+def examples_of(words: str) -> str:
+    """The examples below the help of a command: the format is Markdown, a line each."""
+    return "\n".join(["Examples:", "", *(f"    {line}" for line in EXAMPLES[words])])

@@ -16,7 +16,7 @@ from slow_cases import slow_after
 
 import torquer
 from torquer.base.time import parse_utc
-from torquer.cli.app import answer
+from torquer.cli.answer import answer
 from torquer.computer.on_board_environment import ELEMENTS, ephemeris_along
 from torquer.environment.orbit import Circular
 from torquer.flight.c99.ephemeris import ephemeris_of, instants

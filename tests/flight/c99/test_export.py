@@ -11,7 +11,7 @@ from flight.c99 import plain_replay
 from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 
 import torquer
-from torquer.cli.app import answer
+from torquer.cli.answer import answer
 from torquer.flight.c99.computer import exported, on_board_of
 from torquer.flight.c99.export import export_notes, texts_of
 

@@ -14,7 +14,7 @@ from flight.c99.test_export import COMPILERS, EXAMPLES, NAMES, built, written
 from flight.c99.test_pil import MISSING, pil
 
 import torquer
-from torquer.cli.app import answer
+from torquer.cli.answer import answer
 from torquer.flight.c99.computer import exported, on_board_of
 from torquer.flight.c99.export import texts_of
 from torquer.flight.c99.precision import computing_in

@@ -11,7 +11,7 @@ from twin_session import tip_off
 
 import torquer
 from torquer.campaign.sampling import draw
-from torquer.cli.app import answer
+from torquer.cli.answer import answer
 from torquer.cli.commands.telemetry_work import _with_error
 from torquer.compile import engine
 from torquer.scenario.change import with_values

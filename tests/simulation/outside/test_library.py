@@ -15,7 +15,7 @@ from slow_cases import slow_after
 import torquer
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data
-from torquer.cli.app import answer
+from torquer.cli.answer import answer
 from torquer.compile import code_cache
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.outside.library import Library, kernels_mark

@@ -3,12 +3,9 @@
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App
+from torquer.base.limits import within
+from torquer.cli.options import CodeOptions, options
 
-from torquer.cli.options import CodeOptions, Whole, options, within
-
-app = App(name="board", help="A scenario as sliders in the browser, flown at each change.",
-          version_flags=[])  # fmt: skip
 #: The port of the page unless another is given.
 PORT = 8422
 
@@ -17,13 +14,12 @@ PORT = 8422
 class BoardOptions:
     """Options of `torquer board`."""
 
-    port: Annotated[Whole, within(0, 65535)] = PORT
+    port: Annotated[int | None, within(0, 65535)] = PORT
     """Port of the page on 127.0.0.1; 0: any free one."""
     no_browser: bool = False
     """Only print the address of the page."""
 
 
-@app.default
 def board(
     scenario: Path | None = None,
     /,

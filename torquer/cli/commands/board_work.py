@@ -8,7 +8,7 @@ import torquer.scenario
 from torquer.cli import compiling
 from torquer.cli.commands.board import BoardOptions
 from torquer.cli.loading import load_checked
-from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.options import CodeOptions
 from torquer.cli.output import print_note
 from torquer.cli.pages import check_installed, show_address
 from torquer.scenario.load import name_after, text_of
@@ -18,7 +18,6 @@ _NEEDS = ("starlette", "uvicorn", "websockets")
 
 def serve(path: Path | None, how: BoardOptions, code: CodeOptions) -> int:
     """Serve the page until a signal."""
-    check_ranges(how)
     check_installed("board", _NEEDS)
     from torquer.pages.board.server import BoardServer
 

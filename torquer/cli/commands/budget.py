@@ -5,10 +5,9 @@ from pathlib import Path
 from torquer.analysis.budget import Budget, as_plain, budget_of_held_attitude, budget_of_run
 from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
-from torquer.cli.app import BudgetOptions
-from torquer.cli.commands.simulate import progress_of
+from torquer.cli.commands.run import progress_of
 from torquer.cli.loading import load_usable
-from torquer.cli.options import CodeOptions
+from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import print_error, table, table_console, writing_to
 from torquer.report.flight.budget_rows import (
     HEAD,
@@ -22,24 +21,37 @@ from torquer.simulation.setup.simulate import RunStopped, simulate
 _WIDTH = 120
 
 
-def show(path: Path, how: BudgetOptions, code: CodeOptions) -> int:
-    """Fly the scenario, or hold its initial attitude; print the budget, draw it into a folder."""
-    scenario = load_usable(path, code, how.out)
+@options
+class BudgetOptions:
+    """Options of `torquer budget`."""
+
+    out: Path | None = None
+    """Folder for torques.png [not drawn]."""
+    hold: bool = False
+    """Do not simulate: hold the initial attitude in the frame of initial.reference."""
+    json: Json = False
+
+
+def budget(
+    scenario: Path, *, how: BudgetOptions = BudgetOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Disturbance torques of SCENARIO along its motion, compared with what the coils can give."""
+    satellite = load_usable(scenario, code, how.out)
     try:
-        budget = budget_of_held_attitude(scenario) if how.hold else _flown(scenario)
+        found = budget_of_held_attitude(satellite) if how.hold else _flown(satellite)
     except RunStopped as error:
         print_error(str(error))
         return INTERRUPTED_CODE if error.interrupted else FAILED_CODE
-    title = f"Torque budget of {scenario.name}" + (", attitude held" if how.hold else "")
-    picture = None if how.out is None else _draw(budget, title, how.out)
+    title = f"Torque budget of {satellite.name}" + (", attitude held" if how.hold else "")
+    picture = None if how.out is None else _draw(found, title, how.out)
     if how.json:
-        head = {"scenario": scenario.name, "attitude_held": how.hold}
-        print(json_text(head | as_plain(budget)))
+        head = {"scenario": satellite.name, "attitude_held": how.hold}
+        print(json_text(head | as_plain(found)))
         return 0
     screen = table_console(_WIDTH)
-    unit, rows = budget_table(budget)
+    unit, rows = budget_table(found)
     screen.print(table(HEAD, rows, f"{title}, {unit}"))
-    for line in filter(None, (reach_in_words(budget), models_in_words(budget.models))):
+    for line in filter(None, (reach_in_words(found), models_in_words(found.models))):
         screen.print(line, soft_wrap=True)
     if picture:
         print(picture)

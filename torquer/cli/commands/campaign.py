@@ -5,13 +5,10 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from torquer.cli.options import CodeOptions, Json, Whole, options
+from torquer.cli.examples import examples_of
+from torquer.cli.options import CodeOptions, Json, options
 
-app = App(
-    name="campaign",
-    help="Many runs of a scenario with varied keys; comparison of two campaigns.",
-    version_flags=[],
-)
+app = App(name="campaign", help_epilogue=examples_of("campaign"), version_flags=[])
 
 
 @options
@@ -21,9 +18,9 @@ class CampaignOptions:
     out: Path | None = None
     """Output folder [runs/NAME-campaign]."""
     json: Json = False
-    runs: Whole = None
+    runs: int | None = None
     """Number of runs, in place of the file's."""
-    workers: Whole = None
+    workers: int | None = None
     """Number of workers [one per core]."""
     where: str = "threads"
     """Where runs are computed: 'threads', 'processes', or a Dask address."""
@@ -31,7 +28,7 @@ class CampaignOptions:
     """Continue the campaign in the output folder, or add runs."""
     overwrite: bool = False
     """Replace the campaign in the output folder."""
-    member: Whole = None
+    member: int | None = None
     """Fly this run alone, with its full record and report."""
     computer: Path | None = None
     """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
@@ -53,7 +50,7 @@ def fly(
     return work.fly_member(scenario, how.member, how, code)
 
 
-@app.command
+@app.command(help_epilogue=examples_of("campaign compare"))
 def compare(
     a: Path,
     b: Path,

@@ -13,12 +13,11 @@ from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import files_there, is_there, remove
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli import SIGNAL_CODE, leave_or_raise
-from torquer.cli.app import RunOptions
+from torquer.cli.answer import as_options
 from torquer.cli.commands.campaign import CampaignOptions
-from torquer.cli.commands.simulate import run_scenario
+from torquer.cli.commands.run import RunOptions, run_scenario
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code, check_computer, check_orbit_environment
-from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     interrupted,

@@ -2,30 +2,38 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
+from torquer.cli.options import Json
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.simulation.results.file import load, understood
 
 _WIDTH = 160
 
 
-def compare(paths: Sequence[Path], out: Path | None, as_json: bool) -> int:
-    """Print the differing keys and the key numbers; draw the picture into a folder."""
+def compare(
+    *results: Path,
+    out: Annotated[Path | None, Parameter(help="Folder for the pictures [not drawn].")] = None,
+    json: Json = False,
+) -> int:
+    """Compare two to six runs: RESULTS are their output folders or result.nc files."""
     from torquer.report.flight.compared import MOST, compare as compared_of, write_comparison
 
-    if not 2 <= len(paths) <= MOST:
-        raise ValueError(f"RESULTS: must be 2 to {MOST} runs; received {len(paths)}")
+    if not 2 <= len(results) <= MOST:
+        raise ValueError(f"RESULTS: must be 2 to {MOST} runs; received {len(results)}")
     if out is not None:
         make_writable(out)
-    results = [loaded(path, "RESULTS") for path in paths]
-    names = _names(paths)
+    opened = [loaded(path, "RESULTS") for path in results]
+    names = _names(results)
     with understood(", ".join(names)):
-        compared = compared_of(*results, names=names)
+        compared = compared_of(*opened, names=names)
     if out is not None:
         with writing_to(out):
             picture = write_comparison(compared, out)
-    if as_json:
+    if json:
         print(json_text(compared.as_plain()))
         return 0
     screen, head = table_console(_WIDTH), ["", *names]

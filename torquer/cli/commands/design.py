@@ -3,12 +3,8 @@
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
-from cyclopts import App, Parameter
-
-from torquer.cli.options import CodeOptions, Json, Three, Whole, options, positive, whole, within
-
-app = App(name="design", help="Gains of control laws, from the satellite and its orbit.",
-          version_flags=[])  # fmt: skip
+from torquer.base.limits import Three, positive, within
+from torquer.cli.options import CodeOptions, Json, options
 
 
 class Key(NamedTuple):
@@ -56,9 +52,9 @@ class DesignOptions:
     """Attitude error up to which the coils must not saturate."""
     gain_margin: float = 2.0
     """Factor on the dipole with which the loop must stay stable."""
-    revolutions: Whole = None
+    revolutions: int | None = None
     """Revolutions after which the field repeats [about a day]."""
-    capture_runs: Annotated[Whole, within(1, 1_000_000)] = None
+    capture_runs: Annotated[int | None, within(1, 1_000_000)] = None
     """Random initial attitudes to fly with each law [none]."""
     capture_rate_deg_s: Annotated[float, within(0.0, 360.0)] = 1.0
     """Greatest initial rate flown."""
@@ -70,7 +66,6 @@ class DesignOptions:
     json: Json = False
 
 
-@app.command(name="three-axis")
 def three_axis(
     scenario: Path | None = None,
     /,
@@ -103,14 +98,13 @@ class GyroOptions:
     """Wanted Floquet degree of stage 2, per 1/nu0."""
     evaluations: Annotated[int, within(10, 10_000)] = 120
     """Most loops tried by each of the two searches for weights."""
-    fly: Annotated[Whole, within(0, 1000)] = None
+    fly: Annotated[int | None, within(0, 1000)] = None
     """Releases to fly until they point; 0: none [12, fewer if they take long]."""
     out: Path | None = None
     """Folder for law, scenario and pictures."""
     json: Json = False
 
 
-@app.command(name="magneto-gyro")
 def magneto_gyro(
     scenario: Path,
     /,
@@ -139,18 +133,17 @@ class DetumbleOptions:
     """Rate that counts as stopped [that of its mission, else three orbital rates]."""
     within_s: Annotated[float | None, positive()] = None
     """Time by which all releases must have stopped [that of its mission, else none]."""
-    gains: Annotated[int, Parameter(converter=whole), within(3, 99)] = 9
+    gains: Annotated[int, within(3, 99)] = 9
     """Gains flown, from a tenth to ten times that of the theory."""
-    runs: Annotated[int, Parameter(converter=whole), within(1, 100_000)] = 32
+    runs: Annotated[int, within(1, 100_000)] = 32
     """Releases with each gain at each of the times."""
-    times: Annotated[int, Parameter(converter=whole), within(1, 1000)] = 8
+    times: Annotated[int, within(1, 1000)] = 8
     """Times of release, spread over a day."""
     out: Path | None = None
     """Folder for gains.png and the scenario with the gain."""
     json: Json = False
 
 
-@app.command(name="detumble")
 def detumble(
     scenario: Path,
     /,
@@ -190,7 +183,6 @@ class CoilOptions:
     json: Json = False
 
 
-@app.command(name="coil")
 def coil(*, how: CoilOptions) -> int:
     """A magnetorquer without a core: power of copper and aluminium, and its wire by gauge.
 
@@ -223,7 +215,6 @@ class BenchOptions:
     json: Json = False
 
 
-@app.command(name="bench")
 def bench(*, how: BenchOptions) -> int:
     """From a B-dot test on a bench to the time in orbit, for the same initial rate.
 

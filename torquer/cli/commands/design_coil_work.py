@@ -2,7 +2,6 @@
 
 from torquer.base.strict_json import json_text
 from torquer.cli.commands.design import BenchOptions, CoilOptions
-from torquer.cli.options import check_ranges
 from torquer.design.bench_scaling import scaling
 from torquer.design.coil_design import CONDUCTORS, gauges_of, power_of
 
@@ -12,7 +11,6 @@ _UNITS = ("", "mm", "", "kg", "ohm", "A", "V", "W", "A/mm^2", "ms")
 
 def show(how: CoilOptions) -> int:
     """Print the power by metal and the coils by gauge."""
-    check_ranges(how)
     metals = {name: metal.at(how.temperature_c) for name, metal in CONDUCTORS.items()}
     powers = {
         name: power_of(how.dipole_a_m2, how.diameter_m, how.mass_kg, metal)
@@ -52,7 +50,6 @@ def show(how: CoilOptions) -> int:
 
 def show_bench(how: BenchOptions) -> int:
     """Print the time in orbit that follows from the one on the bench."""
-    check_ranges(how)
     found = scaling(
         how.inertia / how.bench_inertia, how.field_nt / how.bench_field_nt, how.dipole_ratio,
         how.gain_ratio,

@@ -14,7 +14,7 @@ from torquer.base.strict_json import json_text
 from torquer.campaign.statistics import number, rate_interval
 from torquer.cli.commands.design import DetumbleOptions
 from torquer.cli.loading import load_checked
-from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable, progress_bar, writing_to
 from torquer.computer.laws.bdot import Bdot
 from torquer.design.detumble_flights import GainFlights, Releases, chosen, fly_gains
@@ -163,7 +163,6 @@ def flown(case: Sweep, how: DetumbleOptions, progress=None) -> Sweep:
 
 def show(path: Path, how: DetumbleOptions, code: CodeOptions) -> int:
     """Fly the gains and print them; write picture and scenario if a folder is given."""
-    check_ranges(how)
     case, out = case_of(path, how, code), how.out
     if out is not None:
         make_writable(out)

@@ -28,7 +28,7 @@ from torquer.cli.commands.design_gyro_scenario import (
 )
 from torquer.cli.compiling import compiling_shown
 from torquer.cli.loading import check_orbit_environment, load_checked
-from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable, writing_to
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.design.pointing_flights import PointingFlights, fly_releases
@@ -88,7 +88,6 @@ def show(path: Path, how: GyroOptions, code: CodeOptions) -> int:
     """Print the design; write law, scenario and pictures if a folder is given."""
     from torquer.cli.commands.design_gyro_text import data_of, lines_of
 
-    check_ranges(how)
     scenario = load_checked(path, code)
     check_orbit_environment(scenario)
     if how.out is not None:

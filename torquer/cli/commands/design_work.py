@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.limits import given
 from torquer.base.strict_json import json_text
 from torquer.campaign.capture import Capture, capture
 from torquer.cli.commands.design import DesignOptions, Key
 from torquer.cli.loading import load_checked
-from torquer.cli.options import CodeOptions, check_ranges, given, option
+from torquer.cli.options import CodeOptions, option
 from torquer.cli.output import make_writable, writing_to
 from torquer.computer.blocks.law import Law
 from torquer.computer.estimation.sensors import SensorReadings
@@ -179,7 +180,6 @@ def _left_out(scenario: Scenario) -> tuple[str, ...]:
 
 def show(path: Path | None, how: DesignOptions, code: CodeOptions) -> int:
     """Print the design; write the map and the laws if a folder is given."""
-    check_ranges(how)
     case, out = case_of(path, how, code), how.out
     if out is not None:
         make_writable(out)

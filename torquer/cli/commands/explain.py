@@ -1,9 +1,12 @@
 """`torquer explain`: what a key or a table of scenario files means."""
 
 import re
+from json import dumps
 
 from torquer.base.strict_json import json_text
+from torquer.campaign.keys import file_schema
 from torquer.campaign.stored_keys import file_tables, find
+from torquer.cli.options import Json
 from torquer.cli.output import console
 from torquer.scenario.described import Key, Table
 
@@ -11,19 +14,29 @@ from torquer.scenario.described import Key, Table
 _MOST_TABLES = 3
 
 
-def show(name: str | None, as_json: bool) -> int:
-    """Print what a name means; without one, all tables."""
-    tables, keys = find(name) if name else ([], [])
-    if as_json:
-        whole = tables if name else file_tables()
-        alone = [{"table": table.title} | key._asdict() for table, key in keys]
+def explain(key: str | None = None, /, *, json: Json = False) -> int:
+    """Explain KEY of scenario files: meaning, unit, range and default.
+
+    KEY is a key ("spacecraft.coils.limit_a_m2"), a table ("coils"), the last part of either, or
+    the kind of a table ("bdot"). Without KEY all tables are listed.
+    """
+    tables, keys = find(key) if key else ([], [])
+    if json:
+        whole = tables if key else file_tables()
+        alone = [{"table": table.title} | each._asdict() for table, each in keys]
         print(json_text({"tables": [_plain(table) for table in whole], "keys": alone}))
         return 0
-    if not name:
+    if not key:
         tables = file_tables()
     blocks = [_listed(tables)] if len(tables) > _MOST_TABLES else [*map(_of_table, tables)]
     text = "\n\n".join(blocks + [_of_keys(k, keys) for k in _each(keys)])
     console(soft_wrap=True).print(text + _of_sources(text))
+    return 0
+
+
+def schema() -> int:
+    """Print the JSON schema of scenario files, for editors."""
+    print(dumps(file_schema(), indent=2))
     return 0
 
 

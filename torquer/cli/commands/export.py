@@ -3,11 +3,9 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
-from torquer.cli.options import CodeOptions, Json, Whole, options
-
-app = App(name="export", help="The on-board computer of a scenario, for flight.", version_flags=[])
+from torquer.cli.options import CodeOptions, Json, options
 
 
 @options
@@ -15,7 +13,7 @@ class ExportOptions:
     """Options of `torquer export c`."""
 
     out: Annotated[Path, Parameter(help="Folder for the C files; files of an export are replaced.")]
-    steps: Whole = None
+    steps: int | None = None
     """Control steps that are flown and recorded for the replay [2000]."""
     real: Literal["double", "float"] = "double"
     """Precision: with "float" all but times is computed in single precision, with other bits."""
@@ -25,7 +23,6 @@ class ExportOptions:
     json: Json = False
 
 
-@app.command
 def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) -> int:
     """Write estimators, modes and laws of SCENARIO as C99, with a replay that compares bits."""
     from torquer.cli.commands import export_work

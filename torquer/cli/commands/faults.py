@@ -2,7 +2,9 @@
 
 import json
 from pathlib import Path
+from typing import Annotated
 
+from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
 from torquer.campaign.faults.contents import (
     WORDS,
@@ -13,11 +15,10 @@ from torquer.campaign.faults.contents import (
 )
 from torquer.campaign.faults.fly import FaultCampaign, fly_faults
 from torquer.campaign.faults.verdict import LOST
-from torquer.cli.app import FaultOptions
-from torquer.cli.commands.simulate import progress_of
+from torquer.cli.answer import as_options
+from torquer.cli.commands.run import progress_of
 from torquer.cli.loading import code_of, load_usable
-from torquer.cli.mistakes import as_options
-from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
@@ -27,18 +28,47 @@ from torquer.simulation.results.file import put, save
 _WIDTH = 150
 
 
-def fly(path: Path, how: FaultOptions, code: CodeOptions) -> int:
-    """Fly the faults, write the folder, print the table; 1 if one with guards is lost."""
-    check_ranges(how)
+@options
+class FaultOptions:
+    """Options of `torquer faults`."""
+
+    only: list[str] | None = None
+    """Only faults with this in their names, such as 'gyro' or 'coil 0 dead'; may be repeated."""
+    at_h: list[float] | None = None
+    """Hours after the start at which faults strike [in each mode]; may be repeated."""
+    hours: Annotated[float | None, positive()] = None
+    """Length of each flight in hours [SCENARIO's]."""
+    seed: Annotated[int | None, at_least(0)] = None
+    """Seed of all random numbers [SCENARIO's]."""
+    workers: int | None = None
+    """Flights at once [one per core]."""
+    out: Path | None = None
+    """Output folder [runs/NAME-faults]."""
+    json: Json = False
+
+
+def faults(
+    scenario: Path, *, how: FaultOptions = FaultOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Fly SCENARIO with every single fault of its sensors, coils, wheels and computer.
+
+    Each fault strikes in each mode that the flight without a fault visits: in the middle of the
+    longest stay, or next to it with the Sun in view; with guards and without. Guards are
+    regions of modes without laws, estimators and settings. Lost: the flight ended early, or the
+    rate exceeds 2 deg/s in the last revolution (or twice that without a fault). Safe: not lost,
+    the limits of [mission] hold during the whole last revolution, and the coils used at most 3
+    times the energy without a fault. Degraded: all else. Noticed: the modes entered a state
+    that they do not enter without the fault. Exit code 1 if a flight with guards is lost.
+    """
     if how.workers is not None and how.workers < 1:
         raise ValueError(f"--workers: must be 1 or more; received {how.workers}")
-    scenario = _changed(load_usable(path, code, None), how)
-    out = how.out or Path("runs") / f"{scenario.name}-faults"
+    flown = _changed(load_usable(scenario, code, None), how)
+    out = how.out or Path("runs") / f"{flown.name}-faults"
     make_writable(out)
     at_s = [3600.0 * at_h for at_h in how.at_h or ()]
     try:
-        with progress_of(scenario.name) as progress:
-            found = fly_faults(scenario, how.only or (), at_s, how.workers, progress)
+        with progress_of(flown.name) as progress:
+            found = fly_faults(flown, how.only or (), at_s, how.workers, progress)
     except ValueError as error:
         text = as_options(str(error), {"only": "--only", "at_h": "--at-h"})
         raise ValueError(text) from None
@@ -47,7 +77,7 @@ def fly(path: Path, how: FaultOptions, code: CodeOptions) -> int:
     if how.json:
         print(json_text(as_plain(found) | {"worst_file": str(out / "worst.toml")}))
     else:
-        _show(found, out, files, bool(code_of(scenario)))
+        _show(found, out, files, bool(code_of(flown)))
     return 1 if found.counts(True)[LOST] else 0
 
 

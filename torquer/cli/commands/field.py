@@ -3,15 +3,10 @@
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
-from torquer.cli.options import Json, Whole, options, positive, within
-
-app = App(
-    name="field",
-    help="The geomagnetic field at a point, along an orbit, over the globe, as a cone.",
-    version_flags=[],
-)
+from torquer.base.limits import positive, within
+from torquer.cli.options import Json, options
 
 LATITUDE, LONGITUDE = within(-90.0, 90.0, "deg"), within(-180.0, 360.0, "deg")
 #: Heights for which a model of the core field is meaningful.
@@ -30,7 +25,7 @@ Models = Annotated[
         "igrf14:6 stops at degree 6."
     ),
 ]
-Degree = Annotated[Whole, Parameter(help="Maximum degree of igrf14 or wmm2025 [all].")]
+Degree = Annotated[int | None, Parameter(help="Maximum degree of igrf14 or wmm2025 [all].")]
 
 
 @options
@@ -124,7 +119,6 @@ class ConeOptions:
     json: Json = False
 
 
-@app.command
 def point(*, how: PointOptions = PointOptions()) -> int:
     """X, Y, Z, H, F, D, I at a place and date, and their secular variation; or at many places."""
     from torquer.cli.commands import field_at as work
@@ -132,7 +126,6 @@ def point(*, how: PointOptions = PointOptions()) -> int:
     return work.points(how.points, how) if how.points else work.point(how)
 
 
-@app.command
 def orbit(*, how: OrbitOptions = OrbitOptions()) -> int:
     """The field along an orbit, under one model or several side by side [igrf14]."""
     from torquer.cli.commands import field_along as work
@@ -140,7 +133,6 @@ def orbit(*, how: OrbitOptions = OrbitOptions()) -> int:
     return work.orbit(how)
 
 
-@app.command(name="map")
 def map_(*, how: MapOptions = MapOptions()) -> int:
     """A map of an element of the field over the globe, with its extremes."""
     from torquer.cli.commands import field_at as work
@@ -148,7 +140,6 @@ def map_(*, how: MapOptions = MapOptions()) -> int:
     return work.globe(how)
 
 
-@app.command
 def cone(*, how: ConeOptions) -> int:
     """Paths of the field vector over a circular orbit, and the cone of the averaged field."""
     from torquer.cli.commands import field_along as work

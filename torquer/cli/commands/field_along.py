@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
+from torquer.base.limits import given
 from torquer.base.strict_json import json_text
 from torquer.cli.commands.field import ConeOptions, OrbitOptions
 from torquer.cli.commands.field_at import label, model_of, moment, stamp
-from torquer.cli.options import check_ranges, given, option as option_of
+from torquer.cli.options import option as option_of
 from torquer.cli.output import make_writable, writing_to
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field.along import FieldsAlong, angles_deg, fields_along
@@ -158,7 +159,6 @@ def instants(period_s: float, revolutions, duration_min, step_s: float) -> np.nd
 
 def orbit(how: OrbitOptions) -> int:
     """Print the field along an orbit; draw it if a folder is given."""
-    check_ranges(how)
     case = case_of(how)
     t_s = instants(case.orbit.period_s, how.revolutions, how.duration_min, how.step_s)
     models = _models(case, how.model)
@@ -261,7 +261,6 @@ def cone(how: ConeOptions) -> int:
     from torquer.analysis.field.field_cone import cone_of
     from torquer.report.field.cone import draw_cone, write_cone_page
 
-    check_ranges(how)
     circle = OrbitOptions(
         altitude_km=how.altitude_km, inclination_deg=how.inclination_deg, raan_deg=how.raan_deg,
         start=how.date,

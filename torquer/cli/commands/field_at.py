@@ -15,7 +15,6 @@ import numpy as np
 from torquer.base.strict_json import json_text
 from torquer.base.time import decimal_year, parse_utc
 from torquer.cli.commands.field import HEIGHT, LATITUDE, LONGITUDE, MapOptions, PointOptions
-from torquer.cli.options import check_ranges
 from torquer.cli.output import make_writable, writing_to
 from torquer.environment.field import FIELDS
 from torquer.environment.field.at_point import point_field
@@ -142,7 +141,6 @@ def point(how: PointOptions) -> int:
     if how.lat is None or how.lon is None or how.date is None:
         missing = "--lat" if how.lat is None else "--lon" if how.lon is None else "--date"
         raise ValueError(f"{missing}: must be given, or --points; received nothing")
-    check_ranges(how)
     model, utc = _model(how), moment(how.date)
     year = decimal_year(utc)
     _check_dates(model, year)
@@ -285,7 +283,6 @@ def globe(how: MapOptions) -> int:
     """Draw a map; print its extremes."""
     if how.element not in _NAMES:
         raise ValueError(f"--element: must be one of {', '.join(_NAMES)}; received {how.element!r}")
-    check_ranges(how)
     model, utc = _model(how), moment(how.date)
     make_writable(how.out)
     from torquer.analysis.field.field_map import field_map

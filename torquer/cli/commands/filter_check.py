@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -20,11 +21,11 @@ from torquer.analysis.filters.sensor_sets import (
     as_plain as sets_as_plain,
     sensor_sets,
 )
+from torquer.base.limits import at_least
 from torquer.base.strict_json import json_text
-from torquer.cli.app import FilterOptions
-from torquer.cli.commands.simulate import progress_of
+from torquer.cli.commands.run import progress_of
 from torquer.cli.loading import check_computer, load_usable
-from torquer.cli.options import CodeOptions, check_ranges, option
+from torquer.cli.options import CodeOptions, Json, option, options
 from torquer.cli.output import table, table_console, writing_to
 from torquer.report.flight.budget_rows import models_in_words
 from torquer.scenario.spec import Scenario
@@ -33,17 +34,50 @@ _RUNS = 200
 _WIDTH = 120
 
 
-def check(path: Path, how: FilterOptions, code: CodeOptions) -> int:
-    """Print the statistics, draw them into a folder; 1 if the filter is not consistent."""
-    check_ranges(how)
+@options
+class FilterOptions:
+    """Options of `torquer filter-check`."""
+
+    runs: int | None = None
+    """Number of runs [200]."""
+    attitude_sigma_deg: Annotated[float | None, at_least(0.0)] = None
+    """Spread of the initial attitude about SCENARIO's, each axis; 180: any attitude [any; 5 if it
+    is relative to the orbital frame].
+    """
+    rate_sigma_deg_s: Annotated[float | None, at_least(0.0)] = None
+    """Spread of the initial rate about SCENARIO's, each axis [the orbital rate, or a tenth of
+    SCENARIO's rate].
+    """
+    expected: bool = False
+    """Predict the accuracy, without simulating."""
+    computer: Path | None = None
+    """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
+    out: Path | None = None
+    """Folder for report and pictures."""
+    json: Json = False
+
+
+def filter_check(
+    scenario: Path, *, how: FilterOptions = FilterOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Check the Kalman filter of SCENARIO: its errors over many runs against its own covariance.
+
+    Each run draws noise, start, and errors of the sensors. NEES, NIS and whiteness with their
+    chi-square bands; errors compared with linear covariance analysis; readings rejected, restarts;
+    a verdict. Exit code 1 unless it is 'consistent'. With --expected, without simulating: the
+    accuracy with and without the Sun in view, and gaps in observability, for the sensors of each
+    filter and for each sensor alone.
+    """
+    if how.expected:
+        return _expect(scenario, how, code)
     check_computer(how.computer, code)
-    scenario = load_usable(path, code, how.out)
+    flown = load_usable(scenario, code, how.out)
     runs = _RUNS if how.runs is None else how.runs
     if runs < 2:
         raise ValueError(f"--runs: must be 2 or more; received {runs}")
-    with progress_of(scenario.name) as progress:
+    with progress_of(flown.name) as progress:
         start = Start(how.attitude_sigma_deg, how.rate_sigma_deg_s)
-        found = check_filter(scenario, runs, progress, start, how.computer)
+        found = check_filter(flown, runs, progress, start, how.computer)
     if how.out is not None:
         from torquer.report.filter import write_filter_report
 
@@ -55,7 +89,7 @@ def check(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     return 0 if found.consistent else 1
 
 
-def expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
+def _expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     """Print the expected accuracy of the scenario's filters, also with fewer sensors."""
     for key in ("runs", "attitude_sigma_deg", "rate_sigma_deg_s"):
         if (value := getattr(how, key)) is not None:

@@ -9,16 +9,16 @@ from collections.abc import Iterator
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE, SIGNAL_CODE, leave_or_raise
-from torquer.cli.app import FlyOptions
-from torquer.cli.commands.simulate import progress_of
+from torquer.cli.answer import as_options
+from torquer.cli.commands.run import progress_of
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_computer, load_checked
-from torquer.cli.mistakes import as_options
-from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.flight.link import Link, open_link
 from torquer.flight.packets.frames import Frame
@@ -112,9 +112,42 @@ class _Flight(NamedTuple):
     lateness: _Lateness
 
 
-def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
-    """Fly a scenario with its flight software; write the session and what came down."""
-    check_ranges(how)
+@options
+class FlyOptions:
+    """Options of `torquer fly`."""
+
+    software: Path | None = None
+    """File of the flight software [that of Chibis-M]."""
+    commands: Path | None = None
+    """File of commands with the times at which they are sent."""
+    faults: Path | None = None
+    """File of faults and reboots."""
+    computer: Path | None = None
+    """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
+    memory: Path | None = None
+    """Folder of the non-volatile memory, kept after the flight [in memory, as delivered]."""
+    speed: Annotated[float | None, positive()] = None
+    """How many times real time at most [as fast as it goes]."""
+    realtime: bool = False
+    """Fly in real time."""
+    listen: str | None = None
+    """Link to the ground: tcp:HOST:PORT, udp:HOST:PORT, can:virtual:CHANNEL,
+    can:udp_multicast:GROUP or can:socketcan:INTERFACE [none]; with --realtime or --speed."""
+    ticks: Annotated[int | None, at_least(1)] = None
+    """Number of control steps [to the end of SCENARIO]."""
+    out: Path | None = None
+    """Output folder [runs/NAME-flight]."""
+    json: Json = False
+
+
+def fly(
+    scenario: Path, *, how: FlyOptions = FlyOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Fly SCENARIO with flight software around its on-board computer: modules, queues, packets.
+
+    In lock-step, as fast as it goes. Writes the session (session.json), which can be flown again to
+    the same bytes, what came down (downlink.bin), a table for each packet and a picture of them.
+    """
     if how.realtime and how.speed is not None:
         raise ValueError("--speed: must not be given with --realtime; received both")
     if how.listen and not how.realtime and how.speed is None:
@@ -125,22 +158,22 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
             "received both (`torquer ground send --file` sends a file)"
         )
     check_computer(how.computer, code)
-    scenario = load_checked(path, code)
+    loaded = load_checked(scenario, code)
     _check_modules(how.software, code)
     faults = load_faults(how.faults) if how.faults else FaultsFile()
-    scenario = with_device_faults(scenario, faults)
-    out = how.out or Path("runs") / f"{scenario.name}-flight"
+    flown = with_device_faults(loaded, faults)
+    out = how.out or Path("runs") / f"{flown.name}-flight"
     make_writable(out)
     # the folder is free again before a late signal ends the process
     with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
-        flight, recorder = _prepared(scenario, faults, how), Recorder()
+        flight, recorder = _prepared(flown, faults, how), Recorder()
         begun_s = time.process_time()
         with closing(flight.link) if flight.link else nullcontext():
-            stopped = _flown(flight, scenario, how, recorder, out, signals)
+            stopped = _flown(flight, flown, how, recorder, out, signals)
         took_s = time.process_time() - begun_s
         number = signals.number if signals.asked else 0
         signals.forget()  # what came down until then is written
-        files = _write(flight, recorder.session(scenario, faults, how.software, flight.memory), out)
+        files = _write(flight, recorder.session(flown, faults, how.software, flight.memory), out)
     _show(flight, recorder, out, files, took_s, how)
     if stopped:
         print_error(f"{stopped}; what came down until then is in {out}")
@@ -330,34 +363,37 @@ def _events(flight: _Flight) -> list[dict]:
     return found
 
 
-def replay(path: Path, as_json: bool) -> int:
-    """Fly a session again; exit code 1 unless the same bytes come down."""
-    session, recorder = load_session(path), Recorder()
-    with progress_of(path.stem) as progress:
-        for tick in replayed(session):
+def replay(session: Path, *, json: Json = False) -> int:
+    """Fly SESSION again; exit code 1 unless the same bytes come down."""
+    recorded, recorder = load_session(session), Recorder()
+    with progress_of(session.stem) as progress:
+        for tick in replayed(recorded):
             recorder.note(tick.uplink, tick.downlink)
             if progress and tick.number % 64 == 0:
-                progress(tick.number / max(session.ticks, 1))
-    same = recorder.digests_of_all() == session.digests
-    if as_json:
+                progress(tick.number / max(recorded.ticks, 1))
+    same = recorder.digests_of_all() == recorded.digests
+    if json:
         print(json_text({"same": same, "ticks": recorder.ticks, "digest": recorder.digest()}))
     elif same:
         print(f"the same bytes: {recorder.downlink_bytes} in {recorder.ticks} control steps")
     else:
-        print_error(f"other bytes than recorded, from control step {recorder.parted(session)} on")
+        print_error(f"other bytes than recorded, from control step {recorder.parted(recorded)} on")
     return 0 if same else FAILED_CODE
 
 
-def bisect(first: Path, second: Path, as_json: bool) -> int:
-    """The first control step at which two sessions differ; exit code 1 if there is one."""
+def bisect(first: Path, second: Path, *, json: Json = False) -> int:
+    """Find the first control step at which the downlinks of two sessions differ.
+
+    Exit code 1 if there is one.
+    """
     a, b = load_session(first), load_session(second)
     found = first_difference(a, b)
     if found is None:
-        print(json_text({"same": True}) if as_json else "the same bytes came down")
+        print(json_text({"same": True}) if json else "the same bytes came down")
         return 0
     tick = next(each for each in found if each is not None)
     sides = {str(first): _packets(found.first, a), str(second): _packets(found.second, b)}
-    if as_json:
+    if json:
         print(json_text({"same": False, "tick": tick.number, "t_s": tick.t_s, "packets": sides}))
         return FAILED_CODE
     print(f"the first difference is at control step {tick.number}, t = {tick.t_s:g} s")

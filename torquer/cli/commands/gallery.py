@@ -4,15 +4,9 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
 from torquer.cli.options import Json
-
-app = App(
-    name="gallery",
-    help="Published figures and tables, recomputed and compared with the printed numbers.",
-    version_flags=[],
-)
 
 Out = Annotated[Path, Parameter(help="Folder for the pictures.")]
 Docs = Annotated[
@@ -37,19 +31,16 @@ def _work():
     return gallery_work
 
 
-@app.command(name="list")
 def list_(*, json: Json = False) -> int:
     """List the catalogue: id, verdict if available, content."""
     return _work().show_list(json)
 
 
-@app.command
 def run(*ids: str, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
     """Compute the entries of these IDS; exit 1 if a verdict differs from the declared one."""
     return _work().run(ids, json, out, docs)
 
 
-@app.command(name="all")
 def all_(*, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
     """Compute every available entry; exit 1 if a verdict differs from the declared one."""
     return _work().run_all(json, out, docs)

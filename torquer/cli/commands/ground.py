@@ -5,13 +5,11 @@ from typing import Annotated, Literal
 
 from cyclopts import App
 
-from torquer.cli.options import CodeOptions, Json, Whole, at_least, options, within
+from torquer.base.limits import at_least, within
+from torquer.cli.examples import examples_of
+from torquer.cli.options import CodeOptions, Json, options
 
-app = App(
-    name="ground",
-    help="The ground: telemetry live in the browser, commands, archives.",
-    version_flags=[],
-)
+app = App(name="ground", help_epilogue=examples_of("ground"), version_flags=[])
 FOLDER = Path("runs/ground")
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
@@ -33,11 +31,11 @@ class GroundOptions:
     """Its short name, also of its archive."""
     folder: Path = FOLDER
     """Folder of the archives."""
-    port: Annotated[Whole, within(0, 65535)] = PORT
+    port: Annotated[int | None, within(0, 65535)] = PORT
     """Port of the page on 127.0.0.1; 0: any free one."""
     no_browser: bool = False
     """Only print the address of the page."""
-    command_counter: Annotated[Whole, within(0, 2**32 - 2)] = None
+    command_counter: Annotated[int | None, within(0, 2**32 - 2)] = None
     """Last counter of commands that was used, where the archive that had it is lost."""
     new_telemetry: bool = False
     """Accept telemetry whose counter begins again, as after a loss of the satellite's memory."""
@@ -80,7 +78,7 @@ class SendOptions:
     json: Json = False
 
 
-@app.command
+@app.command(help_epilogue=examples_of("ground send"))
 def send(name: str | None = None, /, *values: str, how: SendOptions = SendOptions()) -> int:
     """Send the command NAME with VALUES, written KEY=VALUE, by the ground that runs in --folder.
 
@@ -105,7 +103,7 @@ class ImportOptions:
     json: Json = False
 
 
-@app.command(name="import")
+@app.command(name="import", help_epilogue=examples_of("ground import"))
 def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
     """Put the frames of RECORDING, bytes as they were received, into the archive.
 
@@ -133,7 +131,7 @@ class ExportOptions:
     json: Json = False
 
 
-@app.command
+@app.command(help_epilogue=examples_of("ground export"))
 def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units."""
     from torquer.cli.commands import ground_work as work

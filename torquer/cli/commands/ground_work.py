@@ -25,7 +25,7 @@ from torquer.cli.commands.ground import (
 )
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code
-from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     harmless,
     make_writable,
@@ -46,7 +46,6 @@ _LISTED = 2000
 
 def serve(path: Path | None, how: GroundOptions, code: CodeOptions) -> int:
     """Serve the page until a signal; 1 if something else ended it."""
-    check_ranges(how)
     check_installed("ground", _SERVER_NEEDS)
     from torquer.ground.contact import Counters
     from torquer.pages.ground.server import Ground
@@ -117,7 +116,6 @@ def _short_name(name: str) -> str:
 
 def send(name: str | None, values: Sequence[str], how: SendOptions) -> int:
     """Send commands through the running ground; 1 unless all were executed."""
-    check_ranges(how)
     if (name is None) == (how.file is None):
         raise ValueError(
             f"NAME: must be given, or --file; received {'neither' if name is None else 'both'}"

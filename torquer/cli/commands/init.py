@@ -3,8 +3,12 @@
 import re
 import sysconfig
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
+from torquer.cli.options import Json
 from torquer.cli.output import writing_to
 from torquer.simulation.results.file import put
 
@@ -25,10 +29,19 @@ def examples() -> dict[str, Path]:
     return {}
 
 
-def init(name: str | None, example: str | None, listed: bool, as_json: bool) -> int:
-    """Write NAME.toml into the current folder, or list the examples."""
+def init(
+    name: str | None = None,
+    /,
+    *,
+    example: Annotated[
+        str | None, Parameter(help="Copy this example instead, with the files it refers to.")
+    ] = None,
+    listed: Annotated[bool, Parameter(name="--list", help="List the examples.")] = False,
+    json: Json = False,
+) -> int:
+    """Write NAME.toml: a commented scenario to start from."""
     if listed:
-        return _list(as_json)
+        return _list(json)
     if name is None:
         raise ValueError("NAME: must be given; received nothing")
     path = _file_for(name)
@@ -44,7 +57,7 @@ def init(name: str | None, example: str | None, listed: bool, as_json: bool) -> 
         put(path, text)
         for to, source in others.items():
             put(to, source.read_text(encoding="utf-8"))
-    if as_json:
+    if json:
         print(json_text({"written": [str(each) for each in (path, *others)]}))
         return 0
     print(f"{', '.join(str(each) for each in (path, *others))}: written")

@@ -3,11 +3,9 @@
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
 from torquer.cli.options import Json, options
-
-app = App(name="kernels", help="Compiled kernels for other machines.", version_flags=[])
 
 
 @options
@@ -18,7 +16,6 @@ class KernelOptions:
     json: Json = False
 
 
-@app.command
 def build(*scenarios: Path, how: KernelOptions) -> int:
     """Compile what the runs of SCENARIOS need, for any processor of this kind.
 

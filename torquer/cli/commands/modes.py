@@ -5,29 +5,41 @@ from pathlib import Path
 
 from torquer.analysis.notes.mode_notes import mode_findings
 from torquer.base.strict_json import json_text
-from torquer.cli.app import ModesOptions
 from torquer.cli.loading import load_checked
-from torquer.cli.options import CodeOptions
+from torquer.cli.options import CodeOptions, Json, options
 from torquer.computer.modes.spec import MAIN, Modes
 from torquer.computer.modes.wording import state_in_words, transition_in_words
 
 
-def show(path: Path, how: ModesOptions, code: CodeOptions) -> int:
-    """Print or write the diagram, print the findings."""
+@options
+class ModesOptions:
+    """Options of `torquer modes`."""
+
+    mermaid: bool = False
+    """Print the diagram as Mermaid text."""
+    svg: Path | None = None
+    """File for the diagram as a picture."""
+    json: Json = False
+
+
+def modes(
+    scenario: Path, *, how: ModesOptions = ModesOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Show the modes of SCENARIO: states, transitions, dead ends, conflicts, chatter."""
     from torquer.computer.modes.diagram import mermaid, svg
 
-    scenario = load_checked(path, code)
-    modes = scenario.control.named().modes
-    if modes is None:
+    satellite = load_checked(scenario, code)
+    table = satellite.control.named().modes
+    if table is None:
         raise ValueError("control.modes: must be given, or a scheme as control.law; received none")
     if how.svg is not None:
-        _write(svg(modes), how.svg)
-    found = mode_findings(scenario)
+        _write(svg(table), how.svg)
+    found = mode_findings(satellite)
     if how.json:
-        data = {"mermaid": mermaid(modes), "findings": [each._asdict() for each in found]}
+        data = {"mermaid": mermaid(table), "findings": [each._asdict() for each in found]}
         print(json_text(data, None))
         return 0
-    print(mermaid(modes).rstrip("\n") if how.mermaid else "\n".join(in_words(modes)))
+    print(mermaid(table).rstrip("\n") if how.mermaid else "\n".join(in_words(table)))
     for each in found:
         mark = "%% " if how.mermaid else ""
         print(f"{mark}{'note' if each.is_fault else 'modes'}: {each.message}")

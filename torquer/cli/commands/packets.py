@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
+from torquer.cli.options import Json
 from torquer.cli.output import make_writable, writing_to
 from torquer.flight.packets.dbc import dbc
 from torquer.flight.packets.document import document
@@ -14,8 +18,18 @@ from torquer.flight.software.software import load_software
 from torquer.simulation.results.file import put
 
 
-def describe(software: Path | None, out: Path | None, as_json: bool) -> int:
-    """List the packets; write descriptions into a folder if there is one."""
+def packets(
+    software: Path | None = None,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="Folder for the descriptions [not made].")] = None,
+    json: Json = False,
+) -> int:
+    """List the packets of SOFTWARE [that of Chibis-M] with their ids and sizes.
+
+    With --out, descriptions for other programs, all made from the one dictionary: XTCE
+    (packets.xml), CAN buses (packets.dbc), Open MCT (packets.json), readers (packets.md).
+    """
     dictionary = load_software(software).dictionary
     if out is not None:
         make_writable(out)
@@ -26,11 +40,11 @@ def describe(software: Path | None, out: Path | None, as_json: bool) -> int:
             put(out / "packets.md", f"# Packets of {dictionary.name}\n\n{document(dictionary)}")
     rows = [
         (way, each.name, each.id, each.module, each.size)
-        for way, packets in (("down", dictionary.down), ("up", dictionary.up))
-        for each in packets.values()
+        for way, listed in (("down", dictionary.down), ("up", dictionary.up))
+        for each in listed.values()
     ]
     keys = ("direction", "name", "id", "module", "bytes")
-    if as_json:
+    if json:
         print(json_text([dict(zip(keys, row, strict=True)) for row in rows]))
         return 0
     for way, name, number, module, size in rows:

@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 
 from cyclopts import App
 
-from torquer.cli.options import CodeOptions, Json, at_least, options, positive
+from torquer.base.limits import at_least, positive
+from torquer.cli.examples import examples_of
+from torquer.cli.options import CodeOptions, Json, options
 
-app = App(
-    name="telemetry", help="Flight and bench data: checks, calibration, attitude.", version_flags=[]
-)
+app = App(name="telemetry", help_epilogue=examples_of("telemetry"), version_flags=[])
 
 
 @options
@@ -74,7 +74,7 @@ class ProposeOptions:
     json: Json = False
 
 
-@app.command
+@app.command(help_epilogue=examples_of("telemetry init"))
 def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
     """Propose a mapping for FILE, and say what of it is guessed."""
     from torquer.cli.commands import telemetry_work as work

@@ -12,7 +12,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE
 from torquer.cli.commands.telemetry import ProposeOptions, TelemetryOptions
 from torquer.cli.loading import load_checked
-from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.ground.telemetry.attitude import load_filter
 from torquer.ground.telemetry.calibration import GROUPS, MODELS, split_shift
@@ -44,7 +44,6 @@ _TWIN_UNITS = {"inertia": "kg m^2", "dipole": "A m^2"}
 
 def check(files: tuple[Path, ...], how: TelemetryOptions, code: CodeOptions) -> int:
     """Examine telemetry; 1 if it cannot be used as it is."""
-    check_ranges(how)
     if not files:
         raise ValueError("FILE: must be given; received none")
     if (how.clock_sigma_s is None) != (how.along_track_sigma_km is None):

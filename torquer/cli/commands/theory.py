@@ -5,9 +5,11 @@ from typing import Annotated, Literal
 
 from cyclopts import App
 
-from torquer.cli.options import CodeOptions, Json, Three, options, positive, within
+from torquer.base.limits import Three, positive, within
+from torquer.cli.examples import examples_of
+from torquer.cli.options import CodeOptions, Json, options
 
-app = App(name="theory", version_flags=[])
+app = App(name="theory", help_epilogue=examples_of("theory"), version_flags=[])
 
 _HALF_TURN = within(0.0, 180.0, "deg")
 
@@ -79,7 +81,7 @@ class GyroModelOptions:
     json: Json = False
 
 
-@app.command(name="magneto-gyro")
+@app.command(name="magneto-gyro", help_epilogue=examples_of("theory magneto-gyro"))
 def magneto_gyro(
     scenario: Path | None = None,
     /,

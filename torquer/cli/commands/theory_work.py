@@ -19,9 +19,10 @@ from torquer.analysis.averaged.case import (
 from torquer.analysis.averaged.motion import design_data, motion_data
 from torquer.base import validate
 from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.limits import given
 from torquer.base.strict_json import json_text
 from torquer.cli.commands.theory import CaseOptions, TheoryOptions
-from torquer.cli.options import check_ranges, given, option
+from torquer.cli.options import option
 from torquer.cli.output import make_writable, writing_to
 from torquer.environment.field.averaged import Averaged, mean_of_extremes
 from torquer.environment.orbit.kepler import check_farthest
@@ -143,7 +144,6 @@ def part_of(case: AveragedCase, to_percent: float | None) -> float:
 
 def show(law: str | None, how: TheoryOptions) -> int:
     """Print the averaged motion; draw it if a folder is given."""
-    check_ranges(how)
     case = case_of(law, how)
     part = part_of(case, how.to)
     if how.out is not None:
@@ -281,7 +281,6 @@ def _symbolic_law(law: str):
 
 def design(law: str | None, how: TheoryOptions) -> int:
     """Print the time for each gain, and the gain for a given time."""
-    check_ranges(how)
     case = case_of(law, how)
     part = part_of(case, how.to)
     if how.out is not None or how.latex:

@@ -2,11 +2,7 @@
 
 from pathlib import Path
 
-from cyclopts import App
-
 from torquer.cli.options import Json, options
-
-app = App(name="wheels", version_flags=[])
 
 
 @options
@@ -20,7 +16,6 @@ class WheelsOptions:
     json: Json = False
 
 
-@app.default
 def wheels(design: Path, *, how: WheelsOptions = WheelsOptions()) -> int:
     """Capability of the array in the file DESIGN, with up to two failed wheels; saturation.
 

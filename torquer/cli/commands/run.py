@@ -7,24 +7,18 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
-from torquer.analysis.notes.fault_notes import fault_lines, unnoticed_faults
-from torquer.analysis.notes.mode_notes import mode_findings
 from torquer.analysis.notes.notes import notes_of
 from torquer.base.strict_json import json_text
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
-from torquer.cli.app import RunOptions
+from torquer.cli.answer import as_options
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import (
-    check_code,
     check_computer,
     check_orbit_environment,
-    code_of,
     load_checked,
 )
-from torquer.cli.mistakes import as_options
-from torquer.cli.options import CodeOptions
+from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
-    harmless,
     interrupted,
     make_writable,
     print_error,
@@ -32,30 +26,52 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
-from torquer.scenario.load import data_of, text_of
 from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.results.store import check_free
 from torquer.simulation.setup.checkpoints import NotSaved
-from torquer.simulation.setup.prepare import blocks_of, modes_for
 from torquer.simulation.setup.run import begin_loop
 from torquer.simulation.setup.signals import ALL, Stop, noting_signals
 from torquer.simulation.setup.simulate import RunStopped, resume, simulate
-from torquer.simulation.setup.size import bytes_text, check_disk, check_memory, size_of, time_text
 
 #: Warnings of a run that are printed as notes.
 _NOTES = (OtherBits, NotSaved)
 
 
-def run(path: Path, how: RunOptions, code: CodeOptions) -> int:
-    """Simulate, write the output folder, print the summary; return the exit code."""
+@options
+class RunOptions:
+    """Options of `torquer run`."""
+
+    out: Path | None = None
+    """Output folder [runs/NAME]."""
+    json: Json = False
+    resume: bool = False
+    """Resume the interrupted run in the output folder."""
+    overwrite: bool = False
+    """Replace an unfinished run in the output folder."""
+    check_steps: bool = False
+    """Measure the integration error with a second, finer run."""
+    checkpoint_s: float = 5.0
+    """Seconds between saves of a long run."""
+    computer: Path | None = None
+    """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
+    plots: bool = False
+    """Draw plots/*.png, too; with --resume of a complete run only these and the report."""
+    no_report: bool = False
+    """Write no report and no pictures."""
+
+
+def run(
+    scenario: Path, *, how: RunOptions = RunOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Simulate SCENARIO and write result.nc, summary.json and report.html."""
     if how.plots and how.no_report:
         raise ValueError("--plots: must not be given with --no-report; received both")
     check_computer(how.computer, code)
     try:
-        return run_scenario(load_checked(path, code), how)
+        return run_scenario(load_checked(scenario, code), how)
     except ValueError as error:
         raise ValueError(as_options(str(error), {"computer": "--computer"})) from None
 
@@ -140,82 +156,6 @@ def _with_measured_error(result, progress):
         print_note(f"the steps are not checked: {error}")
         return result
     return result.assign(integration_error_measured=errors.attitude_error.max())
-
-
-def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> int:
-    """Check a scenario and its law; print notes."""
-    from torquer.flight.c99.export import export_notes
-
-    try:
-        scenario = load_checked(path, code)
-        campaign = _campaign_in(path, scenario)
-        check_code(scenario, path, code, campaign)
-        size = _checked_size(scenario)
-    except ValueError as error:
-        if not as_json:
-            raise
-        print(json_text({"valid": False, "errors": str(error).splitlines()}))
-        return 2
-    notes, found = notes_of(scenario) + export_notes(scenario), mode_findings(scenario)
-    executed = {file: key for key, file in reversed(code_of(scenario, campaign).items())}
-    if as_json:
-        data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
-        data["compiles_first"] = compiling.ahead()
-        data["executes"] = sorted(map(str, executed))
-        if campaign:
-            data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
-        data["unnoticed_faults"] = unnoticed_faults(scenario)._asdict()
-        print(json_text(data | {"modes": [each._asdict() for each in found]}))
-        return 0
-    length = time_text(scenario.steps() * scenario.grid_s)
-    print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
-    print(
-        f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
-        f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"
-    )
-    if compiling.ahead():
-        print(compiling.AHEAD)
-    if campaign:
-        print(f"campaign: {campaign.in_words}")
-    for file, key in reversed(executed.items()):
-        place = key.removesuffix(".file")
-        print(harmless(f"executes {file} ({place}); --no-user-code refuses it"))
-    for finding in found:
-        if not finding.is_fault:  # the faults are among the notes
-            print(f"modes: {finding.message}")
-    for line in fault_lines(scenario):
-        print(f"faults: {line}")
-    for note in notes:
-        print(f"note: {note}")
-    return 0
-
-
-def _campaign_in(path: Path, scenario):
-    """The campaign in a file, checked with its scenario; None for a file without."""
-    table = data_of(text_of(path, "scenario"), "scenario").get("campaign")
-    if table is None:
-        return None
-    from torquer.campaign.load import campaign_from_data
-
-    return campaign_from_data(table, scenario, path.parent)
-
-
-def _checked_size(scenario):
-    """The size of a run, if its law, field, date and orbit can be used and it can fit."""
-    size = size_of(scenario, check_usable(scenario))
-    check_memory(size, to_file=True)
-    check_disk(size, Path())
-    return size
-
-
-def check_usable(scenario) -> bool:
-    """Whether all laws are compiled; `ValueError` if laws, modes or environment are unusable."""
-    blocks = blocks_of(scenario)
-    for block in blocks.all():
-        block.pack()
-    modes_for(scenario, blocks)
-    check_orbit_environment(scenario)
-    return blocks.compiled
 
 
 def _check_earlier(path: Path, scenario) -> bool:

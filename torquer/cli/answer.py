@@ -1,0 +1,58 @@
+"""A command called and answered: a user's mistake gives one line in the words of all messages."""
+
+import difflib
+import sys
+from contextlib import suppress
+
+from cyclopts import CycloptsError
+from cyclopts.exceptions import UnknownOptionError, UnusedCliTokensError
+
+from torquer.base.limits import RequestError
+from torquer.base.strict_json import json_text
+from torquer.cli.app import app
+from torquer.cli.options import option
+from torquer.cli.output import drop_output, finish_output, print_error
+
+
+def answer(arguments: list[str] | None = None) -> int | None:
+    """Run a command; return its exit code: 2 on a user error, none or 0 on success."""
+    code = 0
+    try:
+        code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        finish_output()
+    except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
+        drop_output()
+    except (CycloptsError, ValueError, OSError, MemoryError) as error:
+        text = in_words(error)
+        print_error(text)
+        if "--json" in (sys.argv[1:] if arguments is None else arguments):
+            with suppress(OSError):  # for programs that read standard output
+                print(json_text({"errors": [line for line in text.split("\n") if line]}))
+        drop_output()
+        code = 2
+    return code
+
+
+def in_words(error: Exception) -> str:
+    """What a command says of an error."""
+    if isinstance(error, UnusedCliTokensError):
+        tokens = " ".join(error.unused_tokens or ())
+        return f"arguments: must be no more than the command takes; received also {tokens}"
+    if isinstance(error, UnknownOptionError):
+        name = error.token.keyword or error.token.value
+        known = [each for part in error.argument_collection if part.parse for each in part.names]
+        bare = {each.lstrip("-"): each for each in known}
+        near = difflib.get_close_matches(name.lstrip("-").partition("=")[0], bare, 1)
+        hint = f" (did you mean {bare[near[0]]}?)" if near else "; --help lists them"
+        return f"{name}: must be a known option{hint}"
+    if isinstance(error, RequestError):
+        return f"{option(error.key)}: {error.problem}"
+    return str(error) or repr(error)
+
+
+def as_options(text: str, options: dict[str, str]) -> str:
+    """A message about arguments of functions as one about options: `{"to": "--out"}`."""
+    for key, name in options.items():
+        if text.startswith(f"{key}: "):
+            text = name + text.removeprefix(key)
+    return text

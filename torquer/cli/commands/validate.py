@@ -1,0 +1,106 @@
+"""`torquer validate`: errors in a scenario, and notes on likely problems, without running it."""
+
+from pathlib import Path
+
+import torquer.cli
+from torquer.base.strict_json import json_text
+from torquer.cli import compiling
+from torquer.cli.options import CodeOptions, Json
+from torquer.cli.output import harmless
+from torquer.cli.plain_kernels import without_compiler
+
+
+def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOptions()) -> int:
+    """Check SCENARIO without running it: errors, and notes on likely problems."""
+    if torquer.cli.own_process:
+        without_compiler(scenario)
+    from torquer.analysis.notes.fault_notes import unnoticed_faults
+    from torquer.analysis.notes.mode_notes import mode_findings
+    from torquer.analysis.notes.notes import notes_of
+    from torquer.cli.loading import check_code, code_of, load_checked
+    from torquer.flight.c99.export import export_notes
+
+    try:
+        checked = load_checked(scenario, code)
+        campaign = _campaign_in(scenario, checked)
+        check_code(checked, scenario, code, campaign)
+        size = checked_size(checked)
+    except ValueError as error:
+        if not json:
+            raise
+        print(json_text({"valid": False, "errors": str(error).splitlines()}))
+        return 2
+    notes, found = notes_of(checked) + export_notes(checked), mode_findings(checked)
+    executed = {file: key for key, file in reversed(code_of(checked, campaign).items())}
+    if json:
+        data = {"scenario": checked.name, "valid": True, "notes": notes, "size": size._asdict()}
+        data["compiles_first"] = compiling.ahead()
+        data["executes"] = sorted(map(str, executed))
+        if campaign:
+            data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
+        data["unnoticed_faults"] = unnoticed_faults(checked)._asdict()
+        print(json_text(data | {"modes": [each._asdict() for each in found]}))
+        return 0
+    _show(checked, campaign, size, executed, found, notes)
+    return 0
+
+
+def _show(scenario, campaign, size, executed: dict, found: list, notes: list[str]) -> None:
+    from torquer.analysis.notes.fault_notes import fault_lines
+    from torquer.simulation.setup.size import bytes_text, time_text
+
+    length = time_text(scenario.steps() * scenario.grid_s)
+    print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
+    print(
+        f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
+        f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"
+    )
+    if compiling.ahead():
+        print(compiling.AHEAD)
+    if campaign:
+        print(f"campaign: {campaign.in_words}")
+    for file, key in reversed(executed.items()):
+        place = key.removesuffix(".file")
+        print(harmless(f"executes {file} ({place}); --no-user-code refuses it"))
+    for finding in found:
+        if not finding.is_fault:  # the faults are among the notes
+            print(f"modes: {finding.message}")
+    for line in fault_lines(scenario):
+        print(f"faults: {line}")
+    for note in notes:
+        print(f"note: {note}")
+
+
+def _campaign_in(path: Path, scenario):
+    """The campaign in a file, checked with its scenario; None for a file without."""
+    from torquer.scenario.load import data_of, text_of
+
+    table = data_of(text_of(path, "scenario"), "scenario").get("campaign")
+    if table is None:
+        return None
+    from torquer.campaign.load import campaign_from_data
+
+    return campaign_from_data(table, scenario, path.parent)
+
+
+def checked_size(scenario):
+    """The size of a run, if its law, field, date and orbit can be used and it can fit."""
+    from torquer.simulation.setup.size import check_disk, check_memory, size_of
+
+    size = size_of(scenario, check_usable(scenario))
+    check_memory(size, to_file=True)
+    check_disk(size, Path())
+    return size
+
+
+def check_usable(scenario) -> bool:
+    """Whether all laws are compiled; `ValueError` if laws, modes or environment are unusable."""
+    from torquer.cli.loading import check_orbit_environment
+    from torquer.simulation.setup.prepare import blocks_of, modes_for
+
+    blocks = blocks_of(scenario)
+    for block in blocks.all():
+        block.pack()
+    modes_for(scenario, blocks)
+    check_orbit_environment(scenario)
+    return blocks.compiled
