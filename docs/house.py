@@ -71,7 +71,7 @@ class House(NamedTuple):
 
 def room_of(place: str) -> str:
     """Room of a dotted place: torquer.maths.geometry.vec3 -> maths."""
-    return (place.split(".") + ["__init__"])[1]
+    return [*place.split("."), "__init__"][1]
 
 
 def read_house(tree: Path) -> House:
@@ -189,19 +189,13 @@ def figures(house: House) -> dict[str, object]:
 
 def picture(house: House) -> str:
     """The rooms on their floors, with what each imports, as SVG."""
-    arrows = house.arrows
-    floors = floors_of(house.rooms, arrows)
-    lines = {room: 0 for room in house.rooms}
-    for place, path in house.files.items():
-        if room_of(place) in lines:
-            lines[room_of(place)] += path.read_text(encoding="utf-8").count("\n")
-    return _drawn(floors, lines, arrows)
+    return _drawn(floors_of(house.rooms, house.arrows), house.arrows)
 
 
 _WIDE, _HIGH, _ACROSS, _DOWN, _EDGE = 150, 34, 178, 62, 20
 
 
-def _drawn(floors: dict[str, int], lines: dict[str, int], arrows) -> str:
+def _drawn(floors: dict[str, int], arrows) -> str:
     """Boxes by floor; arrows that another path implies are left out."""
     top, place = max(floors.values()), {}
     for floor in range(top + 1):
@@ -218,18 +212,14 @@ def _drawn(floors: dict[str, int], lines: dict[str, int], arrows) -> str:
     for a, b in sorted(needed(arrows)):
         (x1, y1), (x2, y2) = place[a], place[b]
         bend = 60 * (1 if x2 >= x1 else -1) * ((y2 - y1) > _DOWN)
-        start, end = (x1, y1 + _HIGH), (x2, y2)
-        middle = ((x1 + x2) / 2 + bend, (y1 + _HIGH + y2) / 2)
-        parts.append(
-            f'<path d="M{start[0]:g},{start[1]:g} Q{middle[0]:g},{middle[1]:g} {end[0]:g},{end[1]:g}" '
-            'fill="none" stroke="#9aa4b2"/>'
-        )
+        middle = f"{(x1 + x2) / 2 + bend:g},{(y1 + _HIGH + y2) / 2:g}"
+        path = f"M{x1:g},{y1 + _HIGH:g} Q{middle} {x2:g},{y2:g}"
+        parts.append(f'<path d="{path}" fill="none" stroke="#9aa4b2"/>')
     for room, (x, y) in place.items():
         parts.append(
             f'<rect x="{x - _WIDE / 2:g}" y="{y}" width="{_WIDE}" height="{_HIGH}" rx="5" '
-            f'fill="#eef3fa" stroke="#33557a"/><text x="{x:g}" y="{y + 15}" text-anchor="middle">'
-            f'{room}/</text><text x="{x:g}" y="{y + 28}" text-anchor="middle" font-size="10" '
-            f'fill="#5a6472">{lines[room] / 1000:.1f} k lines</text>'
+            f'fill="#eef3fa" stroke="#33557a"/><text x="{x:g}" y="{y + 22}" text-anchor="middle">'
+            f"{room}/</text>"
         )
     return "\n".join([*parts, "</svg>", ""])
 
@@ -241,9 +231,11 @@ def needed(arrows) -> set[Arrow]:
         below.setdefault(a, set()).add(b)
 
     def reach(room: str) -> set[str]:
-        found = set()
-        for each in below.get(room, ()):
-            found |= {each} | reach(each)
+        found, to_see = set(), [room]
+        while to_see:
+            further = below.get(to_see.pop(), set()) - found
+            found |= further
+            to_see += further
         return found
 
     return {
