@@ -15,10 +15,10 @@ from unittest import mock
 
 import numpy as np
 
-from torquer.campaign import stored_keys
-from torquer.campaign.keys import design_tables, file_tables, stored_tables
 from torquer.cli.app import app
 from torquer.cli.examples import EXAMPLES
+from torquer.design import stored_keys
+from torquer.design.file_keys import design_tables, file_tables, stored_tables
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.document import document
 from torquer.flight.software.requirements import requirements, verifications

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from torquer.flight.c99.export import export_c as export_c
     from torquer.report import write_report as write_report
     from torquer.report.flight.compared import Comparison as Comparison, compare as compare
+    from torquer.report.plot import plot as plot
     from torquer.scenario.explain import ScenarioError as ScenarioError
     from torquer.scenario.load import (
         load_scenario as load_scenario,

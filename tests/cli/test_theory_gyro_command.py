@@ -8,7 +8,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.cli.commands.design_gyro_case import craft_of, noise_intensity
+from torquer.analysis.gyro_satellite import craft_of, noise_intensity
 from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.scenario.load import load_scenario
 from torquer.theory.magneto_gyro.frozen import frozen_2

@@ -12,7 +12,12 @@ caller in Python and for the command line, which takes the fields for options (`
         \"\"\"Number of runs.\"\"\"
 """
 
+import ast
+import inspect
+import itertools
 import math
+import re
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar, dataclass_transform, get_type_hints
@@ -22,11 +27,20 @@ Three = tuple[float, float, float]
 
 
 class RequestError(ValueError):
-    """A mistake in one key of a request; the command line names its option instead of the key."""
+    """A mistake in a key of a request; `others`: further keys of it that the problem names.
 
-    def __init__(self, key: str, problem: str):
-        self.key, self.problem = key, problem
+    The command line names their options instead.
+    """
+
+    def __init__(self, key: str, problem: str, *others: str):
+        # a key with a dot is one of the scenario: that is written as it is
+        self.keys = tuple(each for each in (*key.split(", "), *others) if "." not in each)
         super().__init__(f"{key}: {problem}")
+
+    def spelled(self, spell: Callable[[str], str]) -> str:
+        """The message, with the keys as users of the command line know them."""
+        keys = "|".join(map(re.escape, self.keys))
+        return re.sub(rf"(?<![\w.])(?:{keys})(?![\w.])", lambda key: spell(key[0]), str(self))
 
 
 class Range(NamedTuple):
@@ -36,6 +50,14 @@ class Range(NamedTuple):
     must: str
     holds: Callable[[float], bool]
     size_of: str = ""
+
+    @property
+    def in_words(self) -> str:
+        """The range as a sentence."""
+        return f"Must {self.must}."
+
+    def __repr__(self) -> str:
+        return repr(self.in_words)
 
     def check(self, name: str, value: float) -> None:
         """RequestError for a number outside."""
@@ -76,9 +98,55 @@ def _ranges_of(kind: type) -> list[tuple[str, Range]]:
     ]
 
 
+def texts_below_fields(kind: type) -> dict[str, str]:
+    """The string below each field of a class, by name; none without the source."""
+    texts = {}
+    for each in reversed(kind.__mro__[:-1]):
+        try:
+            (found,) = ast.parse(textwrap.dedent(inspect.getsource(each))).body
+        except (OSError, TypeError):
+            continue
+        for field, text in itertools.pairwise(found.body):  # type: ignore[attr-defined]
+            match field, text:
+                case (
+                    ast.AnnAssign(target=ast.Name(name)),
+                    ast.Expr(value=ast.Constant(value=str(words))),
+                ):
+                    texts[name] = " ".join(words.split())
+    return texts
+
+
+def _words_of(hint) -> list[str]:
+    """What a field's annotation says in words: its range, or where else that stands."""
+    metadata = getattr(hint, "__metadata__", ())
+    return [each.in_words for each in metadata if hasattr(each, "in_words")]
+
+
+def _in_python(text: str) -> str:
+    """A text with options as keys: --sample-s is sample_s."""
+    return re.sub(r"--[a-z][a-z0-9-]*", lambda key: key[0][2:].replace("-", "_"), text)
+
+
+class _Help(NamedTuple):
+    """Documentation of a request: its own, and what its keys mean; made when it is asked for."""
+
+    own: str
+
+    def __get__(self, _, kind: type) -> str:
+        hints = get_type_hints(kind, include_extras=True)
+        keys = (
+            " ".join([f"    {name}:", _in_python(text), *_words_of(hints[name])])
+            for name, text in texts_below_fields(kind).items()
+        )
+        return "\n".join([inspect.cleandoc(self.own), "", "Keys:", *keys])
+
+
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def request(kind: type[T]) -> type[T]:
-    """Decorator of a request: a frozen dataclass, whose numbers are checked when it is made."""
+    """Decorator of a request: a frozen dataclass, whose numbers are checked when it is made.
+
+    `help` of it also lists the keys, with the strings below the fields and the ranges.
+    """
     further, ranges = getattr(kind, "__post_init__", None), _ranges_of(kind)
 
     def check(self) -> None:
@@ -89,7 +157,9 @@ def request(kind: type[T]) -> type[T]:
             further(self)
 
     kind.__post_init__ = check  # type: ignore[attr-defined]
-    return dataclass(frozen=True, kw_only=True)(kind)
+    made = dataclass(frozen=True, kw_only=True)(kind)
+    made.__doc__ = _Help(kind.__doc__ or "")  # type: ignore[assignment]
+    return made
 
 
 def given(spec, *keys: str) -> dict:

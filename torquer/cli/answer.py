@@ -46,7 +46,7 @@ def in_words(error: Exception) -> str:
         hint = f" (did you mean {bare[near[0]]}?)" if near else "; --help lists them"
         return f"{name}: must be a known option{hint}"
     if isinstance(error, RequestError):
-        return f"{option(error.key)}: {error.problem}"
+        return error.spelled(option)
     return str(error) or repr(error)
 
 

@@ -14,6 +14,8 @@ from collections.abc import Container, Iterable, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from torquer.base.strict_json import json_text
+
 #: ASCII transliterations of the characters that the package itself prints.
 PLAIN = {
     "°": " deg", "²": "^2", "³": "^3", "₀": "0", "µ": "u", "μ": "u", "ω": "omega",
@@ -173,3 +175,17 @@ def progress_bar(*columns):
 
     shown = (TextColumn("{task.description}"), BarColumn(), *columns)
     return Progress(*shown, console=console(stderr=True), transient=True)
+
+
+def print_answer(
+    answer, as_json: bool, out: Path | None = None, files: Sequence[Path] | None = None
+) -> int:
+    """Print an answer with `data` and `lines`, and which files were written into a folder."""
+    if as_json:
+        written = {} if files is None else {"files": [str(file) for file in files]}
+        print(json_text(answer.data() | written))
+        return 0
+    print(*answer.lines(), sep="\n")
+    if files:
+        print(f"{out}: {', '.join(file.name for file in files)}")
+    return 0

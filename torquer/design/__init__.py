@@ -1,1 +1,48 @@
-"""Design: gains, coils, wheels, benches; a request and its answer."""
+"""Gains of control laws, coils, wheels and benches: a request, and an answer with its validity.
+
+    import torquer
+    from torquer.design import DetumbleRequest, detumble
+
+    scenario = torquer.load_scenario("my_satellite.toml")
+    sweep = detumble(scenario, DetumbleRequest(tip_off_deg_s=10.0))
+    sweep.chosen.gain                    # A m^2 s/T
+    sweep.data()                         # what `torquer design detumble --json` prints
+    torquer.plot(sweep)                  # a matplotlib figure
+
+- *Detumbling*: which gain of B-dot, by theory and in flights (`detumble`).
+- *Three axes by coils alone*: gains by formula and by search, a periodic regulator (`three_axis`).
+- *Magnetometer, coils and a pitch wheel*: gains of both stages (`magneto_gyro`).
+- *Hardware*: a magnetorquer without a core (`coil`), a test on a bench (`bench`), wheel arrays
+  (`load_wheels`, `report_of`, `sweep_of`).
+
+A request is a frozen dataclass, the very one that the command of the same name takes its options
+from: `help(DetumbleRequest)` lists keys, units and ranges. A mistake in one is a `RequestError`
+that names the key. An answer has `lines()`, `data()`, and shows itself as a table in notebooks.
+"""
+
+from typing import TYPE_CHECKING
+
+from torquer.base.lazy import lazily
+
+if TYPE_CHECKING:
+    from torquer.base.limits import RequestError as RequestError
+    from torquer.design.bench_scaling import TimeInOrbit as TimeInOrbit, bench as bench
+    from torquer.design.coil_design import CoilSizes as CoilSizes, coil as coil
+    from torquer.design.detumbling import detumble as detumble
+    from torquer.design.gain_sweep import GainSweep as GainSweep
+    from torquer.design.gyro.answer import GyroDesign as GyroDesign
+    from torquer.design.gyro.gains import magneto_gyro as magneto_gyro
+    from torquer.design.requests import (
+        BenchRequest as BenchRequest,
+        CoilRequest as CoilRequest,
+        DetumbleRequest as DetumbleRequest,
+        MagnetoGyroRequest as MagnetoGyroRequest,
+        ThreeAxisRequest as ThreeAxisRequest,
+    )
+    from torquer.design.three_axis_answer import ThreeAxisAnswer as ThreeAxisAnswer
+    from torquer.design.three_axis_gains import three_axis as three_axis
+    from torquer.design.wheel_design import report_of as report_of
+    from torquer.design.wheel_file import WheelDesign as WheelDesign, load_wheels as load_wheels
+    from torquer.design.wheel_sweep import sweep_of as sweep_of
+
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -6,7 +6,12 @@ P = I^2 R and the dipole m = N I pi d^2/4. Eliminating N, I and s gives m = (d/4
 """
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
+
+from torquer.base.limits import RequestError
+from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.design.requests import CoilRequest
 
 #: Permeability of free space [H/m].
 _MU_0 = 1.25663706212e-6
@@ -94,7 +99,7 @@ def coil_of(
 ) -> Coil:
     """The coil of whole turns of a gauge that comes nearest to a mass, at its dipole.
 
-    ValueError where the mass is less than one turn, or where the winding would fill the coil.
+    RequestError where the mass is less than one turn, or where the winding would fill the coil.
     """
     wire = wire_diameter_m(awg)
     section = 0.25 * math.pi * wire**2
@@ -102,15 +107,17 @@ def coil_of(
     per_turn = turn_m * section * conductor.density_kg_m3
     turns = round(mass_kg / per_turn)
     if turns < 1:
-        raise ValueError(
-            f"mass_kg: must be at least one turn of AWG {awg}, {per_turn:.3g} kg; received "
-            f"{mass_kg:g}"
+        raise RequestError(
+            "mass_kg",
+            f"must be at least one turn of AWG {awg}, {per_turn:.3g} kg; received {mass_kg:g}",
         )
     bundle = math.sqrt(4.0 * turns * section / (math.pi * FILLING))
     if bundle > 0.25 * diameter_m:
-        raise ValueError(
-            f"mass_kg: must leave a winding no thicker than a quarter of diameter_m; received "
-            f"{mass_kg:g} kg, which is {bundle:.3g} m thick"
+        raise RequestError(
+            "mass_kg",
+            f"must leave a winding no thicker than a quarter of diameter_m; received {mass_kg:g} "
+            f"kg, which is {bundle:.3g} m thick",
+            "diameter_m",
         )
     resistance = turns * turn_m * conductor.resistivity_ohm_m / section
     current = dipole / (turns * 0.25 * math.pi * diameter_m**2)
@@ -132,16 +139,16 @@ def gauges_of(
 ) -> list[Coil]:
     """Coils of the gauges that keep within a voltage [V] and a current [A], thickest wire first.
 
-    ValueError where no gauge does.
+    RequestError where no gauge does.
     """
-    coils, why = [], ""
+    coils, why = [], None
     for awg in GAUGES:
         try:
             coils.append(coil_of(dipole, diameter_m, mass_kg, conductor, awg))
-        except ValueError as error:
-            why = str(error)
-    if not coils:
-        raise ValueError(why)
+        except RequestError as error:
+            why = error
+    if why and not coils:
+        raise why
     fit = [
         coil for coil in coils
         if (voltage_v is None or coil.voltage_v <= voltage_v)
@@ -153,9 +160,78 @@ def gauges_of(
         limits = [
             f"{limit:g} {unit}" for limit, unit in ((voltage_v, "V"), (current_a, "A")) if limit
         ]
-        raise ValueError(
-            f"voltage_v, current_a: must allow one of AWG {GAUGES[0]} to {GAUGES[-1]}, of which "
-            f"the thickest takes {volts:.3g} V and the finest {amperes:.3g} A; received "
-            f"{' and '.join(limits)}"
+        raise RequestError(
+            "voltage_v, current_a",
+            f"must allow one of AWG {GAUGES[0]} to {GAUGES[-1]}, of which the thickest takes "
+            f"{volts:.3g} V and the finest {amperes:.3g} A; received {' and '.join(limits)}",
         )
     return fit
+
+
+@dataclass(frozen=True)
+class CoilSizes:
+    """Power [W] by the metal of the wire, and the coil of each gauge that fits, of one metal."""
+
+    request: CoilRequest
+    power_w: dict[str, float]
+    coils: list[Coil]
+
+    def table(self) -> list[list[Row]]:
+        """A line for each gauge, thickest wire first."""
+        return [_row(coil) for coil in self.coils]
+
+    def data(self) -> dict:
+        """Plain data, with units in the keys."""
+        coils = [data_of(row) for row in self.table()]
+        return {"power_w": self.power_w, "metal": self.request.metal, "coils": coils}
+
+    def lines(self) -> list[str]:
+        """The answer as text."""
+        asked = self.request
+        shares = ", ".join(f"{name} {power:.4g} W" for name, power in self.power_w.items())
+        return [
+            f"{asked.dipole_a_m2:g} A m^2, turns of {asked.diameter_m:g} m, {asked.mass_kg:g} kg "
+            f"of wire at {asked.temperature_c:g} deg C: {shares}",
+            f"wire of {asked.metal}:",
+            *text_of(self.table(), 10),
+        ]
+
+    def _repr_html_(self) -> str:
+        return html_of(self.table(), self.lines()[:1])
+
+
+def _row(coil: Coil) -> list[Row]:
+    """All about a coil; its section and inductance are for programs only."""
+    shown = {
+        "awg": ("AWG", "", f"{coil.awg}"),
+        "wire_m": ("wire", "mm", f"{1e3 * coil.wire_m:.3f}"),
+        "turns": ("turns", "", f"{coil.turns}"),
+        "mass_kg": ("mass", "kg", f"{coil.mass_kg:.4g}"),
+        "resistance_ohm": ("R", "ohm", f"{coil.resistance_ohm:.4g}"),
+        "current_a": ("current", "A", f"{coil.current_a:.4g}"),
+        "voltage_v": ("voltage", "V", f"{coil.voltage_v:.4g}"),
+        "power_w": ("power", "W", f"{coil.power_w:.4g}"),
+        "current_density_a_mm2": ("density", "A/mm^2", f"{coil.current_density_a_mm2:.3g}"),
+        "time_constant_s": ("L/R", "ms", f"{1e3 * coil.time_constant_s:.3g}"),
+    }
+    rows = []
+    for key, value in coil._asdict().items():
+        label, unit, text = shown.get(key, ("", "", ""))
+        rows.append(Row(key, label, value, unit, text))
+    return rows
+
+
+def coil(request: CoilRequest) -> CoilSizes:
+    """A magnetorquer without a core: its power in copper and aluminium, and its wire by gauge.
+
+    RequestError where no gauge keeps within voltage and current.
+
+        coil(CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.4)).power_w["copper"]   # 0.7 W
+    """
+    sizes = request.dipole_a_m2, request.diameter_m, request.mass_kg
+    metals = {name: metal.at(request.temperature_c) for name, metal in CONDUCTORS.items()}
+    return CoilSizes(
+        request,
+        {name: power_of(*sizes, metal) for name, metal in metals.items()},
+        gauges_of(*sizes, metals[request.metal], request.voltage_v, request.current_a),
+    )

@@ -4,10 +4,10 @@ import re
 from json import dumps
 
 from torquer.base.strict_json import json_text
-from torquer.campaign.keys import file_schema
-from torquer.campaign.stored_keys import file_tables, find
 from torquer.cli.options import Json
 from torquer.cli.output import console
+from torquer.design.file_keys import file_schema
+from torquer.design.stored_keys import file_tables, find
 from torquer.scenario.described import Key, Table
 
 #: More tables than this are listed by their first lines.

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from torquer.analysis.gyro_satellite import craft_of, noise_intensity
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.design_gyro_case import craft_of, noise_intensity
 from torquer.cli.commands.theory import GyroModelOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions

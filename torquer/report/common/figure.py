@@ -68,7 +68,7 @@ def place(figure: Figure, left: float, top: float, width: float, height: float, 
 
 def stacked(title: str, panels: int = 1, height: float = 3.9, **keys) -> tuple[Figure, list]:
     """A figure of panels one under the other, 7.2 inches wide; (figure, list of axes)."""
-    figure = Figure(figsize=(7.2, height), dpi=FINE_DPI, facecolor="white", layout="constrained")
+    figure = Sheet(figsize=(7.2, height), dpi=FINE_DPI, facecolor="white", layout="constrained")
     figure.suptitle(title, x=0.012, ha="left", fontsize=12, fontweight="bold", parse_math=False)
     axes = list(np.atleast_1d(figure.subplots(panels, 1, **keys)))
     for each in axes:

@@ -1,17 +1,17 @@
 """Picture of gains of B-dot that were flown: time to stop, energy, greatest dipole."""
 
-from pathlib import Path
-
 import numpy as np
+from matplotlib.figure import Figure
 
+from torquer.design.gain_sweep import GainSweep
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED
-from torquer.report.common.figure import INK, legend_at_left, saved, stacked
+from torquer.report.common.figure import INK, legend_at_left, stacked
 
 _TIMES = ((0.5, "half", BLUE), (0.9, "90 %", ORANGE), (1.0, "last", RED))
 
 
-def draw_gains(sweep, path: Path) -> Path:
-    """Flights of a `Sweep` over their gains, as a PNG file."""
+def draw_gains(sweep: GainSweep) -> Figure:
+    """Flights over their gains."""
     gains = np.array([each.gain for each in sweep.flights])
     title = f"{sweep.scenario.name}: gain of B-dot".lstrip(": ")
     figure, (upper, middle, lower) = stacked(title, 3, 7.2, sharex=True)
@@ -41,4 +41,4 @@ def draw_gains(sweep, path: Path) -> Path:
     if not all(np.isfinite(each.settled_s).all() for each in sweep.flights):
         words = "missing points: fewer stop during the flight"
         upper.text(0.99, 0.97, words, transform=upper.transAxes, ha="right", va="top", fontsize=8.5)
-    return saved(figure, path)
+    return figure

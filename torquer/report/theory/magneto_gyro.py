@@ -1,12 +1,14 @@
 """Pictures of a magneto-gyroscopic design: wheel, errors, flights, orbits."""
 
 import math
-from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from torquer.design.gyro.answer import GyroDesign
+from torquer.design.pointing_flights import PointingFlights
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED
-from torquer.report.common.figure import FAINT, INK, legend_at_left, saved, stacked
+from torquer.report.common.figure import FAINT, INK, legend_at_left, stacked
 from torquer.theory.magneto_gyro.day import degree_map
 from torquer.theory.magneto_gyro.wheels import over_stiffness
 
@@ -23,26 +25,27 @@ _LIMITS = ((5.0, ORANGE), (1.0, GREEN))
 _ANGLES = (("roll", RED), ("pitch", GREEN), ("yaw", BLUE))
 
 
-def draw_gyro_design(made, out: Path) -> list[Path]:
-    """Pictures of a design, as PNG files in a folder: flights only if there are some."""
+def draw_gyro_design(made: GyroDesign) -> dict[str, Figure]:
+    """Pictures of a design by name: flights only if there are some."""
     name = made.case.scenario.name
-    files = [
-        _wheel(made, f"{name}: which wheel?", out / "wheel.png"),
-        _errors(made, f"{name}: pointing error by cause", out / "errors.png"),
-        _orbits(made, f"{name}: on which orbits?", out / "orbits.png"),
-    ]
+    figures = {
+        "wheel": _wheel(made, f"{name}: which wheel?"),
+        "errors": _errors(made, f"{name}: pointing error by cause"),
+        "orbits": _orbits(made, f"{name}: on which orbits?"),
+    }
     if made.flights is not None:
-        files.append(_flights(made, f"{name}: from tip-off to pointing", out / "flights.png"))
-    return files
+        title = f"{name}: from tip-off to pointing"
+        figures["flights"] = _flights(made, made.flights, title)
+    return figures
 
 
-def _wheel(made, title: str, path: Path) -> Path:
+def _wheel(made: GyroDesign, title: str) -> Figure:
     """Degrees of both stages over h; wheels with which one of them is unstable are shaded."""
     craft = made.case.craft
     h = np.linspace(0.05, max(_LEAST_H, craft.stiffness + _MORE_H), _WHEELS)
     h = np.sort(np.concatenate([h, _NEAR_2]))
     found = over_stiffness(craft, made.first, made.second.weights, h, made.case.along.normal,
-                           made.form)  # fmt: skip
+                           made.request.form)  # fmt: skip
     figure, (axes,) = stacked(title, 1, 4.6)
     unstable = (found.first <= 0.0) | ~(found.second > 0.0)
     axes.fill_between(h, 0.0, 1.0, where=unstable, step="mid", transform=axes.get_xaxis_transform(),
@@ -68,14 +71,14 @@ def _wheel(made, title: str, path: Path) -> Path:
     upper.tick_params(labelsize=8.5, color=FAINT)
     axes.legend(loc="upper right", fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none",
                 ncols=2)  # fmt: skip
-    return saved(figure, path)
+    return figure
 
 
 def _stiffness_of(craft):
     return lambda wheel: wheel / craft.momentum_unit + craft.pitch_inertia - 2.0
 
 
-def _errors(made, title: str, path: Path) -> Path:
+def _errors(made: GyroDesign, title: str) -> Figure:
     """Root mean squares of roll, pitch and yaw by cause, and of all together."""
     causes = {**made.errors, "together": np.sqrt(sum(x**2 for x in made.errors.values()))}
     shown = {name: x for name, x in causes.items() if np.any(x > 0.0)} or causes
@@ -92,12 +95,12 @@ def _errors(made, title: str, path: Path) -> Path:
     axes.set_ylabel("RMS error [deg]", fontsize=10)
     axes.grid(False, axis="x")
     legend_at_left(axes, 3)
-    return saved(figure, path)
+    return figure
 
 
-def _flights(made, title: str, path: Path) -> Path:
+def _flights(made: GyroDesign, flights: PointingFlights, title: str) -> Figure:
     """Attitude error of each release over the orbits, with the times by theory."""
-    flights, period_s = made.flights, made.case.scenario.orbit.period_s
+    period_s = made.case.scenario.orbit.period_s
     figure, (axes,) = stacked(title, 1, 4.2)
     orbits = flights.t_s / period_s
     for error in flights.error_deg:
@@ -113,10 +116,10 @@ def _flights(made, title: str, path: Path) -> Path:
     axes.set_xlabel("orbits", fontsize=10)
     axes.set_ylabel("attitude error [deg]", fontsize=10)
     legend_at_left(axes, 4)
-    return saved(figure, path)
+    return figure
 
 
-def _orbits(made, title: str, path: Path) -> Path:
+def _orbits(made: GyroDesign, title: str) -> Figure:
     """Degree over a day of the designed loop over inclination and altitude."""
     case = made.case
     inclinations = np.unique([*_INCLINATIONS, case.inclination_deg])
@@ -141,4 +144,4 @@ def _orbits(made, title: str, path: Path) -> Path:
     axes.set_xlabel("inclination [deg]", fontsize=10)
     axes.set_ylabel("altitude [km]", fontsize=10)
     legend_at_left(axes, 3)
-    return saved(figure, path)
+    return figure

@@ -1,11 +1,10 @@
 """Picture of a gain design: exact and averaged degree of stability over both gains."""
 
-from pathlib import Path
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from torquer.report.common.colours import BLUE, GREEN, RED
-from torquer.report.common.figure import INK, legend_at_left, saved, stacked
+from torquer.report.common.figure import INK, legend_at_left, stacked
 from torquer.theory.three_axis.design import DesignTask, ThreeAxisDesign, coarser
 from torquer.theory.three_axis.floquet import mean_degrees, tabulated
 from torquer.theory.three_axis.sampled import sampled_family
@@ -14,8 +13,8 @@ _GRID = 101
 _UNSTABLE = "#f3d3cf"
 
 
-def draw_design(task: DesignTask, made: ThreeAxisDesign, path: Path) -> Path:
-    """Isolines over (k, k_a), continuous control, with the pairs found, as a PNG file."""
+def draw_design(task: DesignTask, made: ThreeAxisDesign) -> Figure:
+    """Isolines over (k, k_a), continuous control, with the pairs found."""
     pairs = {"formula": (made.formula, RED), "refined": (made.refined, GREEN)}
     places = {name: (*_pair(each), colour) for name, (each, colour) in pairs.items()}
     k, k_a = (np.linspace(0.01, 1.0, _GRID) * 2.0 * max(p[j] for p in places.values())
@@ -38,7 +37,7 @@ def draw_design(task: DesignTask, made: ThreeAxisDesign, path: Path) -> Path:
     axes.set_xlabel("k, rate_gain_n_m_s_per_t2", fontsize=10)
     axes.set_ylabel("k_a, angle_gain_n_m_per_t2", fontsize=10)
     legend_at_left(axes, 5, 9.5)
-    return saved(figure, path)
+    return figure
 
 
 def _degrees(task: DesignTask, k, k_a) -> tuple[np.ndarray, np.ndarray]:

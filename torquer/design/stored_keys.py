@@ -1,7 +1,7 @@
 """What `torquer explain` knows of the keys of files, without the specs that they come from.
 
-To import all specs and read their sources takes a second. So the tables of `torquer.campaign.keys`
-are stored in `stored_tables.json`, which `docs/generate.py` writes.
+To import all specs and read their sources takes a second. So the tables of
+`torquer.design.file_keys` are stored in `stored_tables.json`, which `docs/generate.py` writes.
 """
 
 import difflib

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from torquer.cli.commands.design import GyroOptions
-from torquer.cli.commands.design_gyro_case import GyroCase, noise_intensity
+from torquer.analysis.gyro_satellite import noise_intensity
+from torquer.design.gyro.case import GyroCase
+from torquer.design.requests import MagnetoGyroRequest
 from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import model_error
 from torquer.theory.magneto_gyro.day import (
@@ -69,18 +70,19 @@ def total_of(errors: dict[str, np.ndarray]) -> float:
     return float(np.linalg.norm(list(errors.values())))
 
 
-def costs_of(case: GyroCase, how: GyroOptions) -> list[tuple[float, float]]:
+def costs_of(case: GyroCase, request: MagnetoGyroRequest) -> list[tuple[float, float]]:
     """Degrees and errors of designs for other degrees, where a stable loop is found."""
     found = []
     for part in _OTHER_DEGREES:
         try:
             other = design_stage_2(
-                case.craft, normals=case.along.normals, form=how.form,
-                wanted_degree=part * how.degree, evaluations=min(EVALUATIONS, how.evaluations),
+                case.craft, normals=case.along.normals, form=request.form,
+                wanted_degree=part * request.degree,
+                evaluations=min(EVALUATIONS, request.evaluations),
             )  # fmt: skip
         except ArithmeticError:
             continue
-        found.append((other.degree, total_of(errors_of(case, other, how.form))))
+        found.append((other.degree, total_of(errors_of(case, other, request.form))))
     return found
 
 

@@ -8,13 +8,13 @@ import tomllib
 import pytest
 
 from torquer.base import validate
-from torquer.campaign import keys, stored_keys
-from torquer.campaign.keys import design_tables, file_schema, file_tables
 from torquer.campaign.spec import Campaign
-from torquer.campaign.stored_keys import find
 from torquer.cli.answer import answer
 from torquer.computer.estimation import ESTIMATORS
 from torquer.computer.laws import LAWS
+from torquer.design import file_keys, stored_keys
+from torquer.design.file_keys import design_tables, file_schema, file_tables
+from torquer.design.stored_keys import find
 from torquer.environment.field import FIELDS
 from torquer.scenario.described import Table
 from torquer.scenario.keys import UNITS, specs_below, unit_of
@@ -124,9 +124,9 @@ def test_tables_are_found_by_place_and_by_kind():
 
 def test_stored_tables_are_those_of_the_specs():
     stored = stored_keys.FILE.read_text(encoding="utf-8")
-    assert stored == keys.stored_tables(), "run docs/generate.py"
-    assert stored_keys.file_tables() == keys.file_tables()
-    assert stored_keys.all_tables() == [*keys.file_tables(), *keys.own_design_tables()]
+    assert stored == file_keys.stored_tables(), "run docs/generate.py"
+    assert stored_keys.file_tables() == file_keys.file_tables()
+    assert stored_keys.all_tables() == [*file_keys.file_tables(), *file_keys.own_design_tables()]
 
 
 def test_explain_imports_no_spec():

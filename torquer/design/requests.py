@@ -1,21 +1,49 @@
-"""`torquer design`: gains of control laws, from the satellite and its orbit."""
+"""What the functions of `torquer.design` are asked; the options of `torquer design` are the same.
 
-from pathlib import Path
+These classes stand apart from the functions, so that the help of a command loads no compiler.
+"""
+
 from typing import Annotated, Literal, NamedTuple
 
-from torquer.base.limits import Three, positive, within
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.base.limits import Range, Three, at_least, positive, request, within
 
 
 class Key(NamedTuple):
-    """Where an option that describes the satellite stands in a scenario."""
+    """Where a key that describes the satellite stands in a scenario."""
 
     place: str
 
+    @property
+    def in_words(self) -> str:
+        """Where its range is stated."""
+        return f"As {self.place} of scenarios."
 
-@options
-class DesignOptions:
-    """Options of `torquer design three-axis`."""
+    def __repr__(self) -> str:
+        return repr(self.in_words)
+
+
+@request
+class DetumbleRequest:
+    """What `detumble` is asked: DetumbleRequest(tip_off_deg_s=10.0, within_s=20_000.0)."""
+
+    tip_off_deg_s: Annotated[float | None, positive()] = None
+    """Rate after release [the scenario's initial rate]."""
+    rate_below_deg_s: Annotated[float | None, positive()] = None
+    """Rate that counts as stopped [that of its mission, else three orbital rates]."""
+    within_s: Annotated[float | None, positive()] = None
+    """Time by which all releases must have stopped [that of its mission, else none]."""
+    gains: Annotated[int, within(3, 99)] = 9
+    """Gains flown, from a tenth to ten times that of the theory."""
+    runs: Annotated[int, within(1, 100_000)] = 32
+    """Releases with each gain at each of the times."""
+    times: Annotated[int, within(1, 1000)] = 8
+    """Times of release, spread over a day."""
+
+
+@request
+class ThreeAxisRequest:
+    """What `three_axis` is asked: ThreeAxisRequest(inertia=(0.03, 0.03, 0.01), altitude_km=550.0,
+    inclination_deg=97.6, limit_a_m2=0.2), or nothing of the satellite where a scenario is given."""
 
     inertia: Annotated[Three | None, Key("spacecraft.body.inertia_kg_m2")] = None
     """Principal moments [kg m^2]."""
@@ -48,11 +76,13 @@ class DesignOptions:
     """Noise of the attitude about each axis [0]."""
     rate_noise_deg_s: Annotated[float | None, Key("spacecraft.gyro.noise_deg_s")] = None
     """Noise of the rate about each axis [0]."""
-    linear_range_deg: float = 10.0
+    linear_range_deg: Annotated[
+        float, Range("lie within 0..90 deg, ends left out", lambda angle: 0.0 < angle < 90.0)
+    ] = 10.0
     """Attitude error up to which the coils must not saturate."""
-    gain_margin: float = 2.0
+    gain_margin: Annotated[float, within(1.0, 100.0)] = 2.0
     """Factor on the dipole with which the loop must stay stable."""
-    revolutions: int | None = None
+    revolutions: Annotated[int | None, at_least(1)] = None
     """Revolutions after which the field repeats [about a day]."""
     capture_runs: Annotated[int | None, within(1, 1_000_000)] = None
     """Random initial attitudes to fly with each law [none]."""
@@ -61,32 +91,11 @@ class DesignOptions:
     capture_within_deg: Annotated[float, within(0.0, 180.0)] = 30.0
     """Attitude error within which a run must stay to count as captured, and above which a steady
     error makes a law unusable."""
-    out: Path | None = None
-    """Folder for map.png and the laws as TOML."""
-    json: Json = False
 
 
-def three_axis(
-    scenario: Path | None = None,
-    /,
-    *,
-    how: DesignOptions = DesignOptions(),
-    code: CodeOptions = CodeOptions(),
-) -> int:
-    """Gains for three-axis control by coils alone: by formula, refined, and a periodic regulator.
-
-    SCENARIO describes the satellite, if given; otherwise the options do. A law of SCENARIO that
-    holds an attitude is assessed, too. A run counts as captured if its error stays within
-    --capture-within-deg over the last revolution, whatever the law.
-    """
-    from torquer.cli.commands import design_work as work
-
-    return work.show(scenario, how, code)
-
-
-@options
-class GyroOptions:
-    """Options of `torquer design magneto-gyro`."""
+@request
+class MagnetoGyroRequest:
+    """What `magneto_gyro` is asked: MagnetoGyroRequest(tip_off_deg_s=5.0, fly=0)."""
 
     form: Literal["field", "text"] = "field"
     """What stage 2 turns with: the field model on board, or the Earth's dipole (the text)."""
@@ -100,71 +109,11 @@ class GyroOptions:
     """Most loops tried by each of the two searches for weights."""
     fly: Annotated[int | None, within(0, 1000)] = None
     """Releases to fly until they point; 0: none [12, fewer if they take long]."""
-    out: Path | None = None
-    """Folder for law, scenario and pictures."""
-    json: Json = False
 
 
-def magneto_gyro(
-    scenario: Path,
-    /,
-    *,
-    how: GyroOptions = GyroOptions(),
-    code: CodeOptions = CodeOptions(),
-) -> int:
-    """Gains of the magneto-gyroscopic system: magnetometer, coils and a pitch wheel.
-
-    SCENARIO describes the satellite: inertia, wheel_momentum_n_m_s of its body, orbit, field, model
-    on board, noise and bias of the magnetometer. Its own laws and modes are replaced in
-    scenario.toml, which flies from the tip-off rate until the satellite points.
-    """
-    from torquer.cli.commands import design_gyro_work as work
-
-    return work.show(scenario, how, code)
-
-
-@options
-class DetumbleOptions:
-    """Options of `torquer design detumble`."""
-
-    tip_off_deg_s: Annotated[float | None, positive()] = None
-    """Rate after release [the scenario's initial rate]."""
-    rate_below_deg_s: Annotated[float | None, positive()] = None
-    """Rate that counts as stopped [that of its mission, else three orbital rates]."""
-    within_s: Annotated[float | None, positive()] = None
-    """Time by which all releases must have stopped [that of its mission, else none]."""
-    gains: Annotated[int, within(3, 99)] = 9
-    """Gains flown, from a tenth to ten times that of the theory."""
-    runs: Annotated[int, within(1, 100_000)] = 32
-    """Releases with each gain at each of the times."""
-    times: Annotated[int, within(1, 1000)] = 8
-    """Times of release, spread over a day."""
-    out: Path | None = None
-    """Folder for gains.png and the scenario with the gain."""
-    json: Json = False
-
-
-def detumble(
-    scenario: Path,
-    /,
-    *,
-    how: DetumbleOptions = DetumbleOptions(),
-    code: CodeOptions = CodeOptions(),
-) -> int:
-    """Which gain for B-dot? From theory with saturation, sampling and lag, then flown.
-
-    SCENARIO describes the satellite and its control cycle. The same releases are flown with each
-    gain. With --within-s the least gain is chosen with which most stop in time; without it the
-    least with which most stop, nine in ten of them at most 10 % later than with any other.
-    """
-    from torquer.cli.commands import design_detumble_work as work
-
-    return work.show(scenario, how, code)
-
-
-@options
-class CoilOptions:
-    """Options of `torquer design coil`."""
+@request
+class CoilRequest:
+    """What `coil` is asked: CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.4)."""
 
     dipole_a_m2: Annotated[float, positive()]
     """Dipole that the coil must have."""
@@ -180,23 +129,12 @@ class CoilOptions:
     """Greatest voltage; thinner wire needs more [no limit]."""
     current_a: Annotated[float | None, positive()] = None
     """Greatest current; thicker wire needs more [no limit]."""
-    json: Json = False
 
 
-def coil(*, how: CoilOptions) -> int:
-    """A magnetorquer without a core: power of copper and aluminium, and its wire by gauge.
-
-    The power follows from dipole, diameter and mass alone; the gauge divides it between voltage and
-    current. Round turns of bare wire are assumed; the wound section is 60 % metal.
-    """
-    from torquer.cli.commands import design_coil_work as work
-
-    return work.show(how)
-
-
-@options
-class BenchOptions:
-    """Options of `torquer design bench`: ratios of orbit to bench."""
+@request
+class BenchRequest:
+    """What `bench` is asked: BenchRequest(time_s=600.0, bench_inertia=0.4, inertia=1.6,
+    bench_field_nt=1e5, field_nt=1e4); ratios are of orbit to bench."""
 
     time_s: Annotated[float, positive()]
     """Time that the bench took to stop the rotation."""
@@ -212,15 +150,3 @@ class BenchOptions:
     """Dipole limit of the satellite over that on the bench."""
     gain_ratio: Annotated[float, positive()] = 1.0
     """Gain of B-dot of the satellite over that on the bench."""
-    json: Json = False
-
-
-def bench(*, how: BenchOptions) -> int:
-    """From a B-dot test on a bench to the time in orbit, for the same initial rate.
-
-    Coils at their limits: the time goes with inertia over field. Below the limits: with inertia
-    over the square of the field. A test usually begins with the first and ends with the second.
-    """
-    from torquer.cli.commands import design_coil_work as work
-
-    return work.show_bench(how)

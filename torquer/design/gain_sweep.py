@@ -1,0 +1,198 @@
+"""Gains of B-dot side by side: what theory says, what was flown, which gain is enough."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.campaign.statistics import number, rate_interval
+from torquer.computer.laws.bdot import Bdot
+from torquer.design.gain_flights import GainFlights, chosen
+from torquer.scenario.spec import Scenario
+from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
+from torquer.theory.slow.gains import Sampling, sampling_limit_rad_s
+
+#: The part of the gain that overshoots up to which one is chosen.
+SAFE = 0.5
+#: The law of a scenario that has none.
+ANY = Bdot(gain_a_m2_s_per_t=1.0)
+#: Parts of the releases for which the time to stop is stated.
+_PARTS = {0.5: "half", 0.9: "90 %", 1.0: "last"}
+
+
+class Wanted(NamedTuple):
+    """Rate after release, rate that counts as stopped [rad/s], time for it [s] or None."""
+
+    tip_off_rad_s: float
+    below_rad_s: float
+    within_s: float | None
+
+    @property
+    def allowed_s(self) -> float:
+        """Time [s] by which releases must have stopped; infinite if any in the flight counts."""
+        return math.inf if self.within_s is None else self.within_s
+
+
+@dataclass(frozen=True)
+class GainSweep:
+    """A satellite, what is wanted, what theory says, and flights by gain.
+
+    `law`: the scenario's own of B-dot's kind, or None. `theory_gain` by theory, `most_gain` beyond
+    which the law overshoots, `turning_gain` beyond which rotation about the field outlasts the
+    rest [A m^2 s/T].
+    """
+
+    scenario: Scenario
+    law: Any
+    wanted: Wanted
+    tumbling: Tumbling
+    sampling: Sampling
+    theory_gain: float
+    most_gain: float
+    turning_gain: float
+    revolutions: float
+    flights: tuple[GainFlights, ...] = ()
+
+    def theory_s(self, gain: float) -> float:
+        """Mean time to stop by theory [s]."""
+        return detumbling_time_s(self.tumbling, gain, *self.wanted[:2])
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of a flight [s]."""
+        return (
+            self.revolutions * 2.0 * math.pi / self.scenario.orbit.rate_rad_s(self.scenario.start)
+        )
+
+    @property
+    def chosen(self) -> GainFlights:
+        """The flights with the gain chosen."""
+        return chosen(self.flights, self.wanted.within_s, SAFE * self.most_gain)
+
+    @property
+    def reads_rate(self) -> bool:
+        """Whether the law reads the gyro."""
+        return "rate" in (self.law or ANY).needs
+
+    def with_gain(self) -> Scenario:
+        """The scenario with the gain chosen."""
+        gain = {"gain_a_m2_s_per_t": float(f"{self.chosen.gain:.4g}")}
+        law = (self.law or ANY).model_copy(update=gain)
+        control = self.scenario.control
+        named = control.named().laws
+        key = control.key_of(next(iter(named))) if named else "law"
+        return self.scenario.replace(f"control.{key}", law.model_dump(mode="json"))
+
+    def table(self) -> list[list[Row]]:
+        """A line for each gain."""
+        return [self._row(each) for each in self.flights]
+
+    def _row(self, each: GainFlights) -> list[Row]:
+        theory_s, count = self.theory_s(each.gain), each.settled_within(self.wanted.allowed_s)
+        runs, energy_j, peak = len(each.settled_s), float(each.energy_j.mean()), self._peak(each)
+        power_w = energy_j / self.duration_s
+        settled = {f"{part:g}": (name, each.settled_by(part)) for part, name in _PARTS.items()}
+        return [
+            Row("gain_a_m2_s_per_t", "gain", each.gain, "A m^2 s/T", f"{each.gain:.3g}"),
+            Row("theory_s", "theory", number(theory_s), "h", _hours(theory_s)),
+            Row("runs", value=runs),
+            Row("stopped", "stopped", count, text=f"{count}/{runs}"),
+            Row("interval", value=list(rate_interval(count, runs))),
+            *(
+                Row(f"settled_s/{part}", name, number(time_s), "h", _hours(time_s))
+                for part, (name, time_s) in settled.items()
+            ),
+            Row("energy_j", "energy", energy_j, "J", f"{energy_j:.4g}"),
+            Row("mean_power_w", "mean power", power_w, "W", f"{power_w:.3g}"),
+            Row("peak_share", "peak", peak, "of limit", f"{100.0 * peak:.3g} %"),
+        ]
+
+    def _peak(self, each: GainFlights) -> float:
+        """Greatest dipole of a coil over the least limit of the coils."""
+        return float(each.peak_a_m2.max() / self.tumbling.coils.limits_a_m2().min())
+
+    def data(self) -> dict:
+        """Plain data, with units in the keys."""
+        wanted = self.wanted
+        return {
+            "name": self.scenario.name,
+            "tip_off_deg_s": math.degrees(wanted.tip_off_rad_s),
+            "rate_below_deg_s": math.degrees(wanted.below_rad_s),
+            "within_s": wanted.within_s,
+            "gain_a_m2_s_per_t": self.chosen.gain,
+            "theory_gain_a_m2_s_per_t": self.theory_gain,
+            "overshoot_gain_a_m2_s_per_t": number(self.most_gain),
+            "revolutions": self.revolutions,
+            "flights": [data_of(row) for row in self.table()],
+            "notes": self.notes(),
+        }
+
+    def lines(self) -> list[str]:
+        """The answer as text."""
+        notes = (f"note: {note}" for note in self.notes())
+        return [*text_of(self.table(), 11), *self.verdict(), *notes]
+
+    def _repr_html_(self) -> str:
+        return html_of(self.table(), [*self.verdict(), *self.notes()])
+
+    def verdict(self) -> list[str]:
+        """The gain chosen, by which rule, and what is known of how many stop."""
+        best, wanted = self.chosen, self.wanted
+        count, runs = best.settled_within(wanted.allowed_s), len(best.settled_s)
+        low, high = (100.0 * end for end in rate_interval(count, runs))
+        until = "" if wanted.within_s is None else f" within {_hours(wanted.within_s)} h"
+        lines = [
+            f"gain: gain_a_m2_s_per_t = {best.gain:.4g}",
+            f"{count} of {runs} releases at {math.degrees(wanted.tip_off_rad_s):.3g} deg/s stay "
+            f"below {math.degrees(wanted.below_rad_s):.3g} deg/s{until} ({low:.0f}..{high:.0f} % "
+            f"with 95 % confidence), each flown for {self.revolutions:g} rev",
+        ]
+        if wanted.within_s is not None and count < runs:
+            lines.append(f"no gain stops all of them in time: {self._why_late(best)}")
+        return lines
+
+    def _why_late(self, best: GainFlights) -> str:
+        least_s = self.theory_s(1e4 * self.theory_gain)
+        return (
+            f"coils always at their limits would need about {_hours(least_s)} h on average, by "
+            f"theory; with this gain a coil reached {100.0 * self._peak(best):.3g} % of its limit"
+        )
+
+    def notes(self) -> list[str]:
+        """What theory says beyond the flights, and what is left out."""
+        limit = math.degrees(sampling_limit_rad_s(*self.sampling.times))
+        notes = [f"B-dot brakes rates up to {limit:.4g} deg/s with {self.sampling.in_words}"]
+        if math.isfinite(self.most_gain):
+            notes.append(
+                f"gains above {self.most_gain:.3g} A m^2 s/T overshoot in the strongest field of "
+                "the orbit; at most half of that is chosen"
+            )
+        notes.append(
+            f"theory's times are means, for gains up to about {self.turning_gain:.3g} A m^2 s/T; "
+            "beyond, rotation about the field outlasts the rest"
+        )
+        return [*notes, *self._sensor_notes()]
+
+    def _sensor_notes(self) -> list[str]:
+        craft, coils, notes = self.scenario.spacecraft, self.tumbling.coils, []
+        noise_t, bias = 1e-9 * craft.magnetometer.noise_nt, np.linalg.norm(craft.gyro.bias_deg_s)
+        if self.sampling.difference_s > 0.0 and noise_t > 0.0:
+            dipole = self.chosen.gain * noise_t * math.sqrt(2.0) / self.sampling.difference_s
+            share = 100.0 * dipole / float(coils.limits_a_m2().min())
+            notes.append(
+                f"the magnetometer's noise commands {dipole:.2g} A m^2 RMS per axis with the gain "
+                f"chosen, {share:.2g} % of the limit; a constant bias cancels in the difference"
+            )
+        if self.reads_rate and bias > 0.0:
+            notes.append(f"the gyro's bias of {bias:.2g} deg/s is a rate that the law tends to")
+        if coils.power_at_limit_w is None:
+            notes.append("energies and powers are those of coils that take 1 W at their limit")
+        if self.reads_rate and self.scenario.control.estimator is not None:
+            notes.append("the law reads the sensors, not the scenario's estimator")
+        return notes
+
+
+def _hours(time_s: float) -> str:
+    return f"{time_s / 3600.0:.3g}" if math.isfinite(time_s) else "never"

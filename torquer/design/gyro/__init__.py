@@ -1,0 +1,1 @@
+"""Gains of the magneto-gyroscopic system: magnetometer, coils and a pitch wheel."""

@@ -1,0 +1,185 @@
+"""Gains of the magneto-gyroscopic system for a satellite, what they can do, flights with them."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from torquer.analysis.gyro_satellite import held_attitude
+from torquer.analysis.notes.bdot_notes import tumbling_of
+from torquer.base.limits import RequestError
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
+from torquer.design.gyro.answer import GyroDesign
+from torquer.design.gyro.case import GyroCase, case_of
+from torquer.design.gyro.flown_scenario import EXACT_DEG, campaign_of, designed_scenario
+from torquer.design.gyro.notes import WEAK, notes_on
+from torquer.design.gyro.reach import (
+    EQUATOR,
+    EVALUATIONS,
+    costs_of,
+    errors_of,
+    margins_of,
+    reach_of,
+    total_of,
+)
+from torquer.design.pointing_flights import fly_releases
+from torquer.design.requests import MagnetoGyroRequest
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef
+from torquer.scenario.spec import Scenario
+from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
+from torquer.theory.magneto_gyro.day import DayLoop
+from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
+from torquer.theory.magneto_gyro.frozen import frozen_2
+from torquer.theory.magneto_gyro.times import Hysteresis, TimeToPoint, time_to_point
+from torquer.theory.magneto_gyro.wheels import BetterWheel, better_wheel
+
+#: IGRF-14 in 2025: g10, g11, h11 [nT], for the form of the text.
+_DIPOLE_NT = [-29350.0, -1410.3, 4545.5]
+#: Flights: as many unless asked for, their orbits (least, times the theory's, more, most), and
+#: control steps of all of them, some seconds of computing.
+_FLIGHTS, _ORBITS, _MOST_STEPS = 12, (10.0, 1.5, 3.0, 200.0), 4e6
+
+
+def magneto_gyro(
+    scenario: Scenario,
+    request: MagnetoGyroRequest = MagnetoGyroRequest(),
+    progress: Callable[[int, int], None] | None = None,
+) -> GyroDesign:
+    """Gains of the magneto-gyroscopic system: magnetometer, coils and a pitch wheel.
+
+        made = magneto_gyro(torquer.load_scenario("my_satellite.toml"), MagnetoGyroRequest(fly=0))
+        made.law                        # keys of the law, as in a scenario
+        torquer.simulate(made.scenario)
+        torquer.plot(made)              # figures by name
+
+    The scenario describes the satellite: inertia, wheel_momentum_n_m_s of its body, orbit, field,
+    model on board, noise and bias of the magnetometer. Its own laws and modes are replaced.
+    `progress`: called with releases flown and in total. ValueError for a satellite, or an orbit, on
+    which the system cannot work.
+    """
+    try:
+        made = _design(case_of(scenario, request), request)
+    except ArithmeticError as error:
+        raise ValueError(str(error)) from None
+    count = _flights_that_fit(made.scenario) if request.fly is None else request.fly
+    if count:
+        campaign = campaign_of(made.scenario, made.case.tip_off_deg_s)
+        made = replace(made, flights=fly_releases(made.scenario, campaign, count, progress))
+    return replace(made, notes=tuple(notes_on(made)))
+
+
+def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
+    craft, along, form = case.craft, case.along, request.form
+    first = _first(case, request)
+    second = _second(case, request)
+    better = None
+    if craft.stiffness < WEAK or second.degree < 0.9 * request.degree:
+        better = _better_wheel(case, request)
+    day, inclinations, altitudes = reach_of(case, loop := DayLoop(craft, second.gains, form))
+    h, pitch_inertia = craft.gyrostat
+    frozen = frozen_2(second.gains, stiffness=h, pitch_inertia=pitch_inertia, b=along.normal)
+    law, errors = _law(case, first, second, form), errors_of(case, second, form)
+    costs = sorted([(second.degree, total_of(errors)), *costs_of(case, request)])
+    time = _time(case, MagnetoGyro.model_validate(law), first, day)
+    return GyroDesign(
+        case, request, first, second, -np.linalg.eigvals(frozen).real.max(), day, errors,
+        tuple(costs), margins_of(case, loop), inclinations, altitudes, time, better, law,
+        designed_scenario(case.scenario, law, case.tip_off_deg_s, _orbits(case, time)),
+    )  # fmt: skip
+
+
+def _better_wheel(case: GyroCase, request: MagnetoGyroRequest) -> BetterWheel | None:
+    normals = case.along.normals
+    return better_wheel(case.craft, case.filter_rate_rad_s, request.degree, normals, request.form)
+
+
+def _first(case: GyroCase, request: MagnetoGyroRequest) -> Stage1Design:
+    """Stage 1; ValueError with a wheel for which it would be stable, if it is not with this one."""
+    craft = case.craft
+    first = design_stage_1(craft, case.filter_rate_rad_s, case.along.normals)
+    if first.degree > 0.0:
+        return first
+    better = _better_wheel(case, request)
+    would = "" if better is None else (
+        f", as {better.wheel_n_m_s:.4g} N m s would (h = {better.stiffness:g})"
+    )  # fmt: skip
+    raise ValueError(
+        f"spacecraft.body.wheel_momentum_n_m_s: must make stage 1 stable{would}; received "
+        f"{craft.wheel_n_m_s:g} (h = {craft.stiffness:.3g})"
+    )
+
+
+def _second(case: GyroCase, request: MagnetoGyroRequest) -> Stage2Design:
+    """Stage 2; ValueError if no loop found is stable here, while one is on a polar orbit."""
+    craft, normals = case.craft, case.along.normals
+    try:
+        return design_stage_2(
+            craft, normals=normals, form=request.form, wanted_degree=request.degree,
+            evaluations=request.evaluations,
+        )  # fmt: skip
+    except ArithmeticError:
+        design_stage_2(craft, form=request.form, evaluations=min(EVALUATIONS, request.evaluations))
+        raise ValueError(
+            f"{EQUATOR} {case.inclination_deg:.4g} deg, where no stable loop was found"
+        ) from None
+
+
+def _time(case: GyroCase, law: MagnetoGyro, first: Stage1Design, degree: float) -> TimeToPoint:
+    tumbling = tumbling_of(case.scenario, law)
+    switch = Hysteresis(math.radians(law.stage_2_angle_deg), law.mean_time_s)
+    tip_off = math.radians(case.tip_off_deg_s)
+    time = time_to_point(case.craft, tumbling, first, degree, tip_off, switch)
+    if not math.isfinite(time.stage_2_s):
+        raise RequestError(
+            "control.sample_s",
+            f"must be shorter for stage 1 to brake {case.tip_off_deg_s:g} deg/s (tip_off_deg_s) "
+            f"with {tumbling.sampling.in_words}; received {case.scenario.control.sample_s:g} s",
+            "tip_off_deg_s",
+        )
+    return time
+
+
+def _orbits(case: GyroCase, time: TimeToPoint) -> float:
+    """Orbits of a flight that should have pointed long before its end."""
+    least, times, more, most = _ORBITS
+    wanted = times * time.below(math.radians(EXACT_DEG)) / case.scenario.orbit.period_s + more
+    return min(max(least, wanted), most)
+
+
+def _flights_that_fit(scenario: Scenario) -> int:
+    """Flights for which the command stays quick."""
+    step_s = scenario.simulation.step_s or scenario.control.sample_s
+    steps = scenario.steps() * scenario.grid_s / step_s
+    return int(min(_FLIGHTS, max(1.0, _MOST_STEPS / steps)))
+
+
+def _law(case: GyroCase, first: Stage1Design, second: Stage2Design, form: str) -> dict:
+    """The law's keys, as in a scenario."""
+    scenario, craft = case.scenario, case.craft
+    g = [float(f"{x:.5g}") for x in second.gains]
+    keys = {
+        "kind": "magneto_gyro",
+        "inertia_kg_m2": np.array(scenario.spacecraft.body.inertia_kg_m2).tolist(),
+        "bias_momentum_n_m_s": craft.wheel_n_m_s,
+        "orbital_rate_rad_s": craft.orbital_rate_rad_s,
+        "capture_angle_gain": first.angle_gain,
+        "capture_rate_gain": first.rate_gain,
+        "filter_rate_rad_s": float(f"{first.filter_rate_rad_s:.5g}"),
+        "filter_damping": DAMPING,
+        "angle_gains": g[:3],
+        "rate_gains": g[3:6],
+        "estimator_gains": g[6:12],
+        "compensator_gains": g[12:],
+    }
+    control, held = scenario.control, held_attitude(scenario)
+    if control.actuate_s:
+        keys["coil_duty"] = control.coil_duty
+    if held is not None:
+        keys |= {"euler_deg": list(held.euler_deg), "sequence": held.sequence}
+    if form == "text":
+        mode = scenario.environment.earth_rotation
+        x, y, _ = dcm_inertial_to_ecef([0.0], scenario.start, mode)[0, 0]
+        angle = math.degrees(math.atan2(y, x))
+        keys |= {"form": form, "dipole_nt": _DIPOLE_NT, "meridian_deg": round(angle, 3)}
+    return keys

@@ -1,0 +1,180 @@
+"""Laws that hold three axes by coils, side by side: stability, margins, errors, captures."""
+
+import math
+from dataclasses import asdict, dataclass
+
+from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.campaign.capture import Capture
+from torquer.design.law_table import law_toml
+from torquer.scenario.spec import Scenario
+from torquer.theory.three_axis.design import SETTLED, Candidate, DesignTask, ThreeAxisDesign
+from torquer.theory.three_axis.response import greatest_angle
+
+
+@dataclass(frozen=True)
+class ThreeAxisAnswer:
+    """The design, its laws and the scenario's own by name, and what each captures, if flown.
+
+    `within_deg`: steady error beyond which a law is unusable; `case_notes`: what is left out.
+    """
+
+    scenario: Scenario
+    task: DesignTask
+    design: ThreeAxisDesign
+    candidates: dict[str, Candidate]
+    captures: dict[str, Capture | None]
+    within_deg: float
+    case_notes: tuple[str, ...]
+
+    def table(self) -> list[list[Row]]:
+        """A line for each law."""
+        return [self._row(name, each) for name, each in self.candidates.items()]
+
+    def _row(self, name: str, each: Candidate) -> list[Row]:
+        revolutions = each.settling_s * self.task.sampled.hold.rate_rad_s / (2.0 * math.pi)
+        captured = self.captures.get(name)
+        return [
+            Row("", "", text=name),
+            Row("law", value=_keys(each.law)),
+            Row("degree_per_rad", "degree", each.degree, "1/rad", f"{each.degree:.4f}"),
+            Row("continuous_degree_per_rad", value=each.continuous_degree),
+            Row("averaged_degree_per_rad", value=each.averaged_degree),
+            Row("settling_s", "settling", each.settling_s, "rev", f"{revolutions:.2f}"),
+            *_margin_rows(each),
+            *_error_rows(each),
+            Row("notes", value=self._notes_on(each)),
+            Row(
+                "capture", value=captured and {**asdict(captured), "interval": [*captured.interval]}
+            ),
+        ]
+
+    def _notes_on(self, each: Candidate) -> list[str]:
+        """On a law, also if it is stable, but with a greater steady error than is of use."""
+        error_deg = math.degrees(each.error.greatest_rad) if each.error is not None else 0.0
+        if error_deg <= self.within_deg:
+            return [*each.notes]
+        return [
+            f"unusable: its steady error of {error_deg:.3g} deg exceeds the {self.within_deg:g} "
+            "deg within which a run counts as captured",
+            *each.notes,
+        ]
+
+    def data(self) -> dict:
+        """Plain data, with units in the keys."""
+        task, hold, search = self.task, self.task.sampled.hold, self.design.search
+        rows = zip(self.candidates, self.table(), strict=True)
+        return {
+            "name": self.scenario.name,
+            "orbital_rate_rad_s": hold.rate_rad_s,
+            "revolutions": hold.revolutions,
+            "limit_a_m2": task.limit_a_m2,
+            "linear_range_deg": task.linear_range_deg,
+            "gain_margin": task.gain_margin,
+            "settled_part": SETTLED,
+            "strengths": dict(zip(("formula", "refined"), self.design.strengths, strict=True)),
+            "gains_found": bool(search.value > 0.0),
+            "grid_spacing": float(search.spacing.max()),
+            "candidates": {name: data_of(row) for name, row in rows},
+            "notes": [*self.case_notes],
+        }
+
+    def lines(self) -> list[str]:
+        """The answer as text."""
+        return [self._headline(), *text_of(self.table()), *self._words(),
+                *(f"note: {note}" for note in self.notes())]  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        return html_of(self.table(), [self._headline(), *self._words(), *self.notes()])
+
+    def notes(self) -> list[str]:
+        """What is left out, and what is doubtful of each law."""
+        of_laws = (
+            f"{name}: {note}" for name, each in self.candidates.items()
+            for note in self._notes_on(each)
+        )  # fmt: skip
+        return [*self.case_notes, *of_laws]
+
+    def _headline(self) -> str:
+        hold, cycle = self.task.sampled.hold, self.task.sampled.cycle
+        field = hold.orbit_environment.environment.field.kind
+        off = f", coils off for {cycle.off_s:g} s" if cycle.off_s else ""
+        minutes = 2.0 * math.pi / hold.rate_rad_s / 60.0
+        return (
+            f"{self.scenario.name}: three axes by coils, field {field} (repeats after "
+            f"{hold.revolutions} rev of {minutes:.1f} min), dipole held for {cycle.hold_s:g} s"
+            f"{off}, linear range {self.task.linear_range_deg:g} deg"
+        )
+
+    def _words(self) -> list[str]:
+        """The gains, what the search says of the second pair, and the captures."""
+        lines = []
+        for name in ("formula", "refined"):
+            values = self.candidates[name].law.values()
+            k, k_a = values["rate_gain"], values["angle_gain"]
+            lines.append(
+                f"{name}: rate_gain_n_m_s_per_t2 = {k:.6g}, angle_gain_n_m_per_t2 = {k_a:.6g}"
+            )
+        if self.design.search.value > 0.0:
+            lines.append(
+                "refined: no gains on the grids around it are better; the last grid has a spacing "
+                f"of {100.0 * self.design.search.spacing.max():.2g} %"
+            )
+        else:
+            lines.append(
+                "refined: no gains within the coils' limit are stable with a gain margin of "
+                f"{self.task.gain_margin:g}; these grow most slowly"
+            )
+        return [*lines, *(_captured(name, found) for name, found in self.captures.items())]
+
+    def tables(self) -> dict[str, str]:
+        """Each designed law by name, as the TOML table of a scenario."""
+        return {name: law_toml(_keys(each.law)) for name, each in self.design.candidates.items()}
+
+
+def _margin_rows(each: Candidate) -> list[Row]:
+    found = each.margins
+    if found is None or each.error is None:
+        labels = {"gain margin": "", "delay": "s", "inertia": "%"}
+        return [Row("margins"), *(Row("", x, unit=unit, text="-") for x, unit in labels.items())]
+    gains = f"{found.least_gain:.2g}..{found.greatest_gain:.3g}"
+    return [
+        Row("margins/least_gain", "gain margin", found.least_gain, text=gains),
+        Row("margins/greatest_gain", value=found.greatest_gain),
+        Row("margins/delay_s", "delay", found.delay_s, "s", f"{found.delay_s:.0f}"),
+        Row("margins/inertia", "inertia", found.inertia, "%", f"{100.0 * found.inertia:.0f}"),
+    ]
+
+
+def _error_rows(each: Candidate) -> list[Row]:
+    found = each.error
+    if found is None:
+        labels = {"error": "deg", "noise": "deg rms"}
+        return [Row("error"), *(Row("", x, unit=unit, text="-") for x, unit in labels.items())]
+    greatest, rms, noise = map(
+        math.degrees, (found.greatest_rad, found.rms_rad, found.noise_rms_rad)
+    )
+    sources = {name: math.degrees(greatest_angle(x)) for name, x in found.by_source.items()}
+    return [
+        Row("error/greatest_deg", "error", greatest, "deg", f"{greatest:.3g}"),
+        Row("error/rms_deg", value=rms),
+        Row("error/noise_rms_deg", "noise", noise, "deg rms", f"{noise:.3g}"),
+        Row("error/by_source_deg", value=sources),
+        Row("error/greatest_dipole_a_m2", value=float(abs(found.dipoles_a_m2).max())),
+    ]
+
+
+def _captured(name: str, found: Capture | None) -> str:
+    """The result in one line."""
+    if found is None:
+        return f"{name}: captures nothing"
+    low, high = (100.0 * end for end in found.interval)
+    return (
+        f"{name}: captures {found.captured} of {found.runs} random initial attitudes "
+        f"({low:.0f}..{high:.0f} % with 95 % confidence) to within {found.within_deg:.3g} deg "
+        f"in {found.revolutions:g} rev"
+    )
+
+
+def _keys(law) -> dict:
+    """A law's keys, as in a scenario file."""
+    return law.spec.model_dump(mode="json")

@@ -1,0 +1,40 @@
+"""The picture of an answer of `torquer.design`, for notebooks and scripts.
+
+    sweep = torquer.design.detumble(scenario)
+    torquer.plot(sweep).savefig("gains.png")
+
+The functions that answer stand below those that draw, so an answer has no method of its own that
+draws it: this function knows all kinds.
+"""
+
+from functools import singledispatch
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from torquer.design.coil_design import CoilSizes
+from torquer.design.gain_sweep import GainSweep
+from torquer.design.gyro.answer import GyroDesign
+from torquer.design.three_axis_answer import ThreeAxisAnswer
+from torquer.report.theory.coil import draw_coils
+from torquer.report.theory.detumbling import draw_gains
+from torquer.report.theory.magneto_gyro import draw_gyro_design
+from torquer.report.theory.three_axis import draw_design
+
+
+@singledispatch
+def plot(answer: Any) -> Figure | dict[str, Figure]:
+    """A matplotlib figure of an answer of `torquer.design`, or several by name.
+
+    TypeError for an answer without a picture.
+    """
+    kinds = sorted(kind.__name__ for kind in plot.registry if kind is not object)
+    raise TypeError(
+        f"plot: must be given one of {', '.join(kinds)}; received {type(answer).__name__}"
+    )
+
+
+plot.register(CoilSizes, draw_coils)
+plot.register(GainSweep, draw_gains)
+plot.register(GyroDesign, draw_gyro_design)
+plot.register(ThreeAxisAnswer, lambda answer: draw_design(answer.task, answer.design))
