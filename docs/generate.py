@@ -138,6 +138,7 @@ PACKAGES = (
     "torquer.environment",
     "torquer.environment.field",
     "torquer.theory",
+    "torquer.design",
     "torquer.spacecraft.wheel_array",
 )
 MODULES = (

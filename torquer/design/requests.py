@@ -24,7 +24,10 @@ class Key(NamedTuple):
 
 @request
 class DetumbleRequest:
-    """What `detumble` is asked: DetumbleRequest(tip_off_deg_s=10.0, within_s=20_000.0)."""
+    """What `detumble` is asked.
+
+    DetumbleRequest(tip_off_deg_s=10.0, within_s=20_000.0)
+    """
 
     tip_off_deg_s: Annotated[float | None, positive()] = None
     """Rate after release [the scenario's initial rate]."""
@@ -42,8 +45,13 @@ class DetumbleRequest:
 
 @request
 class ThreeAxisRequest:
-    """What `three_axis` is asked: ThreeAxisRequest(inertia=(0.03, 0.03, 0.01), altitude_km=550.0,
-    inclination_deg=97.6, limit_a_m2=0.2), or nothing of the satellite where a scenario is given."""
+    """What `three_axis` is asked.
+
+        ThreeAxisRequest(inertia=(0.03, 0.03, 0.01), altitude_km=550.0, inclination_deg=97.6,
+                         limit_a_m2=0.2)
+
+    Nothing of the satellite where a scenario is given.
+    """
 
     inertia: Annotated[Three | None, Key("spacecraft.body.inertia_kg_m2")] = None
     """Principal moments [kg m^2]."""
@@ -95,7 +103,10 @@ class ThreeAxisRequest:
 
 @request
 class MagnetoGyroRequest:
-    """What `magneto_gyro` is asked: MagnetoGyroRequest(tip_off_deg_s=5.0, fly=0)."""
+    """What `magneto_gyro` is asked.
+
+    MagnetoGyroRequest(tip_off_deg_s=5.0, fly=0)
+    """
 
     form: Literal["field", "text"] = "field"
     """What stage 2 turns with: the field model on board, or the Earth's dipole (the text)."""
@@ -113,7 +124,10 @@ class MagnetoGyroRequest:
 
 @request
 class CoilRequest:
-    """What `coil` is asked: CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.4)."""
+    """What `coil` is asked.
+
+    CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.4)
+    """
 
     dipole_a_m2: Annotated[float, positive()]
     """Dipole that the coil must have."""
@@ -123,7 +137,7 @@ class CoilRequest:
     """Mass of its wire, without insulation."""
     metal: Literal["copper", "aluminium"] = "copper"
     """Metal of the wire in the table of gauges."""
-    temperature_c: Annotated[float, within(-100.0, 200.0)] = 20.0
+    temperature_c: Annotated[float, within(-100.0, 200.0, "deg C")] = 20.0
     """Temperature of the wire."""
     voltage_v: Annotated[float | None, positive()] = None
     """Greatest voltage; thinner wire needs more [no limit]."""
@@ -133,8 +147,13 @@ class CoilRequest:
 
 @request
 class BenchRequest:
-    """What `bench` is asked: BenchRequest(time_s=600.0, bench_inertia=0.4, inertia=1.6,
-    bench_field_nt=1e5, field_nt=1e4); ratios are of orbit to bench."""
+    """What `bench` is asked.
+
+        BenchRequest(time_s=600.0, bench_inertia=0.4, inertia=1.6, bench_field_nt=1e5,
+                     field_nt=1e4)
+
+    Ratios are of orbit to bench.
+    """
 
     time_s: Annotated[float, positive()]
     """Time that the bench took to stop the rotation."""

@@ -164,12 +164,18 @@ def test_a_scenario_gives_the_satellite(call, scenario):
     [
         ((), "--inertia: must be given (or SCENARIO); received nothing"),
         ((*CUBESAT[:-1], -0.1), "--attitude-noise-deg: must be"),
-        ((*CUBESAT, "--linear-range-deg", 120), "linear_range_deg: must lie within 0..90"),
-        ((*CUBESAT, "--linear-range-deg", 0), "linear_range_deg: must lie within 0..90"),
+        (
+            (*CUBESAT, "--linear-range-deg", 120),
+            "--linear-range-deg: must lie within 0..90 deg, ends left out",
+        ),
+        (
+            (*CUBESAT, "--linear-range-deg", 0),
+            "--linear-range-deg: must lie within 0..90 deg, ends left out",
+        ),
         (WEAK, "design: gains must make the loop stable with a gain margin of 2 within the coils'"),
         ((*CUBESAT, "--measure-s", 20), "--actuate-s: must be given with measure_s"),
         ((*CUBESAT, "--capture-runs", 0), "--capture-runs: must lie within 1.."),
-        ((*CUBESAT, "--revolutions", 0), "revolutions: must be at least 1; received 0"),
+        ((*CUBESAT, "--revolutions", 0), "--revolutions: must be 1 or more; received 0"),
     ],
 )
 def test_mistakes_are_one_line(call, arguments, message):
