@@ -6,7 +6,6 @@ from json import dumps
 from torquer.base.strict_json import json_text
 from torquer.cli.options import Json
 from torquer.cli.output import console
-from torquer.design.file_keys import file_schema
 from torquer.design.stored_keys import file_tables, find
 from torquer.scenario.described import Key, Table
 
@@ -36,6 +35,8 @@ def explain(key: str | None = None, /, *, json: Json = False) -> int:
 
 def schema() -> int:
     """Print the JSON schema of scenario files, for editors."""
+    from torquer.design.file_keys import file_schema
+
     print(dumps(file_schema(), indent=2))
     return 0
 

@@ -33,12 +33,12 @@ def draw_gains(sweep: GainSweep) -> Figure:
     lower.plot(gains, shares, "o-", color=BLUE, ms=4, lw=1.3)
     lower.set_ylim(0.0, 1.05 * max(100.0, *shares))
     lower.set_ylabel("peak dipole [% of limit]", fontsize=9.5)
-    lower.set_xlabel("gain_a_m2_s_per_t", fontsize=10)
     lower.set_xscale("log")
     for axes in (upper, middle, lower):
         axes.axvline(sweep.chosen.gain, color=GREEN, lw=1.6, label="chosen")
     legend_at_left(upper, 6)
+    label = "gain_a_m2_s_per_t"
     if not all(np.isfinite(each.settled_s).all() for each in sweep.flights):
-        words = "missing points: fewer stop during the flight"
-        upper.text(0.99, 0.97, words, transform=upper.transAxes, ha="right", va="top", fontsize=8.5)
+        label += "\nmissing points: fewer stop during the flight"
+    lower.set_xlabel(label, fontsize=10)
     return figure
