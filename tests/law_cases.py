@@ -7,7 +7,7 @@ import numpy as np
 from torquer.compile import engine
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.interface import (
-    CELLS,
+    NO_CELLS,
     Ephemeris,
     Estimate,
     Inputs,
@@ -40,7 +40,7 @@ def inputs(
     model_sun=UNKNOWN,
     coils=ZERO,
     nadir=ZERO,
-    cells=(0.0,) * CELLS,
+    cells=NO_CELLS,
 ):
     """Readings taken at this instant; the estimate is what attitude sensor and gyro read."""
     t_s, omega, q = float(t_s), floats(omega), floats(q)

@@ -10,16 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined
+from torquer.spacecraft.sensors.sun_cells import CELLS
 
-#: Number of single Sun cells that the computer can read.
-CELLS = 6
-#: Signals of these where there are none.
+#: Signals of single Sun cells where there are none.
 NO_CELLS = (0.0,) * CELLS
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)
 _NO_ATTITUDE = (math.nan, math.nan, math.nan, math.nan)
-#: No sensor that an estimator judges to be wrong.
-NONE_ISOLATED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class ReadingTimes(NamedTuple):
@@ -40,6 +37,21 @@ class ReadingTimes(NamedTuple):
 
 #: Sensors by the names that users give them, in the order of `ReadingTimes`.
 SENSORS = tuple(name.removesuffix("_s") for name in ReadingTimes._fields)
+#: Their numbers, everywhere on board and in the loop.
+(
+    MAGNETOMETER,
+    SEARCH_COIL,
+    GYRO,
+    SUN_SENSORS,
+    ATTITUDE_SENSOR,
+    TACHOMETERS,
+    HORIZON_SENSOR,
+    SUN_CELLS,
+) = range(len(SENSORS))
+#: Sensors in the names of `KNOWN` and of results.
+SHORT_NAMES = ("b", "b_rate", "omega", "sun", "q", "wheels", "nadir", "cells")
+#: No sensor that an estimator judges to be wrong.
+NONE_ISOLATED = (0.0,) * len(SENSORS)
 
 
 class Estimate(NamedTuple):
@@ -133,14 +145,11 @@ KNOWN = np.dtype(
             *("q_x", "q_y", "q_z", "q_w"),
             *_xyz("wheels", "coils", "nadir"),
             *(f"cells_{k}" for k in range(CELLS)),
-            *("b_s", "b_rate_s", "omega_s", "sun_s", "q_s", "wheels_s", "nadir_s", "cells_s"),
+            *(f"{sensor}_s" for sensor in SHORT_NAMES),
             *("estimate_s", "estimate_q_x", "estimate_q_y", "estimate_q_z", "estimate_q_w"),
             *_xyz("estimate_omega", "estimate_bias"),
             *("sigma_rad", "sigma_rad_s"),
-            *(
-                f"isolated_{s}"
-                for s in ("b", "b_rate", "omega", "sun", "q", "wheels", "nadir", "cells")
-            ),
+            *(f"isolated_{sensor}" for sensor in SHORT_NAMES),
             *_xyz("position", "velocity", "model_b", "model_b_rate", "to_sun"),
             "sunlit_fraction",
         )

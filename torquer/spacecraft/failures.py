@@ -165,12 +165,17 @@ class SensorFailure(Interval):
     #: SI units in one unit of these keys.
     si: ClassVar[float] = 1.0
 
+    @classmethod
+    def kinds(cls) -> tuple[str, ...]:
+        """The kinds of failures that a sensor of this class may have."""
+        without = ("bias", "noise") * (not cls.error_keys)
+        without += ("reversed", "swapped") * (not cls.has_axes)
+        return tuple(kind for kind in KINDS if kind not in without)
+
     @model_validator(mode="after")
     def _keys_of_the_kind(self):
-        without = ("bias", "noise") * (not self.error_keys)
-        without += ("reversed", "swapped") * (not self.has_axes)
-        if self.kind in without:
-            names = ", ".join(kind for kind in KINDS if kind not in without)
+        if self.kind not in self.kinds():
+            names = ", ".join(self.kinds())
             raise ValueError(f"kind: must be one of {names}; received {self.kind!r}")
         kinds = zip(self.error_keys, ("bias", "noise"), strict=False)
         self.check_keys({"axes": ("swapped",)} | {key: (kind,) for key, kind in kinds})

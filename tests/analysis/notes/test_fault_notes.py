@@ -86,4 +86,4 @@ def test_as_lines():
 def test_signals_observe_known_devices():
     known = {*SENSORS, "coils", "rate", "attitude", "estimator", "sensor"}
     for name, signal in SIGNALS.items():
-        assert set(signal.observes) <= known, name
+        assert signal.sources <= known, name

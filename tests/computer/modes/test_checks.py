@@ -10,14 +10,20 @@ from slow_cases import slow_after
 from torquer.compile import engine
 from torquer.computer import computer
 from torquer.computer.blocks import plugin
-from torquer.computer.interface import SENSORS, nothing_known
+from torquer.computer.interface import (
+    ATTITUDE_SENSOR,
+    GYRO,
+    MAGNETOMETER,
+    SENSORS,
+    SUN_SENSORS,
+    nothing_known,
+)
 from torquer.computer.modes.coil_check import (
     add_impulse,
     correct,
     first_coils,
     has_field_reversed,
 )
-from torquer.computer.modes.sensor_alone import ATTITUDE_SENSOR, GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.computer.modes.sensor_check import ANGLE, SUN_TURN
 from torquer.computer.modes.spec import Modes
 from torquer.computer.modes.table import CHECKS_NOW

@@ -1,25 +1,19 @@
 """Signals: their values and units, and when they are unknown."""
 
-import ast
-import inspect
 import math
-import textwrap
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning
 from scipy.spatial.transform import Rotation
 
-from torquer.computer.blocks.plugin import plain_of
 from torquer.computer.interface import SENSORS, UNKNOWN_ESTIMATE, ReadingTimes
-from torquer.computer.modes.signals import (
-    ESTIMATED,
-    NUMBER_OF,
-    RANGES,
-    SIGNALS,
-    UNITS,
-    signal_value,
-)
+from torquer.computer.modes import signals
+from torquer.computer.modes.signals import NUMBER_OF, SIGNALS, UNITS, signal_value
 from torquer.maths.geometry.quaternion import rotate_inverse
 
 J = ((1.0, 0.1, 0.0), (0.1, 1.2, -0.05), (0.0, -0.05, 1.5))
@@ -100,22 +94,59 @@ def test_a_signal_has_its_value(name):
 @pytest.mark.parametrize("name", SIGNALS)
 def test_the_checker_knows_what_a_signal_is_computed_from(name):
     """Without that part of the estimate it is unknown; its value is within its range."""
-    low, high = RANGES.get(name, (-math.inf, math.inf))
+    low, high = SIGNALS[name].range
     assert low <= value(name, SEEN) <= high
     parts = {"attitude": "q_body_to_inertial", "rate": "omega_body_rad_s", "sigma": "sigma_rad"}
     for part, field in parts.items():
         without = getattr(UNKNOWN_ESTIMATE, field)
         inputs = SEEN._replace(estimate=SEEN.estimate._replace(**{field: without}))
-        assert math.isnan(value(name, inputs)) == (part in ESTIMATED.get(name, ()))
+        assert math.isnan(value(name, inputs)) == (part in SIGNALS[name].estimated)
 
 
-def test_the_chain_of_numbers_follows_the_table():
-    """`signal_value` takes for each number the function at this place of `SIGNALS`."""
-    chain = ast.parse(textwrap.dedent(inspect.getsource(plain_of(signal_value)))).body[0].body
-    cases = [step for step in chain if isinstance(step, ast.If)]
-    taken = [(case.test.comparators[0].value, case.body[0].value.func.id) for case in cases]
-    written = [signal.function.__name__ for signal in SIGNALS.values()]
-    assert taken == list(enumerate(written))
+#: A copy of the module with one more signal, in which all are evaluated by number.
+WITH_ONE_MORE = """
+import importlib.util, sys
+from types import SimpleNamespace as N
+spec = importlib.util.spec_from_file_location("with_one_more", sys.argv[1])
+module = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(module)
+estimate = N(omega_body_rad_s=(0.1, 0.0, -0.3), q_body_to_inertial=(0.0, 0.0, 0.0, 1.0))
+inputs = N(estimate=estimate, sun_body=(0.0, 0.6, 0.8), t_s=7.0)
+table = N(axis=(0.0, 0.0, 1.0), inertia_kg_m2=(1.0, 1.0, 2.0, 0.0, 0.0, 0.0),
+          wheel_momentum_n_m_s=(0.0, 0.0, 0.0), target=(1.0, 0.0, 0.0), target_is_sun=0.0)
+for name in ("spin_deg_s", "nutation_deg", "axis_to_sun_deg", "spin_size_deg_s", "time_s"):
+    arguments = table, None, inputs, 0
+    by_number = module.signal_value(module.NUMBER_OF[name], *arguments)
+    print(name, by_number, module.SIGNALS[name].function(*arguments))
+"""
+
+
+@pytest.mark.parametrize("before", ['    "nutation_deg": Signal(', "}  # fmt: skip\nNUMBER_OF"])
+def test_a_signal_is_one_function_and_one_line(before, tmp_path):
+    """Wherever its line stands: in the middle or at the end."""
+    text = Path(signals.__file__).read_text(encoding="utf-8")
+    function = (
+        "@inlined\ndef spin_size(table, state, inputs, index):\n"
+        "    return abs(dot(table.axis, inputs.estimate.omega_body_rad_s))\n\n\n"
+    )
+    line = '    "spin_size_deg_s": Signal(spin_size, "deg/s", ("axis",), estimated=_RATE),\n'
+    assert text.count(before) == text.count("class Signal(") == 1
+    text = text.replace("class Signal(", function + "class Signal(").replace(before, line + before)
+    copy, script = tmp_path / "with_one_more.py", tmp_path / "evaluate.py"
+    copy.write_text(text, encoding="utf-8")
+    script.write_text(WITH_ONE_MORE, encoding="utf-8")
+    plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    run = subprocess.run(
+        [sys.executable, script, copy], env=plain, capture_output=True, text=True, check=True
+    )
+    found = [row.split() for row in run.stdout.splitlines()]
+    assert len({own for _, _, own in found}) == len(found) == 5
+    assert all(by_number == own for _, by_number, own in found)
+
+
+def test_a_signal_that_is_not_there_is_unknown():
+    flown = Flown(states=STATES)
+    assert math.isnan(signal_value(len(SIGNALS), flown.table, flown.state, SEEN, 0))
 
 
 def test_nutation_is_that_of_the_axis_line():
@@ -186,8 +217,8 @@ def test_every_signal_says_what_it_is_and_names_its_unit():
 def test_every_signal_names_what_it_observes_or_looks_at_the_modes_and_the_clock_alone():
     devices = {*SENSORS, "coils", "rate", "attitude", "sensor", "estimator"}
     for name, signal in SIGNALS.items():
-        assert set(signal.observes) <= devices, name
-    inner = {name for name, signal in SIGNALS.items() if not signal.observes}
+        assert signal.sources <= devices, name
+    inner = {name for name, signal in SIGNALS.items() if not signal.sources}
     assert inner == {
         *("sunlit_fraction", "time_s", "time_in_state_s", "entries", "in_state", "flag")
     }

@@ -7,17 +7,14 @@ import hypothesis.strategies as st
 import numpy as np
 from hypothesis import given, settings
 
+from torquer.computer.interface import GYRO, MAGNETOMETER, SEARCH_COIL, SENSORS
 from torquer.simulation.loop.timetable import (
     COILS_OFF,
     COILS_ON,
     COILS_STAY,
     CONTROL,
     DELIVER,
-    GYRO,
-    MAGNETOMETER,
     READ,
-    SEARCH_COIL,
-    SENSORS,
     Sampling,
     next_row,
     row_from,

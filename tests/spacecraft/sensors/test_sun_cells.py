@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from torquer.computer.interface import CELLS
-from torquer.spacecraft.sensors.sun_cells import SunCells, read_cell
+from torquer.spacecraft.sensors.sun_cells import CELLS, SunCells, read_cell
 
 DARK = (0.0, 0.0, 0.0)
 

@@ -90,7 +90,7 @@ def _conditions(scenario: Scenario, modes: Modes) -> Iterator[_Seen]:
     sources = _sources(scenario, modes)
     for _, condition in modes.all_conditions():
         devices: set[str] = set()
-        for name in SIGNALS[condition.signal].observes:
+        for name in SIGNALS[condition.signal].sources:
             own = {condition.sensor} if name == "sensor" else {name}
             devices |= sources.get(name, own)
         yield _Seen(condition, frozenset(devices))

@@ -74,7 +74,7 @@ def _of_sensor(name: str, spec: Sampled) -> Iterator[Fault]:
     device, key = in_words(name), f"spacecraft.{name}.failures"
     failing = get_args(type(spec).model_fields["failures"].annotation)[0]
     for kind, failure in OF_SENSORS.items():
-        if failing.has_axes or failure["kind"] not in ("reversed", "swapped"):
+        if failure["kind"] in failing.kinds():
             yield Fault(device, kind, key, failure)
     if not failing.error_keys:
         return

@@ -21,8 +21,8 @@ from numba.extending import intrinsic
 from torquer.compile import engine
 from torquer.computer.blocks import plugin, reasons
 from torquer.computer.interface import (
-    CELLS,
     KNOWN,
+    NO_CELLS,
     Ephemeris,
     Estimate,
     Inputs,
@@ -38,7 +38,7 @@ _ONE_AT_A_TIME = threading.RLock()
 
 def _type_of_inputs():
     zero = (0.0, 0.0, 0.0)
-    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero, zero, zero, (0.0,) * CELLS)
+    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero, zero, zero, NO_CELLS)
     return numba.typeof(Inputs(0.0, *readings, ReadingTimes(), Estimate(), Ephemeris()))
 
 

@@ -4,11 +4,16 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, nadir_at
-from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER
-from torquer.computer.estimation.measurements.measurement import as_of_now, is_usable
-from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS, sun_by_cells
-from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.computer.estimation.measurements.horizon_sensor import nadir_at
+from torquer.computer.estimation.measurements.measurement import (
+    FIELD_CHANNEL,
+    FIRST_CELL,
+    NADIR_CHANNEL,
+    SUN_CHANNEL,
+    as_of_now,
+    is_usable,
+)
+from torquer.computer.estimation.measurements.sun_cells import sun_by_cells
 from torquer.computer.estimation.triad import CONTRADICTION_RAD, field_at
 from torquer.maths.geometry.quaternion import rotate
 from torquer.maths.geometry.vec3 import cross, dot, norm
@@ -39,21 +44,21 @@ def direction_of(inputs, parameters, sensor):
     """The latest reading of a sensor of directions; of any other it is not used."""
     sensing, at = parameters.sensing, inputs.read_at
     read_s, v, reference, r, per, cells_used = 0.0, _ZERO, _ZERO, 0.0, 1.0, False
-    if sensor == MAGNETOMETER:
+    if sensor == FIELD_CHANNEL:
         read_s, v, r = at.magnetometer_s, inputs.b_body_t, sensing.r_field
         reference, per = field_at(inputs, read_s), max(dot(v, v), _NO_FIELD)
-    elif sensor == SUN_SENSORS:
+    elif sensor == SUN_CHANNEL:
         read_s, v, r = at.sun_sensors_s, inputs.sun_body, sensing.r_sun
         reference = inputs.ephemeris.sun_inertial
-    elif sensor == HORIZON_SENSOR:
+    elif sensor == NADIR_CHANNEL:
         read_s, v, r = at.horizon_sensor_s, inputs.nadir_body, sensing.r_nadir
         reference = nadir_at(inputs, read_s)
-    elif sensor == SUN_CELLS:  # the first one stands for all together
+    elif sensor == FIRST_CELL:  # the first one stands for all together
         v, r = sun_by_cells(inputs, sensing)
         read_s, reference, cells_used = at.sun_cells_s, inputs.ephemeris.sun_inertial, True
     usable = is_usable(r, v, inputs.t_s - read_s, sensing.gap)
     prior, bias, mounting = parameters.prior, 0.0, 0.0
-    if sensor == MAGNETOMETER:
+    if sensor == FIELD_CHANNEL:
         bias = prior.magnetometer_bias
         mounting = prior.magnetometer_scale + prior.magnetometer_misalignment
     used = sensing.r_cell > 0.0 if cells_used else r > 0.0

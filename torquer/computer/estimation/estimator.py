@@ -13,7 +13,7 @@ from numba.extending import overload
 from torquer.compile.engine import caller, inlined
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
-from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.computer.interface import NONE_ISOLATED, UNKNOWN_ESTIMATE, Estimate
 
 
 @inlined  # a host calls it, too
@@ -63,8 +63,7 @@ def no_estimate():
     """The answer of an estimator that raised an error."""
     nothing = (math.nan, math.nan, math.nan)
     q = (math.nan, math.nan, math.nan, math.nan)
-    isolated = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan, isolated)
+    return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan, NONE_ISOLATED)
 
 
 ESTIMATE = Kind(

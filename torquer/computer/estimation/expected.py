@@ -20,12 +20,12 @@ from torquer.computer.estimation.measurements.measurement import (
 from torquer.computer.estimation.measurements.star_tracker import of_attitude
 from torquer.computer.estimation.measurements.sun_cells import of_cell
 from torquer.computer.estimation.triad import quaternion_of
-from torquer.computer.interface import CELLS
 from torquer.environment.albedo import earthlight
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import add, norm, put_matrix, scale, unit, vector_of
 from torquer.spacecraft.sensors.attitude_sensor import earth_cosine, is_blind
 from torquer.spacecraft.sensors.horizon_sensor import centre_of_disc, sees_horizon
+from torquer.spacecraft.sensors.sun_cells import CELLS
 from torquer.spacecraft.sensors.sun_sensor import sensor_that_sees
 
 _ZERO = (0.0, 0.0, 0.0)

@@ -11,13 +11,13 @@ from torquer.computer.blocks.block import Axis
 from torquer.computer.estimation.covariance import CALIBRATION, States
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.estimation.kalman import NOTHING
-from torquer.computer.estimation.measurements.measurement import SENSORS, VECTORS, Sensing
+from torquer.computer.estimation.measurements.measurement import CHANNELS, VECTORS, Sensing
 from torquer.computer.estimation.measurements.star_tracker import PAST
 from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
 from torquer.computer.estimation.starts import UNINFORMED
 from torquer.computer.estimation.state_names import axes_of
-from torquer.computer.estimation.watch import CELLS as WATCHED
-from torquer.computer.interface import CELLS
+from torquer.computer.estimation.watch import WATCHED
+from torquer.spacecraft.sensors.sun_cells import CELLS
 
 #: Keys of errors of the magnetometer that may be states.
 MAGNETOMETER_ERRORS = (
@@ -32,7 +32,7 @@ def memory_of(n: int) -> dict:
     row = (0.0,) * n
     return {
         "t_s": -math.inf,
-        "read_s": (-math.inf,) * SENSORS,
+        "read_s": (-math.inf,) * CHANNELS,
         "q": (math.nan, *NOTHING),
         "states": row[3:],
         "covariance": (row,) * n,
@@ -49,13 +49,13 @@ def memory_of(n: int) -> dict:
         "rotation": (0.0, 0.0, 0.0, 1.0),
         "past": ((-math.inf, 0.0, 0.0, 0.0, 1.0),) * PAST,
         "past_next": 0.0,
-        "missed": (0.0,) * SENSORS,
+        "missed": (0.0,) * CHANNELS,
         "rate_error": 0.0,
         "doubted_s": (-math.inf, -math.inf),
         "unrest": 0.0,
         "rate_corrected": 0.0,
-        "rejected_in_a_row": (0.0,) * SENSORS,
-        "isolated": (0.0,) * SENSORS,
+        "rejected_in_a_row": (0.0,) * CHANNELS,
+        "isolated": (0.0,) * CHANNELS,
         "rejected": 0.0,
         "starts": 0.0,
         "not_started": 0.0,
@@ -64,7 +64,7 @@ def memory_of(n: int) -> dict:
 
 #: What filters log, besides the innovations of their sensors.
 LOG = dict.fromkeys(("rejected", "starts", "not_started"), "1") | {
-    "isolated": (Axis("sensor", SENSOR_LABELS, ("1",) * SENSORS),)
+    "isolated": (Axis("sensor", SENSOR_LABELS, ("1",) * CHANNELS),)
 }
 
 

@@ -24,7 +24,8 @@ from torquer.computer.estimation.kalman import (
     stated,
     take_readings,
 )
-from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER, magnetometer
+from torquer.computer.estimation.measurements.magnetometer import magnetometer
+from torquer.computer.estimation.measurements.measurement import FIELD_CHANNEL
 from torquer.computer.estimation.starts import UNINFORMED, has_attitude
 from torquer.computer.estimation.triad import put_quaternion, quaternion_of, rate_between
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
@@ -59,21 +60,21 @@ def step_by_field(
     if memory.starts > starts:
         memory.hypotheses = 0.0
         # an attitude that is taken over includes the readings until then
-        if memory.read_s[MAGNETOMETER] < memory.t_s:
+        if memory.read_s[FIELD_CHANNEL] < memory.t_s:
             suppose(memory, unit(inputs.b_body_t))
     dt = inputs.t_s - memory.t_s
     if memory.hypotheses == 0.0:
         advance(inputs, parameters, memory, dt, propagate, rate_of)
         return stated(inputs, parameters, memory, dt, rate_of)
-    before, read_s = remembered(memory), memory.read_s[MAGNETOMETER]
-    rejected, in_a_row = memory.rejected, memory.rejected_in_a_row[MAGNETOMETER]
+    before, read_s = remembered(memory), memory.read_s[FIELD_CHANNEL]
+    rejected, in_a_row = memory.rejected, memory.rejected_in_a_row[FIELD_CHANNEL]
     start_s, first = memory.t_s, likeliest(memory) + 1
     for i in range(_PLACES):
         k = (first + i) % _PLACES  # what the likeliest, the last one, leaves is the filter's
         if memory.log_weight[k] > -math.inf:
             put_remembered(memory, before)
-            memory.t_s, memory.read_s[MAGNETOMETER] = start_s, read_s
-            memory.rejected, memory.rejected_in_a_row[MAGNETOMETER] = rejected, in_a_row
+            memory.t_s, memory.read_s[FIELD_CHANNEL] = start_s, read_s
+            memory.rejected, memory.rejected_in_a_row[FIELD_CHANNEL] = rejected, in_a_row
             load(memory, k)
             propagate(inputs, parameters, memory, dt)
             omega, _, _, _ = rate_of(inputs, parameters, memory, dt)
@@ -81,7 +82,7 @@ def step_by_field(
             take_readings(inputs, parameters, memory, omega, (0.0, 0.0), False)
             store(memory, k)
     memory.t_s = inputs.t_s
-    memory.watched[MAGNETOMETER, 0, 0] = -math.inf  # the next reading is compared with none before
+    memory.watched[FIELD_CHANNEL, 0, 0] = -math.inf  # the next reading is compared with none before
     weigh(memory)
     split_the_wide(memory)
     mix(memory)

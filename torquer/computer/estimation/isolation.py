@@ -7,11 +7,16 @@ import math
 
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.covariance import ATTITUDE, RATE_ERROR, variance_of
-from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER, has_field_magnitude
-from torquer.computer.estimation.measurements.measurement import SENSORS, VECTORS, is_field_alone
-from torquer.computer.estimation.measurements.star_tracker import STAR_TRACKER
-from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS
-from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.computer.estimation.measurements.magnetometer import has_field_magnitude
+from torquer.computer.estimation.measurements.measurement import (
+    CHANNELS,
+    FIELD_CHANNEL,
+    FIRST_CELL,
+    STAR_CHANNEL,
+    SUN_CHANNEL,
+    VECTORS,
+    is_field_alone,
+)
 from torquer.computer.estimation.triad import CONTRADICTION_RAD, quaternion_of
 from torquer.computer.estimation.watch import GROWN_S, watch
 from torquer.maths.geometry.vec3 import dot
@@ -48,9 +53,9 @@ def judge(inputs, parameters, memory, m, sensor, rate_variances):
     variances = (attitude, rate_variances[0], rate_variances[1], doubted)
     turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
     odd, most = False, parameters.sensing.most_rejected
-    if sensor == MAGNETOMETER:
+    if sensor == FIELD_CHANNEL:
         odd = not has_field_magnitude(parameters, m.read, m.reference)
-    elif sensor == SUN_SENSORS:
+    elif sensor == SUN_CHANNEL:
         odd = inputs.ephemeris.sunlit_fraction == 0.0
     status = status_of(memory.isolated[sensor], turned, odd, memory.rejected_in_a_row[sensor], most)
     if turned.moves:
@@ -116,14 +121,14 @@ def directions_in_agreement(inputs, sensing, memory, sensor):
     Sun cells together give one.
     """
     count = cells = 0
-    for k in range(SENSORS):
+    for k in range(CHANNELS):
         recent = inputs.t_s - memory.read_s[k] <= sensing.gap
         accepted = memory.isolated[k] == USED and memory.rejected_in_a_row[k] == 0.0
         if k != sensor and recent and accepted and memory.missed[k] == 0.0:
-            if k >= SUN_CELLS:
+            if k >= FIRST_CELL:
                 cells = 1
             else:
-                count += 2 if k == STAR_TRACKER else 1
+                count += 2 if k == STAR_CHANNEL else 1
     return count + cells
 
 

@@ -16,22 +16,20 @@ from torquer.computer.estimation.covariance import (
     variance_of,
 )
 from torquer.computer.estimation.isolation import USED, is_broken, judge, widen
-from torquer.computer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, horizon_sensor
-from torquer.computer.estimation.measurements.magnetometer import (
-    MAGNETOMETER,
-    magnetometer,
-)
+from torquer.computer.estimation.measurements.horizon_sensor import horizon_sensor
+from torquer.computer.estimation.measurements.magnetometer import magnetometer
 from torquer.computer.estimation.measurements.measurement import (
-    SENSORS,
+    CHANNELS,
+    FIELD_CHANNEL,
+    FIRST_CELL,
+    NADIR_CHANNEL,
+    STAR_CHANNEL,
+    SUN_CHANNEL,
     estimated_rows,
 )
-from torquer.computer.estimation.measurements.star_tracker import (
-    STAR_TRACKER,
-    keep_rotation,
-    star_tracker,
-)
-from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS, put_earthlight, sun_cell
-from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
+from torquer.computer.estimation.measurements.star_tracker import keep_rotation, star_tracker
+from torquer.computer.estimation.measurements.sun_cells import put_earthlight, sun_cell
+from torquer.computer.estimation.measurements.sun_sensors import sun_sensors
 from torquer.computer.estimation.starts import has_attitude
 from torquer.computer.estimation.triad import (
     put_quaternion,
@@ -87,11 +85,11 @@ def stated(inputs, parameters, memory, dt, rate_of):
 @inlined
 def isolated(parameters, memory):
     """Which sensors the filter judges to be wrong, as `Estimate` has them."""
-    field = 1.0 if memory.isolated[MAGNETOMETER] != USED else 0.0
-    sun = 1.0 if memory.isolated[SUN_SENSORS] != USED else 0.0
-    stars = 1.0 if memory.isolated[STAR_TRACKER] != USED else 0.0
-    horizon, cells = 1.0 if memory.isolated[HORIZON_SENSOR] != USED else 0.0, 0.0
-    for k in range(SUN_CELLS, SENSORS):
+    field = 1.0 if memory.isolated[FIELD_CHANNEL] != USED else 0.0
+    sun = 1.0 if memory.isolated[SUN_CHANNEL] != USED else 0.0
+    stars = 1.0 if memory.isolated[STAR_CHANNEL] != USED else 0.0
+    horizon, cells = 1.0 if memory.isolated[NADIR_CHANNEL] != USED else 0.0, 0.0
+    for k in range(FIRST_CELL, CHANNELS):
         cells = 1.0 if memory.isolated[k] != USED else cells
     doubtful = memory.rate_error > 0.0 or memory.unrest > 0.0
     gyro = parameters.sensing.has_gyro if doubtful else 0.0
@@ -117,22 +115,22 @@ def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     """
     at = inputs.read_at
     for sensor in range(int(parameters.sensing.after_last)):
-        if sensor == MAGNETOMETER:
+        if sensor == FIELD_CHANNEL:
             m = magnetometer(inputs, parameters, memory, omega)
             read_s, innovation = at.magnetometer_s, memory.innovation_magnetometer
-        elif sensor == SUN_SENSORS:
+        elif sensor == SUN_CHANNEL:
             m = sun_sensors(inputs, parameters, memory, omega)
             read_s, innovation = at.sun_sensors_s, memory.innovation_sun
-        elif sensor == STAR_TRACKER:
+        elif sensor == STAR_CHANNEL:
             m = star_tracker(inputs, parameters, memory, omega, rate_variances[1])
             read_s, innovation = at.attitude_sensor_s, memory.innovation_star_tracker
-        elif sensor == HORIZON_SENSOR:
+        elif sensor == NADIR_CHANNEL:
             m = horizon_sensor(inputs, parameters, memory, omega)
             read_s, innovation = at.horizon_sensor_s, memory.innovation_horizon
         else:
-            if sensor == SUN_CELLS:
+            if sensor == FIRST_CELL:
                 put_earthlight(inputs, parameters.sensing, memory)
-            m = sun_cell(inputs, parameters, memory, sensor - SUN_CELLS, omega)
+            m = sun_cell(inputs, parameters, memory, sensor - FIRST_CELL, omega)
             read_s, innovation = at.sun_cells_s, memory.innovation_cell
         put_vector(innovation, NOTHING)
         if m.count > 0:
@@ -140,8 +138,8 @@ def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
             if judged:
                 judge(inputs, parameters, memory, m, sensor, rate_variances)
             take(parameters.sensing, memory, m, sensor, innovation)
-        if sensor >= SUN_CELLS:
-            memory.innovation_sun_cells[sensor - SUN_CELLS] = innovation[0]
+        if sensor >= FIRST_CELL:
+            memory.innovation_sun_cells[sensor - FIRST_CELL] = innovation[0]
 
 
 @inlined
@@ -157,7 +155,7 @@ def take(sensing, memory, m, sensor, innovation):
         row[sensor] += 1.0
         return
     gate = sensing.gate_3 if m.count == 3 else sensing.gate_2
-    if sensor >= SUN_CELLS:
+    if sensor >= FIRST_CELL:
         gate = sensing.gate_1
     used = gate if memory.isolated[sensor] == USED else -1.0
     p, gain, correction = memory.covariance, memory.gain, memory.correction

@@ -6,29 +6,23 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer.base.spec import Spec, Vector
-from torquer.computer.estimation.measurements.measurement import VECTORS
-from torquer.computer.interface import CELLS
+from torquer.computer.estimation.measurements.measurement import SENSOR_OF, VECTORS
+from torquer.computer.interface import SENSORS
+from torquer.spacecraft.failures import in_words
 from torquer.spacecraft.sensors.attitude_sensor import checked_boresight
-from torquer.spacecraft.sensors.sun_cells import Normals
+from torquer.spacecraft.sensors.sun_cells import CELLS, Normals
 
-#: Key of each sensor's noise, in the order of the sensors' numbers.
-NOISE_KEYS = {
+#: Key of each sensor's noise, in the order of the filter's channels.
+NOISE_KEYS = {sensor: f"{sensor}_noise_deg" for sensor in SENSOR_OF} | {
     "magnetometer": "magnetometer_noise_nt",
-    "sun": "sun_noise_deg",
-    "star_tracker": "star_tracker_noise_deg",
-    "horizon": "horizon_noise_deg",
     "sun_cells": "cell_noise",
 }
 #: What they are called in text.
-SENSOR_WORDS = {
-    "magnetometer": "magnetometer",
-    "sun": "Sun sensors",
-    "star_tracker": "star tracker",
-    "horizon": "horizon sensor",
-    "sun_cells": "Sun cells",
+SENSOR_WORDS = {name: in_words(SENSORS[number]) for name, number in SENSOR_OF.items()} | {
+    "star_tracker": "star tracker"
 }
-#: Labels of the sensors by their numbers.
-SENSOR_LABELS = (*tuple(NOISE_KEYS)[:VECTORS], *(f"sun_cell_{k}" for k in range(CELLS)))
+#: Labels of the filter's channels.
+SENSOR_LABELS = (*tuple(SENSOR_OF)[:VECTORS], *(f"sun_cell_{k}" for k in range(CELLS)))
 
 
 class SensorKeys(Spec):

@@ -22,7 +22,7 @@ from torquer.computer.estimation.measurements.measurement import VECTORS
 from torquer.computer.estimation.measurements.star_tracker import PAST
 from torquer.computer.estimation.starts import UNINFORMED
 from torquer.computer.estimation.triad import put_quaternion, quaternion_of, rate_between
-from torquer.computer.estimation.watch import CELLS as WATCHED
+from torquer.computer.estimation.watch import WATCHED
 from torquer.computer.interface import UNKNOWN_ESTIMATE, estimate_of, put_estimate
 from torquer.maths.geometry.quaternion import (
     conjugate,

@@ -19,17 +19,18 @@ from torquer.computer.estimation.isolation import (
     is_broken,
     others_agree,
 )
-from torquer.computer.estimation.measurements.horizon_sensor import HORIZON_SENSOR
-from torquer.computer.estimation.measurements.magnetometer import MAGNETOMETER
 from torquer.computer.estimation.measurements.measurement import (
-    SENSORS,
+    CHANNELS,
+    FIELD_CHANNEL,
+    FIRST_CELL,
+    NADIR_CHANNEL,
+    STAR_CHANNEL,
+    SUN_CHANNEL,
     VECTORS,
     as_of_now,
     is_field_alone,
 )
-from torquer.computer.estimation.measurements.star_tracker import PAST, STAR_TRACKER, is_attitude
-from torquer.computer.estimation.measurements.sun_cells import SUN_CELLS
-from torquer.computer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.computer.estimation.measurements.star_tracker import PAST, is_attitude
 from torquer.computer.estimation.triad import (
     LEAST_SINE,
     by_two,
@@ -177,7 +178,7 @@ def use_one_direction(inputs, parameters, memory, must, rejected, omega):
         memory.isolated[rejected] = CONTRADICTS
         memory.rejected_in_a_row[rejected] = 0.0
     elif alone or not must:
-        sensor = MAGNETOMETER if must else rejected
+        sensor = FIELD_CHANNEL if must else rejected
         fits = start_by_direction(inputs, parameters, memory, sensor, omega)
         if fits and must:
             memory.not_started = STARTED
@@ -218,16 +219,16 @@ def start_by_stars(inputs, parameters, memory, rejected, omega):
         inputs.read_at.attitude_sensor_s,
     )
     usable = is_attitude(sensing.r_star, read, at_s, inputs.t_s - sensing.gap)
-    if is_broken(memory, STAR_TRACKER) or not usable:
+    if is_broken(memory, STAR_CHANNEL) or not usable:
         return NO_STARS
     q, contradicting = normalised(read), 0
-    for sensor in range(SUN_CELLS + 1):
+    for sensor in range(FIRST_CELL + 1):
         d = direction_of(inputs, parameters, sensor)
         if d.is_usable and not is_broken(memory, sensor):
             if not contradicts(q, d, scale(at_s - d.read_s, omega)):
                 contradicting -= 1
             else:
-                contradicting += SENSORS if sensor == rejected else 1
+                contradicting += CHANNELS if sensor == rejected else 1
     if contradicting > 0:
         return OTHER_STARS
     total = 2.0 * sensing.r_star + sensing.r_star_about
@@ -243,8 +244,8 @@ def start_by_triad(inputs, parameters, memory, omega):
     Two directions are tried after another two, in the order of the sensors' numbers.
     """
     found = ONE_SENSOR
-    for first in range(SUN_CELLS + 1):
-        for second in range(first + 1, SUN_CELLS + 1):
+    for first in range(FIRST_CELL + 1):
+        for second in range(first + 1, FIRST_CELL + 1):
             if found != STARTED:
                 a = direction_of(inputs, parameters, first)
                 b = direction_of(inputs, parameters, second)
@@ -254,7 +255,7 @@ def start_by_triad(inputs, parameters, memory, omega):
                         missing = not_read(memory, b, second)
                     found = missing
                     if missing == STARTED:
-                        once = second == SUN_CELLS
+                        once = second == FIRST_CELL
                         found = start_by_two(parameters, memory, a, b, omega, once)
     return found
 
@@ -264,11 +265,11 @@ def not_read(memory, d, sensor):
     """Why a sensor has no usable reading; STARTED if it has."""
     if d.is_usable and not is_broken(memory, sensor):
         return STARTED
-    if sensor == MAGNETOMETER:
+    if sensor == FIELD_CHANNEL:
         return NO_FIELD
-    if sensor == SUN_SENSORS:
+    if sensor == SUN_CHANNEL:
         return NO_SUN
-    return NO_NADIR if sensor == HORIZON_SENSOR else FEW_CELLS
+    return NO_NADIR if sensor == NADIR_CHANNEL else FEW_CELLS
 
 
 @inlined

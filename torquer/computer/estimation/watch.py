@@ -25,7 +25,7 @@ _STUCK, _MISSED = 8.0, 4.0
 _SAME = 3.0
 #: Cells of a reading to compare with: time; vector read [body], of the model [inertial]; attitude
 #: and propagated rotation at that time.
-CELLS = 15
+WATCHED = 15
 
 
 class Turned(NamedTuple):
@@ -86,7 +86,7 @@ def rate_error(m, expected, spread):
 def watch(cells, t_s, m, q, rotation, variances):
     """Compare a measurement with the sensor's earlier ones, and keep it for later ones.
 
-    `cells` (2, CELLS): a reading up to a minute old, and the first of those that have stayed;
+    `cells` (2, WATCHED): a reading up to a minute old, and the first of those that have stayed;
     `rotation`: propagated since the filter began; `variances` about each axis: of the attitude
     [rad^2], of the rate [rad^2/s^2], growth of that of the rotation by white noise [rad^2/s], and
     of the attitude [rad^2] where the motion is tested.

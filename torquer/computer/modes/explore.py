@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from torquer.computer.modes.finding import Facts
 from torquer.computer.modes.graph import Edge, commanded, edges_of, waits
-from torquer.computer.modes.signals import ESTIMATED
+from torquer.computer.modes.signals import SIGNALS
 from torquer.computer.modes.spec import Modes
 from torquer.computer.modes.valuations import (
     Subject,
@@ -171,7 +171,7 @@ class Sight:
 
     def is_unknown(self, subject: Subject, gives: frozenset[str]) -> bool:
         """Whether a subject has no value while the estimator gives only this."""
-        needs = ESTIMATED.get(subject.signal, set())
+        needs = set(SIGNALS[subject.signal].estimated)
         if "target" in subject.signal and self.modes.target == "sun":
             needs = needs - {"attitude"}
         return not needs <= gives

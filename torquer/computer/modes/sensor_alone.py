@@ -5,10 +5,16 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined
+from torquer.computer.interface import (
+    ATTITUDE_SENSOR,
+    GYRO,
+    HORIZON_SENSOR,
+    SEARCH_COIL,
+    SUN_CELLS,
+    SUN_SENSORS,
+    TACHOMETERS,
+)
 
-#: Numbers of the sensors, in the order of `ReadingTimes`.
-MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = range(6)
-HORIZON_SENSOR, SUN_CELLS = 6, 7
 #: A sensor is silent when its reading is older than this [s], or so many times as old as readings
 #: become by the timetable if that is longer.
 _SILENT_S, _TIMES = 30.0, 3.0

@@ -26,9 +26,10 @@ from torquer.computer.estimation.triad import (
     put_quaternion,
     quaternion_of,
 )
-from torquer.computer.estimation.watch import CELLS, watch
+from torquer.computer.estimation.watch import WATCHED, watch
+from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.computer.modes.coil_check import follow_coils, forget_coils, has_field_reversed
-from torquer.computer.modes.sensor_alone import GYRO, MAGNETOMETER, SUN_SENSORS, fails_by_itself
+from torquer.computer.modes.sensor_alone import fails_by_itself
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
 from torquer.maths.geometry.vec3 import add, dot, norm, put_vector, scale, unit, vector_of
 
@@ -77,7 +78,7 @@ SENSORS_NOW = [
     ("liar", np.float64),
     ("liar_s", np.float64),
     ("no_field_s", np.float64),
-    ("watched", np.float64, (2, 2, CELLS)),
+    ("watched", np.float64, (2, 2, WATCHED)),
 ]
 
 

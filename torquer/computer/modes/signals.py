@@ -2,7 +2,7 @@
 
 A signal is a function `(table, state, inputs, index) -> float`, in SI units; not a number where
 it is unknown. `index` is the number of the state, sensor or region that its condition names.
-Adding one: its function, its line in `SIGNALS`, and its lines in `signal_value`.
+Adding one: its function and its line in `SIGNALS`.
 """
 
 import math
@@ -10,9 +10,18 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
+from torquer.computer.interface import (
+    ATTITUDE_SENSOR,
+    GYRO,
+    HORIZON_SENSOR,
+    MAGNETOMETER,
+    SEARCH_COIL,
+    SUN_CELLS,
+    SUN_SENSORS,
+    TACHOMETERS,
+)
 from torquer.computer.laws.pointing import deviation, reference_motion, short_way
 from torquer.computer.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
-from torquer.computer.modes.sensor_alone import MAGNETOMETER
 from torquer.computer.modes.sensor_check import SUSPECTED_S, is_field_doubtful
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import add, cross, dot, norm, sym_vec
@@ -28,6 +37,8 @@ UNITS = {
     "times": 1.0,
     "part": 1.0,
 }
+#: Greatest value of a signal by its unit; others have none.
+GREATEST = {"yes/no": 1.0, "part": 1.0, "deg": 180.0}
 #: Axes of the dipole by the names that conditions use.
 AXES = ("x", "y", "z")
 
@@ -169,13 +180,13 @@ def reading_age(table, state, inputs, index):
     """Time since a sensor's latest reading was taken; infinite before the first."""
     read_at = inputs.read_at
     taken_s = read_at.magnetometer_s
-    taken_s = read_at.search_coil_s if index == 1 else taken_s
-    taken_s = read_at.gyro_s if index == 2 else taken_s
-    taken_s = read_at.sun_sensors_s if index == 3 else taken_s
-    taken_s = read_at.attitude_sensor_s if index == 4 else taken_s
-    taken_s = read_at.tachometers_s if index == 5 else taken_s
-    taken_s = read_at.horizon_sensor_s if index == 6 else taken_s
-    taken_s = read_at.sun_cells_s if index == 7 else taken_s
+    taken_s = read_at.search_coil_s if index == SEARCH_COIL else taken_s
+    taken_s = read_at.gyro_s if index == GYRO else taken_s
+    taken_s = read_at.sun_sensors_s if index == SUN_SENSORS else taken_s
+    taken_s = read_at.attitude_sensor_s if index == ATTITUDE_SENSOR else taken_s
+    taken_s = read_at.tachometers_s if index == TACHOMETERS else taken_s
+    taken_s = read_at.horizon_sensor_s if index == HORIZON_SENSOR else taken_s
+    taken_s = read_at.sun_cells_s if index == SUN_CELLS else taken_s
     return inputs.t_s - taken_s
 
 
@@ -245,52 +256,76 @@ class Signal(NamedTuple):
 
     `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude`, `noise`) and of
     the condition (`state`, `sensor`, `coil`, `flag`). `may_stay_unknown`: it can lack a value for
-    good, so that a state must not wait for it alone. `reads`: what the computer must provide, as
-    for a law's `needs`. `observes`: the devices whose failure changes it: names of `SENSORS` or
-    'coils'; 'rate' and 'attitude' for what the estimate takes from; 'estimator' for all that an
-    estimator compares; 'sensor' for the one that the condition names.
+    good, so that a state must not wait for it alone. `estimated`: the parts of the estimate that it
+    is computed from ('rate', 'attitude', 'sigma'); it is unknown while one of them is. `reads`:
+    what the computer must provide, as for a law's `needs`. `observes`: what else changes it by a
+    failure: names of `SENSORS` or 'coils'; 'rate' and 'attitude' for what the estimate takes from;
+    'estimator' for all that an estimator compares; 'sensor' for the one that the condition names.
+    `least` and `greatest` value, in its unit; left out: 0, and that of `GREATEST`.
     """
 
     function: Callable
     unit: str
     needs: tuple[str, ...] = ()
     may_stay_unknown: bool = False
+    estimated: tuple[str, ...] = ()
     reads: frozenset[str] = frozenset()
     observes: tuple[str, ...] = ()
+    least: float = 0.0
+    greatest: float | None = None
 
     @property
     def docs(self) -> str:
         """What it is, in a sentence."""
         return self.function.__doc__
 
+    @property
+    def sources(self) -> frozenset[str]:
+        """All that it observes, by the estimate, too."""
+        return frozenset({*self.estimated, *self.observes} - {"sigma"})
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Its least and greatest value, in its unit."""
+        if self.greatest is not None:
+            return self.least, self.greatest
+        return self.least, GREATEST.get(self.unit, math.inf)
+
 
 _EPHEMERIS, _SUN = frozenset({"ephemeris"}), frozenset({"sun"})
+_RATE, _ATTITUDE = ("rate",), ("attitude",)
 #: All signals by name; their places here are their numbers in the kernel.
 SIGNALS = {
-    "rate_deg_s": Signal(rate, "deg/s", observes=("rate",)),
-    "spin_deg_s": Signal(spin, "deg/s", ("axis",), observes=("rate",)),
-    "nutation_deg": Signal(nutation, "deg", ("axis", "inertia_kg_m2"), observes=("rate",)),
-    "momentum_rate_deg_s": Signal(momentum_rate, "deg/s", ("inertia_kg_m2",), observes=("rate",)),
+    "rate_deg_s": Signal(rate, "deg/s", estimated=_RATE),
+    "spin_deg_s": Signal(spin, "deg/s", ("axis",), estimated=_RATE, least=-math.inf),
+    "nutation_deg": Signal(
+        nutation, "deg", ("axis", "inertia_kg_m2"), estimated=_RATE, greatest=90.0
+    ),
+    "momentum_rate_deg_s": Signal(momentum_rate, "deg/s", ("inertia_kg_m2",), estimated=_RATE),
     "axis_to_target_deg": Signal(
-        axis_to_target, "deg", ("axis", "target"), True, observes=("attitude", "sun_sensors")
+        axis_to_target, "deg", ("axis", "target"), True, _ATTITUDE, observes=("sun_sensors",)
     ),
     "momentum_to_target_deg": Signal(
-        momentum_to_target, "deg", ("target", "inertia_kg_m2"), True,
-        observes=("rate", "attitude", "sun_sensors"),
+        momentum_to_target, "deg", ("target", "inertia_kg_m2"), True, ("rate", "attitude"),
+        observes=("sun_sensors",),
     ),
     "attitude_error_deg": Signal(
-        attitude_error, "deg", ("attitude",), True, _EPHEMERIS, ("attitude",)
+        attitude_error, "deg", ("attitude",), True, _ATTITUDE, _EPHEMERIS
     ),
     "attitude_rate_deg_s": Signal(
-        attitude_rate, "deg/s", ("attitude",), True, _EPHEMERIS, ("attitude", "rate")
+        attitude_rate, "deg/s", ("attitude",), True, ("attitude", "rate"), _EPHEMERIS
     ),
-    "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True, _SUN, ("sun_sensors",)),
+    "axis_to_sun_deg": Signal(
+        axis_to_sun, "deg", ("axis",), True, reads=_SUN, observes=("sun_sensors",)
+    ),
     "sun_in_view": Signal(sun_in_view, "yes/no", reads=_SUN, observes=("sun_sensors",)),
     "sunlit_fraction": Signal(sunlit_fraction, "part", reads=_EPHEMERIS),
     "field_nt": Signal(field, "nT", observes=("magnetometer",)),
     "wheel_momentum_n_m_s": Signal(wheel_momentum, "N m s", observes=("tachometers",)),
     "estimate_age_s": Signal(estimate_age, "s", observes=("attitude", "rate")),
-    "estimate_sigma_deg": Signal(estimate_sigma, "deg", (), True, observes=("attitude",)),
+    "estimate_sigma_deg": Signal(
+        estimate_sigma, "deg", (), True, ("sigma",), observes=("attitude",), greatest=math.inf
+    ),
     "estimate_doubts": Signal(estimate_doubts, "yes/no", ("sensor",), observes=("estimator",)),
     "reading_age_s": Signal(reading_age, "s", ("sensor",), observes=("sensor",)),
     "sensor_suspected": Signal(
@@ -313,88 +348,23 @@ SIGNALS = {
 }  # fmt: skip
 NUMBER_OF = {name: number for number, name in enumerate(SIGNALS)}
 
-_NOT_NEGATIVE = (0.0, math.inf)
-#: Least and greatest value of a signal, in its unit; one that is not here may have any.
-RANGES = {
-    **dict.fromkeys(("rate_deg_s", "momentum_rate_deg_s", "attitude_rate_deg_s"), _NOT_NEGATIVE),
-    **dict.fromkeys(("field_nt", "wheel_momentum_n_m_s", "estimate_sigma_deg"), _NOT_NEGATIVE),
-    **dict.fromkeys(("estimate_age_s", "reading_age_s", "time_s"), _NOT_NEGATIVE),
-    **dict.fromkeys(("time_in_state_s", "entries"), _NOT_NEGATIVE),
-    **dict.fromkeys(("axis_to_target_deg", "momentum_to_target_deg"), (0.0, 180.0)),
-    **dict.fromkeys(("attitude_error_deg", "axis_to_sun_deg"), (0.0, 180.0)),
-    **dict.fromkeys(("sun_in_view", "sunlit_fraction", "in_state"), (0.0, 1.0)),
-    **dict.fromkeys(("estimate_doubts", "sensor_suspected", "coil_suspected"), (0.0, 1.0)),
-    **dict.fromkeys(("coils_reversed", "flag"), (0.0, 1.0)),
-    "nutation_deg": (0.0, 90.0),
-}
-#: What of the estimate a signal is computed from: it is unknown while that is.
-ESTIMATED = {
-    "rate_deg_s": {"rate"},
-    "spin_deg_s": {"rate"},
-    "nutation_deg": {"rate"},
-    "momentum_rate_deg_s": {"rate"},
-    "attitude_error_deg": {"attitude"},
-    "attitude_rate_deg_s": {"attitude", "rate"},
-    "axis_to_target_deg": {"attitude"},
-    "momentum_to_target_deg": {"attitude", "rate"},
-    "estimate_sigma_deg": {"sigma"},
-}
 
+def _chain() -> Callable:
+    """`signal_value` as text, from the table.
 
-@inlined
-def signal_value(signal, table, state, inputs, index):
-    """The signal of a number, its place in `SIGNALS`; unknown if there is none.
-
-    The chain is written out: one function within another for each signal compiles for seconds.
+    One function within another for each signal, instead, compiles for seconds.
     """
-    if signal == 0:
-        return rate(table, state, inputs, index)
-    if signal == 1:
-        return spin(table, state, inputs, index)
-    if signal == 2:
-        return nutation(table, state, inputs, index)
-    if signal == 3:
-        return momentum_rate(table, state, inputs, index)
-    if signal == 4:
-        return axis_to_target(table, state, inputs, index)
-    if signal == 5:
-        return momentum_to_target(table, state, inputs, index)
-    if signal == 6:
-        return attitude_error(table, state, inputs, index)
-    if signal == 7:
-        return attitude_rate(table, state, inputs, index)
-    if signal == 8:
-        return axis_to_sun(table, state, inputs, index)
-    if signal == 9:
-        return sun_in_view(table, state, inputs, index)
-    if signal == 10:
-        return sunlit_fraction(table, state, inputs, index)
-    if signal == 11:
-        return field(table, state, inputs, index)
-    if signal == 12:
-        return wheel_momentum(table, state, inputs, index)
-    if signal == 13:
-        return estimate_age(table, state, inputs, index)
-    if signal == 14:
-        return estimate_sigma(table, state, inputs, index)
-    if signal == 15:
-        return estimate_doubts(table, state, inputs, index)
-    if signal == 16:
-        return reading_age(table, state, inputs, index)
-    if signal == 17:
-        return sensor_suspected(table, state, inputs, index)
-    if signal == 18:
-        return coil_suspected(table, state, inputs, index)
-    if signal == 19:
-        return coils_reversed(table, state, inputs, index)
-    if signal == 20:
-        return time(table, state, inputs, index)
-    if signal == 21:
-        return time_in_state(table, state, inputs, index)
-    if signal == 22:
-        return entries(table, state, inputs, index)
-    if signal == 23:
-        return in_state(table, state, inputs, index)
-    if signal == 24:
-        return flag(table, state, inputs, index)
-    return math.nan
+    functions = {f"_{number}": one.function for number, one in enumerate(SIGNALS.values())}
+    text = "def signal_value(signal, table, state, inputs, index):\n"
+    for number, name in enumerate(functions):
+        text += f"    if signal == {number}:\n"
+        text += f"        return {name}(table, state, inputs, index)\n"
+    text += "    return nan\n"
+    names: dict = {**functions, "nan": math.nan, "__name__": __name__}
+    exec(compile(text, __file__, "exec"), names)
+    return inlined(names["signal_value"])
+
+
+#: `signal_value(number, table, state, inputs, index)`: the signal of a number; unknown if there is
+#: none.
+signal_value = _chain()

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from torquer.computer.modes.finding import Facts
-from torquer.computer.modes.signals import RANGES, SIGNALS
+from torquer.computer.modes.signals import SIGNALS
 from torquer.computer.modes.spec import Condition, Modes
 
 #: Bits of the greatest set; signals that do not fit are left free.
@@ -30,7 +30,7 @@ class Subject(NamedTuple):
     @property
     def range(self) -> tuple[float, float]:
         """Its least and greatest value."""
-        low, high = RANGES.get(self.signal, (-math.inf, math.inf))
+        low, high = SIGNALS[self.signal].range
         return (low - high, high - low) if self.since_entry else (low, high)
 
 

@@ -4,9 +4,11 @@ import re
 from dataclasses import dataclass
 
 from torquer.computer.computer import places_of
-from torquer.computer.interface import CELLS, KNOWN
+from torquer.computer.interface import KNOWN, SENSORS
 from torquer.flight.c99.computer import OnBoard
 from torquer.simulation.setup.prepare import log_of
+from torquer.spacecraft.failures import in_words
+from torquer.spacecraft.sensors.sun_cells import CELLS
 
 #: The estimate lies between what sensors read and the ephemeris: the computer writes it itself.
 _KNOWN = KNOWN.names or ()
@@ -41,9 +43,8 @@ INPUTS = (
     Input("nadir_body", 3, "horizon sensor, unit vector to the Earth; zeros where it sees none",
           "horizon"),
     Input("sun_cells", CELLS, "signals of single Sun cells, parts of full sunlight", "sun_cells"),
-    Input("read_at_s", 8,
-          "when each was read [s], -INFINITY if never: magnetometer, search coil, gyro, Sun "
-          "sensors, attitude sensor, tachometers, horizon sensor, Sun cells"),
+    Input("read_at_s", len(SENSORS),
+          "when each was read [s], -INFINITY if never: " + ", ".join(map(in_words, SENSORS))),
     Input("r_inertial_m", 3, "position, inertial [m]", "ephemeris"),
     Input("v_inertial_m_s", 3, "velocity, inertial [m/s]", "ephemeris"),
     Input("b_inertial_t", 3, "field of the model there, inertial [T]", "ephemeris"),

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.computer.interface import CELLS
 from torquer.simulation.results.variables import VARIABLES
+from torquer.spacecraft.sensors.sun_cells import CELLS
 
 _KNOWN = {each.name: each for each in VARIABLES}
 _DIMENSIONS: dict[str, list] = {

@@ -5,19 +5,18 @@ What ends in `_step` is a phase of the loop, for one member: see `torquer.simula
 
 from torquer.base.noise import normal3
 from torquer.compile.engine import inlined, kernel
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate
-from torquer.maths.geometry.vec3 import add, norm
-from torquer.simulation.loop.members import each
-from torquer.simulation.loop.timetable import (
+from torquer.computer.interface import (
     ATTITUDE_SENSOR,
-    DELIVER,
     GYRO,
     HORIZON_SENSOR,
     MAGNETOMETER,
-    READ,
     SUN_CELLS,
     SUN_SENSORS,
 )
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate
+from torquer.maths.geometry.vec3 import add, norm
+from torquer.simulation.loop.members import each
+from torquer.simulation.loop.timetable import DELIVER, READ
 from torquer.spacecraft.failures import (
     CHANGED,
     FIRST_STREAM,

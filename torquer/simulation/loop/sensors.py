@@ -7,7 +7,18 @@ import math
 
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.interface import Ephemeris, put_ephemeris
+from torquer.computer.interface import (
+    ATTITUDE_SENSOR,
+    GYRO,
+    HORIZON_SENSOR,
+    MAGNETOMETER,
+    SEARCH_COIL,
+    SUN_CELLS,
+    SUN_SENSORS,
+    TACHOMETERS,
+    Ephemeris,
+    put_ephemeris,
+)
 from torquer.environment.albedo import earthlight
 from torquer.environment.sun import sunlit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
@@ -22,18 +33,7 @@ from torquer.simulation.loop.readings import (
     sensors_at_work,
 )
 from torquer.simulation.loop.state import motion_of
-from torquer.simulation.loop.timetable import (
-    ANY_DELIVERY,
-    ATTITUDE_SENSOR,
-    GYRO,
-    HORIZON_SENSOR,
-    MAGNETOMETER,
-    READ,
-    SEARCH_COIL,
-    SUN_CELLS,
-    SUN_SENSORS,
-    TACHOMETERS,
-)
+from torquer.simulation.loop.timetable import ANY_DELIVERY, READ
 from torquer.spacecraft.actuators.coils import present_dipole
 from torquer.spacecraft.actuators.wheels import read_tachometers
 from torquer.spacecraft.sensors import (

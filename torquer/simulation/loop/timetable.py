@@ -16,25 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import kernel
+from torquer.computer.interface import MAGNETOMETER, SEARCH_COIL, SENSORS
 
-#: Sensors, in the order of their readings.
-SENSORS = (
-    "magnetometer",
-    "search_coil",
-    "gyro",
-    "sun_sensors",
-    "attitude_sensor",
-    "tachometers",
-    "horizon_sensor",
-    "sun_cells",
-)
-MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = range(6)
-HORIZON_SENSOR, SUN_CELLS = 6, 7
 #: Actions, in the order in which they are done: late readings arrive, coils off, sensors are read,
 #: the computer controls, coils on. A sensor has the bit of the first one shifted by its number.
 #: Where the computer controls while the coils act, they stay as they are.
-DELIVER, READ, COILS_OFF, CONTROL, COILS_ON = 1, 1 << 8, 1 << 16, 1 << 17, 1 << 18
-COILS_STAY = 1 << 19
+DELIVER, READ = 1, 1 << len(SENSORS)
+COILS_OFF, CONTROL, COILS_ON, COILS_STAY = (1 << (2 * len(SENSORS) + k) for k in range(4))
 #: Sensors that are not read while the coils act, unless they have a rate of their own.
 DISTURBED = (MAGNETOMETER, SEARCH_COIL)
 #: All deliveries.

@@ -13,8 +13,8 @@ from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import Law
 from torquer.computer.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
 from torquer.computer.interface import (
-    CELLS,
     KNOWN,
+    NO_CELLS,
     Command,
     Ephemeris,
     Estimate,
@@ -44,7 +44,7 @@ _Q, _WHEELS, _COILS, _NADIR, _CELLS, _TIMES = (
     _part("wheels_x", 3),
     _part("coils_x", 3),
     _part("nadir_x", 3),
-    _part("cells_0", CELLS),
+    _part("cells_0", len(NO_CELLS)),
     _part("b_s", len(ReadingTimes._fields)),
 )
 _ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 21), _PLACE["estimate_s"]

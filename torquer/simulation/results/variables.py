@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.computer.interface import CELLS
+from torquer.computer.interface import SHORT_NAMES
+from torquer.spacecraft.sensors.sun_cells import CELLS
 
 _PARTS: dict[str, Iterable[str]] = {
     "component": "xyzw",
     "axis": "xyz",
-    "sensor": ("b", "b_rate", "omega", "sun", "q", "wheels", "nadir", "cells"),
+    "sensor": SHORT_NAMES,
     "cell": [str(k) for k in range(CELLS)],
 }
 

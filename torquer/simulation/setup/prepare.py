@@ -25,7 +25,15 @@ from torquer.computer.computer import (
     first_board,
     places_of,
 )
-from torquer.computer.interface import KNOWN
+from torquer.computer.interface import (
+    HORIZON_SENSOR,
+    KNOWN,
+    SEARCH_COIL,
+    SENSORS,
+    SUN_CELLS,
+    SUN_SENSORS,
+    TACHOMETERS,
+)
 from torquer.computer.laws import LAWS
 from torquer.computer.modes.signals import SIGNALS
 from torquer.computer.modes.table import (
@@ -49,21 +57,7 @@ from torquer.simulation.loop.state import (
     State,
     put_goal,
 )
-from torquer.simulation.loop.timetable import (
-    ATTITUDE_SENSOR,
-    GYRO,
-    HORIZON_SENSOR,
-    MAGNETOMETER,
-    SEARCH_COIL,
-    SENSORS,
-    SUN_CELLS,
-    SUN_SENSORS,
-    TACHOMETERS,
-    Sampling,
-    Timetable,
-    longest_interval,
-    timetable_of,
-)
+from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, timetable_of
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, goal_of
@@ -182,15 +176,9 @@ def integrator_of(scenario: Scenario) -> Auto | Rk4 | Splitting:
 def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
     """When the sensors that are needed are read and the computer controls."""
     craft, control, step_s = scenario.spacecraft, scenario.control, scenario.grid_s
-    specs = {
-        MAGNETOMETER: craft.magnetometer,
-        GYRO: craft.gyro,
-        SUN_SENSORS: craft.sun_sensors,
-        ATTITUDE_SENSOR: craft.attitude_sensor,
-        HORIZON_SENSOR: craft.horizon_sensor,
-        SUN_CELLS: craft.sun_cells,
-    }
-    read = {sensor: _sampling(sensor, spec, step_s) for sensor, spec in specs.items()}
+    described = type(craft).model_fields
+    specs = {name: getattr(craft, name) for name in SENSORS if name in described}
+    read = {SENSORS.index(name): _sampling(name, spec, step_s) for name, spec in specs.items()}
     if craft.sun_sensors is None and "sun" not in needs:
         del read[SUN_SENSORS]
     if craft.horizon_sensor is None and "horizon" not in needs:
@@ -210,10 +198,10 @@ def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
     )
 
 
-def _sampling(sensor: int, spec, step_s: float) -> Sampling:
+def _sampling(name: str, spec, step_s: float) -> Sampling:
     if spec is None:
         return Sampling()
-    return Sampling(*sampling_steps(f"spacecraft.{SENSORS[sensor]}", spec, step_s))
+    return Sampling(*sampling_steps(f"spacecraft.{name}", spec, step_s))
 
 
 def oldest_readings_s(scenario: Scenario, timetable: Timetable) -> tuple[float, ...]:

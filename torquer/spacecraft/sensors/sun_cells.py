@@ -9,11 +9,12 @@ from pydantic import AfterValidator, Field, model_validator
 from torquer.base import validate
 from torquer.base.spec import Vector
 from torquer.compile.engine import inlined
-from torquer.computer.interface import CELLS
 from torquer.maths.geometry.vec3 import as_vector, dot
 from torquer.spacecraft.failures import CellFailure
 from torquer.spacecraft.sensors.sampling import Sampled
 
+#: Number of single Sun cells that the computer can read.
+CELLS = 6
 #: Random numbers: three cells a stream.
 STREAM, MORE_STREAM = 10, 11
 

@@ -2,6 +2,7 @@
 
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.measurements.measurement import (
+    NADIR_CHANNEL,
     NO_MEASUREMENT,
     as_of_now,
     direction_measurement,
@@ -9,9 +10,6 @@ from torquer.computer.estimation.measurements.measurement import (
 )
 from torquer.computer.estimation.triad import quaternion_of
 from torquer.maths.geometry.vec3 import add_scaled, scale, unit
-
-#: Number of the sensor in a filter's memory.
-HORIZON_SENSOR = 3
 
 
 @inlined
@@ -26,7 +24,7 @@ def nadir_at(inputs, t_s):
 def horizon_sensor(inputs, parameters, memory, omega):
     """(z, H, R) of the latest reading, if it is new; the body has turned with omega since."""
     nadir, at_s, r = inputs.nadir_body, inputs.read_at.horizon_sensor_s, parameters.sensing.r_nadir
-    if not is_new(r, nadir, at_s, memory.read_s[HORIZON_SENSOR]):
+    if not is_new(r, nadir, at_s, memory.read_s[NADIR_CHANNEL]):
         return NO_MEASUREMENT
     read = as_of_now(omega, inputs.t_s - at_s, nadir)
     return direction_measurement(quaternion_of(memory.q), nadir_at(inputs, at_s), read, r)

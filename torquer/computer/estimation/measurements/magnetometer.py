@@ -5,6 +5,7 @@ import math
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.covariance import slices_of, state_of
 from torquer.computer.estimation.measurements.measurement import (
+    FIELD_CHANNEL,
     NO_MEASUREMENT,
     as_of_now,
     direction_measurement,
@@ -14,10 +15,6 @@ from torquer.computer.estimation.measurements.measurement import (
 from torquer.computer.estimation.mounting import without_mounting
 from torquer.computer.estimation.triad import field_at, quaternion_of
 from torquer.maths.geometry.vec3 import norm, sub
-
-#: Number of the sensor in a filter's memory.
-MAGNETOMETER = 0
-
 
 #: Part of the field by which a reading may be off in magnitude, besides its noise: scale factors
 #: and models that users leave out of the noise are far smaller, broken sensors are not.
@@ -67,7 +64,7 @@ def has_field_magnitude(parameters, read, b_inertial):
 def magnetometer(inputs, parameters, memory, omega):
     """(z, H, R) of the latest reading, if it is new; the body has turned with omega since."""
     b, at_s, r = inputs.b_body_t, inputs.read_at.magnetometer_s, parameters.sensing.r_field
-    if not is_new(r, b, at_s, memory.read_s[MAGNETOMETER]):
+    if not is_new(r, b, at_s, memory.read_s[FIELD_CHANNEL]):
         return NO_MEASUREMENT
     at = errors_at(parameters)
     read = as_of_now(omega, inputs.t_s - at_s, calibrated(memory.states, at, b))

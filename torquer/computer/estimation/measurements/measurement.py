@@ -6,14 +6,30 @@ from typing import NamedTuple
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.covariance import IDENTITY, skew
 from torquer.computer.estimation.mounting import by_misalignment, by_scale
-from torquer.computer.interface import CELLS
+from torquer.computer.interface import (
+    ATTITUDE_SENSOR,
+    HORIZON_SENSOR,
+    MAGNETOMETER,
+    SUN_CELLS,
+    SUN_SENSORS,
+)
 from torquer.maths.geometry.quaternion import from_rotation_vector, rotate_inverse
 from torquer.maths.geometry.vec3 import cross, dot, scale, sub, unit
+from torquer.spacecraft.sensors.sun_cells import CELLS
 
-#: Number of sensors whose readings are vectors: magnetometer, Sun sensors, star tracker, horizon
-#: sensor; of all, with single Sun cells.
-VECTORS = 4
-SENSORS = VECTORS + CELLS
+#: Sensors of filters by the names that users give them there, and their numbers on board.
+SENSOR_OF = {
+    "magnetometer": MAGNETOMETER,
+    "sun": SUN_SENSORS,
+    "star_tracker": ATTITUDE_SENSOR,
+    "horizon": HORIZON_SENSOR,
+    "sun_cells": SUN_CELLS,
+}
+#: Channels of a filter, in the order of its memory: one for each of these sensors, but one for each
+#: single Sun cell; number of those whose readings are vectors, and of all.
+FIELD_CHANNEL, SUN_CHANNEL, STAR_CHANNEL, NADIR_CHANNEL, FIRST_CELL = range(len(SENSOR_OF))
+VECTORS = FIRST_CELL
+CHANNELS = VECTORS + CELLS
 _ZERO = (0.0, 0.0, 0.0)
 
 

@@ -6,6 +6,7 @@ from torquer.compile.engine import inlined
 from torquer.computer.estimation.covariance import RATE_ERROR, mat_scale
 from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
+    STAR_CHANNEL,
     Measurement,
     frame_across,
 )
@@ -18,8 +19,6 @@ from torquer.maths.geometry.quaternion import (
 )
 from torquer.maths.geometry.vec3 import dot, scale
 
-#: Number of the sensor in a filter's memory.
-STAR_TRACKER = 2
 #: A direction (inertial) that stands for the stars where readings are watched: about it no
 #: satellite spins for long.
 _STAR = (0.48, 0.6, 0.64)
@@ -99,7 +98,7 @@ def star_tracker(inputs, parameters, memory, omega, walk):
         inputs.read_at.attitude_sensor_s,
         parameters.sensing,
     )
-    if not is_attitude(sensing.r_star, read, at_s, memory.read_s[STAR_TRACKER]):
+    if not is_attitude(sensing.r_star, read, at_s, memory.read_s[STAR_CHANNEL]):
         return NO_MEASUREMENT
     age = max(inputs.t_s - at_s, 0.0)
     turn = turn_since(memory, at_s, omega) if age > 0.0 else (0.0, 0.0, 0.0, 1.0)

@@ -5,6 +5,7 @@ import math
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.covariance import ATTITUDE, variance_of
 from torquer.computer.estimation.measurements.measurement import (
+    FIRST_CELL,
     NO_MEASUREMENT,
     NO_OTHER,
     NOWHERE,
@@ -12,14 +13,12 @@ from torquer.computer.estimation.measurements.measurement import (
     as_of_now,
 )
 from torquer.computer.estimation.triad import quaternion_of
-from torquer.computer.interface import CELLS
 from torquer.environment.albedo import earthlight
 from torquer.maths.geometry.frames import transpose
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import add, cross, dot, put_vector, scale, vector_of
+from torquer.spacecraft.sensors.sun_cells import CELLS
 
-#: Number of the first cell in a filter's memory; the others follow.
-SUN_CELLS = 4
 #: Sunlight below which a cell is not used, as it should be; signal below which it is dark. A limit
 #: for the signal near the one for the light would select its noise.
 DARK = 0.1
@@ -69,7 +68,7 @@ def sun_cell(inputs, parameters, memory, cell, omega):
     The body has turned with omega since: the cell's normal then was another direction of now.
     """
     signal, at_s, sensing = inputs.sun_cells[cell], inputs.read_at.sun_cells_s, parameters.sensing
-    new = sensing.r_cell > 0.0 and at_s > memory.read_s[SUN_CELLS + cell]
+    new = sensing.r_cell > 0.0 and at_s > memory.read_s[FIRST_CELL + cell]
     lit = inputs.ephemeris.sunlit_fraction >= 0.5 and _SIGNAL < signal < math.inf
     if not (new and lit):
         return NO_MEASUREMENT

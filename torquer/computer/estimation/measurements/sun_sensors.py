@@ -3,21 +3,19 @@
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
+    SUN_CHANNEL,
     as_of_now,
     direction_measurement,
     is_new,
 )
 from torquer.computer.estimation.triad import quaternion_of
 
-#: Number of the sensors in a filter's memory.
-SUN_SENSORS = 1
-
 
 @inlined
 def sun_sensors(inputs, parameters, memory, omega):
     """(z, H, R) of the latest reading, if it is new; the body has turned with omega since."""
     sun, at_s, r = inputs.sun_body, inputs.read_at.sun_sensors_s, parameters.sensing.r_sun
-    if not is_new(r, sun, at_s, memory.read_s[SUN_SENSORS]):
+    if not is_new(r, sun, at_s, memory.read_s[SUN_CHANNEL]):
         return NO_MEASUREMENT
     read = as_of_now(omega, inputs.t_s - at_s, sun)
     return direction_measurement(quaternion_of(memory.q), inputs.ephemeris.sun_inertial, read, r)
