@@ -10,12 +10,10 @@ from slow_cases import slow_after
 
 from torquer.base.spec import as_data, checked
 from torquer.computer.laws import Bdot
-from torquer.environment.along_orbit import Environment
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Control, Simulation
 from torquer.simulation.setup.simulate import simulate
-from torquer.spacecraft.actuators.wheels import ReactionWheels
 from torquer.spacecraft.body import Body
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -167,16 +165,3 @@ def test_simulate_flies_checked_scenarios_only(make):
     scenario.orbit.__dict__["altitude_km"] = float("nan")
     with pytest.raises(ValidationError, match="finite number"):
         simulate(scenario)
-
-
-@pytest.mark.parametrize(
-    ("spec", "key", "present"),
-    [
-        (Environment, "air_turns", "co_rotating_atmosphere"),
-        (ReactionWheels, "idle_share", "minimum_speed_fraction"),
-    ],
-)
-def test_the_error_for_a_key_of_an_earlier_version_has_its_present_name(spec, key, present):
-    with pytest.raises(ValidationError) as caught:
-        spec.model_validate({key: True})
-    assert f"{key}: is called {present} since version 0.2; received {key}" in str(caught.value)

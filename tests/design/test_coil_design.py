@@ -10,7 +10,6 @@ from torquer.design.coil_design import (
     CONDUCTORS,
     Conductor,
     coil_of,
-    dipole_a_m2,
     gauges_of,
     inductance_h,
     power_of,
@@ -30,7 +29,7 @@ def test_formula_is_that_of_a_winding_integrated_piece_by_piece():
     dipole = 0.5 * current * np.cross(middle, piece).sum(axis=0)
     mass = COPPER.density_kg_m3 * section * length
     power = current**2 * COPPER.resistivity_ohm_m * length / section
-    assert dipole[2] == pytest.approx(dipole_a_m2(diameter, power, mass, COPPER), rel=1e-6)
+    assert power == pytest.approx(power_of(dipole[2], diameter, mass, COPPER), rel=2e-6)
     assert np.abs(dipole[:2]).max() < 1e-12
 
 
@@ -39,7 +38,6 @@ def test_a_gauge_takes_the_power_of_the_formula(awg):
     coil = coil_of(3.2, 0.3, 0.4, COPPER, awg)
     assert coil.mass_kg == pytest.approx(0.4, rel=0.02)
     assert coil.power_w == pytest.approx(power_of(3.2, 0.3, coil.mass_kg, COPPER), rel=1e-12)
-    assert dipole_a_m2(0.3, coil.power_w, coil.mass_kg, COPPER) == pytest.approx(3.2, rel=1e-12)
     assert coil.turns * coil.current_a * math.pi * 0.15**2 == pytest.approx(3.2, rel=1e-12)
     assert coil.voltage_v * coil.current_a == pytest.approx(coil.power_w, rel=1e-12)
     assert coil.time_constant_s == coil.inductance_h / coil.resistance_ohm

@@ -154,8 +154,6 @@ PARTS = [
     ({"control": ""}, "control.law: either it or laws must be given; received neither"),
     ({"control": PD + "\nlaws = { coils = { kind = 'off' } }"},
      "control.law: either it or laws must be given; received both"),
-    ({"control": "wheel_" + PD}, "control.wheel_law: is called laws.NAME (with NAME of your "
-     "choice) since version 0.2; received wheel_law"),
     ({"integrator": '"splitting"'}, "simulation.integrator: must be 'auto' or 'rk4' with "
      "spacecraft.wheels; received 'splitting'"),
     ({"control": "laws.wheels" + PD[3:] + "\nlaws.coils = { kind = 'unloading', gain_per_s = 1 }"},

@@ -7,10 +7,10 @@ A spec is checked once, on creation; `pack()`, where a spec has it, gives the tu
 import copy
 import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, NamedTuple, Self, TypeVar
+from typing import Annotated, NamedTuple, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
@@ -129,16 +129,6 @@ class Spec(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
-    #: Keys of earlier versions and their present names.
-    renamed: ClassVar[Mapping[str, str]] = {}
-
-    @model_validator(mode="before")
-    @classmethod
-    def _present_names(cls, data):
-        for old, new in cls.renamed.items():
-            if isinstance(data, Mapping) and old in data:
-                raise ValueError(f"{old}: is called {new} since version 0.2; received {old}")
-        return data
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -64,17 +64,11 @@ class Coil(NamedTuple):
 FILLING = 0.6
 
 
-def dipole_a_m2(diameter_m: float, power_w: float, mass_kg: float, conductor: Conductor) -> float:
-    """Dipole [A m^2] of a coil of a power [W] and mass [kg]: (d/4) sqrt(P M/(g rho)).
+def power_of(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> float:
+    """Power [W] with which a coil of a mass [kg] has a dipole [A m^2]: (d/4) sqrt(P M/(g rho)).
 
     The introduction of MAG has it without a number.
     """
-    product = conductor.density_kg_m3 * conductor.resistivity_ohm_m
-    return 0.25 * diameter_m * math.sqrt(power_w * mass_kg / product)
-
-
-def power_of(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> float:
-    """Power [W] with which a coil of a mass [kg] has a dipole [A m^2]."""
     product = conductor.density_kg_m3 * conductor.resistivity_ohm_m
     return (4.0 * dipole / diameter_m) ** 2 * product / mass_kg
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -44,8 +44,6 @@ class Environment(Spec):
     With UT1 - UTC left at 0 the Earth's rotation is up to 0.9 s in error: 450 m at 500 km, 1.6 nT.
     Polar motion (20 m) is neglected.
     """
-
-    renamed: ClassVar = {"air_turns": "co_rotating_atmosphere"}
 
     field: AnyField = FIELDS["igrf14"]()
     """Geomagnetic field model. Its date advances during the run, which must end within the model's

@@ -2,7 +2,7 @@
 
 import math
 from fractions import Fraction
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -44,8 +44,6 @@ class Control(Spec):
     act: estimators and the wheels' laws then work all the time, but without the magnetometer, which
     the coils disturb; the dipole is held.
     """
-
-    renamed: ClassVar = {"wheel_law": "laws.NAME (with NAME of your choice)"}
 
     law: OnlyLaw | None = None
     """A single law, or a scheme; for several laws use `laws` instead."""

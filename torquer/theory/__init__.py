@@ -5,15 +5,14 @@
 - *Gains* of B-dot from the damping time, and within what sampling and lag allow.
 - *Slow motion* of an axisymmetric satellite under a law: closed averaged equations
   (`torquer.theory.slow.evolution`), the average of any law, maps, equilibria, the full motion.
-- *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation; of a
-  rotation along the Sun's line under S-dot.
+- *Stability* of linear periodic systems: monodromy matrices, charts; of a rotation along the
+  Sun's line under S-dot.
 - *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law
   holds, gain design with margins and pointing error, periodic regulator
   (`torquer.theory.three_axis`).
 - *Magnetometer, coils and a pitch wheel*: frozen and exact models of the magneto-gyroscopic
   system, its error and its gains (`torquer.theory.magneto_gyro`).
-- *Small-parameter method*: forced periodic motion; a satellite with a pitch wheel, or that the
-  gravity gradient holds upright, or with a permanent magnet.
+- *Small-parameter method*: forced periodic motion.
 - *Momentum* that wheels take up while a satellite keeps its attitude.
 - *Formulas*: a law's averaged equations, derived symbolically, in LaTeX.
 
@@ -26,45 +25,6 @@ from typing import TYPE_CHECKING
 from torquer.base.lazy import lazily
 
 if TYPE_CHECKING:
-    from gallery.theory.mathieu import (
-        Edges as Edges,
-        edges as edges,
-        first_tongue as first_tongue,
-        first_tongue_of_strength as first_tongue_of_strength,
-        first_tongue_solutions as first_tongue_solutions,
-        half_trace as half_trace,
-        half_trace_series as half_trace_series,
-        hill_equation as hill_equation,
-        mathieu_equation as mathieu_equation,
-        mathieu_parameters as mathieu_parameters,
-        multipliers_from_half_trace as multipliers_from_half_trace,
-    )
-    from gallery.theory.pitch_wheel import (
-        PitchWheel as PitchWheel,
-        pitch_offset_averaged_polar as pitch_offset_averaged_polar,
-        pitch_offset_direct_dipole as pitch_offset_direct_dipole,
-        pitch_wheel_response as pitch_wheel_response,
-    )
-    from gallery.theory.planar_magnet import (
-        PlanarMagnet as PlanarMagnet,
-        along_field as along_field,
-        closed_tongue as closed_tongue,
-        dipole_direction as dipole_direction,
-        motion_edges as motion_edges,
-        pitch_acceleration as pitch_acceleration,
-        tongue_edges as tongue_edges,
-        tracking_half_trace as tracking_half_trace,
-        tracking_motion as tracking_motion,
-        uniform_rotation as uniform_rotation,
-    )
-    from gallery.theory.steady_bdot import (
-        SteadyBdot as SteadyBdot,
-        mean_offset as mean_offset,
-        motion_from_rest as motion_from_rest,
-        published_offset as published_offset,
-        published_swing as published_swing,
-        steady_bdot_response as steady_bdot_response,
-    )
     from torquer.theory.magneto_gyro.accuracy import (
         noise_error as noise_error,
         revolution_of as revolution_of,

@@ -14,12 +14,14 @@ from slow_cases import slow_after
 
 import torquer
 from torquer import simulate
-from torquer.analysis.filters.filter_check import members_of
-from torquer.analysis.filters.filter_statistics import consistency, nees
-from torquer.analysis.filters.smoothing import accuracy_of, smoothed, smoother_runs
+from torquer.analysis.filters.filter_check import members_of, true_states
+from torquer.analysis.filters.filter_statistics import FilterRuns, consistency, nees
+from torquer.analysis.filters.linear_covariance import Motion
+from torquer.analysis.filters.smoothing import accuracy_of, smoothed
 from torquer.compile import engine
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.load import scenario_from_data
+from torquer.simulation.results.dataset import scenario_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 BOTH = pytest.mark.parametrize("estimator", [GYRO, DYNAMICS], ids=["gyro", "dynamics"])
@@ -108,6 +110,30 @@ def transition(twin: GyroTwin, turn) -> np.ndarray:
     f[:3, :3] = -cross_matrix(turn)
     f[:3, 3:] = -np.eye(3)
     return discrete(f, twin.noise, 1.0)[0]
+
+
+def smoother_runs(results):
+    """Errors of the smoother in runs of one scenario, as `fly_filter` has those of its filter.
+    There are no innovations; restarts and readings rejected are those of the filter.
+    """
+    errors, covariance, counts, motions = [], [], [], []
+    for result in results:
+        scenario, found = scenario_of(result), smoothed(result)
+        steps = result.sel(time=found["time"])
+        t_s, omega, q = (
+            steps[name].values for name in ("time", "omega_body", "q_body_to_inertial")
+        )
+        turn = rotation_vector(found["q_smoothed"].values, q)
+        others = true_states(scenario, t_s, omega) - found["states_smoothed"].values
+        errors.append(np.hstack([turn, others]))
+        covariance.append(found["covariance_smoothed"].values)
+        counts.append([steps[f"estimator.{name}"].values for name in ("rejected", "starts")])
+        motions.append(Motion(t_s, q, omega, np.zeros_like(omega)))
+    rejected, starts = np.swapaxes(counts, 0, 1)
+    return FilterRuns(
+        motions[0].t_s, np.stack(errors), np.stack(covariance), {}, rejected, starts,
+        np.zeros_like(starts), motions,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

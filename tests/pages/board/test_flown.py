@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from unpacking import unpacked_answer
 
 import torquer
 from torquer.analysis.attitude import body_axes_from_sun_deg, body_axes_from_vertical_deg
 from torquer.analysis.summary import summary_of
 from torquer.compile import engine
 from torquer.pages.board import flown as flown_module
-from torquer.pages.board.answer import MOST_POINTS, answer_of, extremes, unpacked
+from torquer.pages.board.answer import MOST_POINTS, answer_of, extremes
 from torquer.pages.board.flown import MOST_ORBITS, NotFlown, Orbits, Superseded, fly
 from torquer.pages.board.text import scenario_of
 from torquer.scenario.change import with_values
@@ -29,7 +30,7 @@ def test_every_number_is_that_of_simulate_to_the_bit(scenario):
     names = ("q_body_to_inertial", "omega_body", "dipole_body", "omega_orbital", "sun_inertial")
     for name in (*names, "position_inertial", "velocity_inertial", "b_measured", "time"):
         assert np.array_equal(flown[name].values, result[name].values), name
-    header, arrays = unpacked(answer_of(flown))
+    header, arrays = unpacked_answer(answer_of(flown))
     kept = np.isin(result["time"].values, arrays["t_s"])
     assert MOST_POINTS // 2 < len(arrays["t_s"]) <= MOST_POINTS + 1 < len(kept)
     assert arrays["t_s"][-1] == result["time"].values[-1]
@@ -144,7 +145,7 @@ def test_wheels_have_a_plot_of_their_own():
     data = data_from_toml(path.read_text(encoding="utf-8"))
     data["simulation"] = {"duration_s": 300.0, "record_s": 10.0}
     scenario = scenario_of(data, path.parent, ())
-    header, arrays = unpacked(answer_of(fly(scenario, Orbits())))
+    header, arrays = unpacked_answer(answer_of(fly(scenario, Orbits())))
     result = torquer.simulate(scenario)
     assert np.array_equal(arrays["wheels"], result["wheel_speed"].values * (30.0 / np.pi))
     assert header["verdict"] == summary_of(result)["verdict"]

@@ -7,11 +7,11 @@ import time
 
 import numpy as np
 import pytest
+from unpacking import unpacked_answer
 
 import torquer
 from torquer.compile import engine
 from torquer.pages.board import routes
-from torquer.pages.board.answer import unpacked
 from torquer.scenario.load import scenario_from_text
 
 flies = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
@@ -45,7 +45,7 @@ def test_strangers_are_refused(served, data, headers, reason):
 @flies
 def test_a_flight_is_that_of_simulate(served, data, text):
     status, answer, _ = served.raw("/api/fly", {"data": data})
-    header, arrays = unpacked(answer)
+    header, arrays = unpacked_answer(answer)
     result = torquer.simulate(scenario_from_text(text))
     assert status == 200 and header["numbers"]["simulated_s"] == result["time"].values[-1]
     assert np.array_equal(arrays["dipole"], result["dipole_body"].values)

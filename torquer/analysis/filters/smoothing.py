@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from torquer.analysis.control_cycle import control_steps
-from torquer.analysis.filters.filter_check import finest_record_s, true_states
-from torquer.analysis.filters.filter_statistics import FilterRuns
-from torquer.analysis.filters.linear_covariance import Motion, kalman_filter
+from torquer.analysis.filters.filter_check import finest_record_s
+from torquer.analysis.filters.linear_covariance import kalman_filter
 from torquer.compile.engine import addresses, records
 from torquer.computer.estimation.filter import Filter
 from torquer.computer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
 from torquer.computer.estimation.state_names import axes_of
 from torquer.computer.interface import KNOWN
-from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of
@@ -283,29 +280,3 @@ def accuracy_of(result: xr.Dataset, found: xr.Dataset) -> Accuracy:
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-def smoother_runs(results: Iterable[xr.Dataset]) -> FilterRuns:
-    """Errors of the smoother in runs of one scenario, as `fly_filter` has those of its filter.
-
-    `results`: see `smoothed`. There are no innovations; restarts and readings rejected are those of
-    the filter.
-    """
-    errors, covariance, counts, motions = [], [], [], []
-    for result in results:
-        scenario, found = scenario_of(result), smoothed(result)
-        steps = result.sel(time=found["time"])
-        t_s, omega, q = (
-            steps[name].values for name in ("time", "omega_body", "q_body_to_inertial")
-        )
-        turn = rotation_vector(found["q_smoothed"].values, q)
-        others = true_states(scenario, t_s, omega) - found["states_smoothed"].values
-        errors.append(np.hstack([turn, others]))
-        covariance.append(found["covariance_smoothed"].values)
-        counts.append([steps[f"estimator.{name}"].values for name in ("rejected", "starts")])
-        motions.append(Motion(t_s, q, omega, np.zeros_like(omega)))
-    rejected, starts = np.swapaxes(counts, 0, 1)
-    return FilterRuns(
-        motions[0].t_s, np.stack(errors), np.stack(covariance), {}, rejected, starts,
-        np.zeros_like(starts), motions,
-    )  # fmt: skip

@@ -154,13 +154,6 @@ def tuple_type(parts: tuple, of: type = tuple) -> Tuple:
     return Tuple((TIME,) * len(parts) if set(parts) == {REAL, TIME} else parts)
 
 
-def as_floats(kind: Type) -> Type:
-    """The same type with every number a float, as parameters are held."""
-    if isinstance(kind, Tuple):
-        return Tuple(tuple(map(as_floats, kind.parts)), kind.fields, kind.name, kind.of)
-    return REAL
-
-
 def in_words(kind: Type) -> str:
     """A type for a message."""
     words = {

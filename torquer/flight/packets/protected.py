@@ -38,7 +38,6 @@ COMMAND_BYTES = _TC_LONGEST - _TC_HEADER - OVERHEAD
 _TM = struct.Struct(">HBBHHI")
 _TM_MARK = b"\x1a\xcf\xfc\x1d"
 _TM_HEADER = 6
-_TM_STATUS = struct.Struct(">H")
 #: Status of the data: packets, in order; with the place of the first packet, or that none begins.
 _TM_PACKETS, _TM_NO_START = 0x1800, 0x7FF
 #: Encapsulation packets: of one byte without content; for private use with a length (header

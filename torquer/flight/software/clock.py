@@ -25,11 +25,6 @@ def ms_of(utc: datetime) -> int:
     return (utc - EPOCH) // timedelta(milliseconds=STEP_MS) * STEP_MS
 
 
-def utc_of(ms: int) -> datetime:
-    """Civil time of an on-board time [ms]."""
-    return EPOCH + timedelta(milliseconds=ms)
-
-
 def timer_ms(t_s: float) -> int:
     """Reading of the timer [ms] at a time of the run [s], rounded down to the step.
 

@@ -208,10 +208,6 @@ class Services:
         """Number of reboots so far."""
         return self._state.reboots
 
-    def feed_watchdog(self, module: str) -> None:
-        """Note that a module lives; done for each module after a whole step."""
-        self._state.slots[module].fed_s = self.t_s
-
     def feed_hardware(self) -> None:
         """Reset the timer of the hardware watchdog."""
         self._state.watchdog_s = self.t_s

@@ -11,7 +11,6 @@ has every n-th record, at the times `t_s`.
 
 from __future__ import annotations
 
-import json
 import math
 import struct
 from collections.abc import Iterator
@@ -89,18 +88,6 @@ def packed(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
     begin = struct.pack("<I", len(text)) + text
     begin += b"\0" * (-len(begin) % 8)
     return begin + b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in arrays.values())
-
-
-def unpacked(answer: bytes) -> tuple[dict, dict[str, np.ndarray]]:
-    """Header and arrays of an answer."""
-    (length,) = struct.unpack_from("<I", answer)
-    header, at, arrays = json.loads(answer[4 : 4 + length]), 4 + length, {}
-    at += -at % 8
-    for name, shape in header["arrays"].items():
-        count = math.prod(shape)
-        arrays[name] = np.frombuffer(answer, "<f8", count, at).reshape(shape)
-        at += 8 * count
-    return header, arrays
 
 
 def panels_of(flown: Flown) -> Iterator[Panel]:

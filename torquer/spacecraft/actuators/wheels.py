@@ -5,7 +5,7 @@ The wheels are driven by torque; how the computer shares a torque among them is 
 """
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -64,8 +64,6 @@ class ReactionWheels(Wheels):
     With minimax, the torque that the demand leaves available evens out the wheels in their null
     space; while a failed wheel is undetected, this and the bias of the speeds disturb the body.
     """
-
-    renamed: ClassVar = {"idle_share": "minimum_speed_fraction"}
 
     torque_limit_n_m: Limit | tuple[Limit, ...]
     """Greatest motor torque, one number or one per wheel."""
