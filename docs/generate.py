@@ -102,17 +102,18 @@ def docstrings_of(source: str):
 
 @functools.cache
 def all_docstrings() -> list[tuple[str, str]]:
-    """(place, docstring) of everything in the package."""
+    """(place, docstring) of everything in the package and in the gallery's theory."""
     return [
         (f"{path.relative_to(ROOT).as_posix()}: `{name}`", text)
-        for path in sorted((ROOT / "torquer").rglob("*.py"))
+        for folder in ("torquer", "gallery/theory")
+        for path in sorted((ROOT / folder).rglob("*.py"))
         for name, text in docstrings_of(path.read_text(encoding="utf-8"))
     ]
 
 
 @functools.cache
 def sources() -> list[tuple[str, str, str]]:
-    """(key, number, place) of every published formula that has its home in the package."""
+    """(key, number, place) of every published formula that has its home here."""
     return [(*c, place) for place, text in all_docstrings() for c in citations_of(text)]
 
 

@@ -11,6 +11,7 @@ import pytest
 import torquer
 
 PACKAGE = Path(torquer.__file__).parent
+GALLERY = Path(__file__).parents[1] / "gallery" / "theory"
 CATALOGUE = json.loads((Path(__file__).parent / "data" / "published_equations.json").read_text())
 
 
@@ -35,6 +36,10 @@ def test_formulas_whose_source_goes_on_in_words_are_found():
     assert found >= {("FIELD", "1.4"), ("FIELD", "1.8")}
 
 
+def test_the_gallery_has_formulas_of_its_own():
+    assert any("gallery/theory" in place for _, _, place in READER.sources())
+
+
 def test_every_citation_is_in_the_catalogue():
     unknown = [c for c in READER.sources() if c[1] not in CATALOGUE.get(c[0], ())]
     assert unknown == []
@@ -52,7 +57,7 @@ def test_every_source_line_can_be_read():
 
 
 def test_sources_stand_in_docstrings_not_in_comments():
-    for file in PACKAGE.rglob("*.py"):
+    for file in (*PACKAGE.rglob("*.py"), *GALLERY.glob("*.py")):
         for line in file.read_text(encoding="utf-8").splitlines():
             assert not re.search(r"#.*Source: [A-Z]+ \(", line), f"{file}: {line}"
 

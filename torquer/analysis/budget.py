@@ -29,9 +29,7 @@ from torquer.spacecraft.disturbance.unmodelled import harmonics_of
 NAMES = {
     "gravity_gradient": "gravity gradient",
     "aerodynamic": "aerodynamic",
-    "solar_pressure": "solar pressure",
-    "residual_dipole": "residual dipole",
-    "eddy_currents": "eddy currents",
+    **{key: key.replace("_", " ") for key in TORQUES if key != "unmodelled"},
     "suspension": "bench: weight, friction",
     "unmodelled": "unmodelled",
     "constant_and_random": "constant, random",

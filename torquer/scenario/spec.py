@@ -24,7 +24,7 @@ from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.actuators.wheels import ReactionWheels
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
-from torquer.spacecraft.disturbance import Disturbance
+from torquer.spacecraft.disturbance import TORQUES, Disturbance
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
 from torquer.spacecraft.failures import Interval
@@ -283,10 +283,11 @@ class Scenario(Spec):
                 "whose parts they would be; received none"
             )
         self.unmodelled_torque()
-        if given.eddy_currents and self.simulation.integrator == "splitting":
+        turning = [key for key in TORQUES if TORQUES[key].depends_on_rate and getattr(given, key)]
+        if turning and self.simulation.integrator == "splitting":
             raise ValueError(
                 "simulation.integrator: must be 'auto' or 'rk4' with "
-                "disturbance.eddy_currents; received 'splitting'"
+                f"disturbance.{turning[0]}; received 'splitting'"
             )
 
     def _check_bench(self) -> None:

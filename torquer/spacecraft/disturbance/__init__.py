@@ -39,18 +39,22 @@ from torquer.spacecraft.parts import AnyPart
 
 
 class Torque(NamedTuple):
-    """A torque: its spec, its kernel, and the constants with which there is none."""
+    """A torque: its spec, its kernel, and the constants with which there is none.
+
+    `depends_on_rate`: it changes with the body's rate, which the splitting integrator excludes.
+    """
 
     spec: type[Spec]
     kernel: Callable
     none: tuple
+    depends_on_rate: bool = False
 
 
 #: By key of `[disturbance]`. The unmodelled one stands last: its constants change in flight.
 TORQUES = {
     "solar_pressure": Torque(SolarPressure, solar_pressure_torque, NO_SUNLIT_SURFACE),
     "residual_dipole": Torque(ResidualDipole, residual_dipole_torque, NO_DIPOLE),
-    "eddy_currents": Torque(EddyCurrents, eddy_current_torque, NO_EDDY_CURRENTS),
+    "eddy_currents": Torque(EddyCurrents, eddy_current_torque, NO_EDDY_CURRENTS, True),
     "unmodelled": Torque(UnmodelledTorque, unmodelled_torque, NO_HARMONICS),
 }
 
