@@ -1,9 +1,12 @@
 """The Russian pages have the sections, commands and links of the English ones."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
+
+from torquer.cli.app import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 TUTORIALS = ("detumble", "spinner", "bench")
@@ -26,6 +29,37 @@ def parts(name: str) -> tuple[list[str], list[str], list[str]]:
 def test_sections_and_examples_match(page):
     english, russian = parts(f"{page}.md"), parts(f"{page}.ru.md")
     assert russian[:2] == english[:2]
+
+
+def listed(name: str) -> tuple[set[str], set[str]]:
+    """Commands of the table and extras to install, of a page."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`torquer .*?) \| ", text, re.M)
+    commands = {each for row in rows for each in re.findall(r"`(torquer [^`]*)`", row)}
+    return commands, set(re.findall(r"pip install '\.\[(\w+)\]'", text))
+
+
+@pytest.mark.parametrize("page", PAGES[:2])
+def test_commands_and_extras_match(page):
+    english, russian = listed(f"{page}.md"), listed(f"{page}.ru.md")
+    assert russian == english
+    assert any(english)
+
+
+def test_every_extra_is_on_the_page_of_installation():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    text = (ROOT / "docs/installation.md").read_text(encoding="utf-8")
+    for extra in project["optional-dependencies"]:
+        assert f"[{extra}]'`" in text or f"`{extra}`" in text, extra
+
+
+def test_every_command_is_in_the_readme():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    for words in COMMANDS:
+        group, *name = words.split()
+        assert re.search(rf"^\| .*`torquer {words}\b", text, re.M) or re.search(
+            rf"^\| .*(`torquer {group}\b.*\b{name[0] if name else ''}\b)", text, re.M
+        ), words
 
 
 def in_english(target: str) -> str:
