@@ -80,7 +80,7 @@ def verdict_of(spec: Filter, flown: FilterRuns, checks: list[Check]) -> Verdict:
 
 
 def unseen(runs: int) -> str:
-    """What so many runs cannot show: what happens so seldom that 5 % of checks do not meet it."""
+    """How rare a failure may be and still be missed by this many runs, with a chance of 5 %."""
     percent = 100.0 * (1.0 - 0.05 ** (1.0 / runs))
     return (
         f"; what goes wrong in less than {percent:.2g}% of the flights may not show in {runs} runs"

@@ -37,7 +37,7 @@ def unloading(inputs, parameters, memory):
 
 
 class Unloading(Spec):
-    """Unloading of wheels by coils."""
+    """Unloading of wheels by coils (momentum dumping, desaturation)."""
 
     kind: Literal["unloading"] = "unloading"
     gain_per_s: float = Field(gt=0.0)

@@ -43,7 +43,7 @@ _TINY, _EASY = (_SAFETY / _GROWTH) ** _ORDER, (_SAFETY / 1.5) ** _ORDER
 _GROWTH_WHEN_EASY = 1.5
 #: How the interval that order 5 is tried on changes: when it fails, and with every step of order 8.
 _LESS, _MORE = 0.6, 1.02
-#: Shortest step [s]: a motion that needs a shorter one is none of a satellite.
+#: Shortest step [s]: no satellite moves so fast that it needs a shorter one.
 LEAST_STEP_S = 1e-7
 #: Most steps from one event to the next.
 MOST_STEPS = 1_000_000

@@ -176,7 +176,7 @@ def _checked_axes(value):
 
 
 class Coils(Spec):
-    """Coil set. Default: three coils along the body axes."""
+    """Coils (magnetorquers). Default: three along the body axes."""
 
     limit_a_m2: Annotated[float, Field(gt=0.0)] | tuple[Annotated[float, Field(gt=0.0)], ...]
     """Greatest dipole, one number or one per coil."""
