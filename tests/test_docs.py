@@ -144,12 +144,10 @@ BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", MODES_PAGE, re.S | re.M)
 
 def shown(path, **options):
     """What `torquer modes` prints."""
-    from torquer.cli.commands import modes
-    from torquer.cli.commands.modes import ModesOptions
-    from torquer.cli.options import CodeOptions
+    from torquer.cli.commands.modes import ModesOptions, modes
 
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        modes.show(path, ModesOptions(**options), CodeOptions())
+        modes(path, how=ModesOptions(**options))
     return printed.getvalue()
 
 
