@@ -123,16 +123,16 @@ class Spec(BaseModel):
     """Base of all specs: frozen, unknown keys are errors, numbers must be finite.
 
     A number must lie in the range of its quantity, which the key's unit names
-    (`validate.RANGES`): beyond it no satellite is, and floats would soon be at their end.
-    Texts and truth values are no numbers, and only true and false are truth values; a whole
-    number may stand for any number, and 5.0 for 5.
+    (`validate.RANGES`): no satellite lies beyond it, and floats would soon overflow.
+    Text and booleans are not numbers, and only true and false are booleans; a whole number may
+    stand for any number, and 5.0 for 5.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic checks, and that numbers are numbers, truth values such."""
+        """What pydantic checks, and that numbers are numbers and booleans are booleans."""
         return _with_checks(handler(source))
 
     def model_copy(self, *, update: Mapping | None = None, deep: bool = False) -> Self:

@@ -76,7 +76,7 @@ def description_of(spec: type[BaseModel], key: str) -> str:
             found = _texts_below_fields(parent).get(key, "")
             if found or key != "kind":
                 return found
-    return f"Chooses this table: {first_sentence(spec)}"
+    return f"Selects this variant: {first_sentence(spec)}"
 
 
 def first_sentence(spec: type[BaseModel]) -> str:
@@ -118,7 +118,7 @@ def _default(field: FieldInfo) -> str:
     value = field.get_default(call_default_factory=True)
     if isinstance(value, BaseModel):
         kind = getattr(value, "kind", None)
-        return f"kind = {toml_value(kind)}" if kind else "its own defaults"
+        return f"kind = {toml_value(kind)}" if kind else "the defaults of its keys"
     if isinstance(value, dict):
         return ", ".join(value) if value else "none"
     return "none" if value is None or value == () else toml_value(value)
