@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from gallery.theory.field_products import mean_products
 from torquer.environment.field.averaged import b_z
 from torquer.environment.field.direct_dipole import b_s, b_y
 from torquer.environment.field.tilted_dipole import b_dipole
 from torquer.maths.geometry.frames import dcm_s_to_y
-from torquer.theory.slow.orbit_field import field_at, field_rate, mean_products
+from torquer.theory.slow.orbit_field import field_at, field_rate
 from torquer.theory.slow.second_moments import (
     averaged_moments,
     direct_dipole_moments,

@@ -12,7 +12,7 @@ from torquer.compile.engine import inlined, kernel
 from torquer.environment.field.averaged import b_z
 from torquer.environment.field.direct_dipole import b_s
 from torquer.environment.field.tilted_dipole import b_dipole
-from torquer.maths.geometry.vec3 import add, add_scaled, dot, scale
+from torquer.maths.geometry.vec3 import add_scaled, dot, scale
 
 AVERAGED, DIRECT_DIPOLE, TILTED_DIPOLE = 0, 1, 2
 
@@ -77,28 +77,3 @@ def field_rate(field, u, day, days_per_orbit):
     r, r_rate = _orbit_y(u, field.angle)
     rate = _dipole_rate(k, scale(days_per_orbit, k_by_day), r, r_rate)
     return scale(field.strength_t, rate)
-
-
-@kernel
-def mean_products(field, nodes_u, nodes_day):
-    """Means <b_i b_j> [T^2] over u and day by the trapezoid rule: (xx, yy, zz, xy, xz, yz).
-
-    The products are trigonometric polynomials of degree 4 in u and 2 in the day angle: from 5
-    and 3 nodes on the rule is exact. Source: MAG (2.1.7), FIELD (2.4).
-    """
-    squares = mixed = (0.0, 0.0, 0.0)
-    for j in range(nodes_day):
-        for i in range(nodes_u):
-            u, day = 2.0 * math.pi * i / nodes_u, 2.0 * math.pi * j / nodes_day
-            x, y, z = field_at(field, u, day)
-            squares = add(squares, (x * x, y * y, z * z))
-            mixed = add(mixed, (x * y, x * z, y * z))
-    one = 1.0 / (nodes_u * nodes_day)
-    return (
-        one * squares[0],
-        one * squares[1],
-        one * squares[2],
-        one * mixed[0],
-        one * mixed[1],
-        one * mixed[2],
-    )
