@@ -3,6 +3,7 @@
 import ast
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,18 @@ from gallery.entry import (
 )
 from gallery.pages import pages, read_record, record_of, updated_record, write_pages
 from gallery.runs import compute_all
+
+ROOT = Path(gallery.__file__).parents[1]
+
+
+def test_the_package_needs_the_gallery_for_its_command_only():
+    """It is not installed."""
+    naming = re.compile(r"^\s*(?:from|import) gallery\b", re.M)
+    files = [path for path in (ROOT / "torquer").rglob("*.py") if naming.search(path.read_text())]
+    assert files
+    assert {path.parent.name for path in files} == {"commands"}
+    assert all(path.stem.startswith("gallery") for path in files)
+
 
 GOOD, BAD = near("x", "2.7", 2.74, "%"), near("x", "2.7", 2.76, "%")
 
