@@ -3,7 +3,7 @@
 import pytest
 
 from torquer.base import text_files as file_limits
-from torquer.cli.plain_kernels import _needs_no_compiler
+from torquer.cli.compiling import _needs_no_compiler
 from torquer.scenario import load
 from torquer.scenario.load import ScenarioError, data_of, load_scenario
 
@@ -22,7 +22,7 @@ def test_a_key_of_thousands_of_parts_is_not_parsed(text, monkeypatch, tmp_path):
         data_of(text, "scenario")
     path = tmp_path / "deep.toml"
     path.write_text(text)
-    monkeypatch.setattr("torquer.cli.plain_kernels.tomllib", None)
+    monkeypatch.setattr("torquer.cli.compiling.tomllib", None)
     assert not _needs_no_compiler(path)
 
 

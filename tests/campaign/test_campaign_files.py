@@ -17,7 +17,7 @@ from torquer.campaign.outcomes import DEFAULT
 from torquer.campaign.sampling import draw
 from torquer.campaign.spec import Campaign
 from torquer.campaign.variation import Variation
-from torquer.cli.commands import run as cli
+from torquer.cli.commands import validate as cli
 from torquer.scenario.load import ScenarioError, load_scenario, scenario_from_text
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "chibis_m_detumble.toml"
@@ -103,14 +103,14 @@ def test_a_grid_knows_its_runs():
 
 
 def test_validate_checks_the_campaign_and_tells_of_it(file, capsys):
-    assert cli.validate(file, as_json=False) == 0
+    assert cli.validate(file, json=False) == 0
     answer = capsys.readouterr().out
     assert "campaign: 1000 runs, sampling 'sobol'; varied: start, initial.attitude, " in answer
-    assert cli.validate(file, as_json=True) == 0
+    assert cli.validate(file, json=True) == 0
     assert json.loads(capsys.readouterr().out)["campaign"]["runs"] == 1000
     file.write_text(file.read_text().replace("sigma = 50", "sigma = -50"))
     with pytest.raises(ScenarioError, match=r"bias_nt\".normal.sigma: must be greater than or"):
-        cli.validate(file, as_json=False)
+        cli.validate(file, json=False)
     assert load_scenario(file) is not None
 
 

@@ -16,7 +16,7 @@ from slow_cases import slow_after
 import torquer
 from torquer.analysis.notes.notes import notes_of
 from torquer.analysis.summary import summary_of
-from torquer.cli.commands.run import check_usable
+from torquer.cli.commands.validate import check_usable
 from torquer.compile import engine
 from torquer.design.wheel_file import load_wheels, wheels_from_text
 from torquer.scenario.explain import ScenarioError

@@ -197,15 +197,15 @@ def test_what_is_compiled_is_counted():
     ],
 )
 def test_what_is_checked_without_the_compiler(scenario, monkeypatch, change, plain):
-    from torquer.cli import plain_kernels
+    from torquer.cli import compiling
 
     if change:
         scenario.write_text(scenario.read_text().replace(*change))
     modules = dict(sys.modules)
     del modules["torquer.compile.engine"]
-    monkeypatch.setattr(plain_kernels.sys, "modules", modules)
+    monkeypatch.setattr(compiling.sys, "modules", modules)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
-    plain_kernels.without_compiler(scenario)
+    compiling.without_compiler(scenario)
     assert (os.environ.pop("NUMBA_DISABLE_JIT", "") == "1") == plain
 
 

@@ -143,7 +143,7 @@ def test_what_comes_after_the_end_of_a_flight_is_noted(call, tmp_path):
 
 @flies
 def test_a_folder_in_use_by_a_flight_is_refused(call, tmp_path):
-    from torquer.cli.folder_lock import claimed
+    from torquer.base.folder_lock import claimed
 
     with claimed(tmp_path):
         code, _, err = call("fly", DAY, "--ticks", 5, "--out", tmp_path)

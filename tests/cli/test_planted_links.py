@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from torquer.cli.folder_lock import claimed
+from torquer.base.folder_lock import claimed
 from torquer.cli.output import make_writable
 from torquer.simulation.results.file import own_folder, put, replacing
 

@@ -8,7 +8,7 @@ import time
 import pytest
 from reliability_processes import done
 
-from torquer.cli.folder_lock import claimed
+from torquer.base.folder_lock import claimed
 from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -30,12 +30,11 @@ def test_the_second_of_two_is_refused_and_the_first_goes_on(process, call, scena
 
 LATE = """
 import pathlib, signal, sys, types
-from torquer.cli import simulate
-from torquer.cli.commands.run import RunOptions
-simulate.check_orbit_environment = lambda scenario: None
-simulate._flown = lambda *given: (None, "", 0)
-simulate._write = lambda *given: signal.raise_signal(signal.SIGTERM)
-simulate.run_scenario(types.SimpleNamespace(name="x"), RunOptions(out=pathlib.Path(sys.argv[1])))
+from torquer.cli.commands import run
+run.check_orbit_environment = lambda scenario: None
+run._flown = lambda *given: (None, "", 0)
+run._write = lambda *given: signal.raise_signal(signal.SIGTERM)
+run.run_scenario(types.SimpleNamespace(name="x"), run.RunOptions(out=pathlib.Path(sys.argv[1])))
 """
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from torquer.analysis.notes.notes import notes_of
-from torquer.cli.commands.run import _checked_size
+from torquer.cli.commands.validate import checked_size
 from torquer.scenario.load import scenario_from_text
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -81,7 +81,7 @@ def check(number):
     """Whether the scenario is valid; what is wrong with it is reported in short lines."""
     try:
         scenario = scenario_from_text(mutated(number))
-        _checked_size(scenario)
+        checked_size(scenario)
         notes_of(scenario)
     except ValueError as error:
         lines = str(error).splitlines()
@@ -101,7 +101,7 @@ def limited():
         pytest.skip("no alarm on this system")
     for text in TEXTS:
         notes_of(scenario_from_text(text))
-        _checked_size(scenario_from_text(text))
+        checked_size(scenario_from_text(text))
     usual = signal.signal(signal.SIGALRM, too_long)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

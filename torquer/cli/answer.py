@@ -48,11 +48,3 @@ def in_words(error: Exception) -> str:
     if isinstance(error, RequestError):
         return error.spelled(option)
     return str(error) or repr(error)
-
-
-def as_options(text: str, options: dict[str, str]) -> str:
-    """A message about arguments of functions as one about options: `{"to": "--out"}`."""
-    for key, name in options.items():
-        if text.startswith(f"{key}: "):
-            text = name + text.removeprefix(key)
-    return text

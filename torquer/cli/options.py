@@ -48,3 +48,11 @@ class CodeOptions:
 def option(key: str) -> str:
     """A field's name as users write it."""
     return f"--{key.replace('_', '-')}"
+
+
+def as_options(text: str, options: dict[str, str]) -> str:
+    """A message about arguments of functions as one about options: `{"to": "--out"}`."""
+    for key, name in options.items():
+        if text.startswith(f"{key}: "):
+            text = name + text.removeprefix(key)
+    return text

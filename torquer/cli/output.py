@@ -189,3 +189,25 @@ def print_answer(
     if files:
         print(f"{out}: {', '.join(file.name for file in files)}")
     return 0
+
+
+def check_installed(command: str, modules: Sequence[str]) -> None:
+    """ValueError for a command whose optional modules are missing."""
+    from importlib.util import find_spec
+
+    missing = [name for name in modules if find_spec(name) is None]
+    if missing:
+        raise ValueError(
+            f"{command}: needs {', '.join(missing)}, which `pip install 'torquer[{command}]'` adds"
+        )
+
+
+def show_address(address: str, no_browser: bool) -> None:
+    """Print the address of a page, and open it in a browser."""
+    import threading
+    import webbrowser
+
+    print(f"{address}\nCtrl-C ends it", flush=True)
+    if not no_browser:
+        # it may wait for a browser to end, as it does for those in a terminal
+        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()

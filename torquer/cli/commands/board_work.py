@@ -9,8 +9,7 @@ from torquer.cli import compiling
 from torquer.cli.commands.board import BoardOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import print_note
-from torquer.cli.pages import check_installed, show_address
+from torquer.cli.output import check_installed, print_note, show_address
 from torquer.scenario.load import name_after, text_of
 
 _NEEDS = ("starlette", "uvicorn", "websockets")

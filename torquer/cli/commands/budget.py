@@ -4,11 +4,11 @@ from pathlib import Path
 
 from torquer.analysis.budget import Budget, as_plain, budget_of_held_attitude, budget_of_run
 from torquer.base.strict_json import json_text
-from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
 from torquer.cli.commands.run import progress_of
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import print_error, table, table_console, writing_to
+from torquer.cli.process import FAILED_CODE, INTERRUPTED_CODE
 from torquer.report.flight.budget_rows import (
     HEAD,
     budget_table,

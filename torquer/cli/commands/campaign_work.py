@@ -6,19 +6,17 @@ import signal
 import sys
 from pathlib import Path
 
+from torquer.base.folder_lock import claimed
 from torquer.base.strict_json import json_text
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data, load_campaign
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import files_there, is_there, remove
 from torquer.campaign.summary import campaign_summary, summary_rows
-from torquer.cli import SIGNAL_CODE, leave_or_raise
-from torquer.cli.answer import as_options
 from torquer.cli.commands.campaign import CampaignOptions
 from torquer.cli.commands.run import RunOptions, run_scenario
-from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code, check_computer, check_orbit_environment
-from torquer.cli.options import CodeOptions
+from torquer.cli.options import CodeOptions, as_options
 from torquer.cli.output import (
     interrupted,
     make_writable,
@@ -27,6 +25,7 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
+from torquer.cli.process import SIGNAL_CODE, leave_or_raise
 from torquer.simulation.results.file import put
 from torquer.simulation.setup.signals import ALL, noting_signals
 

@@ -15,10 +15,9 @@ from torquer.campaign.faults.contents import (
 )
 from torquer.campaign.faults.fly import FaultCampaign, fly_faults
 from torquer.campaign.faults.verdict import LOST
-from torquer.cli.answer import as_options
 from torquer.cli.commands.run import progress_of
 from torquer.cli.loading import code_of, load_usable
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario

@@ -11,15 +11,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+from torquer.base.folder_lock import claimed
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
-from torquer.cli import FAILED_CODE, SIGNAL_CODE, leave_or_raise
-from torquer.cli.answer import as_options
 from torquer.cli.commands.run import progress_of
-from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_computer, load_checked
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
+from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.flight.link import Link, open_link
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.received import tables_of

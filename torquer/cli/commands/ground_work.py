@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from torquer.base.folder_lock import claimed
 from torquer.base.strict_json import json_text
-from torquer.cli import FAILED_CODE
 from torquer.cli.commands.ground import (
     NAME,
     ExportOptions,
@@ -23,18 +23,19 @@ from torquer.cli.commands.ground import (
     ImportOptions,
     SendOptions,
 )
-from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
+    check_installed,
     harmless,
     make_writable,
     print_error,
     print_note,
     progress_bar,
+    show_address,
     writing_to,
 )
-from torquer.cli.pages import check_installed, show_address
+from torquer.cli.process import FAILED_CODE
 from torquer.ground import SERVER
 
 _SERVER_NEEDS = ("starlette", "uvicorn", "websockets")

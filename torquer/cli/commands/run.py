@@ -8,16 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from torquer.analysis.notes.notes import notes_of
+from torquer.base.folder_lock import claimed
 from torquer.base.strict_json import json_text
-from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
-from torquer.cli.answer import as_options
-from torquer.cli.folder_lock import claimed
+from torquer.cli import compiling
 from torquer.cli.loading import (
     check_computer,
     check_orbit_environment,
     load_checked,
 )
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
     interrupted,
     make_writable,
@@ -26,6 +25,7 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
+from torquer.cli.process import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put

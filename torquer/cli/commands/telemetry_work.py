@@ -9,11 +9,11 @@ import numpy as np
 
 from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.base.strict_json import json_text
-from torquer.cli import FAILED_CODE
 from torquer.cli.commands.telemetry import ProposeOptions, TelemetryOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
+from torquer.cli.process import FAILED_CODE
 from torquer.ground.telemetry.attitude import load_filter
 from torquer.ground.telemetry.calibration import GROUPS, MODELS, split_shift
 from torquer.ground.telemetry.convention import WAYS_SHOWN, Found

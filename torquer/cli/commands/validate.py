@@ -2,18 +2,16 @@
 
 from pathlib import Path
 
-import torquer.cli
 from torquer.base.strict_json import json_text
-from torquer.cli import compiling
+from torquer.cli import compiling, process
 from torquer.cli.options import CodeOptions, Json
 from torquer.cli.output import harmless
-from torquer.cli.plain_kernels import without_compiler
 
 
 def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOptions()) -> int:
     """Check SCENARIO without running it: errors, and notes on likely problems."""
-    if torquer.cli.own_process:
-        without_compiler(scenario)
+    if process.own_process:
+        compiling.without_compiler(scenario)
     from torquer.analysis.notes.fault_notes import unnoticed_faults
     from torquer.analysis.notes.mode_notes import mode_findings
     from torquer.analysis.notes.notes import notes_of
