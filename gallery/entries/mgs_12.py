@@ -15,7 +15,6 @@ from gallery.gyro import (
     fly,
 )
 from torquer.report.theory import magneto_gyro_models as draw
-from torquer.theory.magneto_gyro.astatism import characteristic_factors
 from torquer.theory.magneto_gyro.comparison import (
     CaptureGains,
     stage_1_degrees,
@@ -25,7 +24,6 @@ from torquer.theory.magneto_gyro.comparison import (
 )
 from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_1_inputs
 from torquer.theory.magneto_gyro.loop import DIPOLE
-from torquer.theory.magneto_gyro.text import model_of, rows_of
 
 #: h of the chart next to the satellite's own, and values of h of the curve.
 WEAK = 0.8
@@ -83,6 +81,10 @@ def in_degrees(angles) -> str:
 
 def compute() -> Answer:
     """Rows, charts, a decay and an error in flight."""
+    # sympy, which the list of entries does without
+    from torquer.theory.magneto_gyro.astatism import characteristic_factors
+    from torquer.theory.magneto_gyro.text import model_of, rows_of
+
     along, rows = field(), rows_of(12)
     b = along.normal
     own, weak = chart(CRAFT.stiffness, b), chart(WEAK, b)

@@ -16,7 +16,6 @@ from gallery.gyro import (
 )
 from torquer.report.theory import magneto_gyro_models as draw
 from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of
-from torquer.theory.magneto_gyro.astatism import characteristic_factors
 from torquer.theory.magneto_gyro.comparison import (
     frozen_covariance,
     frozen_error,
@@ -27,7 +26,6 @@ from torquer.theory.magneto_gyro.comparison import (
 from torquer.theory.magneto_gyro.design import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
-from torquer.theory.magneto_gyro.text import model_of, rows_of
 
 #: Optimal in the constant model, with low gains.
 PLAIN = Stage2Weights(angle=1.0, torque=1.0, turning=10.0, constant=10.0)
@@ -64,6 +62,10 @@ def size(deviations) -> float:
 
 def compute() -> Answer:
     """Rows; gains by the constant model alone, and by Floquet's theory, in flight."""
+    # sympy, which the list of entries does without
+    from torquer.theory.magneto_gyro.astatism import characteristic_factors
+    from torquer.theory.magneto_gyro.text import model_of, rows_of
+
     along, rows = field(), rows_of(15)
     b, plain = along.normal, stage_2_gains(CRAFT.gyrostat, PLAIN)
     made = design_stage_2(CRAFT, normals=along.normals, form="text")

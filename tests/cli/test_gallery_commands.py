@@ -10,7 +10,6 @@ from gallery.catalogue import ROW_OF
 from gallery.drawing import new_figure
 from gallery.entry import Answer, Entry, Outcome, Verdict, near
 from gallery.pages import record_of, write_pages
-from torquer.cli.commands import gallery_work
 
 
 def make(measured, **keys):
@@ -28,12 +27,7 @@ def only(monkeypatch):
     """`only(entry)`: the gallery holds just this entry."""
 
     def hold(entry):
-        for place in (
-            "torquer.cli.commands.gallery_work.all_entries",
-            "gallery.lookup.all_entries",
-        ):
-            monkeypatch.setattr(place, lambda: [entry])
-        monkeypatch.setattr(gallery_work, "entry_of", lambda: {entry.id: entry})
+        monkeypatch.setattr("gallery.lookup.all_entries", lambda: [entry])
 
     return hold
 
@@ -187,6 +181,27 @@ def test_without_a_checkout_one_line_says_what_is_missing(call, monkeypatch, tmp
     monkeypatch.setattr("torquer.cli.commands.gallery.CHECKOUT", tmp_path)
     for command in (("list",), ("run", "FIELD-10"), ("all",)):
         assert call("gallery", *command) == (2, "", (
-            "error: gallery: must be run from a checkout of torquer's repository; received an "
-            "installed package\n"
+            "error: gallery: must stand next to the package, as in a checkout with "
+            "`pip install -e .`; received an installed package\n"
         ))  # fmt: skip
+
+
+NO_SYMPY = """
+import sys
+sys.modules["sympy"] = None
+from torquer.cli import main
+main(sys.argv[1:])
+"""
+
+
+def test_only_the_entries_that_derive_in_symbols_need_sympy():
+    listed, computed = (
+        subprocess.run(
+            [sys.executable, "-c", NO_SYMPY, "gallery", *words], capture_output=True, text=True
+        )
+        for words in (("list",), ("run", "MGS-12"))
+    )
+    assert (listed.returncode, listed.stderr) == (0, "")
+    assert "MGS-12" in listed.stdout
+    assert computed.returncode == 2
+    assert computed.stderr.startswith("error: gallery: needs sympy for this entry: pip install")

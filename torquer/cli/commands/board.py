@@ -3,11 +3,17 @@
 from pathlib import Path
 from typing import Annotated
 
+import torquer.scenario
 from torquer.base.limits import within
+from torquer.cli import compiling
+from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, options
+from torquer.cli.output import check_installed, print_note, show_address
+from torquer.scenario.load import name_after, text_of
 
 #: The port of the page unless another is given.
 PORT = 8422
+_NEEDS = ("starlette", "uvicorn", "websockets")
 
 
 @options
@@ -33,6 +39,20 @@ def board(
     campaign of 256 starts come with it. The page is served to this machine only, to whoever has the
     address that is printed.
     """
-    from torquer.cli.commands import board_work as work
+    check_installed("board", _NEEDS)
+    from torquer.pages.board.server import BoardServer
 
-    return work.serve(scenario, how, code)
+    if scenario is None:
+        scenario = Path(torquer.scenario.__file__).with_name("start.toml")
+        name, folder = "satellite", Path()
+    else:
+        name, folder = name_after(scenario), scenario.parent
+    load_checked(scenario, code)  # a page that begins with an error helps nobody
+    server = BoardServer(text_of(scenario, "scenario"), name, folder, how.port or 0)
+    with compiling.compiling_shown():
+        server.board.make_ready()
+    server.serve(
+        lambda: show_address(server.address, how.no_browser),
+        lambda what: print_note(f"request refused: {what}"),
+    )
+    return 0

@@ -1,13 +1,45 @@
 """`torquer campaign`: many runs of a scenario with varied keys; comparison of two campaigns."""
 
+import contextlib
+import re
+import signal
+import sys
 from pathlib import Path
 from typing import Annotated
 
+import xarray as xr
 from cyclopts import App, Parameter
 
+from torquer.base.folder_lock import claimed
+from torquer.base.strict_json import json_text
+from torquer.campaign.fly import fly_campaign
+from torquer.campaign.load import campaign_from_data, load_campaign
+from torquer.campaign.sampling import member_scenario
+from torquer.campaign.store import files_there, is_there, remove
+from torquer.campaign.summary import campaign_summary, summary_rows
+from torquer.cli.commands.run import RunOptions, run_scenario
 from torquer.cli.examples import examples_of
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.loading import check_code, check_computer, check_orbit_environment
+from torquer.cli.options import CodeOptions, Json, as_options, options
+from torquer.cli.output import (
+    interrupted,
+    make_writable,
+    print_error,
+    progress_bar,
+    show_summary,
+    table,
+    table_console,
+    writing_to,
+)
+from torquer.cli.process import SIGNAL_CODE, leave_or_raise
+from torquer.simulation.results.file import load, put, understood
+from torquer.simulation.setup.signals import ALL, noting_signals
 
+#: Options of arguments of `fly_campaign`, and of keys that they replace.
+_OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign.runs": "--runs",
+            "computer": "--computer"}  # fmt: skip
+#: Width of the table of a comparison where the output is not a terminal.
+_WIDTH = 120
 app = App(name="campaign", help_epilogue=examples_of("campaign"), version_flags=[])
 
 
@@ -43,11 +75,118 @@ def fly(
     scenario: Path, *, how: CampaignOptions = CampaignOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Fly the campaign of SCENARIO, many runs with varied keys; write campaign.nc and a report."""
-    from torquer.cli.commands import campaign_work as work
+    if how.member is not None:
+        return _fly_member(scenario, how.member, how, code)
+    if how.plots:
+        raise ValueError("--plots: must be given with --member only; received it without")
+    check_computer(how.computer, code)
+    satellite, campaign = _loaded(scenario, how, code)
+    out = how.out or Path("runs") / f"{satellite.name}-campaign"
+    make_writable(out)
+    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
+        try:
+            _make_free(out / "campaign.nc", how)
+            with _progress(satellite.name) as progress:
+                result = fly_campaign(
+                    satellite, campaign, to=out / "campaign.nc", workers=how.workers,
+                    where=how.where, resume=how.resume, progress=progress, computer=how.computer,
+                )  # fmt: skip
+            with signals.raising():
+                summary = _written(result, out, how)
+        except KeyboardInterrupt:
+            flown = bool(files_there(out / "campaign.nc"))
+            print_error(interrupted(out, "the runs flown so far", flown))
+            signals.forget()
+            return SIGNAL_CODE + (signals.number or signal.SIGINT)
+        except ValueError as error:
+            text = re.sub(r"(?<!-)\bresume (?=continues|flies)", "--resume ", str(error))
+            raise ValueError(as_options(text, _OPTIONS)) from None
+    if how.json:
+        print(json_text(summary))
+        return 0
+    report = () if how.no_report else ("report.html", "plots/")
+    show_summary(
+        summary["name"], summary_rows(summary), out, "campaign.nc", "summary.json", *report
+    )
+    return 0
 
-    if how.member is None:
-        return work.fly(scenario, how, code)
-    return work.fly_member(scenario, how.member, how, code)
+
+def _make_free(path: Path, how: CampaignOptions) -> None:
+    """Remove the campaign that is to be replaced; ValueError for one that is not."""
+    if how.resume:
+        return
+    if how.overwrite:
+        remove(path)
+    elif is_there(path):
+        raise ValueError(
+            f"--out: must hold no campaign; received {path}: --resume continues it, --overwrite "
+            "replaces it; or choose another --out"
+        )
+
+
+def _written(result, out: Path, how: CampaignOptions) -> dict:
+    """Write summary and report; the summary."""
+    summary = campaign_summary(result)
+    put(out / "summary.json", json_text(summary) + "\n")
+    if not how.no_report:
+        from torquer.report.campaign import write_campaign_report
+
+        write_campaign_report(result, out)
+    return summary
+
+
+def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions) -> int:
+    """Fly one member alone, with its full record and report."""
+    for option, given in (
+        ("--resume", how.resume),
+        ("--workers", how.workers is not None),
+        ("--where", how.where != "threads"),
+        ("--computer", how.computer is not None),
+    ):
+        if given:
+            raise ValueError(f"{option}: must not be given with --member; received both")
+    scenario, campaign = _loaded(path, how, code)
+    if not 0 <= member < campaign.runs:
+        raise ValueError(f"--member: must lie within 0..{campaign.runs - 1}; received {member}")
+    alone = RunOptions(
+        out=how.out, json=how.json, plots=how.plots, no_report=how.no_report,
+        overwrite=how.overwrite,
+    )  # fmt: skip
+    return run_scenario(member_scenario(scenario, campaign, member), alone)
+
+
+def _loaded(path: Path, how: CampaignOptions, code: CodeOptions):
+    """Scenario and campaign of a file, checked for flight with these options."""
+    scenario, campaign = load_campaign(path)
+    check_code(scenario, path, code, campaign)
+    check_orbit_environment(scenario)
+    if how.runs is not None:
+        table = campaign.model_dump(exclude_unset=True) | {"runs": how.runs}
+        try:
+            campaign = campaign_from_data(table, scenario)
+        except ValueError as error:
+            raise ValueError(as_options(str(error), _OPTIONS)) from None
+    return scenario, campaign
+
+
+@contextlib.contextmanager
+def _progress(name: str):
+    """Callback for a bar with rate and remaining time on a terminal; None elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import MofNCompleteColumn, TextColumn, TimeRemainingColumn
+
+    rate = TextColumn("{task.fields[rate]}")
+    with progress_bar(MofNCompleteColumn(), rate, TimeRemainingColumn()) as bar:
+        task = bar.add_task(name, total=None, rate="")
+
+        def update(progress) -> None:
+            speed = bar.tasks[0].speed
+            rate = f"{speed:.0f} runs/s" if speed else ""
+            bar.update(task, completed=progress.done, total=progress.runs, rate=rate)
+
+        yield update
 
 
 @app.command(help_epilogue=examples_of("campaign compare"))
@@ -64,6 +203,39 @@ def compare(
 
     Means, quantiles and success rates with intervals, their differences, and rank tests.
     """
-    from torquer.cli.commands import campaign_compare as work
+    from torquer.campaign.comparison import comparison
+    from torquer.report.campaign.tables import about_comparison, comparison_grid
 
-    return work.compare(a, b, out, json)
+    results = _result_in(a, "A"), _result_in(b, "B")
+    with understood(f"{a}, {b}"):
+        found = comparison(*results)
+    if out is not None:
+        from torquer.report.campaign import compare_campaigns
+
+        make_writable(out)
+        with writing_to(out):
+            compare_campaigns(*results, out)
+    if json:
+        print(json_text(found))
+        return 0
+    screen = table_console(_WIDTH)
+    screen.print(table(*comparison_grid(found)))
+    screen.print(about_comparison(found))
+    if out is not None:
+        print(f"{out}: report.html, plots/")
+    return 0
+
+
+def _result_in(path: Path, name: str) -> xr.Dataset:
+    """The campaign of a file, or of the folder it was written to."""
+    file = path / "campaign.nc" if path.is_dir() else path
+    try:
+        result = load(file)
+    except OSError as error:
+        raise ValueError(
+            f"{name}: must be the folder or the campaign.nc of a flown campaign; received "
+            f"{path} ({error.strerror or error})"
+        ) from None
+    if "campaign" not in result.attrs:
+        raise ValueError(f"{name}: must be the result of a campaign; received {path}")
+    return result

@@ -5,7 +5,11 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from torquer.base.strict_json import json_text
+from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.output import harmless, writing_to
+from torquer.flight.c99.export import STEPS, export_c
 
 
 @options
@@ -25,6 +29,14 @@ class ExportOptions:
 
 def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) -> int:
     """Write estimators, modes and laws of SCENARIO as C99, with a replay that compares bits."""
-    from torquer.cli.commands import export_work
-
-    return export_work.export(scenario, how, code)
+    satellite = load_usable(scenario, code, how.out)
+    with writing_to(how.out):
+        steps = STEPS if how.steps is None else how.steps
+        files = export_c(satellite, how.out, steps, how.real, how.ephemeris)
+    if how.json:
+        print(json_text({"scenario": satellite.name, "files": [str(file) for file in files]}))
+        return 0
+    names = ", ".join(str(file.relative_to(how.out)) for file in files)
+    print(harmless(f"{satellite.name}: written to {how.out}: {names}"))
+    print("build and replay: cmake -B build && cmake --build build && ctest --test-dir build")
+    return 0
