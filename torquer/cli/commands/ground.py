@@ -1,13 +1,30 @@
 """`torquer ground`: telemetry in the browser, commands, archives."""
 
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import App
 
+from torquer.base.folder_lock import claimed
 from torquer.base.limits import at_least, within
+from torquer.base.strict_json import json_text
 from torquer.cli.examples import examples_of
 from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.output import (
+    check_installed,
+    harmless,
+    make_writable,
+    print_error,
+    print_note,
+    progress_bar,
+    show_address,
+    writing_to,
+)
+from torquer.cli.process import FAILED_CODE
 
 app = App(name="ground", help_epilogue=examples_of("ground"), version_flags=[])
 FOLDER = Path("runs/ground")
@@ -15,6 +32,7 @@ FOLDER = Path("runs/ground")
 NAME = "satellite"
 #: The port of the page unless another is given.
 PORT = 8421
+_SERVER_NEEDS = ("starlette", "uvicorn", "websockets")
 
 
 @options
@@ -54,9 +72,73 @@ def serve(
     FILE names satellites with their links, software files and scenarios; or give --link. The page
     is served to this machine only, to whoever has the address that is printed.
     """
-    from torquer.cli.commands import ground_work as work
+    check_installed("ground", _SERVER_NEEDS)
+    from torquer.ground.contact import Counters
+    from torquer.pages.ground.server import Ground
 
-    return work.serve(file, how, code)
+    satellites = _satellites(file, how, code)
+    make_writable(how.folder, "--folder")
+    with writing_to(how.folder, "--folder"), claimed(how.folder, "--folder"):
+        counters = Counters(how.command_counter or 0, how.new_telemetry)
+        ground = Ground(satellites, how.folder, how.port or 0, counters)
+        for each in satellites:
+            _note_on_protection(each)
+        ground.serve(lambda: show_address(ground.address, how.no_browser))
+    if ground.failed is not None:
+        print_error(f"the ground has ended: {ground.failed}")
+        return FAILED_CODE
+    return 0
+
+
+def _note_on_protection(satellite) -> None:
+    if satellite.software.link == "historical":
+        print_note(f"{satellite.key}: commands go without protection, as its software file says")
+    elif satellite.software.keys.are_known:
+        print_note(
+            f"{satellite.key}: its link is protected by keys that everybody knows; up_key and "
+            "down_key of the software file name your own"
+        )
+
+
+def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> list:
+    """The satellites of the file, or the one of the options."""
+    from torquer.cli.loading import check_code
+    from torquer.ground.file import SatelliteTable, load_ground, satellite_of
+    from torquer.scenario.load import load_scenario
+
+    if (path is None) == (how.link is None):
+        received = "neither" if path is None else "both"
+        raise ValueError(f"FILE: must be given, or --link; received {received}")
+    if path is not None:
+        for name, is_given in (
+            ("scenario", how.scenario is not None),
+            ("software", how.software is not None),
+            ("name", how.name != NAME),
+        ):
+            if is_given:
+                raise ValueError(f"--{name}: must not be given with FILE, which has its own")
+        tables = load_ground(path).satellites
+    else:
+        table = {"link": how.link, "software": how.software, "scenario": how.scenario}
+        tables = {_short_name(how.name): SatelliteTable.model_validate(table)}
+    for each in tables.values():
+        if each.scenario is not None:
+            check_code(load_scenario(each.scenario), each.scenario, code)
+    return [satellite_of(key, table) for key, table in tables.items()]
+
+
+def _short_name(name: str) -> str:
+    from pydantic import TypeAdapter, ValidationError
+
+    from torquer.flight.packets.dictionary import Name
+
+    try:
+        return TypeAdapter(Name).validate_python(name)
+    except ValidationError:
+        raise ValueError(
+            "--name: must be words of lower-case letters and digits, with '_' between them; "
+            f"received {name!r}"
+        ) from None
 
 
 @options
@@ -85,9 +167,62 @@ def send(name: str | None = None, /, *values: str, how: SendOptions = SendOption
     Several numbers of one field are separated by commas; regions, states, flags, parameters and
     labels go by their names. Prints what became of it; exit code 1 unless it was executed.
     """
-    from torquer.cli.commands import ground_work as work
+    from torquer.ground.client import RunningGround
 
-    return work.send(name, values, how)
+    if (name is None) == (how.file is None):
+        raise ValueError(
+            f"NAME: must be given, or --file; received {'neither' if name is None else 'both'}"
+        )
+    orders = _orders(name, values, how)
+    found = RunningGround(how.folder).send(orders, how.satellite, not how.no_wait)
+    if how.json:
+        print(json_text(found))
+    else:
+        _show_commands(found)
+    pairs = zip(orders, found, strict=True)
+    went_well = how.no_wait or all(each["state"] in _good(order) for order, each in pairs)
+    return 0 if went_well else FAILED_CODE
+
+
+def _good(order: dict) -> tuple[str, ...]:
+    """States of a command that went well, as far as is waited for."""
+    return ("executed", "received") if order["acknowledge"] else ("sent",)
+
+
+def _orders(name: str | None, values: Sequence[str], how: SendOptions) -> list[dict]:
+    if how.file is not None:
+        if values or how.delay_s is not None or how.no_acknowledge:
+            raise ValueError("--file: must be given alone; received values or options as well")
+        from torquer.flight.software.script import load_script
+
+        commands = load_script(how.file).commands
+        if not commands:
+            raise ValueError(f"--file: must hold commands; received none in {how.file}")
+        return [each.model_dump(mode="json", exclude_none=True) for each in commands]
+    order: dict[str, Any] = {"command": name, "acknowledge": not how.no_acknowledge}
+    if how.delay_s:
+        order["delay_s"] = how.delay_s
+    return [order | {"values": dict(map(_key_and_value, values))}]
+
+
+def _key_and_value(text: str) -> tuple[str, Any]:
+    """KEY=VALUE: a number, several with commas between them, or text."""
+    key, equals, value = text.partition("=")
+    if not equals or not key:
+        raise ValueError(f"values: must be written KEY=VALUE; received {text!r}")
+    parts = value.split(",")
+    try:
+        numbers = [float(part) if set(part) & set(".eEni") else int(part) for part in parts]
+    except ValueError:
+        return key, value
+    return key, numbers if len(numbers) > 1 else numbers[0]
+
+
+def _show_commands(commands: list[dict]) -> None:
+    for each in commands:
+        values = "".join(f" {key}={value}" for key, value in each["values"].items())
+        reason = f" ({each['reason']})" if each["reason"] else ""
+        print(harmless(f"{each['id']} {each['command']}{values}: {each['state']}{reason}"))
 
 
 @options
@@ -109,9 +244,28 @@ def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
 
     Prints what was found, lost and rejected. A frame is in an archive once, however often it comes.
     """
-    from torquer.cli.commands import ground_work as work
+    from torquer.ground.archive import Archive
+    from torquer.ground.file import SatelliteTable, satellite_of
+    from torquer.ground.recording import imported
 
-    return work.import_recording(recording, how)
+    name = _short_name(how.name)
+    satellite = satellite_of(name, SatelliteTable(link="", software=how.software))
+    if not recording.is_file():
+        raise ValueError(f"RECORDING: must be a file; received {recording}")
+    make_writable(how.folder, "--folder")
+    path = how.folder / f"{name}.sqlite"
+    archive = Archive(path, satellite.software.dictionary)
+    try:
+        with _progress(recording.name) as progress:
+            counts = imported(satellite.software, recording, archive, progress)
+    finally:
+        archive.close()
+    if how.json:
+        print(json_text(counts | {"archive": str(path)}))
+    else:
+        print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in counts.items()))
+        print(f"archive: {path}")
+    return 0
 
 
 @options
@@ -134,6 +288,47 @@ class ExportOptions:
 @app.command(help_epilogue=examples_of("ground export"))
 def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units."""
-    from torquer.cli.commands import ground_work as work
+    if how.format == "parquet":
+        check_installed("ground", ("pyarrow",))
+    from torquer.ground.export import exported
 
-    return work.export(archive, how)
+    start_ms, end_ms = _ms("--start", how.start), _ms("--end", how.end)
+    if start_ms is not None and end_ms is not None and start_ms > end_ms:
+        raise ValueError(f"--end: must not be before --start; received {how.end}")
+    make_writable(how.out)
+    with writing_to(how.out), _progress(archive.name) as progress:
+        files = exported(archive, how.out, how.format, how.packet, start_ms, end_ms, progress)
+    if how.json:
+        print(json_text([{"file": str(path), "rows": rows} for path, rows in files]))
+    else:
+        for path, rows in files:
+            print(f"{path}: {rows} rows")
+    if not files:
+        print_note("nothing was written: the archive has no such rows")
+    return 0
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Callable[[float], None] | None]:
+    """Progress callback for a bar on a terminal; None elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with progress_bar() as shown:
+        task = shown.add_task(name, total=1.0)
+        yield lambda part: shown.update(task, completed=part)
+
+
+def _ms(option: str, text: str | None) -> int | None:
+    """Milliseconds since 1970 of a date with a zone."""
+    if text is None:
+        return None
+    try:
+        at = datetime.fromisoformat(text)
+    except ValueError:
+        at = None
+    if at is None or at.tzinfo is None:
+        raise ValueError(
+            f"{option}: must be a time with a zone, such as 2012-01-01T00:00:00Z; received {text}"
+        )
+    return round(at.timestamp() * 1e3)
