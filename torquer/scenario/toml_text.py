@@ -1,6 +1,7 @@
 """Plain data as TOML text."""
 
 import re
+from datetime import datetime
 
 import tomli_w
 
@@ -20,6 +21,19 @@ def toml_of(data: dict, widest: int = 80) -> str:
     for pattern in (_PLAIN_LIST, _LIST_OF_LISTS):
         text = pattern.sub(lambda found: _in_one_line(found, widest), text)
     return text
+
+
+def toml_from_data(data: dict) -> str:
+    """A scenario's plain data, with its start as text, as TOML text."""
+    return toml_of(_with_times(data))
+
+
+def _with_times(data: dict) -> dict:
+    """The data with its start as a time, which TOML writes without quotes."""
+    try:
+        return {**data, "start": datetime.fromisoformat(data["start"])}
+    except (KeyError, TypeError, ValueError):
+        return data
 
 
 def _given(value):

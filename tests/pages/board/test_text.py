@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
+from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario
+from torquer.scenario.toml_text import toml_from_data
 
 EXAMPLES = sorted(Path("examples").glob("*.toml"))
 

@@ -13,10 +13,9 @@ import numpy as np
 
 from torquer.ground.telemetry.twin_flights import TURN, gain_key
 from torquer.ground.telemetry.twin_found import Twin
-from torquer.pages.board.text import toml_from_data
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import toml_of
+from torquer.scenario.toml_text import toml_from_data, toml_of
 
 #: Standard deviations of logarithms of what the telemetry does not show: the inertia's size, and
 #: with it that of gain and dipole; the gain.

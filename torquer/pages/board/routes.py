@@ -33,11 +33,12 @@ from torquer.pages.board.answer import answer_of
 from torquer.pages.board.flown import Flown, Orbits, Superseded, fly
 from torquer.pages.board.form import form_of
 from torquer.pages.board.starts import Starts
-from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
+from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of
 from torquer.pages.board.theory import theory_of
 from torquer.pages.browser.bodies import json_object
 from torquer.pages.browser.files import files_of
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import toml_from_data
 
 WEB = Path(__file__).parent / "web"
 #: Status of an answer that nobody waits for.

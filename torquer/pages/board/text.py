@@ -11,7 +11,6 @@ from pathlib import Path
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import data_of, scenario_from_data
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import toml_of
 
 _KEY = re.compile(r"([A-Za-z_][\w.\[\]-]*): ")
 
@@ -19,11 +18,6 @@ _KEY = re.compile(r"([A-Za-z_][\w.\[\]-]*): ")
 def data_from_toml(text: str) -> dict:
     """The data of a TOML text; times become text, as ISO 8601 has it."""
     return _plain(data_of(text, "scenario"))
-
-
-def toml_from_data(data: dict) -> str:
-    """Data as TOML text, without the comments that it may have had."""
-    return toml_of(_with_times(data))
 
 
 def scenario_of(data: dict, folder: Path, code: Container[Path]) -> Scenario:
@@ -68,11 +62,3 @@ def _plain(value):
     if isinstance(value, dict):
         return {key: _plain(part) for key, part in value.items()}
     return [_plain(part) for part in value] if isinstance(value, list) else value
-
-
-def _with_times(data: dict) -> dict:
-    """The data with its start as a time, which TOML writes without quotes."""
-    try:
-        return {**data, "start": datetime.fromisoformat(data["start"])}
-    except (KeyError, TypeError, ValueError):
-        return data
