@@ -263,8 +263,8 @@ def test_mistakes_are_named(tmp_path):
         attitude_of(data.isel(time=[0]), gyro_filter(), place)
     path = tmp_path / "filter.toml"
     path.write_text("[control.law]\nkind = 'off'\n")
-    with pytest.raises(ValueError, match=r"--filter: must hold a table \[control.estimator\]"):
+    with pytest.raises(ValueError, match=r"filter: must hold a table \[control.estimator\]"):
         load_filter(path)
     path.write_text("[control.estimator]\nkind = 'kalman_gyro'\nsun_noise_deg = 0.1\n")
-    with pytest.raises(ValueError, match=r"--filter: control.estimator.*gyro_bias_sigma_deg_s"):
+    with pytest.raises(ValueError, match=r"filter: control.estimator.*gyro_bias_sigma_deg_s"):
         load_filter(path)

@@ -12,8 +12,8 @@ from twin_session import tip_off
 import torquer
 from torquer.campaign.sampling import draw
 from torquer.cli.answer import answer
-from torquer.cli.commands.telemetry_work import _with_error
 from torquer.compile import engine
+from torquer.ground.telemetry.rows import with_error
 from torquer.scenario.change import with_values
 
 EXAMPLE = Path("examples/chibis_m_detumble.toml").resolve()
@@ -161,12 +161,13 @@ def test_a_twin(folder, capsys, monkeypatch):
         (1.401, 0.0034, ("1.4010", "0.0034")),
         (0.048, 0.0101, ("0.048", "0.010")),
         (4.956e6, 6.3e4, ("4.956e+06", "6.3e+04")),
+        (-2213.0, 148.0, ("-2213", "148")),
         (2.22e-7, 3.4e-9, ("2.220e-07", "3.4e-09")),
         (0.0, 0.01, ("0.000", "0.010")),
     ],
 )
 def test_a_number_has_the_digits_of_its_error(value, sigma, shown):
-    assert _with_error(value, sigma) == shown
+    assert with_error(value, sigma) == shown
 
 
 def test_the_code_of_a_twin_is_executed_only_where_it_may_be(folder, capsys):
@@ -189,7 +190,7 @@ def test_a_mapping_is_proposed_once(folder, capsys):
     [
         ([], "FILE: must be given"),
         (["pass.nc"], "--orbit: must be given"),
-        (["pass.nc", "--clock-sigma-s", "1"], "must be given with --along-track-sigma-km"),
+        (["pass.nc", "--clock-sigma-s", "1"], "--along-track-sigma-km: must be given, as "),
         (["init", "none.csv"], "FILE: must be a file"),
     ],
 )

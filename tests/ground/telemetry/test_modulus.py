@@ -121,13 +121,13 @@ def test_drifting_first_minutes_are_reported_and_left_out_on_request():
     rest = examine(Session(data, ()), orbit, leave_out_first_s=600.0)
     keys = [each.key for each in rest.findings]
     assert "left out" in keys and "first minutes differ" not in keys
-    with pytest.raises(ValueError, match="--leave-out-first-min: must leave rows"):
+    with pytest.raises(ValueError, match="leave_out_first_min: must leave rows"):
         examine(Session(data, ()), orbit, leave_out_first_s=1e6)
 
 
 def test_what_an_examination_needs():
     data, _ = session(0)
-    with pytest.raises(ValueError, match="--orbit: must be given"):
+    with pytest.raises(ValueError, match="orbit: must be given"):
         examine(Session(data, ()))
     with pytest.raises(ValueError, match="must hold b_measured"):
         examine(Session(data.drop_vars("b_measured"), ()), Sgp4(tle=TLE))
@@ -151,16 +151,16 @@ def test_orbits_from_files(tmp_path):
         orbit.state(np.array([10.0]), START)[0], plain.state(np.array([10.0 + later]), START)[0]
     )
     table.write_text("[orbit]\nkind = 'circular'\naltitude_km = 500.0\ninclination_deg = 51.6\n")
-    with pytest.raises(ValueError, match="--orbit: must state `start`"):
+    with pytest.raises(ValueError, match="orbit: must state `start`"):
         load_orbit(table, START)
     table.write_text("start = 2012-03-04T09:00:00Z\n")
     with pytest.raises(ValueError, match="two-line elements or a table"):
         load_orbit(table, START)
     table.write_text("[orbit]\nkind = 'square'\n")
-    with pytest.raises(ValueError, match="--orbit: "):
+    with pytest.raises(ValueError, match="orbit: "):
         load_orbit(table, START)
     table.write_text("[orbit]\nkind = 'circular'\naltitude_km = -5\ninclination_degs = 60\n")
-    with pytest.raises(ValueError, match=r"altitude_km: must be greater than 0; (.|\n)*degs: must"):
+    with pytest.raises(ValueError, match=r"altitude_km: must be greater than 0; .*degs: must"):
         load_orbit(table, START)
     tle.write_text("\n".join([TLE[0][:-1] + "5", TLE[1]]))
     with pytest.raises(ValueError, match="checksum must be 4; received 5"):

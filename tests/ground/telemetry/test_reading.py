@@ -9,7 +9,7 @@ import pytest
 from telemetry_session import session
 
 from torquer.ground.telemetry.mapping import load_mapping, mapping_of, text_of_mapping
-from torquer.ground.telemetry.propose import proposed
+from torquer.ground.telemetry.propose import propose_mapping
 from torquer.ground.telemetry.quantities import session_of
 from torquer.ground.telemetry.read import read
 
@@ -172,7 +172,7 @@ def test_without_a_mapping_only_own_files(tmp_path):
     found = read(tmp_path / "own.nc").data
     np.testing.assert_array_equal(found["b_measured"], data["b_measured"])
     np.testing.assert_array_equal(found["utc"], data["utc"])
-    with pytest.raises(ValueError, match="--mapping: must be given for files that are not"):
+    with pytest.raises(ValueError, match="mapping: must be given for files that are not"):
         read(written(tmp_path, "t,x\n1,2\n"))
     with pytest.raises(ValueError, match="FILE: must be given"):
         read([])
@@ -228,7 +228,7 @@ def test_cdf(tmp_path):
     field = {"Variable": "B_VFM", "Data_Type": 45, "Dim_Sizes": [3]} | row
     file.write_var(field, {"UNITS": "nT"}, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
     file.close()
-    mapping, _ = proposed(tmp_path / "swarm.cdf")
+    mapping, _ = propose_mapping(tmp_path / "swarm.cdf")
     found = read(tmp_path / "swarm.cdf", mapping).data
     np.testing.assert_allclose(found["b_measured"][1] * 1e9, [4.0, 5.0, 6.0])
     assert str(found["utc"].values[1]) == "2012-03-04T10:31:57.000000000"
@@ -238,7 +238,7 @@ def test_a_proposed_mapping_reads_the_file(tmp_path):
     lines = ["# of the station", "# stamp,mag,status"]
     lines += [f"04-03-2012 14:3{k}:00.000,2400{k}\\-16415\\-11381,ok" for k in range(8)]
     path = written(tmp_path, "\n".join(lines))
-    mapping, guesses = proposed(path)
+    mapping, guesses = propose_mapping(path)
     assert (mapping.skip, mapping.split, mapping.units["b_measured"]) == (
         1, {"b_measured": "\\"}, "nT",
     )  # fmt: skip
@@ -255,7 +255,7 @@ def test_a_letter_within_a_word_does_not_name_a_quantity(tmp_path):
     head += [f"{name}_{axis}" for name in ("omega_body", "battery", "b_field") for axis in "xyz"]
     head += [f"gyro_bias_r_{axis}" for axis in "xyz"]
     rows = [f"2012-03-04T10:00:0{k}Z," + ",".join(["0.01"] * 12) for k in range(3)]
-    mapping, _ = proposed(written(tmp_path, "\n".join([",".join(head), *rows])))
+    mapping, _ = propose_mapping(written(tmp_path, "\n".join([",".join(head), *rows])))
     assert mapping.columns == {
         "b_measured": ["b_field_x", "b_field_y", "b_field_z"],
         "omega_measured": ["omega_body_x", "omega_body_y", "omega_body_z"],
@@ -272,7 +272,7 @@ def test_a_letter_within_a_word_does_not_name_a_quantity(tmp_path):
 )
 def test_what_no_mapping_can_be_proposed_for(tmp_path, text, message):
     with pytest.raises(ValueError, match=message):
-        proposed(written(tmp_path, text))
+        propose_mapping(written(tmp_path, text))
 
 
 def test_sessions_are_checked():

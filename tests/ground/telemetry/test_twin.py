@@ -222,7 +222,7 @@ def test_errors_are_doubted_where_the_readings_are_of_no_such_twin(scale):
 def test_mistakes():
     scenario = believed(GAIN)
     data, _ = _rows()
-    with pytest.raises(ValueError, match="--twin: needs omega_measured in the telemetry"):
+    with pytest.raises(ValueError, match="twin: needs omega_measured in the telemetry"):
         twin_of(data.drop_vars("omega_measured"), scenario, NOISE_T)
     early = data.assign_coords(utc=data["utc"] - np.timedelta64(1, "h"))
     with pytest.raises(ValueError, match=r"at or before the first row.*received 3570 s after it"):
@@ -246,5 +246,5 @@ def test_scenarios_that_cannot_be_twins():
     scenario = with_values(
         believed(GAIN), {"control.failures": [{"kind": "restarted", "from_s": 9, "until_s": 18}]}
     )
-    with pytest.raises(ValueError, match="--twin: must be a scenario whose members fly together"):
+    with pytest.raises(ValueError, match="twin: must be a scenario whose members fly together"):
         Flights(scenario, 0.0, 60.0, 0.3)

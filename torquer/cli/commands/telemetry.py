@@ -1,45 +1,38 @@
 """`torquer telemetry`: what flight data say about a satellite."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any
 
 from cyclopts import App
 
-from torquer.base.limits import at_least, positive
+from torquer.base.strict_json import json_text
 from torquer.cli.examples import examples_of
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.loading import load_checked
+from torquer.cli.options import FLAT, CodeOptions, Json, options
+from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
+from torquer.cli.process import FAILED_CODE
+from torquer.ground.telemetry.case import load_case
+from torquer.ground.telemetry.examination import Examination
+from torquer.ground.telemetry.propose import propose_mapping
+from torquer.ground.telemetry.request import TelemetryRequest
+from torquer.ground.telemetry.rows import (
+    CHOICE_HEAD,
+    PARAMETER_HEAD,
+    calibration_rows,
+    choice_rows,
+    twin_rows,
+)
+from torquer.ground.telemetry.twin_members import text_of_members
+from torquer.simulation.results.file import put
 
+_WIDTH = 110
 app = App(name="telemetry", help_epilogue=examples_of("telemetry"), version_flags=[])
 
 
 @options
-class TelemetryOptions:
-    """Options of `torquer telemetry`."""
+class CheckOutput:
+    """Output of `torquer telemetry`."""
 
-    orbit: Path | None = None
-    """Two-line elements (of several the nearest), or a TOML file with a table [orbit], such as a
-    scenario [position_j of the telemetry]."""
-    mapping: Path | None = None
-    """How columns become quantities [none: files of torquer]."""
-    model: (
-        Literal["bias", "scale", "non-orthogonality", "shift", "coils", "temperature", "all"] | None
-    ) = None
-    """Last part of the calibration: each holds those before it, but `temperature` no coils
-    [chosen by blocks of time held out]."""
-    leave_out_first_min: Annotated[float, at_least(0.0)] = 0.0
-    """Minutes at the beginning that are not used."""
-    clock_sigma_s: Annotated[float | None, positive()] = None
-    """Error of the clock to be expected, with --along-track-sigma-km: splits the shift."""
-    along_track_sigma_km: Annotated[float | None, positive()] = None
-    """Error of the elements along the track to be expected; about 1 to 3 km for each day of their
-    age."""
-    filter: Path | None = None
-    """TOML file with a table [control.estimator], such as a scenario: its Kalman filter and a
-    smoother make an attitude of the calibrated readings [none]."""
-    twin: Path | None = None
-    """Scenario of the satellite as it is believed to be, on its orbit, with a control cycle that
-    begins at its `start`: flown alongside the calibrated readings, its inertia, gain and residual
-    dipole are fitted [none]."""
     out: Path | None = None
     """Output folder [runs/FILE-telemetry]."""
     json: Json = False
@@ -47,7 +40,10 @@ class TelemetryOptions:
 
 @app.default
 def check(
-    *files: Path, how: TelemetryOptions = TelemetryOptions(), code: CodeOptions = CodeOptions()
+    *files: Path,
+    asked: Annotated[TelemetryRequest, FLAT] = TelemetryRequest(),
+    output: CheckOutput = CheckOutput(),
+    code: CodeOptions = CodeOptions(),
 ) -> int:
     """Check the magnetometer in FILES against the field along the orbit, and calibrate it.
 
@@ -60,9 +56,60 @@ def check(
     attitude.nc, twin.nc, twin.toml, report.html and pictures. Exit code 1 for telemetry that cannot
     be used as it is, and for a filter or a twin that does not fit it.
     """
-    from torquer.cli.commands import telemetry_work as work
+    if asked.twin is not None:
+        load_checked(asked.twin, code)
+    case = load_case(files, asked)
+    out = output.out or Path("runs") / f"{files[0].stem}-telemetry"
+    make_writable(out)
+    found = case.examine()
+    with writing_to(out):
+        names = _write(found, out)
+    if asked.clock_sigma_s is not None and found.split is None:
+        print_note("--clock-sigma-s: splits nothing, as no shift was fitted")
+    if output.json:
+        print(json_text(found.as_plain() | {"out": str(out)}))
+    else:
+        _show(found)
+        print(f"{out}: {', '.join(names)}")
+    return 0 if found.is_good else FAILED_CODE
 
-    return work.check(files, how, code)
+
+def _write(found: Examination, out: Path) -> list[str]:
+    """Write data, pictures and page; the names of the files."""
+    from torquer.report.telemetry.page import write_telemetry
+    from torquer.simulation.results.netcdf import written
+
+    twin = found.twin
+    files: dict[str, Any] = {"calibrated.nc": written(found.calibrated)}
+    if found.attitude is not None:
+        files["attitude.nc"] = written(found.attitude.data)
+    if twin is not None and twin.data is not None and twin.onward is not None:
+        files["twin.nc"] = written(twin.data)
+        files["twin.toml"] = text_of_members(twin.onward, twin)
+    for name, content in files.items():
+        put(out / name, content)
+    return [*files, *write_telemetry(found, out)]
+
+
+def _show(found: Examination) -> None:
+    screen = table_console(_WIDTH)
+    rows, first, last, orbit = (row.value for row in found.facts[:4])
+    print(f"{rows} rows, {first} to {last}; {orbit}")
+    for each in found.mistakes:
+        print(f"WRONG: {each.text}")
+    for each in found.findings:
+        print(f"note: {each.text}")
+    if calibrated := [row.texts for row in calibration_rows(found.calibration)]:
+        screen.print(table(PARAMETER_HEAD, calibrated, "Calibration", left=(0, 3)))
+    if found.choices:
+        screen.print(table(CHOICE_HEAD, choice_rows(found.choices), "Models compared"))
+    if fitted := [row.texts for row in twin_rows(found.twin)]:
+        screen.print(table(PARAMETER_HEAD, fitted, "Twin", left=(0, 3)))
+    if found.split is not None:
+        (clock, off), (along, away) = found.split
+        print(f"clock {clock:.2f} +- {off:.2f} s, along the track {along:.2f} +- {away:.2f} km, "
+              "by the errors stated beforehand")  # fmt: skip
+    print(f"verdict: {found.verdict}")
 
 
 @options
@@ -77,6 +124,16 @@ class ProposeOptions:
 @app.command(help_epilogue=examples_of("telemetry init"))
 def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
     """Propose a mapping for FILE, and say what of it is guessed."""
-    from torquer.cli.commands import telemetry_work as work
-
-    return work.propose(file, how)
+    proposal = propose_mapping(file)
+    out = how.out or Path(f"{file.stem}.mapping.toml")
+    if out.exists():
+        raise ValueError(f"--out: must be a new file; received {out}")
+    with writing_to(out.parent):
+        put(out, proposal.text)
+    if how.json:
+        print(json_text({"mapping": str(out), "guesses": proposal.guesses}))
+        return 0
+    for each in proposal.guesses:
+        print(f"guessed: {each}")
+    print(f"{out}: check it, then `torquer telemetry {file.name} --mapping {out.name} --orbit ...`")
+    return 0

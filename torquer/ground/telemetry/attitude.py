@@ -29,6 +29,7 @@ from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.computer.interface import nothing_known
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.environment import RowEnvironments, environments_at_rows
+from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import explain
 from torquer.scenario.load import data_of, text_of
 from torquer.simulation.results.variables import ESTIMATED, read
@@ -150,22 +151,24 @@ class _Tables(Spec):
 def load_filter(path: Path | str) -> Filter:
     """The Kalman filter of a TOML file with a table [control.estimator], such as a scenario.
 
-    ValueError for a file that has none, or another estimator.
+    RequestError for a file that has none, or another estimator.
     """
-    data = data_of(text_of(Path(path), "--filter"), "--filter")
+    with mistakes_in_file("filter"):
+        return _filter_in(Path(path))
+
+
+def _filter_in(path: Path) -> Filter:
+    data = data_of(text_of(path, "filter"), "filter")
     table = data.get("control")
     table = table.get("estimator") if isinstance(table, dict) else None
     kinds = ", ".join(kind for kind, each in ESTIMATORS.items() if issubclass(each, Filter))
     if not isinstance(table, dict) or table.get("kind") not in kinds.split(", "):
-        raise ValueError(
-            f"--filter: must hold a table [control.estimator] of kind {kinds}; received {path}"
-        )
+        raise ValueError(f"must hold a table [control.estimator] of kind {kinds}; received {path}")
     data = {"control": {"estimator": table}}
     try:
         return _Tables.model_validate(data).control.estimator
     except ValidationError as error:
-        lines = explain(error, data)
-        raise ValueError("\n".join(f"--filter: {line}" for line in lines)) from None
+        raise ValueError("\n".join(explain(error, data))) from None
 
 
 def attitude_of(data: xr.Dataset, spec: Filter, along: OrbitEnvironment) -> Attitude:

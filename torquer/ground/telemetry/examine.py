@@ -4,30 +4,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from torquer.base.limits import RequestError
 from torquer.computer.estimation.filter import Filter
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.ground.telemetry.attitude import Attitude, attitude_of
-from torquer.ground.telemetry.axes import Axes, rank_axes
+from torquer.ground.telemetry.attitude import attitude_of
+from torquer.ground.telemetry.axes import rank_axes
 from torquer.ground.telemetry.calibration import (
     GROUPS,
     MODELS,
     Calibration,
-    Choice,
     TooManyOutliers,
     calibrate,
     choose,
     rows_of,
 )
 from torquer.ground.telemetry.convention import Found, find_convention
+from torquer.ground.telemetry.examination import Examination
 from torquer.ground.telemetry.modulus import (
     FieldAlong,
     FieldGiven,
-    Zone,
     environment_of,
     unit_slip,
     zone_scan,
@@ -38,40 +37,8 @@ from torquer.ground.telemetry.twin_found import Twin
 from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
 
-#: Head of a table of parameters, of the calibration or the twin.
-PARAMETER_HEAD = ("parameter", "value", "sigma", "unit")
 #: The first part of a session [s] that is compared with the rest, and how much worse is reported.
 _FIRST_S, _WORSE = 600.0, 2.0
-
-
-class Examination(NamedTuple):
-    """What was found. `calibration` is None where there can be none; `calibrated`: the session
-    with the columns of the output (`columns_of`); `conventions` of logged quaternions, by the field
-    and by the Sun; `attitude`: by the filter, None where there is none or the telemetry is not
-    usable."""
-
-    data: xr.Dataset
-    findings: tuple[Finding, ...]
-    mistakes: tuple[Finding, ...]
-    ratio: float
-    zone: Zone | None
-    axes: Axes | None
-    calibration: Calibration | None
-    choices: tuple[Choice, ...]
-    calibrated: xr.Dataset
-    conventions: tuple[Found, ...]
-    attitude: Attitude | None
-    twin: Twin | None
-
-    @property
-    def verdict(self) -> str:
-        """The verdict in a few words."""
-        found = self.calibration
-        if self.mistakes or found is None:
-            return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
-        text = f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
-        made = [each.verdict for each in (self.attitude, self.twin) if each is not None]
-        return "; ".join([text, *made])
 
 
 def examine(
@@ -94,7 +61,7 @@ def examine(
     if "b_measured" not in data:
         raise ValueError("FILE: must hold b_measured, which nothing else replaces; received none")
     if orbit is None and "position_j" not in data:
-        raise ValueError("--orbit: must be given where the telemetry has no position_j")
+        raise RequestError("orbit", "must be given where the telemetry has no position_j")
     data, t_s = _late_part(data, leave_out_first_s, findings)
     environment = environment_of(data, orbit)
     given = orbit is None
@@ -205,7 +172,7 @@ def _late_part(data, leave_out_first_s, findings):
     t_s = data["time"].values
     late = t_s >= leave_out_first_s
     if not late.any():
-        raise ValueError("--leave-out-first-min: must leave rows; received more than there are")
+        raise RequestError("leave_out_first_min", "must leave rows; received more than there are")
     if not late.all():
         text = f"the first {leave_out_first_s / 60.0:g} min are left out, as asked"
         findings.append(Finding("left out", int(np.sum(~late)), text))

@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
+from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, seconds_between
 from torquer.environment.orbit import AnyOrbit, Sgp4
 from torquer.environment.orbit.numerical import epoch_of
+from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import explain
 from torquer.scenario.load import data_of, text_of
 
@@ -49,10 +51,14 @@ class OrbitFrom(NamedTuple):
 def load_orbit(path: Path | str, at: datetime):
     """The orbit of a file, and what to say of it; of several element sets the one nearest to `at`.
 
-    ValueError for a file that has none.
+    RequestError for a file that has none.
     """
-    path = Path(path)
-    text = text_of(path, "--orbit")
+    with mistakes_in_file("orbit"):
+        return _loaded(Path(path), at)
+
+
+def _loaded(path: Path, at: datetime):
+    text = text_of(path, "orbit")
     lines = [line.rstrip() for line in text.splitlines() if _LINE.match(line)]
     if len(lines) >= 2 and path.suffix.lower() != ".toml":
         sets = [
@@ -60,17 +66,19 @@ def load_orbit(path: Path | str, at: datetime):
             for k in range(0, len(lines) - 1, 2)
         ]
         return _described(min(sets, key=lambda each: abs(epoch_of(each) - at)), at)
-    data = data_of(text, "--orbit")
+    data = data_of(text, "orbit")
     if not isinstance(data.get("orbit"), dict):
-        raise ValueError(
-            f"--orbit: must hold two-line elements or a table [orbit]; received {path}"
+        raise RequestError(
+            "orbit", f"must hold two-line elements or a table [orbit]; received {path}"
         )
     orbit = _orbit_of(data["orbit"])
     if isinstance(orbit, Sgp4):
         return _described(orbit, at)
     if "start" not in data:
-        raise ValueError(f"--orbit: must state `start`, the time of the elements; received {path}")
-    start = parse_utc(data["start"], "--orbit: start")
+        raise RequestError(
+            "orbit", f"must state `start`, the time of the elements; received {path}"
+        )
+    start = parse_utc(data["start"], "start")
     return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}"
 
 
@@ -80,8 +88,7 @@ def _orbit_of(table: dict) -> AnyOrbit:
     try:
         return _Tables.model_validate(data).orbit
     except ValidationError as error:
-        lines = explain(error, data)
-        raise ValueError("\n".join(f"--orbit: {line}" for line in lines)) from None
+        raise ValueError("\n".join(explain(error, data))) from None
 
 
 def _described(orbit: Sgp4, at: datetime):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.ground.telemetry.mapping import Mapping, mapping_of
+from torquer.ground.telemetry.mapping import Mapping, mapping_of, text_of_mapping
 from torquer.ground.telemetry.quantities import QUANTITIES, UNITS, in_si, unit_of, units_for
 from torquer.ground.telemetry.read import split_numbers
 from torquer.ground.telemetry.tables import format_of, table_of
@@ -30,8 +31,32 @@ _UNIT = re.compile(r"[\[(_ ]([^\[\]()_ ]+)[\])]?$")
 _USUAL = {"b_measured": 4e-5, "omega_measured": 0.01, "position_j": 7e6, "temperature": 290.0}
 
 
-def proposed(path: Path) -> tuple[Mapping, list[str]]:
-    """A mapping for a file, and its guesses in words; ValueError where no column fits."""
+class Proposal(NamedTuple):
+    """A mapping, and in words what of it is a guess."""
+
+    mapping: Mapping
+    guesses: list[str]
+
+    @property
+    def text(self) -> str:
+        """The mapping file: guesses as comments, then its keys."""
+        return text_of_mapping(self.mapping, self.guesses)
+
+    def _repr_html_(self) -> str:
+        """The file for a notebook."""
+        return f"<pre>{escape(self.text)}</pre>"
+
+
+def propose_mapping(path: Path | str) -> Proposal:
+    """A mapping for a file of telemetry, to be checked and written to a file of its own.
+
+    ValueError for no file, and where no column fits.
+
+        print(propose_mapping("pass.csv").text)
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"FILE: must be a file; received {path}")
     kind = format_of(path)
     guesses: list[str] = []
     base: dict[str, Any] = {}
@@ -70,7 +95,7 @@ def proposed(path: Path) -> tuple[Mapping, list[str]]:
         )
     if "q_measured" in columns:
         guesses.append("q_measured is body to J, scalar last: |B| does not check it")
-    return mapping_of({**base, "columns": columns, "units": units}), guesses
+    return Proposal(mapping_of({**base, "columns": columns, "units": units}), guesses)
 
 
 def _packet(path: Path, guesses) -> str:

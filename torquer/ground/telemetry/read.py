@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.base.limits import RequestError
 from torquer.ground.telemetry.mapping import COUNTED, DAYS, Mapping, names_in, zone_of
 from torquer.ground.telemetry.quantities import QUANTITIES, RENAMED, in_si, session_of, unit_of
 from torquer.ground.telemetry.tables import Table, table_of
@@ -90,9 +91,10 @@ def _own(table: Table, path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
             columns.setdefault(name, []).append(column)
     fits = {n: c for n, c in columns.items() if len(c) == QUANTITIES[n].size}
     if "utc" not in table.is_utc or not fits:
-        raise ValueError(
-            "--mapping: must be given for files that are not results of torquer; received none "
-            f"(`torquer telemetry init {path.name}` proposes one)"
+        raise RequestError(
+            "mapping",
+            "must be given for files that are not results of torquer; received none "
+            f"(`torquer telemetry init {path.name}` proposes one)",
         )
     values = {
         name: np.squeeze(table.data[each].to_numpy(dtype=float)).reshape(

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.limits import RequestError
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
@@ -150,7 +151,7 @@ class Flights:
         self.scenario = _template(scenario, start_s, duration_s, rate_rad_s, noisy)
         self._run = prepare(self.scenario)
         if why := why_not_in_lanes(self._run):
-            raise ValueError(f"--twin: must be a scenario whose members fly together; {why}")
+            raise RequestError("twin", f"must be a scenario whose members fly together; {why}")
         self._lanes = Lanes(self._run, Pieces(self._run))
         self._known: dict[bytes, np.ndarray | None] = {} if like is None else like._known
         self.step_s = self._run.plan.step_s

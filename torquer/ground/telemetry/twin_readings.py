@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.base.limits import RequestError
 from torquer.base.time import seconds_between
 from torquer.environment.field.along import angles_deg
 from torquer.ground.telemetry.modulus import start_of
@@ -130,12 +131,13 @@ def readings_of(
     """The rows of a session that can be fitted, and when the flights start [s]."""
     for name in ("b_measured", "omega_measured"):
         if name not in data:
-            raise ValueError(f"--twin: needs {name} in the telemetry; received none")
+            raise RequestError("twin", f"needs {name} in the telemetry; received none")
     first_s = seconds_between(scenario.start, start_of(data)) + shift_s
     if first_s < 0.0:
-        raise ValueError(
-            "--twin: `start` must be at or before the first row of the telemetry; received "
-            f"{-first_s:.6g} s after it"
+        raise RequestError(
+            "twin",
+            "`start` must be at or before the first row of the telemetry; received "
+            f"{-first_s:.6g} s after it",
         )
     t_s = data["time"].values + first_s
     b, omega = data["b_measured"].values, data["omega_measured"].values
@@ -145,9 +147,10 @@ def readings_of(
     rows = np.flatnonzero(off < _OUTLIER * math.hypot(sigma_b, bias_b))
     rows = rows[np.cumsum(np.isfinite(omega[rows]).all(axis=1)) > 0]
     if len(rows) < 2 * _FIRST_ROWS:
-        raise ValueError(
-            f"--twin: needs {2 * _FIRST_ROWS} rows with the field of the scenario's orbit, the "
-            f"first of them with a rate; received {len(rows)}"
+        raise RequestError(
+            "twin",
+            f"needs {2 * _FIRST_ROWS} rows with the field of the scenario's orbit, the "
+            f"first of them with a rate; received {len(rows)}",
         )
     cycle_s = scenario.control.cycle_s
     start_s = cycle_s * math.floor(t_s[rows[0]] / cycle_s + 1e-9)

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from torquer.ground.telemetry.convention import WAYS_SHOWN
-from torquer.ground.telemetry.examine import PARAMETER_HEAD
+from torquer.ground.telemetry.examination import Examination
+from torquer.ground.telemetry.rows import (
+    CHOICE_HEAD,
+    PARAMETER_HEAD,
+    calibration_rows,
+    choice_rows,
+    twin_rows,
+)
 from torquer.report.common.html import card, cards, picture
 from torquer.report.telemetry.pictures import pictures_of
 from torquer.simulation.results.file import put
@@ -70,20 +75,10 @@ def _unknown(twin) -> str:
     )
 
 
-def write_telemetry(found, parameters, of_twin, about: str, out: Path) -> list[str]:
-    """Write report.html and the pictures of an `Examination`; the names of the files.
-
-    `parameters`, `of_twin`: rows of name, value, standard deviation, unit. `about`: the orbit in
-    words.
-    """
+def write_telemetry(found: Examination, out: Path) -> list[str]:
+    """Write report.html and the pictures of an examination; the names of the files."""
     paths = pictures_of(found, out)
-    pairs = [
-        ("Rows", str(found.data.sizes["time"])),
-        ("From", f"{np.datetime_as_string(found.data['utc'].values[0], 's')}Z"),
-        ("To", f"{np.datetime_as_string(found.data['utc'].values[-1], 's')}Z"),
-        ("Positions", about),
-        ("Strength over the model's", f"{found.ratio:.4g}"),
-    ]
+    pairs = [row.texts[:2] for row in found.facts]
     verdict = found.verdict
     notes = [("wrong", each.text) for each in found.mistakes]
     notes += [("note", each.text) for each in found.findings]
@@ -96,21 +91,17 @@ def write_telemetry(found, parameters, of_twin, about: str, out: Path) -> list[s
     ]
     made += [_conventions(each) for each in found.conventions]
     head = tuple(map(str.capitalize, PARAMETER_HEAD))
-    if of_twin:
+    if of_twin := [row.texts for row in twin_rows(found.twin)]:
         said = f"{_unknown(found.twin)} {_AHEAD}"
         made.append(card("twin-parameters", "Twin's parameters", said, {"grid": (head, of_twin)}))
-    if found.calibration is not None:
+    if rows := [row.texts for row in calibration_rows(found.calibration)]:
         caption = (
             "The corrected reading is A (m - bias), A lower triangular with 1 + scale on its "
             "diagonal. Standard deviations allow for the correlation of the residuals."
         )
-        made.append(card("parameters", "Calibration", caption, {"grid": (head, parameters)}))
+        made.append(card("parameters", "Calibration", caption, {"grid": (head, rows)}))
     if found.choices:
-        rows = [
-            (", ".join(each.groups), f"{1e9 * each.fitted:.0f}", f"{1e9 * each.held_out:.0f}")
-            for each in found.choices
-        ]
-        grid = (("Model", "Fitted rms [nT]", "Held-out rms [nT]"), rows)
+        grid = (tuple(map(str.capitalize, CHOICE_HEAD)), choice_rows(found.choices))
         caption = "More parameters always fit better; blocks of time held out say which help."
         made.append(card("models", "Models compared", caption, {"grid": grid}))
     source = found.data.attrs.get("source", "telemetry")

@@ -1,0 +1,188 @@
+"""What an examination of telemetry found, with its verdict, as rows and as plain data."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from torquer.ground.telemetry.attitude import Attitude
+from torquer.ground.telemetry.axes import Axes
+from torquer.ground.telemetry.calibration import Calibration, Choice
+from torquer.ground.telemetry.convention import WAYS_SHOWN, Found
+from torquer.ground.telemetry.modulus import Zone
+from torquer.ground.telemetry.read import Finding
+from torquer.ground.telemetry.rows import PARAMETER_HEAD, Row, calibration_rows, twin_rows
+from torquer.ground.telemetry.twin_found import Twin
+
+
+class Split(NamedTuple):
+    """Shares of a shift in time, value and standard deviation: of the clock [s], and of the
+    satellite along its track [km]."""
+
+    clock_s: tuple[float, float]
+    along_track_km: tuple[float, float]
+
+
+class Examination(NamedTuple):
+    """What was found. `calibration` is None where there can be none; `calibrated`: the session
+    with the columns of the output (`columns_of`); `conventions` of logged quaternions, by the field
+    and by the Sun; `attitude`: by the filter, None where there is none or the telemetry is not
+    usable; `orbit` in words; `split`: of the shift, where errors of clock and elements were
+    stated. Pictures and a page: `torquer.report.telemetry.page.write_telemetry`."""
+
+    data: xr.Dataset
+    findings: tuple[Finding, ...]
+    mistakes: tuple[Finding, ...]
+    ratio: float
+    zone: Zone | None
+    axes: Axes | None
+    calibration: Calibration | None
+    choices: tuple[Choice, ...]
+    calibrated: xr.Dataset
+    conventions: tuple[Found, ...]
+    attitude: Attitude | None
+    twin: Twin | None
+    orbit: str = ""
+    split: Split | None = None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in a few words."""
+        found = self.calibration
+        if self.mistakes or found is None:
+            return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
+        text = f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
+        made = [each.verdict for each in (self.attitude, self.twin) if each is not None]
+        return "; ".join([text, *made])
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the telemetry can be used as it is, and filter and twin fit it."""
+        fits = self.attitude is None or self.attitude.fit.fits
+        return fits and (self.twin is None or self.twin.fits) and not self.mistakes
+
+    @property
+    def facts(self) -> list[Row]:
+        """About the telemetry as a whole."""
+        first, last = (np.datetime_as_string(self.data["utc"].values[k], "s") for k in (0, -1))
+        return [
+            Row("rows", "Rows", self.data.sizes["time"]),
+            Row("first", "From", f"{first}Z"),
+            Row("last", "To", f"{last}Z"),
+            Row("orbit", "Positions", self.orbit),
+            Row("strength_ratio", "Strength over the model's", self.ratio),
+        ]
+
+    def as_plain(self) -> dict:
+        """What was found as plain data, SI."""
+        parts = {
+            "zone": None if self.zone is None else _zone(self.zone),
+            "axes": None if self.axes is None else _axes(self.axes),
+            "conventions": [_convention(each) for each in self.conventions],
+            "attitude": None if self.attitude is None else _attitude(self.attitude),
+            "twin": None if self.twin is None else _twin(self.twin),
+            "calibration": None if self.calibration is None else _calibration(self.calibration),
+            "split": None if self.split is None else self.split._asdict(),
+        }
+        return {
+            "verdict": self.verdict,
+            "usable": not self.mistakes,
+            **{row.key: row.value for row in self.facts},
+            "mistakes": [each._asdict() for each in self.mistakes],
+            "findings": [each._asdict() for each in self.findings],
+            **{key: part for key, part in parts.items() if part is not None},
+        }
+
+    def _repr_html_(self) -> str:
+        """Verdict, parameters and findings for a notebook."""
+        rows = [*calibration_rows(self.calibration), *twin_rows(self.twin)]
+        grid = [_line("th", PARAMETER_HEAD), *(_line("td", row.texts) for row in rows)]
+        notes = (f"<li>{escape(each.text)}</li>" for each in (*self.mistakes, *self.findings))
+        table = f"<table>{''.join(grid)}</table>" if rows else ""
+        return f"<p>{escape(self.verdict)}</p>{table}<ul>{''.join(notes)}</ul>"
+
+
+def _line(tag: str, cells) -> str:
+    return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+
+
+def _zone(zone: Zone) -> dict:
+    return {
+        "best_h": zone.best_h,
+        "residual_nt": zone.best_nt,
+        "stated_nt": zone.stated_nt,
+        "next_nt": zone.next_nt,
+    }
+
+
+def _axes(axes: Axes) -> dict:
+    return {
+        "best": list(axes.orders[0]),
+        "error_deg": float(axes.errors_deg[0]),
+        "next_deg": float(axes.errors_deg[1]),
+        "by": list(axes.by),
+    }
+
+
+def _attitude(attitude: Attitude) -> dict:
+    fit = attitude.fit
+    return {
+        "fits": fit.fits,
+        "reasons": list(fit.reasons),
+        "rejected": fit.rejected,
+        "known": fit.known,
+        "sensors": [each._asdict() for each in fit.sensors],
+    }
+
+
+def _by_name(rows: list[Row]) -> dict:
+    return {
+        "values": {row.key: row.value for row in rows},
+        "sigmas": {row.key: row.sigma for row in rows},
+    }
+
+
+def _calibration(calibration: Calibration) -> dict:
+    return {
+        "model": list(calibration.groups),
+        **_by_name(calibration_rows(calibration)),
+        "covariance": calibration.covariance.tolist(),
+        "rms_t": calibration.rms,
+        "outliers": calibration.outliers,
+        "correlation": calibration.correlation,
+        "undetermined": list(calibration.undetermined),
+    }
+
+
+def _twin(twin: Twin) -> dict:
+    return {
+        "fits": twin.fits,
+        "verdict": twin.verdict,
+        "only_ratio": twin.only_ratio,
+        "saturated": twin.saturated,
+        **_by_name(twin_rows(twin)),
+        "covariance": twin.covariance.tolist(),
+        "chi2": twin.chi2,
+        "freedoms": twin.freedoms,
+        "window_s": twin.window_s,
+        "session_s": twin.session_s,
+        "undetermined": list(twin.undetermined),
+        "doubt": twin.doubt,
+    }
+
+
+def _convention(found: Found) -> dict:
+    """The best ways to read quaternions, ranked."""
+    return {
+        "by": found.sensor,
+        "rows": found.rows,
+        "agrees": found.agrees,
+        "is_wrong": found.is_wrong,
+        "not_told_apart": len(found.rivals),
+        "margin": found.margin,
+        "stated_deg": found.stated.error_deg,
+        "ways": [way._asdict() for way in found.ways[:WAYS_SHOWN]],
+    }
