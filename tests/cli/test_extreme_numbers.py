@@ -16,12 +16,12 @@ from slow_cases import slow_after
 import torquer
 from torquer.analysis.notes.notes import notes_of
 from torquer.analysis.summary import summary_of
-from torquer.cli.commands.validate import check_usable
 from torquer.compile import engine
 from torquer.design.wheel_file import load_wheels, wheels_from_text
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario, scenario_from_data
 from torquer.simulation.setup.simulate import RunStopped, simulate
+from torquer.simulation.setup.usable import check_usable
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from torquer.analysis.notes.notes import notes_of
-from torquer.cli.commands.validate import checked_size
 from torquer.scenario.load import scenario_from_text
+from torquer.simulation.setup.usable import checked_size
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 #: Those without Python files, which take seconds to compile.

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable
 from torquer.computer.blocks.user import UserLaw
 from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Scenario
+from torquer.scenario.usable import check_orbit_environment
 
 if TYPE_CHECKING:
     from torquer.campaign.spec import Campaign
@@ -74,29 +73,4 @@ def check_computer(computer: Path | None, code: CodeOptions) -> None:
         raise ValueError(
             f"--computer: must not be given with --no-user-code; received {computer}, whose C code "
             "is executed"
-        )
-
-
-def check_orbit_environment(scenario: Scenario) -> None:
-    """ValueError if field, date, orbit or air of a scenario cannot be used.
-
-    The models are evaluated at both ends of the run and along the first orbit.
-    """
-    end_s = scenario.steps() * scenario.grid_s
-    t_s = np.append(np.linspace(0.0, min(end_s, scenario.orbit.period_s), 50), end_s)
-    environment = scenario.orbit_environment()
-    environment.check_dates(*t_s[[0, -1]])
-    environment.sample(t_s)
-    believed = scenario.believed_environment()
-    believed.check_dates(*t_s[[0, -1]])
-    believed.field(t_s, *believed.state(t_s))
-    if not scenario.spacecraft.aerodynamics:
-        return
-    with np.errstate(invalid="ignore"):
-        known = np.isfinite(environment.flow(t_s)).all()
-    if not known:
-        raise ValueError(
-            "environment.atmosphere: must have a density of 0 or more along the orbit; received a "
-            "negative one (as gost has for f107 far below f81) or one beyond the range of "
-            "floating-point numbers"
         )

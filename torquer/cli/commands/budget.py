@@ -1,4 +1,4 @@
-"""Work of `budget`: disturbance torques along a motion as table, picture, JSON."""
+"""`torquer budget`: disturbance torques along a motion as table, picture, JSON."""
 
 from pathlib import Path
 

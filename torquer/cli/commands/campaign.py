@@ -19,7 +19,7 @@ from torquer.campaign.store import files_there, is_there, remove
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli.commands.run import RunOptions, run_scenario
 from torquer.cli.examples import examples_of
-from torquer.cli.loading import check_code, check_computer, check_orbit_environment
+from torquer.cli.loading import check_code, check_computer
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
     interrupted,
@@ -32,6 +32,7 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.process import SIGNAL_CODE, leave_or_raise
+from torquer.scenario.usable import check_orbit_environment
 from torquer.simulation.results.file import load, put, understood
 from torquer.simulation.setup.signals import ALL, noting_signals
 

@@ -1,4 +1,4 @@
-"""Work of `faults`: every single fault of a scenario flown, a table, a picture, the worst."""
+"""`torquer faults`: every single fault of a scenario flown, a table, a picture, the worst."""
 
 import json
 from pathlib import Path

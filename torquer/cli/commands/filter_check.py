@@ -1,4 +1,4 @@
-"""Work of `filter-check`: statistics of a filter over many runs, or its expected accuracy."""
+"""`torquer filter-check`: statistics of a filter over many runs, or its expected accuracy."""
 
 import math
 from pathlib import Path

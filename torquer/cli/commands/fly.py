@@ -1,4 +1,4 @@
-"""Work of `fly` and `session`: the flight software flown, recorded, flown again, compared."""
+"""`torquer fly`, `torquer session`: the flight software flown, recorded, flown again."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ from torquer.flight.software.faults import (
     of_software,
     with_device_faults,
 )
+from torquer.flight.software.lateness import Lateness
 from torquer.flight.software.log import text_of_code
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.script import frames_of, load_script
@@ -53,8 +54,6 @@ from torquer.simulation.setup.simulate import RunStopped
 
 #: Kinds of events that are printed.
 _SHOWN = 12
-#: Classes of lateness in a second.
-_PER_S = 10_000
 
 
 @dataclass
@@ -66,34 +65,6 @@ class _Ground:
 
     def take(self, tick: Tick) -> None:
         self.received += [(tick.t_s, frame) for frame in self.station.receive(tick.downlink)]
-
-
-class _Lateness:
-    """How late control steps begin that should keep pace with a clock, in classes of 0.1 ms."""
-
-    def __init__(self) -> None:
-        self._count: Counter[int] = Counter()
-        self._most_s = 0.0
-
-    def take(self, late_s: float) -> None:
-        """Count a control step."""
-        self._count[int(late_s * _PER_S)] += 1
-        self._most_s = max(self._most_s, late_s)
-
-    def within_ms(self, part: float) -> float:
-        """Lateness that a part of the control steps do not exceed [ms], rounded up."""
-        wanted, seen = part * self._count.total(), 0
-        for number in sorted(self._count):
-            seen += self._count[number]
-            if seen >= wanted:
-                return min((number + 1) / _PER_S, self._most_s) * 1e3
-        return 0.0
-
-    def summary(self) -> dict[str, float]:
-        """Median, that of 99 % and the greatest lateness [ms]."""
-        most_ms = self._most_s * 1e3
-        found = {"median": self.within_ms(0.5), "99 %": self.within_ms(0.99), "most": most_ms}
-        return {name: round(value, 3) for name, value in found.items()}
 
 
 class _Flight(NamedTuple):
@@ -108,7 +79,7 @@ class _Flight(NamedTuple):
     software: Software
     memory: dict
     link: Link | None
-    lateness: _Lateness
+    lateness: Lateness
 
 
 @options
@@ -251,7 +222,7 @@ def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
         )
     station = station_of(software)
     sender, link = Sender(frames, station), _opened(how.listen, software)
-    return _Flight(core, _Ground(station), sender, faults, software, before, link, _Lateness())
+    return _Flight(core, _Ground(station), sender, faults, software, before, link, Lateness())
 
 
 def _core_of(scenario, software: Software, memory: Memory, computer: Path | None) -> Core:

@@ -102,9 +102,7 @@ def _note_on_protection(satellite) -> None:
 
 def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> list:
     """The satellites of the file, or the one of the options."""
-    from torquer.cli.loading import check_code
     from torquer.ground.file import SatelliteTable, load_ground, satellite_of
-    from torquer.scenario.load import load_scenario
 
     if (path is None) == (how.link is None):
         received = "neither" if path is None else "both"
@@ -123,6 +121,9 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
         tables = {_short_name(how.name): SatelliteTable.model_validate(table)}
     for each in tables.values():
         if each.scenario is not None:
+            from torquer.cli.loading import check_code
+            from torquer.scenario.load import load_scenario
+
             check_code(load_scenario(each.scenario), each.scenario, code)
     return [satellite_of(key, table) for key, table in tables.items()]
 

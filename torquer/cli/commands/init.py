@@ -1,4 +1,4 @@
-"""Work of `init`: a commented scenario to start from, or a copy of an example."""
+"""`torquer init`: a commented scenario to start from, or a copy of an example."""
 
 import re
 import sysconfig

@@ -1,4 +1,4 @@
-"""Work of `modes`: the mode table of a scenario in words and as a diagram, and its faults."""
+"""`torquer modes`: the mode table of a scenario in words and as a diagram, and its faults."""
 
 import os
 from pathlib import Path

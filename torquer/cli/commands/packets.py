@@ -1,4 +1,4 @@
-"""Work of `packets`: the dictionary of a software listed, and described for other programs."""
+"""`torquer packets`: the dictionary of a software listed, and described for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Work of `run` and `validate`: files, progress bar, summary table."""
+"""`torquer run`: a scenario simulated, with its files, progress bar and summary."""
 
 import contextlib
 import signal
@@ -11,11 +11,7 @@ from torquer.analysis.notes.notes import notes_of
 from torquer.base.folder_lock import claimed
 from torquer.base.strict_json import json_text
 from torquer.cli import compiling
-from torquer.cli.loading import (
-    check_computer,
-    check_orbit_environment,
-    load_checked,
-)
+from torquer.cli.loading import check_computer, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
     interrupted,
@@ -27,6 +23,7 @@ from torquer.cli.output import (
 )
 from torquer.cli.process import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.scenario.resolution import notes_on_steps
+from torquer.scenario.usable import check_orbit_environment
 from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in

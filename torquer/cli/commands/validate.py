@@ -17,6 +17,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     from torquer.analysis.notes.notes import notes_of
     from torquer.cli.loading import check_code, code_of, load_checked
     from torquer.flight.c99.export import export_notes
+    from torquer.simulation.setup.usable import checked_size
 
     try:
         checked = load_checked(scenario, code)
@@ -79,26 +80,3 @@ def _campaign_in(path: Path, scenario):
     from torquer.campaign.load import campaign_from_data
 
     return campaign_from_data(table, scenario, path.parent)
-
-
-def checked_size(scenario):
-    """The size of a run, if its law, field, date and orbit can be used and it can fit."""
-    from torquer.simulation.setup.size import check_disk, check_memory, size_of
-
-    size = size_of(scenario, check_usable(scenario))
-    check_memory(size, to_file=True)
-    check_disk(size, Path())
-    return size
-
-
-def check_usable(scenario) -> bool:
-    """Whether all laws are compiled; `ValueError` if laws, modes or environment are unusable."""
-    from torquer.cli.loading import check_orbit_environment
-    from torquer.simulation.setup.prepare import blocks_of, modes_for
-
-    blocks = blocks_of(scenario)
-    for block in blocks.all():
-        block.pack()
-    modes_for(scenario, blocks)
-    check_orbit_environment(scenario)
-    return blocks.compiled

@@ -1,4 +1,4 @@
-"""Work of `compare`: results of runs, side by side."""
+"""`torquer compare` and `torquer smooth`: results of runs side by side; attitude in hindsight."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,11 +7,11 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
-from torquer.cli.options import Json
+from torquer.cli.options import Json, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
-from torquer.simulation.results.file import load, understood
+from torquer.simulation.results.file import load, save, understood
 
-_WIDTH = 160
+_WIDTH, _SMOOTHED_WIDTH = 160, 100
 
 
 def compare(
@@ -76,3 +76,49 @@ def _changed(changed: dict[str, list]) -> list[tuple[str, ...]]:
         (key, *("not given" if value is None else str(value) for value in values))
         for key, values in changed.items()
     ]
+
+
+@options
+class SmoothOptions:
+    """Options of `torquer smooth`."""
+
+    out: Path | None = None
+    """Folder for smoothed.nc and smoothed.png [that of RESULT]."""
+    json: Json = False
+
+
+def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
+    """Smooth the attitude of a run: RESULT is its output folder or result.nc.
+
+    What the readings of the whole run tell about each of its control steps, with the errors to be
+    expected. The run must have had a Kalman filter, simulation.record_inputs = true, and a record
+    at every control step.
+    """
+    from torquer.analysis.filters.smoothing import accuracy_of, smoothed
+    from torquer.report.filter.smoothed import draw_smoothed
+
+    run = loaded(result, "RESULT")
+    with understood(result):
+        found = smoothed(run)
+    out = how.out or (result if result.is_dir() else result.parent)
+    make_writable(out)
+    with writing_to(out):
+        save(found, out / "smoothed.nc")
+        draw_smoothed(run, found, out / "smoothed.png")
+    accuracy = accuracy_of(run, found)
+    if how.json:
+        print(json_text(accuracy._asdict()))
+        return 0
+    head = ("attitude, about each axis", "filter", "smoothed")
+    rows = [
+        (name, *(f"{value:.3g} deg" for value in values))
+        for name, values in (
+            ("error, rms", (accuracy.filter_deg, accuracy.smoothed_deg)),
+            ("stated, rms", (accuracy.filter_sigma_deg, accuracy.smoothed_sigma_deg)),
+            ("greatest error, whole angle",
+             (accuracy.filter_greatest_deg, accuracy.smoothed_greatest_deg)),
+        )
+    ]  # fmt: skip
+    table_console(_SMOOTHED_WIDTH).print(table(head, rows, accuracy.scenario))
+    print(f"{out}: smoothed.nc, smoothed.png")
+    return 0

@@ -1,0 +1,29 @@
+"""Whether a scenario can be flown: its laws, modes and models, and the room that a run needs."""
+
+from pathlib import Path
+
+from torquer.scenario.spec import Scenario
+from torquer.scenario.usable import check_orbit_environment
+from torquer.simulation.setup.prepare import blocks_of, modes_for
+from torquer.simulation.setup.size import Size, check_disk, check_memory, size_of
+
+
+def checked_size(scenario: Scenario) -> Size:
+    """The size of a run; `ValueError` for a scenario that is unusable or does not fit the machine.
+
+    checked_size(torquer.load_scenario("my_satellite.toml")).computing_s
+    """
+    size = size_of(scenario, check_usable(scenario))
+    check_memory(size, to_file=True)
+    check_disk(size, Path())
+    return size
+
+
+def check_usable(scenario: Scenario) -> bool:
+    """Whether all laws are compiled; `ValueError` if laws, modes or environment are unusable."""
+    blocks = blocks_of(scenario)
+    for block in blocks.all():
+        block.pack()
+    modes_for(scenario, blocks)
+    check_orbit_environment(scenario)
+    return blocks.compiled
