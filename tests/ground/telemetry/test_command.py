@@ -10,9 +10,12 @@ from telemetry_session import SHIFT_S, TLE, environment, motion, session
 from twin_session import tip_off
 
 import torquer
+from torquer.base.limits import RequestError
+from torquer.base.strict_json import json_text
 from torquer.campaign.sampling import draw
 from torquer.cli.answer import answer
 from torquer.compile import engine
+from torquer.ground.telemetry import TelemetryRequest, check
 from torquer.ground.telemetry.rows import with_error
 from torquer.scenario.change import with_values
 
@@ -46,6 +49,18 @@ def test_a_good_pass(folder, capsys):
         assert float(abs(made["F"] - made["F_model"]).max()) < 400.0
     page = (folder / "runs/pass-telemetry/report.html").read_text(encoding="utf-8")
     assert "Calibrated to" in page and "skew_zy" in page
+
+
+def test_python_is_told_what_the_command_prints(folder, capsys):
+    found = check("pass.nc", TelemetryRequest(orbit=Path("c.tle"), model="bias"))
+    answer(["telemetry", "pass.nc", "--orbit", "c.tle", "--model", "bias", "--json"])
+    printed = json.loads(capsys.readouterr().out)
+    del printed["out"]
+    assert json.loads(json_text(found.as_plain())) == printed
+    page = found._repr_html_()
+    assert found.verdict in page and "<td>bias_z</td>" in page and "<td>nT</td>" in page
+    with pytest.raises(RequestError, match=r"^leave_out_first_min: must be 0 or more; received -1"):
+        TelemetryRequest(leave_out_first_min=-1.0)
 
 
 def test_a_wrong_zone_ends_with_1(folder, capsys):

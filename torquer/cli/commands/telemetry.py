@@ -1,29 +1,19 @@
 """`torquer telemetry`: what flight data say about a satellite."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App
 
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import examples_of
-from torquer.cli.loading import load_checked
 from torquer.cli.options import FLAT, CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.process import FAILED_CODE
-from torquer.ground.telemetry.case import load_case
-from torquer.ground.telemetry.examination import Examination
-from torquer.ground.telemetry.propose import propose_mapping
 from torquer.ground.telemetry.request import TelemetryRequest
-from torquer.ground.telemetry.rows import (
-    CHOICE_HEAD,
-    PARAMETER_HEAD,
-    calibration_rows,
-    choice_rows,
-    twin_rows,
-)
-from torquer.ground.telemetry.twin_members import text_of_members
-from torquer.simulation.results.file import put
+
+if TYPE_CHECKING:
+    from torquer.ground.telemetry.examination import Examination
 
 _WIDTH = 110
 app = App(name="telemetry", help_epilogue=examples_of("telemetry"), version_flags=[])
@@ -56,6 +46,9 @@ def check(
     attitude.nc, twin.nc, twin.toml, report.html and pictures. Exit code 1 for telemetry that cannot
     be used as it is, and for a filter or a twin that does not fit it.
     """
+    from torquer.cli.loading import load_checked
+    from torquer.ground.telemetry.case import load_case
+
     if asked.twin is not None:
         load_checked(asked.twin, code)
     case = load_case(files, asked)
@@ -74,9 +67,11 @@ def check(
     return 0 if found.is_good else FAILED_CODE
 
 
-def _write(found: Examination, out: Path) -> list[str]:
+def _write(found: "Examination", out: Path) -> list[str]:
     """Write data, pictures and page; the names of the files."""
+    from torquer.ground.telemetry.twin_members import text_of_members
     from torquer.report.telemetry.page import write_telemetry
+    from torquer.simulation.results.file import put
     from torquer.simulation.results.netcdf import written
 
     twin = found.twin
@@ -91,7 +86,9 @@ def _write(found: Examination, out: Path) -> list[str]:
     return [*files, *write_telemetry(found, out)]
 
 
-def _show(found: Examination) -> None:
+def _show(found: "Examination") -> None:
+    from torquer.ground.telemetry import rows as said
+
     screen = table_console(_WIDTH)
     rows, first, last, orbit = (row.value for row in found.facts[:4])
     print(f"{rows} rows, {first} to {last}; {orbit}")
@@ -99,12 +96,12 @@ def _show(found: Examination) -> None:
         print(f"WRONG: {each.text}")
     for each in found.findings:
         print(f"note: {each.text}")
-    if calibrated := [row.texts for row in calibration_rows(found.calibration)]:
-        screen.print(table(PARAMETER_HEAD, calibrated, "Calibration", left=(0, 3)))
+    if calibrated := [row.texts for row in said.calibration_rows(found.calibration)]:
+        screen.print(table(said.PARAMETER_HEAD, calibrated, "Calibration", left=(0, 3)))
     if found.choices:
-        screen.print(table(CHOICE_HEAD, choice_rows(found.choices), "Models compared"))
-    if fitted := [row.texts for row in twin_rows(found.twin)]:
-        screen.print(table(PARAMETER_HEAD, fitted, "Twin", left=(0, 3)))
+        screen.print(table(said.CHOICE_HEAD, said.choice_rows(found.choices), "Models compared"))
+    if fitted := [row.texts for row in said.twin_rows(found.twin)]:
+        screen.print(table(said.PARAMETER_HEAD, fitted, "Twin", left=(0, 3)))
     if found.split is not None:
         (clock, off), (along, away) = found.split
         print(f"clock {clock:.2f} +- {off:.2f} s, along the track {along:.2f} +- {away:.2f} km, "
@@ -124,6 +121,9 @@ class ProposeOptions:
 @app.command(help_epilogue=examples_of("telemetry init"))
 def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
     """Propose a mapping for FILE, and say what of it is guessed."""
+    from torquer.ground.telemetry.propose import propose_mapping
+    from torquer.simulation.results.file import put
+
     proposal = propose_mapping(file)
     out = how.out or Path(f"{file.stem}.mapping.toml")
     if out.exists():
