@@ -5,7 +5,8 @@ import re
 from torquer.flight.c99.helpers import helper_texts
 from torquer.flight.c99.lines import Declared, Line, Stored
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.program import Function, Program
+from torquer.flight.c99.program import Program
+from torquer.flight.c99.translation import Function
 from torquer.flight.c99.types import (
     BOOL,
     INT,

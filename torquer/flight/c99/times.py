@@ -6,14 +6,10 @@ stored in them, which a first translation finds out for the next (`torquer.fligh
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from torquer.flight.c99.translation import Place, Translation
 from torquer.flight.c99.types import REAL, TIME, Array, Number, Tuple, Type, tuple_type
 from torquer.flight.c99.values import Form, Value, as_real, as_time, part_of
-
-if TYPE_CHECKING:
-    from torquer.flight.c99.program import Program
-    from torquer.flight.c99.scope import Scope
 
 
 def common_type(*kinds: Type) -> Type | None:
@@ -40,7 +36,7 @@ def _common_of_two(a: Type, b: Type) -> Type | None:
     return None
 
 
-def converted(s: "Scope", value: Value, kind: Type) -> Value:
+def converted(s: Place, value: Value, kind: Type) -> Value:
     """A number, an array or a tuple in a type with which its own has a common one."""
     if value.type == kind:
         return value
@@ -54,7 +50,7 @@ def converted(s: "Scope", value: Value, kind: Type) -> Value:
     return written_tuple(s.program, kind, parts)
 
 
-def written_tuple(program: "Program", kind: Tuple, parts: list[Value]) -> Value:
+def written_tuple(program: Translation, kind: Tuple, parts: list[Value]) -> Value:
     """A tuple of these parts, written down."""
     inner = ", ".join(_bare(program, each) for each in parts)
     braces = f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
@@ -62,14 +58,14 @@ def written_tuple(program: "Program", kind: Tuple, parts: list[Value]) -> Value:
     return Value(f"({program.type_name(kind)}){braces}", kind, form=Form.RESULT, reads=reads)
 
 
-def _bare(program: "Program", part: Value) -> str:
+def _bare(program: Translation, part: Value) -> str:
     """A part of a tuple that is written down: one written down itself needs its braces alone."""
     text, kind = part.content.text, part.type
     cast = f"({program.type_name(kind)})" if isinstance(kind, Tuple) else ""
     return text[len(cast) :] if cast and text.startswith(cast + "{") else text
 
 
-def of_class(s: "Scope", of: type, parts: list[Value]) -> list[Value]:
+def of_class(s: Place, of: type, parts: list[Value]) -> list[Value]:
     """Parts of a tuple; those of a named one with times in the fields that hold times anywhere."""
     marks = [(of, name) for name in getattr(of, "_fields", ())]
     for mark, part in zip(marks, parts, strict=False):
@@ -84,7 +80,7 @@ def of_class(s: "Scope", of: type, parts: list[Value]) -> list[Value]:
     ]
 
 
-def of_constant(program: "Program", kind: Tuple) -> Tuple:
+def of_constant(program: Translation, kind: Tuple) -> Tuple:
     """The type of a constant tuple, with times in the fields that hold times anywhere."""
     parts = [of_constant(program, each) if isinstance(each, Tuple) else each for each in kind.parts]
     marks = [(kind.of, name) for name in kind.fields or ()]
