@@ -24,8 +24,8 @@ CASES = ((1.0, 21600.0), (0.1, 3600.0))
 
 def software(every_step_s: float, extended: bool):
     """The shipped software, with an extended packet at every control step or without any."""
-    from torquer.flight.software.session import AS_SHIPPED
-    from torquer.scenario.load import data_of, text_of
+    from torquer.flight.packets.software_file import AS_SHIPPED
+    from torquer.scenario.toml_text import data_of, text_of
 
     data = data_of(text_of(AS_SHIPPED, "software"), "software")
     data["modules"]["tm"]["settings"]["extended_s"] = every_step_s if extended else 0.0

@@ -22,7 +22,7 @@ from websockets.sync.client import connect
 from torquer.flight.link import open_link
 from torquer.flight.packets.frames import Downlink, Stream
 from torquer.flight.packets.protected import TelemetrySender
-from torquer.flight.software.software import load_link
+from torquer.flight.packets.software_file import load_link
 from torquer.ground.archive import EPOCH_MS, Archive, RowMaker, read_only
 from torquer.ground.file import SatelliteTable, satellite_of
 from torquer.ground.history import points

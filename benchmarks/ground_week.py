@@ -21,7 +21,7 @@ from ground_page import VIEWS, browser, sender, serving
 from playwright.sync_api import sync_playwright
 
 from torquer.flight.link import open_link
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 
 HERE = Path(__file__).parent
 DAY = 86_400

@@ -10,7 +10,7 @@ from torquer.flight.packets.dictionary import ACKNOWLEDGE, Dictionary
 from torquer.flight.packets.frames import HEADER_BYTES, Uplink
 from torquer.flight.packets.pus import ApplicationProcess
 from torquer.flight.packets.pus_user import User
-from torquer.flight.software.log import REJECTIONS, Reason
+from torquer.flight.packets.reasons import REJECTIONS, Reason
 
 APID, SOURCE = 77, 1
 _ODD_COMMAND = {"module": "adc", "fields": (ACKNOWLEDGE, *ODD.fields)}

@@ -15,7 +15,7 @@ from torquer.cli import main
 from torquer.compile import engine
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.protected import TelemetrySender
-from torquer.flight.software.software import load_link
+from torquer.flight.packets.software_file import load_link
 
 flies = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
 PATIENCE_S = 120

@@ -4,10 +4,11 @@ from contextlib import closing
 
 import pytest
 
+from torquer.computer.names import Names
+from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import Stream
-from torquer.flight.software.log import Reason
-from torquer.flight.software.script import Sent
+from torquer.flight.packets.reasons import Reason
 from torquer.ground.archive import EPOCH_MS, Archive, read_only
 from torquer.ground.commands import (
     ANSWER_MS,
@@ -17,7 +18,6 @@ from torquer.ground.commands import (
     listed,
 )
 from torquer.scenario.explain import ScenarioError
-from torquer.simulation.outside.directed import Names
 
 CHIBIS = load_dictionary("chibis_m")
 NAMES = Names({"modes": (0, {"idle": 0, "science": 1})}, ("low",), {"bdot.gain": (0, 1)}, {}, ())

@@ -7,7 +7,7 @@ import pytest
 
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.protected import TelemetrySender
-from torquer.flight.software.software import load_link
+from torquer.flight.packets.software_file import load_link
 from torquer.ground.archive import AUTHENTIC, SUSPECT, UNCHECKED, Archive
 from torquer.ground.recording import imported
 

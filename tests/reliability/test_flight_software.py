@@ -9,10 +9,10 @@ from onboard_ground import Ground, flying
 from space_packet_parser.xtce import definitions
 
 import torquer
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.xtce import FRAME, xtce
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile, of_software
-from torquer.flight.software.log import Reason
 from torquer.flight.software.session import Recorder, first_difference, flown, replayed
 
 pytestmark = pytest.mark.slow

@@ -27,8 +27,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
-from torquer.flight.packets.frames import Frame
-from torquer.flight.software.clock import EPOCH
+from torquer.flight.packets.frames import EPOCH, Frame
 
 #: On-board time counts from 2010 on, the archive from 1970 on [ms].
 EPOCH_MS = round(EPOCH.timestamp() * 1e3)

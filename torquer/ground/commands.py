@@ -20,14 +20,13 @@ import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from torquer.computer.names import Names
+from torquer.flight.packets.commands import ANSWERS, Sent, numbers_of
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Uplink
-from torquer.flight.software.log import Reason, text_of_code
-from torquer.flight.software.script import Sent, numbers_of
-from torquer.flight.software.state import QUEUES
+from torquer.flight.packets.reasons import Reason, text_of_code
 from torquer.ground.archive import EPOCH_MS, Archive, quoted
 from torquer.scenario.explain import ScenarioError
-from torquer.simulation.outside.directed import Names
 
 #: Time after which an answer is no longer waited for [ms]; of a delayed command, after its
 #: execution time by the satellite's clock.
@@ -180,7 +179,7 @@ class Commands:
         """Whether its answer could be dropped on board, or taken for that of an equal command."""
         on_way = [each for each in self._open.values() if each.state in (SENT, RECEIVED)]
         unanswered = sum(each.state == SENT for each in on_way)
-        is_full = waiting.asks and unanswered >= QUEUES["acks"]
+        is_full = waiting.asks and unanswered >= ANSWERS
         return is_full or any(each.key == waiting.key for each in on_way)
 
     def _number_of(self, key: tuple[int, int], now_ms: int) -> tuple[int | None, str]:

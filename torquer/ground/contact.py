@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.flight.link import Link, connect
+from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
-from torquer.flight.software.script import Sent
-from torquer.flight.software.session import station_of
+from torquer.flight.packets.station import station_of
 from torquer.ground.archive import SUSPECT, Archive, Row, RowMaker
 from torquer.ground.commands import Commands
 from torquer.ground.file import Satellite

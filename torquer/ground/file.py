@@ -9,18 +9,19 @@ scenario = "chibis_m_day.toml"    # names of regions, states, flags, parameters;
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
 from torquer.base.spec import Spec
+from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import Name
-from torquer.flight.software.software import Software, load_link
+from torquer.flight.packets.software_file import SpaceLink, load_link
 from torquer.scenario.explain import validated
-from torquer.scenario.load import data_of, load_scenario, text_of
-from torquer.scenario.spec import Scenario
-from torquer.simulation.outside.directed import Names, names_of
-from torquer.simulation.setup.prepare import blocks_of
+from torquer.scenario.toml_text import data_of, text_of
+
+if TYPE_CHECKING:
+    from torquer.scenario.spec import Scenario
 
 #: Names where there is no scenario.
 _NO_NAMES = Names({}, (), {}, {}, ())
@@ -48,11 +49,11 @@ class GroundFile(Spec):
 
 
 class Satellite(NamedTuple):
-    """A satellite as the ground knows it; `software`: without modules; `names`: of its computer."""
+    """A satellite as the ground knows it; `software`: of its link; `names`: of its computer."""
 
     key: str
     link: str
-    software: Software
+    software: SpaceLink
     scenario: Scenario | None
     names: Names
 
@@ -78,10 +79,17 @@ def load_ground(path: Path) -> GroundFile:
 
 
 def satellite_of(key: str, table: SatelliteTable) -> Satellite:
-    """A satellite with its packets, keys and names; `ScenarioError` for wrong files."""
+    """A satellite with its packets, keys and names; `ScenarioError` for wrong files.
+
+    Only one with a scenario needs what simulates satellites.
+    """
     software = load_link(table.software)
     if table.scenario is None:
         return Satellite(key, table.link, software, None, _NO_NAMES)
+    from torquer.scenario.load import load_scenario
+    from torquer.simulation.outside.directed import names_of
+    from torquer.simulation.setup.prepare import blocks_of
+
     scenario = load_scenario(table.scenario)
     names = names_of(scenario, blocks_of(scenario))
     return Satellite(key, table.link, software, scenario, names)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from torquer.flight.packets.dictionary import Dictionary
-from torquer.flight.software.log import Reason, text_of_code
+from torquer.flight.packets.reasons import Reason, text_of_code
 from torquer.ground.archive import quoted
 
 #: Columns of time that an interval may be of.

@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from torquer.flight.packets.frames import Frame
-from torquer.flight.packets.station import Station
-from torquer.flight.software.session import station_of
-from torquer.flight.software.software import Software
+from torquer.flight.packets.software_file import SpaceLink
+from torquer.flight.packets.station import Station, station_of
 from torquer.ground.archive import AUTHENTIC, SUSPECT, UNCHECKED, Archive, Row, RowMaker
 
 #: Bytes of a recording that are worked on at a time.
@@ -40,7 +39,7 @@ class Judge:
 
 
 def imported(
-    software: Software,
+    link: SpaceLink,
     recording: Path,
     archive: Archive,
     progress: Callable[[float], None] | None = None,
@@ -50,7 +49,7 @@ def imported(
     The rows have no time of reception. Frames that are there already are not added again, so that
     recordings may come twice and in any order. `progress`: called with the part that is done.
     """
-    station, maker = station_of(software), RowMaker(software.dictionary)
+    station, maker = station_of(link), RowMaker(link.dictionary)
     judge, size = Judge(station), max(recording.stat().st_size, 1)
     frames = new = done = 0
 

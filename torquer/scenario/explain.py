@@ -7,28 +7,8 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from torquer.computer.estimation import ESTIMATORS
-from torquer.computer.laws import BUILT_IN, LAWS
-from torquer.environment.earth.atmosphere import ATMOSPHERES
-from torquer.environment.field import FIELDS
-from torquer.environment.orbit import ORBITS
-from torquer.environment.orbit.numerical import STARTS
 from torquer.scenario.known_keys import known_keys, spec_named, suggestion
-from torquer.spacecraft.wheel_array.presets import LAYOUTS
 
-#: Tables whose `kind` determines their keys, by the last word of their place.
-_KINDS = {
-    "orbit": ORBITS,
-    "start": STARTS,
-    "atmosphere": ATMOSPHERES,
-    "field": FIELDS,
-    "law": (*BUILT_IN, "scheme", "user"),
-    "estimator": ESTIMATORS,
-    "layout": LAYOUTS,
-    "parts": ("cylinder", "plate", "sphere"),
-}
-#: Kinds of tables under names of the user's choice, by the word before the name.
-_NAMED_KINDS = {"laws": LAWS, "estimators": ESTIMATORS}
 #: A type, as pydantic writes it in a place: the member of a union that was tried.
 _TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")
 #: What must hold, by pydantic's type of error; the rest is taken from pydantic's message.
@@ -179,9 +159,36 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
 
 def _kinds_at(keys: tuple):
     """Kinds that a table may have."""
-    named = _NAMED_KINDS.get(keys[-2]) if len(keys) > 1 and isinstance(keys[-1], str) else None
+    named_kinds, kinds = _known_kinds()
+    named = named_kinds.get(keys[-2]) if len(keys) > 1 and isinstance(keys[-1], str) else None
     words = [key for key in keys if isinstance(key, str)]
-    return named or _KINDS.get(words[-1], ())
+    return named or kinds.get(words[-1], ())
+
+
+def _known_kinds() -> tuple[dict, dict]:
+    """Kinds of tables under names of the user's choice, by the word before the name; and of tables
+    whose `kind` determines their keys, by the last word of their place.
+
+    Imported for a mistake only: whoever reads files without a satellite needs none of it.
+    """
+    from torquer.computer.estimation import ESTIMATORS
+    from torquer.computer.laws import BUILT_IN, LAWS
+    from torquer.environment.earth.atmosphere import ATMOSPHERES
+    from torquer.environment.field import FIELDS
+    from torquer.environment.orbit import ORBITS
+    from torquer.environment.orbit.numerical import STARTS
+    from torquer.spacecraft.wheel_array.presets import LAYOUTS
+
+    return {"laws": LAWS, "estimators": ESTIMATORS}, {
+        "orbit": ORBITS,
+        "start": STARTS,
+        "atmosphere": ATMOSPHERES,
+        "field": FIELDS,
+        "law": (*BUILT_IN, "scheme", "user"),
+        "estimator": ESTIMATORS,
+        "layout": LAYOUTS,
+        "parts": ("cylinder", "plate", "sphere"),
+    }
 
 
 def _own_line(keys: tuple, text: str) -> str:

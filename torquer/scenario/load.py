@@ -7,9 +7,9 @@ import sys
 import tomllib
 from pathlib import Path
 
-from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.scenario.explain import ScenarioError, name_of, validated
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import data_of, text_of
 
 _PRESETS = Path(__file__).with_name("presets")
 
@@ -26,46 +26,9 @@ def scenario_from_text(text: str, name: str = "run", folder: Path = Path()) -> S
     return scenario_from_data({"name": name, **data_of(text, "scenario")}, folder)
 
 
-def text_of(path: Path, what: str) -> str:
-    """The text of a file; `what` it must be, in the message."""
-    try:
-        return limited_text(path)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise ScenarioError(
-            f"{what}: must be a readable file; received {path} ({reason})"
-        ) from None
-
-
 def name_after(path: Path) -> str:
     """The name of a scenario or design from its file, for a text that gives none."""
     return re.sub(r"^[.-]|[^\w.-]", "_", path.stem)
-
-
-def data_of(text: str, what: str) -> dict:
-    """What a TOML text holds; `what` it must be, in the message."""
-    try:
-        deep = has_deep_key(text)
-        data = {} if deep else tomllib.loads(text)
-        deep = deep or not _within_levels(data)
-    except RecursionError:
-        deep = True
-    except ValueError as error:  # of TOML, or a number with too many digits
-        raise ScenarioError(f"{what}: must be TOML; received: {error}") from None
-    if deep:
-        raise ScenarioError(
-            f"{what}: must have at most {LEVELS} levels of tables and lists; received more"
-        )
-    return data
-
-
-def _within_levels(data: dict) -> bool:
-    """Whether tables and lists are nested no deeper than that."""
-    level: list = [data]
-    for _ in range(LEVELS):
-        inner = (part.values() if isinstance(part, dict) else part for part in level)
-        level = [x for part in inner for x in part if isinstance(x, dict | list)]
-    return not level
 
 
 def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:

@@ -1,14 +1,56 @@
-"""Plain data as TOML text."""
+"""Plain data as TOML text and back: files are read up to a size and a depth, with clear errors."""
 
 import re
+import tomllib
 from datetime import datetime
+from pathlib import Path
 
 import tomli_w
+
+from torquer.base.text_files import LEVELS, has_deep_key, limited_text
+from torquer.scenario.explain import ScenarioError
 
 #: A list over several lines, without lists or texts in it.
 _PLAIN_LIST = re.compile(r'\[\n\s+([^\[\]{}"\n]+(?:\n\s+[^\[\]{}"\n]+)*),\n\s*\]')
 #: A list of such lists, each in one line.
 _LIST_OF_LISTS = re.compile(r"\[\n\s+(\[[^\[\]\n]*\](?:,\n\s+\[[^\[\]\n]*\])*),\n\s*\]")
+
+
+def text_of(path: Path, what: str) -> str:
+    """The text of a file; `what` it must be, in the message."""
+    try:
+        return limited_text(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ScenarioError(
+            f"{what}: must be a readable file; received {path} ({reason})"
+        ) from None
+
+
+def data_of(text: str, what: str) -> dict:
+    """What a TOML text holds; `what` it must be, in the message."""
+    try:
+        deep = has_deep_key(text)
+        data = {} if deep else tomllib.loads(text)
+        deep = deep or not _within_levels(data)
+    except RecursionError:
+        deep = True
+    except ValueError as error:  # of TOML, or a number with too many digits
+        raise ScenarioError(f"{what}: must be TOML; received: {error}") from None
+    if deep:
+        raise ScenarioError(
+            f"{what}: must have at most {LEVELS} levels of tables and lists; received more"
+        )
+    return data
+
+
+def _within_levels(data: dict) -> bool:
+    """Whether tables and lists are nested no deeper than that."""
+    level: list = [data]
+    for _ in range(LEVELS):
+        inner = (part.values() if isinstance(part, dict) else part for part in level)
+        level = [x for part in inner for x in part if isinstance(x, dict | list)]
+    return not level
 
 
 def toml_of(data: dict, widest: int = 80) -> str:
@@ -24,7 +66,7 @@ def toml_of(data: dict, widest: int = 80) -> str:
 
 
 def toml_from_data(data: dict) -> str:
-    """A scenario's plain data, with its start as text, as TOML text."""
+    """A scenario's data as JSON holds them as TOML text, without comments."""
     return toml_of(_with_times(data))
 
 

@@ -12,8 +12,9 @@ import pytest
 from torquer.cli import main
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
+from torquer.flight.packets.station import station_of
 from torquer.flight.software import session
-from torquer.flight.software.session import load_session, station_of
+from torquer.flight.software.session import load_session
 from torquer.flight.software.software import load_software
 
 DAY = "examples/chibis_m_day.toml"

@@ -24,8 +24,8 @@ from torquer.flight.packets.document import document
 from torquer.flight.packets.frames import ALARM, INFO, STATUS, Stream, Uplink
 from torquer.flight.packets.protected import COMMAND_BYTES
 from torquer.flight.packets.pus_profile import DONE, WAITING
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.space_packets import cds, read_cds
-from torquer.flight.software.log import Reason
 
 every_command = pytest.mark.parametrize("packet", SATELLITE.up.values(), ids=SATELLITE.up)
 every_telemetry = pytest.mark.parametrize("packet", SATELLITE.down.values(), ids=SATELLITE.down)

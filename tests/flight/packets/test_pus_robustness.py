@@ -22,8 +22,8 @@ from spacepackets.ecss import PusTc, PusTm
 
 from torquer.flight.packets.frames import ALARM, INFO
 from torquer.flight.packets.protected import TelemetryReceiver, TelemetrySender
+from torquer.flight.packets.reasons import REJECTIONS, Reason
 from torquer.flight.packets.station import Station
-from torquer.flight.software.log import REJECTIONS, Reason
 
 pytestmark = pytest.mark.verifies("REQ-PUS-005")
 SPI = 9

@@ -9,7 +9,7 @@ from spacepackets.ecss import PusTc, PusTm
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import ALARM
 from torquer.flight.packets.pus_user import User
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 
 pytestmark = pytest.mark.verifies("REQ-PUS-003")
 BOTH, NONE = 0b1001, 0b0000

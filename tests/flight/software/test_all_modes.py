@@ -1,14 +1,16 @@
 """The software with the mode tables of all modes: what modules and tables do together."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from onboard_ground import ALL_MODES, Ground, flying, scenario
 
 from torquer.compile import engine
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
-from torquer.flight.software.log import Reason
-from torquer.flight.software.modules.module import Module, restored, settings_file
+from torquer.flight.software.modules.module import Module
+from torquer.flight.software.settings import restored, settings_file
 from torquer.flight.software.software import load_software
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -111,7 +113,7 @@ def test_an_anomaly_ends_manual_operation():
     """A module that is silent: its flag is raised, the regions are free, the table is in charge."""
     software = load_software()
     one = software.modules["mod"]._replace(make=Silent, settings=Silent.Settings(), period_s=1.0)
-    software = software._replace(modules=dict(software.modules) | {"mod": one})
+    software = replace(software, modules=software.modules | {"mod": one})
     ground = Ground(Core(scenario(100.0, ALL_MODES), software))
     assert ground.command("automatic", 0)["code"] == Reason.DONE
     ground.tick(times=16)

@@ -6,12 +6,12 @@ from onboard_ground import Ground, flying, scenario
 from slow_cases import slow_after
 
 from torquer.compile import engine
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software import boot
 from torquer.flight.software.clock import ms_of
 from torquer.flight.software.core import Core
-from torquer.flight.software.log import Reason
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.modules.module import settings_file
+from torquer.flight.software.settings import settings_file
 from torquer.flight.software.software import load_software
 from torquer.flight.software.state import Cause
 

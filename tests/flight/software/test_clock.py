@@ -7,8 +7,9 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.flight.software.clock import EPOCH, LAST_MS, Clock, ms_of, timer_ms
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.frames import EPOCH
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.software.clock import LAST_MS, Clock, ms_of, timer_ms
 
 MONTH_S = 30 * 86400
 

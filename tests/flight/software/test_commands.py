@@ -9,8 +9,8 @@ from onboard_ground import Ground, flying, scenario
 from torquer.compile import engine
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import FRAMESYNC
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
-from torquer.flight.software.log import Reason
 from torquer.flight.software.software import load_software
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

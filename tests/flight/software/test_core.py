@@ -1,6 +1,7 @@
 """The flight software as a whole: the motion of `simulate`, snapshots, errors of modules."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,8 +10,8 @@ from slow_cases import slow_after
 
 from torquer import simulate
 from torquer.compile import engine
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import WATCHDOG_S, Core
-from torquer.flight.software.log import Reason
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.modules.module import Module
 from torquer.flight.software.software import load_software
@@ -109,9 +110,7 @@ def software_with(make, period_s=1.0):
     modules = dict(software.dictionary.modules) | {make.name: 200}
     dictionary = software.dictionary.model_copy(update={"modules": modules})
     one = software.modules["mod"]._replace(make=make, period_s=period_s, settings=make.Settings())
-    return software._replace(
-        dictionary=dictionary, modules={make.name: one} | dict(software.modules)
-    )
+    return replace(software, dictionary=dictionary, modules={make.name: one} | software.modules)
 
 
 @pytest.mark.verifies("REQ-COR-005", "REQ-BOO-005")

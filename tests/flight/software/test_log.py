@@ -3,7 +3,8 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.flight.software.log import Entry, Log, Reason
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.software.log import Entry, Log
 
 ENTRIES = st.tuples(
     st.integers(0, 2**63),

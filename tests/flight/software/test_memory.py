@@ -12,7 +12,7 @@ import sys
 import pytest
 from hypothesis import given, strategies as st
 
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.memory import Memory, unsealed
 
 DATA = bytes(range(40))

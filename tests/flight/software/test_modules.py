@@ -11,8 +11,8 @@ import pytest
 from onboard_ground import DAY, Ground, flying
 
 from torquer.compile import engine
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
-from torquer.flight.software.log import Reason
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.modules.fs import update_file
 from torquer.flight.software.modules.svr import MAX, MIN, NONE, NORM, class_of

@@ -8,10 +8,11 @@ from spacepackets.ecss import PusTc, PusTm
 
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.packets.station import station_of
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile
-from torquer.flight.software.log import Reason
-from torquer.flight.software.session import Recorder, flown, replayed, station_of
+from torquer.flight.software.session import Recorder, flown, replayed
 from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError
 

@@ -4,10 +4,11 @@ import pytest
 
 import torquer
 from torquer.compile import engine
+from torquer.flight.packets.commands import ScriptFile, frames_of
 from torquer.flight.packets.received import tables_of
+from torquer.flight.packets.station import station_of
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile, of_software, with_device_faults
-from torquer.flight.software.script import ScriptFile, frames_of
 from torquer.flight.software.session import (
     STRIDE,
     Recorder,
@@ -17,7 +18,6 @@ from torquer.flight.software.session import (
     load_session,
     replayed,
     saved,
-    station_of,
 )
 from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError

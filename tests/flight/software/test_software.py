@@ -10,7 +10,7 @@ from torquer.flight.software.modules import MODULES, REQUIRED
 from torquer.flight.software.software import load_software
 
 MODULE = """
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 from torquer.base.spec import Spec
 

@@ -15,7 +15,7 @@ from torquer.flight.link import open_link
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.keys import new_key
 from torquer.flight.packets.protected import TelemetrySender
-from torquer.flight.software.software import load_link
+from torquer.flight.packets.software_file import load_link
 from torquer.ground import live
 from torquer.ground.archive import EPOCH_MS, Row
 from torquer.ground.contact import Counters

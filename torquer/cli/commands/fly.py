@@ -20,9 +20,12 @@ from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.flight.link import Link, open_link
+from torquer.flight.packets.commands import frames_of, load_script
 from torquer.flight.packets.frames import Frame
+from torquer.flight.packets.reasons import text_of_code
 from torquer.flight.packets.received import tables_of
-from torquer.flight.packets.station import Station
+from torquer.flight.packets.software_file import code_in
+from torquer.flight.packets.station import Station, station_of
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import (
     FaultsFile,
@@ -32,9 +35,7 @@ from torquer.flight.software.faults import (
     with_device_faults,
 )
 from torquer.flight.software.lateness import Lateness
-from torquer.flight.software.log import text_of_code
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.script import frames_of, load_script
 from torquer.flight.software.session import (
     Recorder,
     Sender,
@@ -45,9 +46,8 @@ from torquer.flight.software.session import (
     load_session,
     replayed,
     saved,
-    station_of,
 )
-from torquer.flight.software.software import Software, code_in, load_software
+from torquer.flight.software.software import Software, load_software
 from torquer.simulation.results.file import put
 from torquer.simulation.setup.signals import ALL, Stop, noting_signals
 from torquer.simulation.setup.simulate import RunStopped
@@ -214,7 +214,7 @@ def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     frames = []
     if how.commands:
         script = load_script(how.commands)
-        frames = frames_of(script, software.dictionary, core.flight.names, scenario)
+        frames = frames_of(script, software.dictionary, core.flight.names, scenario.start)
     if software.link != "historical" and software.keys.are_known:
         print_note(
             "the link is protected by keys that everybody knows; up_key and down_key of the "

@@ -194,7 +194,7 @@ def _orders(name: str | None, values: Sequence[str], how: SendOptions) -> list[d
     if how.file is not None:
         if values or how.delay_s is not None or how.no_acknowledge:
             raise ValueError("--file: must be given alone; received values or options as well")
-        from torquer.flight.software.script import load_script
+        from torquer.flight.packets.commands import load_script
 
         commands = load_script(how.file).commands
         if not commands:

@@ -72,7 +72,7 @@ def _show(scenario, campaign, size, executed: dict, found: list, notes: list[str
 
 def _campaign_in(path: Path, scenario):
     """The campaign in a file, checked with its scenario; None for a file without."""
-    from torquer.scenario.load import data_of, text_of
+    from torquer.scenario.toml_text import data_of, text_of
 
     table = data_of(text_of(path, "scenario"), "scenario").get("campaign")
     if table is None:

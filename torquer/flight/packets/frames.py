@@ -13,11 +13,14 @@ Times are seconds since 2010-01-01 00:00:00. After SDOT, App. A.
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
+from datetime import UTC, datetime
 from typing import Any, Literal, NamedTuple
 
 from torquer.flight.packets.codec import decoder, encoder
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 
+#: On-board time counts from then on.
+EPOCH = datetime(2010, 1, 1, tzinfo=UTC)
 FRAMESYNC = 0xAABBCCDD
 #: `msg_status` of a downlink frame.
 STATUS = INFO, ALARM, STOP = (0, 1, 2)

@@ -1,11 +1,29 @@
-"""Key files: 32 random bytes, readable by their owner only."""
+"""Keys of a link, and their files: 32 random bytes, readable by their owner only."""
 
 import os
 import secrets
 import stat
 from pathlib import Path
+from typing import NamedTuple
 
 from torquer.flight.packets.security import KEY_BYTES
+
+#: Keys where a software file names none. Everybody knows them: they are for simulations only.
+DEMONSTRATION_UP, DEMONSTRATION_DOWN = bytes(range(32)), bytes(range(32, 64))
+
+
+class Keys(NamedTuple):
+    """Keys of a protected link, their index and the number of the spacecraft."""
+
+    up: bytes = DEMONSTRATION_UP
+    down: bytes = DEMONSTRATION_DOWN
+    spi: int = 1
+    spacecraft: int = 77
+
+    @property
+    def are_known(self) -> bool:
+        """Whether everybody knows one of them."""
+        return self.up == DEMONSTRATION_UP or self.down == DEMONSTRATION_DOWN
 
 
 def new_key(path: Path | str) -> bytes:

@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame, Stream
+from torquer.flight.packets.keys import Keys
 from torquer.flight.packets.protected import CommandSender, TelemetryReceiver
 from torquer.flight.packets.pus_user import User
-
-
-class KeysOfLink(Protocol):
-    """Keys of a protected link, their index and the number of the spacecraft."""
-
-    @property
-    def up(self) -> bytes: ...
-    @property
-    def down(self) -> bytes: ...
-    @property
-    def spi(self) -> int: ...
-    @property
-    def spacecraft(self) -> int: ...
+from torquer.flight.packets.software_file import SpaceLink
 
 
 class Protection(NamedTuple):
@@ -38,7 +27,7 @@ class Station:
     `stream`: counts what was lost or rejected of the frames; `protection`: of what is around them.
     """
 
-    def __init__(self, dictionary: Dictionary, keys: KeysOfLink | None, pus: bool = False):
+    def __init__(self, dictionary: Dictionary, keys: Keys | None, pus: bool = False):
         self.stream: Stream | User = Stream(dictionary, "down")
         self.protection: Protection | None = None
         if keys is not None:
@@ -93,3 +82,9 @@ class Station:
             for part in self.protection.telemetry.flush():
                 yield from self.stream.feed(part)
         yield from self.stream.finish()
+
+
+def station_of(link: SpaceLink) -> Station:
+    """A ground station for a satellite with this link."""
+    keys = None if link.link == "historical" else link.keys
+    return Station(link.dictionary, keys, pus=link.link == "pus")

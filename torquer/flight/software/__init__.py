@@ -4,8 +4,8 @@ from torquer.base.lazy import lazily
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from torquer.flight.packets.reasons import Reason as Reason
     from torquer.flight.software.core import Core as Core
-    from torquer.flight.software.log import Reason as Reason
     from torquer.flight.software.modules.module import Module as Module
     from torquer.flight.software.software import load_software as load_software
 

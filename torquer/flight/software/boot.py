@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.clock import Clock
-from torquer.flight.software.log import Reason
-from torquer.flight.software.memory import unsealed
+from torquer.flight.software.memory import Memory, unsealed
 from torquer.flight.software.modules.clk import TIME
-from torquer.flight.software.modules.module import restored, saved, settings_file
 from torquer.flight.software.modules.svr import ERRORS
-from torquer.flight.software.state import Cause
-
-if TYPE_CHECKING:
-    from torquer.flight.software.core import Core
+from torquer.flight.software.services import Services
+from torquer.flight.software.settings import restored, saved, settings_file
+from torquer.flight.software.software import Software
+from torquer.flight.software.state import Cause, State
+from torquer.simulation.outside.flight import Flight
 
 #: Files of the non-volatile memory that the boot reads.
 VARIABLES, FPGA = "variables", "fpga.lib"
@@ -31,19 +31,29 @@ _VARIABLES = struct.Struct("<HB")
 STARTED_LAST = ("cdh", "tm", "mod", "aos", "stb", "com", "svr", "wdt")
 
 
+class Boots(Protocol):
+    """What a boot works on: see `torquer.flight.software.core.Core`."""
+
+    flight: Flight
+    memory: Memory
+    services: Services
+    software: Software
+    state: State
+
+
 class Step(NamedTuple):
     """A step of the boot: what it is, how long it takes [s], what it does."""
 
     name: str
     duration_s: float
-    work: Callable[[Core], None]
+    work: Callable[[Boots], None]
 
 
-def _nothing(core: Core) -> None:
+def _nothing(core: Boots) -> None:
     """Hardware that has no part in a simulation."""
 
 
-def _read_variables(core: Core) -> None:
+def _read_variables(core: Boots) -> None:
     """Global variables: the counter of reboots goes on; from zero if it cannot be read."""
     data = core.memory.read(VARIABLES) if VARIABLES in core.memory.names() else None
     valid = data is not None and len(data) == _VARIABLES.size
@@ -60,7 +70,7 @@ def variables(reboots: int, from_reserve: bool = False) -> bytes:
     return _VARIABLES.pack(reboots, from_reserve)
 
 
-def _mount(core: Core) -> None:
+def _mount(core: Boots) -> None:
     """Files whose main or reserve copy is damaged are written again; the log is taken up.
 
     Mounted from the reserve, the copies there count, and the main ones are written from them.
@@ -76,12 +86,12 @@ def _mount(core: Core) -> None:
     core.services.report("svr", Reason.BOOTED, core.state.reboots)
 
 
-def _load_fpga(core: Core) -> None:
+def _load_fpga(core: Boots) -> None:
     if core.memory.read(FPGA) is None:
         core.services.report("fs", Reason.FILE_MISSING)
 
 
-def _load_modules(core: Core) -> None:
+def _load_modules(core: Boots) -> None:
     """Make all modules, with the settings of the memory, or their defaults."""
     for name, one in core.software.modules.items():
         found = _settings(core, name)
@@ -89,7 +99,7 @@ def _load_modules(core: Core) -> None:
         core.state.add(one.make(settings), one.period_s, is_default=found is None)
 
 
-def _settings(core: Core, name: str):
+def _settings(core: Boots, name: str):
     """The settings of a module in the memory; None, and an event, without."""
     defaults = core.software.modules[name].settings
     if not type(defaults).model_fields:
@@ -103,13 +113,13 @@ def _settings(core: Core, name: str):
     return found
 
 
-def _restore_time(core: Core) -> None:
+def _restore_time(core: Boots) -> None:
     """The time as it was last saved: it has lost what has passed since."""
     if core.state.clock.restore(core.memory.read(TIME)) is Reason.TIME_LOST:
         core.services.report("clk", Reason.TIME_LOST)
 
 
-def _start_modules(core: Core) -> None:
+def _start_modules(core: Boots) -> None:
     """Start the modules, drivers first, in the source's order; one that fails does not start."""
     if core.state.cause is not Cause.POWER_ON:
         core.flight.restart_computer()
@@ -123,11 +133,11 @@ def _start_modules(core: Core) -> None:
                 core.services.report(name, Reason.MODULE_FAILED)
 
 
-def _start_watchdog(core: Core) -> None:
+def _start_watchdog(core: Boots) -> None:
     core.services.feed_hardware()
 
 
-def _ready(core: Core) -> None:
+def _ready(core: Boots) -> None:
     """The packet 'ready', and that it can be taken for the first one of a boot."""
     state, services = core.state, core.services
     services.report("svr", Reason.READY)
@@ -154,12 +164,12 @@ STEPS = (
 BOOT_S = sum(step.duration_s for step in STEPS)
 
 
-def has_ended(core: Core) -> bool:
+def has_ended(core: Boots) -> bool:
     """Whether the boot has ended."""
     return core.state.boot_step == len(STEPS)
 
 
-def go_on(core: Core, t_s: float) -> bool:
+def go_on(core: Boots, t_s: float) -> bool:
     """Take the steps of the boot that end until a time of the run [s]; whether it has ended."""
     state = core.state
     while state.boot_step < len(STEPS):
@@ -173,7 +183,7 @@ def go_on(core: Core, t_s: float) -> bool:
     return True
 
 
-def deliver(core: Core, now_ms: int) -> None:
+def deliver(core: Boots, now_ms: int) -> None:
     """Fill an empty memory as it is delivered: settings of all modules, the FPGA's file, time."""
     for name, one in core.software.modules.items():
         if type(one.settings).model_fields:

@@ -8,11 +8,11 @@ takes out the second that a leap second leaves.
 """
 
 import struct
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.frames import EPOCH
+from torquer.flight.packets.reasons import Reason
 
-EPOCH = datetime(2010, 1, 1, tzinfo=UTC)
 #: Resolution [ms].
 STEP_MS = 10
 #: Greatest time [ms]: the last step of the seconds that a u32 holds, in the year 2146.

@@ -13,14 +13,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from torquer.flight.software import boot
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.software.boot import BOOT_S, VARIABLES, deliver, go_on, has_ended, variables
 from torquer.flight.software.clock import ms_of
-from torquer.flight.software.log import Reason
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.modules.com import Command
 from torquer.flight.software.services import Services
 from torquer.flight.software.software import Software, load_software
 from torquer.flight.software.state import Cause, Slot, State
+from torquer.flight.software.telecommand import Telecommand
 from torquer.scenario.spec import Scenario
 from torquer.simulation.outside.flight import Flight
 
@@ -68,14 +68,15 @@ class Core:
         craft = scenario.spacecraft
         actuators = {"dipole_a_m2": craft.coils, "torque_n_m": craft.wheels}
         there = {name for name, device in actuators.items() if device is not None}
-        self.services = Services(self.flight, self.memory, self.software, there)
+        defaults = {name: one.settings for name, one in self.software.modules.items()}
+        self.services = Services(self.flight, self.memory, self.software, defaults, there)
         self.exceptions: dict[str, str] = {}
         self._off = {name: _ZERO for name in there}
         is_new, start_ms = not self.memory.names(), ms_of(scenario.start)
         if is_new:
-            boot.deliver(self, start_ms)
-        self._switch_on(-boot.BOOT_S, Cause.POWER_ON)
-        boot.go_on(self, 0.0)
+            deliver(self, start_ms)
+        self._switch_on(-BOOT_S, Cause.POWER_ON)
+        go_on(self, 0.0)
         self.state.clock.run_to(0.0)
         if is_new:
             self.state.clock.set(start_ms)
@@ -83,7 +84,7 @@ class Core:
     @property
     def is_running(self) -> bool:
         """Whether the software runs, that is, does not boot."""
-        return boot.has_ended(self)
+        return has_ended(self)
 
     def tick(self, uplink: bytes = b"") -> bytes | None:
         """One control step: what is received goes in, what is sent comes out; None at the end.
@@ -95,7 +96,7 @@ class Core:
             return None
         state, services = self.state, self.services
         services.at(inputs)
-        if boot.has_ended(self) or boot.go_on(self, inputs.t_s):
+        if has_ended(self) or go_on(self, inputs.t_s):
             if uplink:
                 state.receive(uplink)
             self._step(inputs.t_s)
@@ -139,7 +140,7 @@ class Core:
     def _end(self, state: State) -> None:
         """A reboot by command."""
         if state.from_reserve:
-            self.memory.write(boot.VARIABLES, boot.variables(state.reboots, from_reserve=True))
+            self.memory.write(VARIABLES, variables(state.reboots, from_reserve=True))
         self._switch_on(self.services.t_s, state.reboot or Cause.COMMAND)
 
     def _step(self, t_s: float) -> None:
@@ -170,7 +171,7 @@ class Core:
     def _execute(self, slot: Slot) -> None:
         """The commands that wait for a module, each with its answer."""
         core, name = self.services, slot.module.name
-        command: Command
+        command: Telecommand
         while (command := core.cdh.take(name)) is not None:
             try:
                 code = Reason(getattr(slot.module, f"on_{command.packet}")(core, command.values))

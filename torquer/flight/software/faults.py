@@ -22,8 +22,8 @@ from torquer.campaign.faults.kinds import faults_of
 from torquer.flight.software.memory import unsealed
 from torquer.flight.software.state import Cause
 from torquer.scenario.explain import ScenarioError, validated
-from torquer.scenario.load import data_of, text_of
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import data_of, text_of
 
 if TYPE_CHECKING:
     from torquer.flight.software.core import Core

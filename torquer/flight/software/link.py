@@ -5,17 +5,15 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame, Rejected, Stream
+from torquer.flight.packets.keys import Keys
 from torquer.flight.packets.protected import CommandReceiver, TelemetrySender
 from torquer.flight.packets.pus import ApplicationProcess
-from torquer.flight.software.log import REJECTIONS, Reason
+from torquer.flight.packets.reasons import REJECTIONS, Reason
 from torquer.flight.software.memory import Memory
-
-if TYPE_CHECKING:
-    from torquer.flight.software.modules.com import Command
+from torquer.flight.software.telecommand import Telecommand
 
 #: Files of the non-volatile memory: last accepted counters of commands; a counter of telemetry
 #: that lies ahead.
@@ -23,22 +21,6 @@ COMMANDS, TELEMETRY = "counters.up", "counter.down"
 #: How far ahead of the frames sent the stored counter of telemetry lies.
 _AHEAD = 10000
 _COUNTER = struct.Struct("<I")
-#: Keys where a software file names none. Everybody knows them: they are for simulations only.
-DEMONSTRATION_UP, DEMONSTRATION_DOWN = bytes(range(32)), bytes(range(32, 64))
-
-
-class Keys(NamedTuple):
-    """Keys of a protected link, their index and the number of the spacecraft."""
-
-    up: bytes = DEMONSTRATION_UP
-    down: bytes = DEMONSTRATION_DOWN
-    spi: int = 1
-    spacecraft: int = 77
-
-    @property
-    def are_known(self) -> bool:
-        """Whether everybody knows one of them."""
-        return self.up == DEMONSTRATION_UP or self.down == DEMONSTRATION_DOWN
 
 
 class Historical:
@@ -71,7 +53,7 @@ class Historical:
         """Number of frames around commands that were refused since the last call."""
         return 0
 
-    def judged(self, command: Command, code: Reason) -> bool:
+    def judged(self, command: Telecommand, code: Reason) -> bool:
         """What COM has decided on a command; whether the link tells the ground itself."""
         return False
 
@@ -138,7 +120,7 @@ class Protected:
         self._refused = Counter(self._receiver.rejected)
         return refused
 
-    def judged(self, command: Command, code: Reason) -> bool:
+    def judged(self, command: Telecommand, code: Reason) -> bool:
         """What COM has decided on a command; whether the link tells the ground itself."""
         return False
 
@@ -171,7 +153,7 @@ class Pus(Protected):
         """Whether there are reports on requests to transmit."""
         return self._stream.waiting
 
-    def judged(self, command: Command, code: Reason) -> bool:
+    def judged(self, command: Telecommand, code: Reason) -> bool:
         """Keep for the reports on requests what COM has decided; those on malformed ones exist."""
         if command.received:
             key = (command.id, command.module, command.time_s)

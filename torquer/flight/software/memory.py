@@ -16,7 +16,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 
 #: Before the data of a file: mark, number of the writing, length of the data, CRC-32 of the name,
 #: of these two numbers and of the data: a file under another file's name is damaged, too.

@@ -9,17 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from torquer.base.spec import Spec
 from torquer.flight.packets.frames import ALARM, INFO, Downlink
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.link import Historical, Protected, new_link
-from torquer.flight.software.log import Reason
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.modules.module import Module, saved, settings_file
-from torquer.flight.software.state import Cause, State
+from torquer.flight.software.settings import saved, settings_file
+from torquer.flight.software.state import Cause, Flies, State
+from torquer.flight.software.telecommand import Telecommand
 
 if TYPE_CHECKING:
     from torquer.computer.interface import Command, Inputs
-    from torquer.flight.software.modules.com import Command as Telecommand
-    from torquer.flight.software.software import Software
     from torquer.simulation.outside.flight import Flight
 
 
@@ -40,20 +41,29 @@ class Services:
 
     `inputs`: what the computer knows at this control step, with the new estimate; `t_s`: time of
     the run [s]; `now_ms`: on-board time [ms since 2010-01-01]; `regions` (name, states), `flags`,
-    `parameters`: names of the computer, in the order in which commands number them.
+    `parameters`: names of the computer, in the order in which commands number them. `defaults`:
+    settings of modules as the software file has them.
     """
 
     inputs: Inputs
 
-    def __init__(self, flight: Flight, memory: Memory, software: Software, actuators: set[str]):
-        self.memory, self.dictionary = memory, software.dictionary
+    def __init__(
+        self,
+        flight: Flight,
+        memory: Memory,
+        link: SpaceLink,
+        defaults: Mapping[str, Spec],
+        actuators: set[str],
+    ):
+        self.memory, self.dictionary = memory, link.dictionary
         self.computer = Computer(flight)
         self.parameter = flight.parameter
         names = flight.names
         self.regions = [(name, list(states)) for name, (_, states) in names.regions.items()]
         self.flags, self.parameters = list(names.flags), names.all_parameters()
-        self._software, self._actuators, self._flight = software, actuators, flight
-        self._frame = Downlink(software.dictionary).frame
+        self._link, self._defaults = link, defaults
+        self._actuators, self._flight = actuators, flight
+        self._frame = Downlink(link.dictionary).frame
         self._modes: dict[str, str] | None = None
         self._commanded: tuple[tuple, tuple] | None = None
         self.t_s, self.now_ms = 0.0, 0
@@ -62,7 +72,7 @@ class Services:
         """Serve the modules of this state of the software."""
         self._state = state
         self.cdh, self.clock, self.log = state.cdh, state.clock, state.log
-        self.modules: dict[str, Module] = state.modules
+        self.modules: dict[str, Flies] = state.modules
         self._modes = self._commanded = None
 
     def at(self, inputs: Inputs) -> None:
@@ -138,8 +148,7 @@ class Services:
 
     def new_link(self) -> Historical | Protected:
         """The link to the ground, with an empty stream."""
-        software = self._software
-        return new_link(software.link, self.dictionary, software.keys, self.memory)
+        return new_link(self._link.link, self.dictionary, self._link.keys, self.memory)
 
     def take_uplink(self) -> bytes:
         """What the receiver has received since the last call."""
@@ -188,14 +197,17 @@ class Services:
 
     def restore_defaults(self, module: str) -> Reason:
         """Give a module its default settings, and keep them."""
-        defaults = self._software.modules[module].settings
+        defaults = self._defaults[module]
         self.modules[module].settings = defaults
         written = self.memory.write(settings_file(module), saved(defaults))
         return Reason.DONE if written else Reason.FAILED
 
     def start(self, module: str) -> None:
-        """Start a module."""
-        self._state.start(module, self)
+        """Start a module: it works from the next control step on."""
+        slot = self._state.slots[module]
+        slot.module.start(self)
+        slot.runs, slot.failures = True, 0
+        slot.due_ms, slot.fed_s = round(self.t_s * 1e3), self.t_s
 
     def stop(self, module: str) -> None:
         """Stop a module."""

@@ -20,13 +20,13 @@ from pydantic import AfterValidator, Field, ValidationError
 
 from torquer.base.spec import Spec
 from torquer.base.version import VERSION
+from torquer.flight.packets.software_file import digest_of_files
 from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile, SoftwareFault, of_software, strike
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.software import Software, SoftwareFile, load_software
+from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError, validated
-from torquer.scenario.load import data_of, text_of
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals
 
@@ -35,8 +35,6 @@ STRIDE = 64
 _DIGITS = 16
 #: The longest sleep [s] without a look at the signals.
 _MOMENT_S = 0.1
-#: The software file that flies unless another is given.
-AS_SHIPPED = Path(__file__).parent / "chibis_m.toml"
 
 
 def _hexadecimal(text: str) -> str:
@@ -94,12 +92,6 @@ class Sender:
         sent = b"".join(self._station.command(frame) for _, frame in self._frames[:due])
         del self._frames[:due]
         return sent
-
-
-def station_of(software: Software) -> Station:
-    """A ground station for a satellite with this software."""
-    keys = None if software.link == "historical" else software.keys
-    return Station(software.dictionary, keys, pus=software.link == "pus")
 
 
 class Recorder:
@@ -243,26 +235,6 @@ def load_session(path: Path) -> Session:
             f"{session.torquer}"
         )
     return session
-
-
-def digest_of_files(software: Path | None) -> str:
-    """SHA-256 of a software file and of all files that it names."""
-    found = hashlib.sha256()
-    for path in files_of(software):
-        found.update(hashlib.sha256(path.read_bytes()).digest())
-    return found.hexdigest()
-
-
-def files_of(software: Path | None) -> list[Path]:
-    """The software file, as shipped for None, and all files that it names."""
-    if software is None:
-        return [AS_SHIPPED]
-    file = validated(SoftwareFile, data_of(text_of(software, "software"), "software"))
-    named = [*file.packets, *(table.file for table in file.modules.values() if table.file)]
-    named += [key for key in (file.up_key, file.down_key) if key]
-    if file.dictionary.endswith(".toml"):
-        named.append(Path(file.dictionary))
-    return [software, *(software.parent / path for path in named)]
 
 
 def replayed(session: Session, ticks: int | None = None) -> Iterator[Tick]:

@@ -1,80 +1,31 @@
-"""The software file: which modules fly, at what rates and with what settings; packets and link.
-
-Two further keys in a module's table make it a module of the user:
-
-    [modules.dosimeter]
-    file = "dosimeter.py"      # relative to the software file
-    class = "Dosimeter"
-"""
+"""Flight software from a software file: its modules are found, checked, made ready to start."""
 
 from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import Any, NamedTuple
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import ValidationError
 
 from torquer.base.spec import Spec
-from torquer.flight.packets.dictionary import Dictionary, load_dictionary
-from torquer.flight.packets.keys import read_key
-from torquer.flight.software.link import Keys
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.software_file import (
+    ModuleTable,
+    SoftwareFile,
+    SpaceLink,
+    link_of,
+    read_software,
+)
 from torquer.flight.software.modules import MODULES, REQUIRED
 from torquer.flight.software.modules.module import Module
-from torquer.scenario.explain import ScenarioError, explain, validated
-from torquer.scenario.load import data_of, text_of
+from torquer.scenario.explain import ScenarioError, explain
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-_SHIPPED = Path(__file__).parent
 #: The longest period of a module [s].
 _LONGEST_S = 1e10
-
-
-class ModuleTable(Spec):
-    """A module of the software: its rate and settings, and its file if it is the user's own."""
-
-    period_s: float | None = Field(default=None, gt=0.0)
-    """Time between two steps; the module's own period unless given."""
-    on: bool = True
-    """Whether the module starts at boot; else a command can start it."""
-    settings: dict[str, Any] = Field(default_factory=dict)
-    """Settings in place of the module's defaults."""
-    file: Path | None = None
-    """Python file of a module of your own, relative to the software file."""
-    class_name: str | None = Field(default=None, alias="class")
-    """Class of the module in that file."""
-
-
-class SoftwareFile(Spec):
-    """Flight software as a file describes it."""
-
-    name: str = "software"
-    """Name of the software."""
-    dictionary: str = "chibis_m"
-    """Dictionary of packets: a shipped one by name, or a file."""
-    packets: tuple[Path, ...] = ()
-    """Files of further modules and packets, added to the dictionary."""
-    link: Literal["historical", "protected", "pus"] = "protected"
-    """Frames of the link: those of Chibis-M; these within frames with checksum and MAC; space
-    packets of PUS-C (ECSS-E-ST-70-41C) within such frames."""
-    up_key: Path | None = None
-    """File of the key of commands (all but historical); unless given, one that everybody knows."""
-    down_key: Path | None = None
-    """File of the key of telemetry; unless given, a key that everybody knows."""
-    spacecraft: int = Field(default=77, ge=0, le=1023)
-    """Number of the spacecraft in protected frames; of its application process in PUS-C."""
-    modules: dict[str, ModuleTable] = Field(default_factory=dict)
-    """Modules by name, in addition to those that fly always."""
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if self.link == "pus" and self.spacecraft == 0:
-            raise ValueError("spacecraft: must be at least 1 with link = 'pus'; received 0")
-        return self
 
 
 class Installed(NamedTuple):
@@ -86,21 +37,11 @@ class Installed(NamedTuple):
     on: bool
 
 
-class Software(NamedTuple):
+@dataclass(frozen=True)
+class Software(SpaceLink):
     """Flight software that has been checked; `modules` in the order of their steps."""
 
-    name: str
-    dictionary: Dictionary
-    link: str
-    keys: Keys
     modules: dict[str, Installed]
-
-
-def code_in(path: Path) -> dict[str, Path]:
-    """Python files that a software file names, by their keys; nothing is executed."""
-    file = validated(SoftwareFile, data_of(text_of(path, "software"), "software"))
-    tables = file.modules.items()
-    return {f"modules.{name}.file": path.parent / t.file for name, t in tables if t.file}
 
 
 def load_software(source: str | Path | Mapping | None = None) -> Software:
@@ -108,62 +49,22 @@ def load_software(source: str | Path | Mapping | None = None) -> Software:
 
     Paths in it are relative to the file. `ScenarioError` with one line for each mistake.
     """
-    return software_of(*_file_of(source))
-
-
-def load_link(source: str | Path | None = None) -> Software:
-    """The software of a TOML file as the ground needs it: packets, frames, keys, no modules.
-
-    Nothing is executed. `ScenarioError` with one line for each mistake.
-    """
-    file, folder = _file_of(source)
-    return Software(file.name, _dictionary(file, folder), file.link, _keys(file, folder), {})
-
-
-def _file_of(source: str | Path | Mapping | None) -> tuple[SoftwareFile, Path]:
-    """A software file, and the folder to which its paths are relative."""
-    if isinstance(source, Mapping):
-        return validated(SoftwareFile, dict(source)), Path()
-    path = _SHIPPED / "chibis_m.toml" if source is None else Path(source)
-    return validated(SoftwareFile, data_of(text_of(path, "software"), "software")), path.parent
+    return software_of(*read_software(source))
 
 
 def software_of(file: SoftwareFile, folder: Path = Path()) -> Software:
     """The software that a file describes, its modules found and checked."""
-    dictionary = _dictionary(file, folder)
+    link = link_of(file, folder)
     classes = _classes(file, folder)
     installed = {}
     for name, make in classes.items():
         table = file.modules.get(name, ModuleTable())
         settings = _settings(name, make, table.settings)
         installed[name] = Installed(make, table.period_s or make.period_s, settings, table.on)
-    faults = list(_faults(dictionary, installed))
+    faults = list(_faults(link.dictionary, installed))
     if faults:
         raise ScenarioError("\n".join(faults))
-    return Software(file.name, dictionary, file.link, _keys(file, folder), installed)
-
-
-def _keys(file: SoftwareFile, folder: Path) -> Keys:
-    """The keys in the files; those for demonstrations without."""
-    found = {}
-    for name in ("up", "down"):
-        path = getattr(file, f"{name}_key")
-        if path is not None:
-            try:
-                found[name] = read_key(folder / path)
-            except ValueError as error:
-                raise ScenarioError(f"{name}_{error}") from None
-    return Keys(**found, spacecraft=file.spacecraft)
-
-
-def _dictionary(file: SoftwareFile, folder: Path) -> Dictionary:
-    source: str | Path = file.dictionary
-    if source.endswith(".toml"):
-        source = folder / source
-    try:
-        return load_dictionary(source, extra=[folder / path for path in file.packets])
-    except ValueError as error:
-        raise ScenarioError(str(error)) from None
+    return Software(link.name, link.dictionary, link.link, link.keys, installed)
 
 
 def _classes(file: SoftwareFile, folder: Path) -> dict[str, type[Module]]:

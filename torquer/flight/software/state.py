@@ -4,25 +4,35 @@ from __future__ import annotations
 
 from collections import deque
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from torquer.flight.packets.commands import ANSWERS
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.clock import Clock
-from torquer.flight.software.log import Log, Reason
-from torquer.flight.software.modules.module import Module
+from torquer.flight.software.log import Log
 from torquer.flight.software.queues import Cdh
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from torquer.flight.software.services import Services
-
 #: Sizes of the queues that no module owns: acknowledgements, frames for the ground, state vectors.
-QUEUES = {"acks": 10, "ground": 10, "state": 3}
+QUEUES = {"acks": ANSWERS, "ground": 10, "state": 3}
 #: Size of a module's command queue.
 COMMANDS = 5
 #: Bytes that the receiver holds until they are read.
 RECEIVED = 8192
 _STOPPED, _RUNNING, _FAILED = range(3)
+
+
+class Flies(Protocol):
+    """What schedule and services see of a module: see `torquer.flight.software.modules.module`."""
+
+    name: ClassVar[str]
+    settings: Any
+
+    def start(self, core: Any) -> None: ...
+    def step(self, core: Any) -> None: ...
+    def status(self) -> dict[str, float]: ...
 
 
 class Cause(IntEnum):
@@ -41,7 +51,7 @@ class Slot:
     `fed_s`: its last whole step; `failures`: steps that an error ended.
     """
 
-    def __init__(self, module: Module, period_ms: int, commands: deque, is_default: bool):
+    def __init__(self, module: Flies, period_ms: int, commands: deque, is_default: bool):
         self.module, self.commands = module, commands
         self.period_ms, self.is_default = period_ms, is_default
         self.runs = False
@@ -78,7 +88,7 @@ class State:
     def __init__(self, modules: Iterable[str], t_s: float, cause: Cause):
         self.cdh = Cdh({name: COMMANDS for name in modules} | QUEUES)
         self.clock, self.log = Clock(t_s), Log()
-        self.modules: dict[str, Module] = {}
+        self.modules: dict[str, Flies] = {}
         self.slots: dict[str, Slot] = {}
         self.manual: dict[str, tuple | None] = {}
         self.uplink, self.lost_uplink = bytearray(), 0
@@ -88,7 +98,7 @@ class State:
         self.reboots, self.from_reserve = 0, False
         self.reboot: Cause | None = None
 
-    def add(self, module: Module, period_s: float, is_default: bool) -> None:
+    def add(self, module: Flies, period_s: float, is_default: bool) -> None:
         """Take a module into the schedule."""
         self.modules[module.name] = module
         self.slots[module.name] = Slot(
@@ -102,13 +112,6 @@ class State:
         if beyond > 0:
             del self.uplink[:beyond]
             self.lost_uplink += beyond
-
-    def start(self, module: str, core: Services) -> None:
-        """Start a module: it works from the next control step on."""
-        slot = self.slots[module]
-        slot.module.start(core)
-        slot.runs, slot.failures = True, 0
-        slot.due_ms, slot.fed_s = round(core.t_s * 1e3), core.t_s
 
     def stop(self, module: str) -> None:
         """Stop a module; its commands are lost."""

@@ -31,7 +31,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.environment import RowEnvironments, environments_at_rows
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import explain
-from torquer.scenario.load import data_of, text_of
+from torquer.scenario.toml_text import data_of, text_of
 from torquer.simulation.results.variables import ESTIMATED, read
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from torquer.base.spec import Spec
 from torquer.ground.telemetry.quantities import QUANTITIES, unit_of, units_for
 from torquer.scenario.explain import explain
-from torquer.scenario.load import data_of, text_of
-from torquer.scenario.toml_text import toml_of
+from torquer.scenario.toml_text import data_of, text_of, toml_of
 
 #: Time formats other than `strptime`'s: numbers that count from an instant in UTC, and ISO 8601.
 COUNTED = {"unix_s": 1.0, "unix_ms": 1e3, "unix_us": 1e6, "unix_ns": 1e9}

@@ -16,7 +16,7 @@ from torquer.environment.orbit import AnyOrbit, Sgp4
 from torquer.environment.orbit.numerical import epoch_of
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import explain
-from torquer.scenario.load import data_of, text_of
+from torquer.scenario.toml_text import data_of, text_of
 
 _LINE = re.compile(r"^([12]) [ 0-9A-Z]")
 

@@ -9,8 +9,9 @@ from datetime import date, datetime
 from pathlib import Path
 
 from torquer.scenario.explain import ScenarioError
-from torquer.scenario.load import data_of, scenario_from_data
+from torquer.scenario.load import scenario_from_data
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import data_of
 
 _KEY = re.compile(r"([A-Za-z_][\w.\[\]-]*): ")
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.scenario.spec import Scenario, Spacecraft
+if TYPE_CHECKING:
+    from torquer.scenario.spec import Scenario, Spacecraft
 
 #: Points of the orbit that are drawn.
 _POINTS = 121

@@ -19,11 +19,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torquer.base.spec import Spec
 from torquer.base.strict_json import json_text
-from torquer.computer.modes.diagram import svg
+from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import TYPES, Packet
 from torquer.flight.packets.mistakes import shown
 from torquer.flight.packets.openmct import openmct
-from torquer.flight.software.script import Sent
 from torquer.ground import history
 from torquer.ground.archive import read_only
 from torquer.ground.commands import listed
@@ -162,6 +161,8 @@ class _Routes:
         modes = scenario.control.named().modes if scenario else None
         if modes is None:
             raise HTTPException(404)
+        from torquer.computer.modes.diagram import svg
+
         regions = [{"name": n, "states": [*region.states]} for n, region in modes.regions.items()]
         return JSONResponse({"regions": regions, "svg": svg(modes)})
 

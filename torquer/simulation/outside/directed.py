@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,30 +16,13 @@ from torquer.computer.interface import KNOWN, nothing_known
 from torquer.computer.modes.packing import must_be_one_of
 from torquer.computer.modes.signals import SIGNALS, UNITS
 from torquer.computer.modes.spec import Condition, Modes
+from torquer.computer.names import MODES, Names
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.state import arrays_of
 from torquer.simulation.setup.run import Run
 
-#: First part of the parameter that a threshold of the mode tables is.
-_MODES = "modes."
 #: What the computer's record has of the estimate.
 _ESTIMATE = KNOWN.names[KNOWN.names.index("estimate_s") : KNOWN.names.index("position_x")]
-
-
-class Names(NamedTuple):
-    """Names of a run's computer and their places: regions with their states, flags, parameters of
-    laws (first place, count), thresholds with the conditions and their places; states by number.
-    """
-
-    regions: dict[str, tuple[int, dict[str, int]]]
-    flags: tuple[str, ...]
-    parameters: dict[str, tuple[int, int]]
-    thresholds: dict[str, list[tuple[int, Condition]]]
-    states: tuple[str, ...]
-
-    def all_parameters(self) -> list[str]:
-        """Names for `set_parameter`: parameters of laws and estimators, then thresholds."""
-        return [*self.parameters, *(_MODES + name for name in self.thresholds)]
 
 
 def names_of(scenario: Scenario, blocks: Blocks) -> Names:
@@ -96,7 +78,7 @@ def set_parameter(run: Run, names: Names, name: str, value: float | Iterable[flo
     """Set a parameter of a law or estimator, in SI units, or a threshold in its signal's unit."""
     must_be_one_of("name", names.all_parameters(), name)
     if name not in names.parameters:
-        _set_threshold(run, name, names.thresholds[name.removeprefix(_MODES)], value)
+        _set_threshold(run, name, names.thresholds[name.removeprefix(MODES)], value)
         return
     first, count = names.parameters[name]
     run.state.board.parameters[first : first + count] = _numbers(name, value, count)
@@ -125,7 +107,7 @@ def parameter(run: Run, names: Names, name: str) -> tuple[float, ...]:
     if name in names.parameters:
         first, count = names.parameters[name]
         return tuple(run.state.board.parameters[first : first + count].tolist())
-    place, condition = names.thresholds[name.removeprefix(_MODES)][0]
+    place, condition = names.thresholds[name.removeprefix(MODES)][0]
     value = float(run.state.board.modes.conditions[place]["threshold"])
     return (value / UNITS[SIGNALS[condition.signal].unit],)
 

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from torquer.base.spec import Spec
 from torquer.computer.laws.pointing import to_orbital_frame
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 
 #: Age [s] from which on a state vector is out of date.

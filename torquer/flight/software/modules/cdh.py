@@ -8,7 +8,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from torquer.base.spec import Spec
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 
 #: Queues that belong to no module, in the order of the packet `queues`.

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 
 #: File of the non-volatile memory that holds the time.

@@ -12,29 +12,14 @@ that it waits (WAITING, not accepted), and when it has been executed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from pydantic import Field
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.frames import Frame, Rejected
-from torquer.flight.software.log import REJECTIONS, Reason
+from torquer.flight.packets.reasons import REJECTIONS, Reason
 from torquer.flight.software.modules.module import Module
-
-
-class Command(NamedTuple):
-    """A command as modules get it; `acknowledge`: whether the ground asks for an answer.
-
-    `received`: the frame or packet that it came in; none for one that could not be read.
-    """
-
-    packet: str
-    id: int
-    module: int
-    time_s: int
-    acknowledge: bool
-    values: tuple
-    received: bytes = b""
+from torquer.flight.software.telecommand import Telecommand
 
 
 class ComSettings(Spec):
@@ -60,7 +45,7 @@ class Com(Module):
     def __init__(self, settings: ComSettings):
         super().__init__(settings)
         self.link = None
-        self.delayed: list[Command] = []
+        self.delayed: list[Telecommand] = []
         self.received = self.rejected = self.refused = self.sent_bytes = 0
         self.heard_s: float | None = None
 
@@ -106,7 +91,7 @@ class Com(Module):
         self.received += 1
         packet, now_s = frame.packet, core.clock.now_s
         asks, *values = frame.values
-        command = Command(
+        command = Telecommand(
             *(packet.name, packet.id, frame.module, frame.time_s, bool(asks)),
             *(tuple(values), frame.raw),
         )
@@ -120,7 +105,7 @@ class Com(Module):
         else:
             self._hand_on(core, command)
 
-    def _fault(self, core, command: Command, now_s: int) -> Reason:
+    def _fault(self, core, command: Telecommand, now_s: int) -> Reason:
         """Why a command is rejected; DONE if it is not."""
         module = _module(core, command)
         if module not in core.modules:
@@ -134,7 +119,7 @@ class Com(Module):
             return Reason.QUEUE_FULL
         return code
 
-    def _fault_of_time(self, command: Command, now_s: int) -> Reason:
+    def _fault_of_time(self, command: Telecommand, now_s: int) -> Reason:
         """Why an execution time cannot be kept; DONE if it can."""
         ahead = command.time_s - now_s
         if ahead < -self.settings.oldest_command_s:
@@ -155,19 +140,19 @@ class Com(Module):
             else:
                 self._hand_on(core, command)
 
-    def _hand_on(self, core, command: Command) -> None:
+    def _hand_on(self, core, command: Telecommand) -> None:
         """Into the module's queue; if that is full its oldest command is dropped, and answered."""
         module = _module(core, command)
         self.link.judged(command, Reason.DONE)
         if not core.cdh.put(module, command):
             self._reject(core, core.cdh.take_dropped(module), Reason.QUEUE_FULL)
 
-    def _reject(self, core, command: Command, code: Reason) -> None:
+    def _reject(self, core, command: Telecommand, code: Reason) -> None:
         self.rejected += 1
         core.report("com", code, command.id)
         self._answer(core, command, code)
 
-    def _answer(self, core, command: Command, code: Reason) -> None:
+    def _answer(self, core, command: Telecommand, code: Reason) -> None:
         """Tell the ground, by the link or by an acknowledgement, what COM has decided."""
         if not self.link.judged(command, code):
             core.acknowledge(command, code)
@@ -176,7 +161,7 @@ class Com(Module):
         """A frame that is no command: nobody knows whether an answer is asked for."""
         self.received += 1
         code = REJECTIONS.get(header.reason, Reason.REJECTED)
-        asked = Command("", header.id, header.code, header.time_s, True, ())
+        asked = Telecommand("", header.id, header.code, header.time_s, True, ())
         self._reject(core, asked, code)
 
     def _send(self, core) -> None:
@@ -193,6 +178,6 @@ class Com(Module):
                 core.transmit(sent)
 
 
-def _module(core, command: Command) -> str:
+def _module(core, command: Telecommand) -> str:
     """Name of the module to which a command goes."""
     return core.dictionary.up[command.packet].module

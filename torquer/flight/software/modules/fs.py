@@ -12,7 +12,7 @@ import zlib
 from pydantic import Field
 
 from torquer.base.spec import Spec
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.memory import Report
 from torquer.flight.software.modules.module import Module
 

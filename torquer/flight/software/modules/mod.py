@@ -10,7 +10,7 @@ from pydantic import Field, ValidationError
 
 from torquer.base.spec import Spec
 from torquer.environment.orbit.sgp4 import Sgp4, checksum
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 
 #: File of the non-volatile memory that holds the elements: two lines of 69 characters.

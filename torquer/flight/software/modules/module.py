@@ -7,24 +7,18 @@ reference to the core, no generators, no threads.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from pydantic import ValidationError
 
 from torquer.base.spec import Spec
-from torquer.flight.software.log import Reason
-
-if TYPE_CHECKING:
-    from torquer.flight.software.services import Services
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.software.services import Services
+from torquer.flight.software.settings import saved, settings_file
 
 
 class NoSettings(Spec):
     """Settings of a module that has none."""
-
-
-def settings_file(module: str) -> str:
-    """Name of the file in the non-volatile memory that holds a module's settings."""
-    return f"settings.{module}"
 
 
 class Module:
@@ -62,16 +56,3 @@ class Module:
         self.settings = changed
         written = core.memory.write(settings_file(self.name), saved(changed))
         return Reason.DONE if written else Reason.FAILED
-
-
-def saved(settings: Spec) -> bytes:
-    """Settings as the memory keeps them: JSON."""
-    return settings.model_dump_json().encode()
-
-
-def restored(data: bytes, defaults: Spec) -> Spec | None:
-    """Settings that `saved` gave, of the same kind as the defaults; None for anything else."""
-    try:
-        return type(defaults).model_validate_json(data)
-    except ValueError:
-        return None

@@ -12,7 +12,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 from torquer.flight.software.modules.telemetry import DEG, bits, devices, states
 

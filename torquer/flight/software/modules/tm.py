@@ -11,7 +11,7 @@ from pydantic import Field
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.codec import decoder, encoder
-from torquer.flight.software.log import Reason
+from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 from torquer.flight.software.modules.telemetry import beacon, extended
 

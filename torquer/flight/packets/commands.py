@@ -1,4 +1,4 @@
-"""What a ground station sends, by time: commands from a file, with names in place of numbers.
+"""Commands as a ground station sends them, by time, with names in place of numbers.
 
 [[commands]]
 at_s = 600                 # time of the run at which it is sent
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -18,14 +19,15 @@ from typing import Any
 from pydantic import Field
 
 from torquer.base.spec import Spec
+from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field as PacketField, Packet
-from torquer.flight.packets.frames import Uplink
+from torquer.flight.packets.frames import EPOCH, Uplink
 from torquer.flight.packets.mistakes import shown
-from torquer.flight.software.clock import EPOCH
 from torquer.scenario.explain import ScenarioError, validated
-from torquer.scenario.load import data_of, text_of
-from torquer.scenario.spec import Scenario
-from torquer.simulation.outside.directed import Names
+from torquer.scenario.toml_text import data_of, text_of
+
+#: Answers to commands that wait on board until they are sent down: a further one drops the oldest.
+ANSWERS = 10
 
 
 class Sent(Spec):
@@ -58,10 +60,13 @@ def load_script(path: Path) -> ScriptFile:
 
 
 def frames_of(
-    script: ScriptFile, dictionary: Dictionary, names: Names, scenario: Scenario
+    script: ScriptFile, dictionary: Dictionary, names: Names, start: datetime
 ) -> list[tuple[float, bytes]]:
-    """(time of the run, frame) of each command, by time; `ScenarioError` for one that cannot be."""
-    maker, start_s = Uplink(dictionary), (scenario.start - EPOCH).total_seconds()
+    """(time of the run, frame) of each command, by time; `ScenarioError` for one that cannot be.
+
+    `start`: of the run, a time with a zone.
+    """
+    maker, start_s = Uplink(dictionary), (start - EPOCH).total_seconds()
     found = []
     for i, sent in enumerate(script.commands):
         numbers = numbers_of(sent, dictionary, names, f"commands[{i}].")

@@ -1,0 +1,150 @@
+"""The software file: which modules fly, at what rates and with what settings; packets and link.
+
+Two further keys in a module's table make it a module of the user:
+
+    [modules.dosimeter]
+    file = "dosimeter.py"      # relative to the software file
+    class = "Dosimeter"
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from torquer.base.spec import Spec
+from torquer.flight.packets.dictionary import Dictionary, load_dictionary
+from torquer.flight.packets.keys import Keys, read_key
+from torquer.scenario.explain import ScenarioError, validated
+from torquer.scenario.toml_text import data_of, text_of
+
+#: The software file that flies unless another is given.
+AS_SHIPPED = Path(__file__).parents[1] / "software" / "chibis_m.toml"
+
+
+class ModuleTable(Spec):
+    """A module of the software: its rate and settings, and its file if it is the user's own."""
+
+    period_s: float | None = Field(default=None, gt=0.0)
+    """Time between two steps; the module's own period unless given."""
+    on: bool = True
+    """Whether the module starts at boot; else a command can start it."""
+    settings: dict[str, Any] = Field(default_factory=dict)
+    """Settings in place of the module's defaults."""
+    file: Path | None = None
+    """Python file of a module of your own, relative to the software file."""
+    class_name: str | None = Field(default=None, alias="class")
+    """Class of the module in that file."""
+
+
+class SoftwareFile(Spec):
+    """Flight software as a file describes it."""
+
+    name: str = "software"
+    """Name of the software."""
+    dictionary: str = "chibis_m"
+    """Dictionary of packets: a shipped one by name, or a file."""
+    packets: tuple[Path, ...] = ()
+    """Files of further modules and packets, added to the dictionary."""
+    link: Literal["historical", "protected", "pus"] = "protected"
+    """Frames of the link: those of Chibis-M; these within frames with checksum and MAC; space
+    packets of PUS-C (ECSS-E-ST-70-41C) within such frames."""
+    up_key: Path | None = None
+    """File of the key of commands (all but historical); unless given, one that everybody knows."""
+    down_key: Path | None = None
+    """File of the key of telemetry; unless given, a key that everybody knows."""
+    spacecraft: int = Field(default=77, ge=0, le=1023)
+    """Number of the spacecraft in protected frames; of its application process in PUS-C."""
+    modules: dict[str, ModuleTable] = Field(default_factory=dict)
+    """Modules by name, in addition to those that fly always."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.link == "pus" and self.spacecraft == 0:
+            raise ValueError("spacecraft: must be at least 1 with link = 'pus'; received 0")
+        return self
+
+
+@dataclass(frozen=True)
+class SpaceLink:
+    """What both ends of a link know of it: name of the software, packets, kind of frames, keys."""
+
+    name: str
+    dictionary: Dictionary
+    link: str
+    keys: Keys
+
+
+def load_link(source: str | Path | Mapping | None = None) -> SpaceLink:
+    """The link of a software file, or of its tables as data; None: that of Chibis-M as shipped.
+
+    Nothing is executed. `ScenarioError` with one line for each mistake.
+    """
+    return link_of(*read_software(source))
+
+
+def link_of(file: SoftwareFile, folder: Path = Path()) -> SpaceLink:
+    """The link that a software file describes; `folder`: to which its paths are relative."""
+    return SpaceLink(file.name, _dictionary(file, folder), file.link, _keys(file, folder))
+
+
+def read_software(source: str | Path | Mapping | None) -> tuple[SoftwareFile, Path]:
+    """A software file, and the folder to which its paths are relative."""
+    if isinstance(source, Mapping):
+        return validated(SoftwareFile, dict(source)), Path()
+    path = AS_SHIPPED if source is None else Path(source)
+    return validated(SoftwareFile, data_of(text_of(path, "software"), "software")), path.parent
+
+
+def code_in(path: Path) -> dict[str, Path]:
+    """Python files that a software file names, by their keys; nothing is executed."""
+    file, folder = read_software(path)
+    return {f"modules.{name}.file": folder / t.file for name, t in file.modules.items() if t.file}
+
+
+def digest_of_files(software: Path | None) -> str:
+    """SHA-256 of a software file and of all files that it names."""
+    found = hashlib.sha256()
+    for path in files_of(software):
+        found.update(hashlib.sha256(path.read_bytes()).digest())
+    return found.hexdigest()
+
+
+def files_of(software: Path | None) -> list[Path]:
+    """The software file, as shipped for None, and all files that it names."""
+    if software is None:
+        return [AS_SHIPPED]
+    file, folder = read_software(software)
+    named = [*file.packets, *(table.file for table in file.modules.values() if table.file)]
+    named += [key for key in (file.up_key, file.down_key) if key]
+    if file.dictionary.endswith(".toml"):
+        named.append(Path(file.dictionary))
+    return [software, *(folder / path for path in named)]
+
+
+def _keys(file: SoftwareFile, folder: Path) -> Keys:
+    """The keys in the files; those for demonstrations without."""
+    found = {}
+    for name in ("up", "down"):
+        path = getattr(file, f"{name}_key")
+        if path is not None:
+            try:
+                found[name] = read_key(folder / path)
+            except ValueError as error:
+                raise ScenarioError(f"{name}_{error}") from None
+    return Keys(**found, spacecraft=file.spacecraft)
+
+
+def _dictionary(file: SoftwareFile, folder: Path) -> Dictionary:
+    source: str | Path = file.dictionary
+    if source.endswith(".toml"):
+        source = folder / source
+    try:
+        return load_dictionary(source, extra=[folder / path for path in file.packets])
+    except ValueError as error:
+        raise ScenarioError(str(error)) from None
