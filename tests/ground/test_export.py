@@ -12,7 +12,7 @@ from torquer.flight.packets.dictionary import Dictionary, Field, Packet, load_di
 from torquer.flight.packets.frames import Downlink, Stream
 from torquer.ground import export
 from torquer.ground.archive import EPOCH_MS, UNCHECKED, Archive, ArchiveError, RowMaker
-from torquer.ground.export import exported
+from torquer.ground.export import export_archive
 
 CHIBIS = load_dictionary("chibis_m")
 RATE = CHIBIS.down["extended"].names.index("omega_x")
@@ -46,7 +46,7 @@ def small_parts(monkeypatch):
 @pytest.mark.usefixtures("small_parts")
 @pytest.mark.parametrize("format", ["netcdf", "parquet"])
 def test_numbers_come_out_as_they_went_in(archive, tmp_path, format):
-    files = dict(exported(archive, tmp_path, format))
+    files = dict(export_archive(archive, tmp_path, format))
     assert {path.stem: rows for path, rows in files.items()} == {
         "extended": 500,
         "event": 2,
@@ -86,13 +86,13 @@ def _parquet(folder, packet):
 def test_files_say_what_their_numbers_are(archive, tmp_path):
     import pyarrow.parquet as pq
 
-    exported(archive, tmp_path)
+    export_archive(archive, tmp_path)
     with xr.open_dataset(tmp_path / "extended.nc", engine="h5netcdf") as data:
         assert data.attrs["satellite"] == "Chibis-M"
         assert data.omega_x.attrs["units"] == "deg/s"
         assert data.aos_mode.attrs["flag_meanings"].startswith("OFF SDOT BDOT")
         assert data.quality.attrs["flag_meanings"] == "suspect unchecked authentic"
-    exported(archive, tmp_path, "parquet")
+    export_archive(archive, tmp_path, "parquet")
     schema = pq.read_schema(tmp_path / "extended.parquet")
     assert schema.field("omega_x").metadata[b"units"] == b"deg/s"
     assert str(schema.field("time").type) == "timestamp[ms, tz=UTC]"
@@ -100,14 +100,14 @@ def test_files_say_what_their_numbers_are(archive, tmp_path):
 
 def test_an_interval_and_one_packet(archive, tmp_path):
     span = (EPOCH_MS + 10_000, EPOCH_MS + 19_999)
-    assert exported(archive, tmp_path, "netcdf", ["extended"], *span) == [
+    assert export_archive(archive, tmp_path, "netcdf", ["extended"], *span) == [
         (tmp_path / "extended.nc", 10)
     ]
-    assert exported(archive, tmp_path, "netcdf", ["beacon"]) == []
+    assert export_archive(archive, tmp_path, "netcdf", ["beacon"]) == []
     with pytest.raises(ValueError, match=r"--packet: must be one of beacon, .*; received bacon"):
-        exported(archive, tmp_path, "netcdf", ["bacon"])
+        export_archive(archive, tmp_path, "netcdf", ["bacon"])
     with pytest.raises(ArchiveError, match="archive: must be an archive"):
-        exported(tmp_path / "none.sqlite", tmp_path)
+        export_archive(tmp_path / "none.sqlite", tmp_path)
 
 
 def test_fields_with_the_names_of_our_columns(tmp_path):
@@ -117,6 +117,6 @@ def test_fields_with_the_names_of_our_columns(tmp_path):
     (frame,) = Stream(own, "down").feed(Downlink(own).frame("p", 9, (1, 2)))
     with closing(Archive(tmp_path / "sat.sqlite", own)) as archive:
         archive.put([RowMaker(own).row(frame, None, UNCHECKED)])
-    exported(tmp_path / "sat.sqlite", tmp_path)
+    export_archive(tmp_path / "sat.sqlite", tmp_path)
     found = _netcdf(tmp_path, "p")
     assert (found["time"], found["quality"], found["quality_of_frame"]) == ([1], [2], [UNCHECKED])

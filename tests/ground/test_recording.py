@@ -2,6 +2,7 @@
 
 import random
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
@@ -9,10 +10,10 @@ from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.protected import TelemetrySender
 from torquer.flight.packets.software_file import load_link
 from torquer.ground.archive import AUTHENTIC, SUSPECT, UNCHECKED, Archive
-from torquer.ground.recording import imported
+from torquer.ground.recording import import_recording
 
 PROTECTED = load_link()
-HISTORICAL = PROTECTED._replace(link="historical")
+HISTORICAL = replace(PROTECTED, link="historical")
 DICTIONARY = PROTECTED.dictionary
 MADE = Downlink(DICTIONARY)
 
@@ -59,7 +60,7 @@ def put(tmp_path, name, data, software=PROTECTED):
     file = tmp_path / "pass.bin"
     file.write_bytes(data)
     with closing(Archive(tmp_path / f"{name}.sqlite", DICTIONARY)) as archive:
-        counts = imported(software, file, archive)
+        counts = import_recording(software, file, archive)
         rows = {p: archive.read(f'SELECT * FROM "{p}"') for p in DICTIONARY.down}
     return counts, rows
 

@@ -1,4 +1,38 @@
-"""The ground: archive, commands, live telemetry in the browser."""
+"""The ground: archive of telemetry, commands and their answers, contacts with satellites.
 
-#: File in the folder by which commands on this machine find the server: its address and token.
-SERVER = "server.json"
+    from torquer.ground import Archive, load_link, import_recording
+
+    link = load_link("software.toml")
+    archive = Archive("satellite.sqlite", link.dictionary)
+    import_recording(link, Path("pass.bin"), archive)     # {"bytes": ..., "frames": ..., ...}
+
+A console for packets: none of this loads Numba, SciPy or a simulation. A satellite whose scenario
+is given has more to show: names for commands, modes, orbit and sensors. `torquer.ground.telemetry`
+examines telemetry, `torquer.pages.ground` shows it live.
+"""
+
+from typing import TYPE_CHECKING
+
+from torquer.base.lazy import lazily
+
+if TYPE_CHECKING:
+    from torquer.flight.packets.software_file import SpaceLink as SpaceLink, load_link as load_link
+    from torquer.ground.archive import (
+        Archive as Archive,
+        ArchiveError as ArchiveError,
+        dictionary_in as dictionary_in,
+        read_only as read_only,
+    )
+    from torquer.ground.commands import Commands as Commands
+    from torquer.ground.contact import Contact as Contact, Counters as Counters
+    from torquer.ground.export import export_archive as export_archive
+    from torquer.ground.file import (
+        Satellite as Satellite,
+        SatelliteTable as SatelliteTable,
+        load_ground as load_ground,
+        satellite_of as satellite_of,
+    )
+    from torquer.ground.live import SERVER as SERVER, Live as Live
+    from torquer.ground.recording import import_recording as import_recording
+
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

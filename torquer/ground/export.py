@@ -41,7 +41,7 @@ class _Column(NamedTuple):
     attributes: dict
 
 
-def exported(
+def export_archive(
     archive: Path,
     out: Path,
     format: str = "netcdf",

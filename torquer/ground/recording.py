@@ -38,7 +38,7 @@ class Judge:
         return UNCHECKED if self._lost == before else SUSPECT
 
 
-def imported(
+def import_recording(
     link: SpaceLink,
     recording: Path,
     archive: Archive,

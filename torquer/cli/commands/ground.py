@@ -247,7 +247,7 @@ def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
     """
     from torquer.ground.archive import Archive
     from torquer.ground.file import SatelliteTable, satellite_of
-    from torquer.ground.recording import imported
+    from torquer.ground.recording import import_recording
 
     name = _short_name(how.name)
     satellite = satellite_of(name, SatelliteTable(link="", software=how.software))
@@ -258,7 +258,7 @@ def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
     archive = Archive(path, satellite.software.dictionary)
     try:
         with _progress(recording.name) as progress:
-            counts = imported(satellite.software, recording, archive, progress)
+            counts = import_recording(satellite.software, recording, archive, progress)
     finally:
         archive.close()
     if how.json:
@@ -291,14 +291,14 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units."""
     if how.format == "parquet":
         check_installed("ground", ("pyarrow",))
-    from torquer.ground.export import exported
+    from torquer.ground.export import export_archive
 
     start_ms, end_ms = _ms("--start", how.start), _ms("--end", how.end)
     if start_ms is not None and end_ms is not None and start_ms > end_ms:
         raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
     with writing_to(how.out), _progress(archive.name) as progress:
-        files = exported(archive, how.out, how.format, how.packet, start_ms, end_ms, progress)
+        files = export_archive(archive, how.out, how.format, how.packet, start_ms, end_ms, progress)
     if how.json:
         print(json_text([{"file": str(path), "rows": rows} for path, rows in files]))
     else:
