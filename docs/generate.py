@@ -138,6 +138,7 @@ PACKAGES = (
     "torquer.environment.earth.atmosphere",
     "torquer.environment",
     "torquer.environment.field",
+    "torquer.ground",
     "torquer.theory",
     "torquer.design",
     "torquer.spacecraft.wheel_array",

@@ -62,6 +62,7 @@ def test_every_page_that_cites_a_source_links_to_what_its_key_stands_for():
         "torquer.environment.earth.atmosphere",
         "torquer.environment",
         "torquer.environment.field",
+        "torquer.ground",
         "torquer.theory",
         "torquer.spacecraft.wheel_array",
     ],
