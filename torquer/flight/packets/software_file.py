@@ -72,7 +72,10 @@ class SoftwareFile(Spec):
 
 @dataclass(frozen=True)
 class SpaceLink:
-    """What both ends of a link know of it: name of the software, packets, kind of frames, keys."""
+    """What both ends of a link know of it: name of the software, packets, kind of frames, keys.
+
+    `link`: historical, protected or pus, as `SoftwareFile` has it.
+    """
 
     name: str
     dictionary: Dictionary
@@ -84,6 +87,8 @@ def load_link(source: str | Path | Mapping | None = None) -> SpaceLink:
     """The link of a software file, or of its tables as data; None: that of Chibis-M as shipped.
 
     Nothing is executed. `ScenarioError` with one line for each mistake.
+
+        load_link("software.toml").dictionary.down["beacon"].size     # bytes
     """
     return link_of(*read_software(source))
 

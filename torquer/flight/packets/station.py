@@ -85,6 +85,10 @@ class Station:
 
 
 def station_of(link: SpaceLink) -> Station:
-    """A ground station for a satellite with this link."""
+    """A ground station for a satellite with this link.
+
+    station = station_of(load_link())
+    frames = list(station.receive(data))
+    """
     keys = None if link.link == "historical" else link.keys
     return Station(link.dictionary, keys, pus=link.link == "pus")

@@ -31,7 +31,7 @@ _VARIABLES = struct.Struct("<HB")
 STARTED_LAST = ("cdh", "tm", "mod", "aos", "stb", "com", "svr", "wdt")
 
 
-class Boots(Protocol):
+class AnyCore(Protocol):
     """What a boot works on: see `torquer.flight.software.core.Core`."""
 
     flight: Flight
@@ -46,14 +46,14 @@ class Step(NamedTuple):
 
     name: str
     duration_s: float
-    work: Callable[[Boots], None]
+    work: Callable[[AnyCore], None]
 
 
-def _nothing(core: Boots) -> None:
+def _nothing(core: AnyCore) -> None:
     """Hardware that has no part in a simulation."""
 
 
-def _read_variables(core: Boots) -> None:
+def _read_variables(core: AnyCore) -> None:
     """Global variables: the counter of reboots goes on; from zero if it cannot be read."""
     data = core.memory.read(VARIABLES) if VARIABLES in core.memory.names() else None
     valid = data is not None and len(data) == _VARIABLES.size
@@ -70,7 +70,7 @@ def variables(reboots: int, from_reserve: bool = False) -> bytes:
     return _VARIABLES.pack(reboots, from_reserve)
 
 
-def _mount(core: Boots) -> None:
+def _mount(core: AnyCore) -> None:
     """Files whose main or reserve copy is damaged are written again; the log is taken up.
 
     Mounted from the reserve, the copies there count, and the main ones are written from them.
@@ -86,12 +86,12 @@ def _mount(core: Boots) -> None:
     core.services.report("svr", Reason.BOOTED, core.state.reboots)
 
 
-def _load_fpga(core: Boots) -> None:
+def _load_fpga(core: AnyCore) -> None:
     if core.memory.read(FPGA) is None:
         core.services.report("fs", Reason.FILE_MISSING)
 
 
-def _load_modules(core: Boots) -> None:
+def _load_modules(core: AnyCore) -> None:
     """Make all modules, with the settings of the memory, or their defaults."""
     for name, one in core.software.modules.items():
         found = _settings(core, name)
@@ -99,7 +99,7 @@ def _load_modules(core: Boots) -> None:
         core.state.add(one.make(settings), one.period_s, is_default=found is None)
 
 
-def _settings(core: Boots, name: str):
+def _settings(core: AnyCore, name: str):
     """The settings of a module in the memory; None, and an event, without."""
     defaults = core.software.modules[name].settings
     if not type(defaults).model_fields:
@@ -113,13 +113,13 @@ def _settings(core: Boots, name: str):
     return found
 
 
-def _restore_time(core: Boots) -> None:
+def _restore_time(core: AnyCore) -> None:
     """The time as it was last saved: it has lost what has passed since."""
     if core.state.clock.restore(core.memory.read(TIME)) is Reason.TIME_LOST:
         core.services.report("clk", Reason.TIME_LOST)
 
 
-def _start_modules(core: Boots) -> None:
+def _start_modules(core: AnyCore) -> None:
     """Start the modules, drivers first, in the source's order; one that fails does not start."""
     if core.state.cause is not Cause.POWER_ON:
         core.flight.restart_computer()
@@ -133,11 +133,11 @@ def _start_modules(core: Boots) -> None:
                 core.services.report(name, Reason.MODULE_FAILED)
 
 
-def _start_watchdog(core: Boots) -> None:
+def _start_watchdog(core: AnyCore) -> None:
     core.services.feed_hardware()
 
 
-def _ready(core: Boots) -> None:
+def _ready(core: AnyCore) -> None:
     """The packet 'ready', and that it can be taken for the first one of a boot."""
     state, services = core.state, core.services
     services.report("svr", Reason.READY)
@@ -164,12 +164,12 @@ STEPS = (
 BOOT_S = sum(step.duration_s for step in STEPS)
 
 
-def has_ended(core: Boots) -> bool:
+def has_ended(core: AnyCore) -> bool:
     """Whether the boot has ended."""
     return core.state.boot_step == len(STEPS)
 
 
-def go_on(core: Boots, t_s: float) -> bool:
+def go_on(core: AnyCore, t_s: float) -> bool:
     """Take the steps of the boot that end until a time of the run [s]; whether it has ended."""
     state = core.state
     while state.boot_step < len(STEPS):
@@ -183,7 +183,7 @@ def go_on(core: Boots, t_s: float) -> bool:
     return True
 
 
-def deliver(core: Boots, now_ms: int) -> None:
+def deliver(core: AnyCore, now_ms: int) -> None:
     """Fill an empty memory as it is delivered: settings of all modules, the FPGA's file, time."""
     for name, one in core.software.modules.items():
         if type(one.settings).model_fields:

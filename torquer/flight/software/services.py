@@ -16,7 +16,7 @@ from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.settings import saved, settings_file
-from torquer.flight.software.state import Cause, Flies, State
+from torquer.flight.software.state import Cause, AnyModule, State
 from torquer.flight.software.telecommand import Telecommand
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Services:
         """Serve the modules of this state of the software."""
         self._state = state
         self.cdh, self.clock, self.log = state.cdh, state.clock, state.log
-        self.modules: dict[str, Flies] = state.modules
+        self.modules: dict[str, AnyModule] = state.modules
         self._modes = self._commanded = None
 
     def at(self, inputs: Inputs) -> None:

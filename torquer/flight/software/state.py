@@ -24,7 +24,7 @@ RECEIVED = 8192
 _STOPPED, _RUNNING, _FAILED = range(3)
 
 
-class Flies(Protocol):
+class AnyModule(Protocol):
     """What schedule and services see of a module: see `torquer.flight.software.modules.module`."""
 
     name: ClassVar[str]
@@ -51,7 +51,7 @@ class Slot:
     `fed_s`: its last whole step; `failures`: steps that an error ended.
     """
 
-    def __init__(self, module: Flies, period_ms: int, commands: deque, is_default: bool):
+    def __init__(self, module: AnyModule, period_ms: int, commands: deque, is_default: bool):
         self.module, self.commands = module, commands
         self.period_ms, self.is_default = period_ms, is_default
         self.runs = False
@@ -88,7 +88,7 @@ class State:
     def __init__(self, modules: Iterable[str], t_s: float, cause: Cause):
         self.cdh = Cdh({name: COMMANDS for name in modules} | QUEUES)
         self.clock, self.log = Clock(t_s), Log()
-        self.modules: dict[str, Flies] = {}
+        self.modules: dict[str, AnyModule] = {}
         self.slots: dict[str, Slot] = {}
         self.manual: dict[str, tuple | None] = {}
         self.uplink, self.lost_uplink = bytearray(), 0
@@ -98,7 +98,7 @@ class State:
         self.reboots, self.from_reserve = 0, False
         self.reboot: Cause | None = None
 
-    def add(self, module: Flies, period_s: float, is_default: bool) -> None:
+    def add(self, module: AnyModule, period_s: float, is_default: bool) -> None:
         """Take a module into the schedule."""
         self.modules[module.name] = module
         self.slots[module.name] = Slot(
