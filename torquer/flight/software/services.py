@@ -16,7 +16,7 @@ from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.settings import saved, settings_file
-from torquer.flight.software.state import Cause, AnyModule, State
+from torquer.flight.software.state import AnyModule, Cause, State
 from torquer.flight.software.telecommand import Telecommand
 
 if TYPE_CHECKING:
