@@ -134,7 +134,7 @@ def files_of(software: Path | None) -> list[Path]:
 
 def _keys(file: SoftwareFile, folder: Path) -> Keys:
     """The keys in the files; those for demonstrations without."""
-    found = {}
+    found: dict[str, Any] = {}
     for name in ("up", "down"):
         path = getattr(file, f"{name}_key")
         if path is not None:
@@ -146,10 +146,8 @@ def _keys(file: SoftwareFile, folder: Path) -> Keys:
 
 
 def _dictionary(file: SoftwareFile, folder: Path) -> Dictionary:
-    source: str | Path = file.dictionary
-    if source.endswith(".toml"):
-        source = folder / source
+    name, extra = file.dictionary, tuple(folder / path for path in file.packets)
     try:
-        return load_dictionary(source, extra=[folder / path for path in file.packets])
+        return load_dictionary(folder / name if name.endswith(".toml") else name, extra)
     except ValueError as error:
         raise ScenarioError(str(error)) from None
