@@ -49,7 +49,7 @@ def record(scenario, faults=(), commands=COMMANDS, ticks=None):
     software = load_software(None)
     core = Core(scenario, software)
     station, recorder, received = station_of(software), Recorder(), []
-    frames = frames_of(commands, software.dictionary, core.flight.names, scenario)
+    frames = frames_of(commands, software.dictionary, core.flight.names, scenario.start)
     sender = Sender(frames, station)
     for tick in flown(core, lambda _, t_s: sender.at(t_s), of_software(file), ticks):
         recorder.note(tick.uplink, tick.downlink)
@@ -156,7 +156,7 @@ def test_a_command_that_cannot_be_is_refused(scenario, command, message):
     script = ScriptFile.model_validate({"commands": [{"at_s": 1.0, **command}]})
     core = Core(scenario)
     with pytest.raises(ScenarioError, match=message):
-        frames_of(script, core.software.dictionary, core.flight.names, scenario)
+        frames_of(script, core.software.dictionary, core.flight.names, scenario.start)
 
 
 @pytest.mark.parametrize(
