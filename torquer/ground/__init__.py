@@ -1,10 +1,11 @@
 """The ground: archive of telemetry, commands and their answers, contacts with satellites.
 
-    from torquer.ground import Archive, load_link, import_recording
+    from torquer.ground import Archive, RunningGround, import_recording, load_link
 
     link = load_link("software.toml")
     archive = Archive("satellite.sqlite", link.dictionary)
     import_recording(link, Path("pass.bin"), archive)     # {"bytes": ..., "frames": ..., ...}
+    RunningGround(Path("runs/ground")).send([{"command": "report_status", ...}])
 
 A console for packets: none of this loads Numba, SciPy or a simulation. A satellite whose scenario
 is given has more to show: names for commands, modes, orbit and sensors. `torquer.ground.telemetry`
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
         dictionary_in as dictionary_in,
         read_only as read_only,
     )
+    from torquer.ground.client import RunningGround as RunningGround
     from torquer.ground.commands import Commands as Commands
     from torquer.ground.contact import Contact as Contact, Counters as Counters
     from torquer.ground.export import export_archive as export_archive
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
         load_ground as load_ground,
         satellite_of as satellite_of,
     )
-    from torquer.ground.live import SERVER as SERVER, Live as Live
+    from torquer.ground.live import Live as Live
     from torquer.ground.recording import import_recording as import_recording
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -9,8 +9,9 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 from torquer.base.limits import RequestError
-from torquer.ground import SERVER
 
+#: File in the folder by which commands on this machine find the server: its address and token.
+SERVER = "server.json"
 #: How long an answer is waited for beyond a command's delay [s], and between two looks.
 _PATIENCE_S, _LOOK_S = 40.0, 0.2
 #: How many commands are looked at.
@@ -24,7 +25,7 @@ class RunningGround:
     with its line for what it refuses.
 
         ground = RunningGround(Path("runs/ground"))
-        order = {"command": "report_status", "values": {"module_id": 1}, "acknowledge": True}
+        order = {"command": "report_status", "values": {"module_id": 1}}
         (sent,) = ground.send([order])
         sent["state"]                     # "executed"
     """
@@ -70,7 +71,7 @@ class RunningGround:
     def _answered(self, satellite: str, orders: Sequence[dict], sent: list[dict]) -> list[dict]:
         """Commands once each has been answered, or after some time as they are."""
         found = {each["id"]: each for each in sent}
-        asks = dict(zip(found, (order["acknowledge"] for order in orders), strict=True))
+        asks = dict(zip(found, (order.get("acknowledge", True) for order in orders), strict=True))
         end_s = time.monotonic() + _PATIENCE_S + max(o.get("at_s", 0.0) for o in orders)
 
         def is_open(each: dict) -> bool:

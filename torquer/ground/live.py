@@ -12,8 +12,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from torquer.base.strict_json import json_text
 from torquer.ground.archive import Row
 
-#: File in the folder by which commands on this machine find the server: its address and token.
-SERVER = "server.json"
 #: Most rows of a packet, and most other messages, that wait for a browser: the oldest are dropped.
 MOST_ROWS, MOST_MESSAGES = 64, 200
 #: Time between two messages to a browser [s].

@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from torquer.ground.client import SERVER
 from torquer.ground.contact import AS_ARCHIVED, Contact, Counters
 from torquer.ground.file import Satellite
-from torquer.ground.live import SERVER, Live
+from torquer.ground.live import Live
 from torquer.pages.browser.server import LocalServer
 from torquer.pages.ground.routes import application
 
