@@ -170,7 +170,7 @@ def test_one_damaged_copy_is_mended():
     ground.core.reboot()
     ground.tick(times=20)
     assert ground.core.state.modules["svr"].settings.rate_max_deg_s == pytest.approx(0.5)
-    assert Reason.FILE_MENDED in codes(ground, "fs")
+    assert Reason.FILE_REPAIRED in codes(ground, "fs")
     assert memory.places["main"] == memory.places["reserve"]
 
 

@@ -123,7 +123,7 @@ def test_a_lost_copy_is_made_again(memory, lost):
     assert memory.read("a") == DATA
     memory.take_reports()
     memory.mend()
-    expected = [(Reason.FILE_MENDED, "a")]
+    expected = [(Reason.FILE_REPAIRED, "a")]
     assert reports(memory) == [(Reason.RESERVE_USED, "a")] * (lost == "main") + expected
     memory.mend()
     assert reports(memory) == []

@@ -51,7 +51,7 @@ class Verdict(NamedTuple):
 
 
 def verdict_of(spec: Filter, flown: FilterRuns, checks: list[Check]) -> Verdict:
-    """The verdict on a filter; the gravest comes first."""
+    """The verdict on a filter; the most severe comes first."""
     silent = int(np.count_nonzero(~flown.started))
     if silent == len(flown.started):
         return Verdict("never started", f"never started: {why_not_started(spec, flown)}")

@@ -5,7 +5,7 @@ from typing import Self
 
 
 class Severity(IntEnum):
-    """How grave an event is; numbered as the event reports of ECSS-E-ST-70-41C, 8.5.2."""
+    """Severity of an event, numbered as the event reports of ECSS-E-ST-70-41C, 8.5.2."""
 
     INFORMATIVE = 1
     LOW = 2
@@ -52,7 +52,7 @@ class Reason(IntEnum):
     FILE_DAMAGED = 37, "a file of the memory is damaged, main and reserve", _MEDIUM
     RESERVE_USED = 38, "a file was read from the reserve file system"
     FILE_NOT_WRITTEN = 39, "a file system did not take a file", _MEDIUM
-    FILE_MENDED = 45, "a copy of a file was missing, damaged or old, and was written again", _INFO
+    FILE_REPAIRED = 45, "a copy of a file was missing, damaged or old, and was written again", _INFO
     TIME_LOST = 40, "no saved time: the clock starts at 2010-01-01", _MEDIUM
     TIME_SET = 41, "the clock was set or shifted; argument: by how much [ms]", _INFO
     WATCHDOG = 42, "a module has not fed the watchdog; argument: its id", _HIGH

@@ -150,13 +150,13 @@ class Memory:
     def mend(self) -> None:
         """Write again each file of which a copy is missing, damaged or old; at boot.
 
-        Reported: FILE_MENDED, and what `read` and `write` report.
+        Reported: FILE_REPAIRED, and what `read` and `write` report.
         """
         for name in self.names():
             main, reserve = self._copies(name)
             data = self.read(name) if main != reserve else None
             if data is not None and self.write(name, data):
-                self._report(Reason.FILE_MENDED, name)
+                self._report(Reason.FILE_REPAIRED, name)
 
     def names(self) -> list[str]:
         """Names of all files, sorted, damaged ones included."""
