@@ -3,16 +3,25 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
+FLOORS := build/floors
 # set in many containers; every process that the tests start would read the sources again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test test-processors mutants lint bench bench-precision gallery docs lock clean torture
+.PHONY: run test test-floors test-processors mutants lint bench bench-precision gallery docs lock clean torture
 
 run: $(STAMP)
 	$(BIN)/torquer run examples/chibis_m_detumble.toml
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+# the lowest versions that pyproject.toml allows (on the lowest Python that you have): a newcomer's
+# first commands, and the tests of compiling
+test-floors: $(FLOORS)/installed
+	cd $(FLOORS) && bin/python $(CURDIR)/examples/quickstart.py
+	$(FLOORS)/bin/torquer campaign examples/tip_off_campaign.toml --runs 4 --overwrite --out $(FLOORS)/runs/campaign
+	$(FLOORS)/bin/torquer export c examples/chibis_m_detumble.toml --out $(FLOORS)/runs/export
+	$(FLOORS)/bin/python -m pytest tests/compile
 
 # the suite once for each kind of processor that OpenBLAS, NumPy and Numba can be made to serve
 test-processors: $(STAMP)
@@ -65,6 +74,13 @@ $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(FLOORS)/installed: pyproject.toml packaging/floors.py
+	$(PYTHON) -m venv --clear $(FLOORS)
+	$(PYTHON) packaging/floors.py test nrlmsis symbolic dask can > $(FLOORS)/pins.txt
+	$(FLOORS)/bin/python -m pip install --quiet -r $(FLOORS)/pins.txt
+	$(FLOORS)/bin/python -m pip install --quiet --no-deps --no-build-isolation --editable .
 	touch $@
 
 $(VENV)/docs: $(STAMP) requirements-docs.lock

@@ -25,7 +25,7 @@ def loaded(name):
     return module
 
 
-release, newcomer = loaded("release"), loaded("newcomer")
+release, newcomer, floors = loaded("release"), loaded("newcomer"), loaded("floors")
 
 
 def outcome(check, folder):
@@ -41,6 +41,29 @@ def test_citation_and_recipe_are_of_this_version(tmp_path):
 def test_a_recipe_without_a_dependency_fails(tmp_path, monkeypatch):
     monkeypatch.setitem(release.PROJECT, "dependencies", ["numpy>=2.0", "other>=1"])
     assert outcome(release.recipe, tmp_path) == "missing: other>=1"
+
+
+def test_the_lowest_versions_are_pinned_with_those_of_extras():
+    project = {
+        "name": "torquer",
+        "dependencies": ["numpy>=2.0", "numba>=0.63,<0.69"],
+        "optional-dependencies": {
+            "fly": ["dask[distributed]>=2024.8", "torquer[read]"],
+            "read": ["pyarrow>=17"],
+            "old": ["numpy", "scipy>=1"],
+        },
+    }
+    own = ["numpy==2.0", "numba==0.63"]
+    assert list(floors.floors(project, [])) == own
+    expected = [*own, "dask[distributed]==2024.8", "pyarrow==17"]
+    assert list(floors.floors(project, ["fly"])) == expected
+    with pytest.raises(ValueError, match="numpy: must have a lowest version"):
+        list(floors.floors(project, ["old"]))
+
+
+def test_every_extra_that_needs_no_gpu_has_lowest_versions():
+    extras = set(release.PROJECT["optional-dependencies"]) - {"cuda"}
+    assert all("==" in pin for pin in floors.floors(release.PROJECT, sorted(extras)))
 
 
 def test_placeholders_for_addresses_fail(tmp_path, monkeypatch):

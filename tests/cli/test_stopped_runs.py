@@ -80,7 +80,7 @@ def test_a_blow_up_leaves_json_that_can_be_read(call, scenario, no_report, tmp_p
 @needs_jit
 @pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
 def test_ctrl_c_keeps_the_result_and_resume_completes_it(
-    scenario, tmp_path, call, no_report, strict_json, monkeypatch
+    scenario, tmp_path, call, no_report, strict_json
 ):
     out, flag = tmp_path / "out", tmp_path / "reached"
     process = subprocess.Popen(
@@ -122,9 +122,6 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     assert same(torquer.load(out / "result.nc"), unbroken)
 
     before = (out / "result.nc").read_bytes()
-    monkeypatch.setattr("torquer.cli.compiling.is_cold", lambda: True)
-    monkeypatch.setattr("torquer.cli.compiling._printed", True)
-    monkeypatch.setattr("torquer.cli.commands.run.begin_loop", None)  # nothing is to be compiled
     code, stdout, err = call("run", scenario, "--out", out, "--resume")
     assert (code, err) == (0, "")  # the report of a complete run is drawn again
     assert (out / "result.nc").read_bytes() == before

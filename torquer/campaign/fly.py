@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from torquer.base.cores import cores
 from torquer.base.spec import checked
 from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
@@ -27,7 +28,6 @@ from torquer.campaign.store import (
     put_chunk,
 )
 from torquer.compile.lanes import LANES
-from torquer.compile.other_process import cores
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals, noting_signals
 

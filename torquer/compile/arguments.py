@@ -8,7 +8,6 @@ is counted, and a kernel compiled for one type of record is called by another th
 import ctypes
 import itertools
 import struct
-import subprocess
 from collections.abc import Callable
 
 import numba
@@ -30,7 +29,6 @@ from torquer.compile.engine import (
     caller,
     rare_collections,
 )
-from torquer.compile.other_process import compile_in_other_process
 
 _WORD = ir.IntType(64)
 #: What an entry is given is alive as long as it runs: nothing counts references. Numba hands this
@@ -251,7 +249,6 @@ class Entry:
         self.function = function
         self._numbers = numbers
         self._known: dict[int, tuple[int, Callable]] = {}
-        self._begun: subprocess.Popen | None = None
         if COMPILED:
             self.kernel = kept(numba.njit(**_ENTRY)(function))
             self._type = ctypes.CFUNCTYPE(*[ctypes.c_int64] * (numbers + 2))
@@ -259,29 +256,15 @@ class Entry:
     def _compiled(self, arguments: Arguments) -> tuple[int, Callable]:
         """Address for kernels and function for Python, by the type of the arguments."""
         if arguments.number not in self._known:
-            if self._begun is not None:
-                self._begun.wait()
             signature = self._signature(arguments)
-            self.compile(signature)
+            with rare_collections():
+                self.kernel.compile(signature)
             call = self._type(_get_wrapper_address(self.kernel, signature))
             self._known[arguments.number] = address_of(self.kernel, signature), call
         return self._known[arguments.number]
 
-    def compile(self, signature) -> None:
-        """Compile the kernel for a signature, unless it is on the disk."""
-        with rare_collections():
-            self.kernel.compile(signature)
-
     def _signature(self, arguments: Arguments):
         return types.int64(_Address(arguments.type), *[types.int64] * self._numbers)
-
-    def begin(self, record: tuple) -> None:
-        """Compile the kernel for such records in another process, until it is needed here.
-
-        Only the first kernel of an entry, if the disk has none.
-        """
-        if COMPILED and not self._known and self._begun is None:
-            self._begun = compile_in_other_process(self.kernel, self._signature(Arguments(record)))
 
     def of(self, arguments: Arguments) -> Callable:
         """The kernel for arguments of this type, to be called from Python."""

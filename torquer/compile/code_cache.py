@@ -259,13 +259,6 @@ class _SealedCache(FunctionCache):
                 found = self._impl.rebuild(target_context, data)
         return found
 
-    def holds(self, sig, target_context) -> bool:
-        """Whether the code for a signature is on the disk."""
-        key = self._index_key(sig, target_context.codegen())
-        if key in self._cache_file._load_index():
-            return True
-        return self._ready_file is not None and _generic(key) in self._ready_file._load_index()
-
     def load_overload(self, sig, target_context):
         """What is on the disk, without the compiler's tables, which only compiling needs: loading
         them takes a quarter of a second."""
@@ -313,14 +306,6 @@ def kept_with(function, for_kernels):
     if isinstance(cache, _SealedCache):
         for_kernels._cache = cache.of_parts()
     return for_kernels
-
-
-def is_missing(function, signature) -> bool:
-    """Whether the compiled code of a function could be on the disk, and is not."""
-    cache = getattr(function, "_cache", None)
-    if not isinstance(cache, _SealedCache):
-        return False
-    return not cache.holds(signature, function.targetctx)
 
 
 def keep_off_disk(*kernels) -> None:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import xarray as xr
 
 from torquer.analysis.goals import Goal, goals_of
+from torquer.base.cores import cores
 from torquer.campaign.faults.kinds import Fault, faults_of
 from torquer.campaign.faults.strikes import (
     Strike,
@@ -20,7 +21,6 @@ from torquer.campaign.faults.strikes import (
     without_guards,
 )
 from torquer.campaign.faults.verdict import VERDICTS, Flown, Outcome, flown, judged, outcome_of
-from torquer.compile.other_process import cores
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.simulate import RunStopped, simulate
 

@@ -29,7 +29,6 @@ from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.results.store import check_free
 from torquer.simulation.setup.checkpoints import NotSaved
-from torquer.simulation.setup.run import begin_loop
 from torquer.simulation.setup.signals import ALL, Stop, noting_signals
 from torquer.simulation.setup.simulate import RunStopped, resume, simulate
 
@@ -77,9 +76,6 @@ def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
     out = how.out or Path("runs") / scenario.name
     with compiling.compiling_shown():
-        # a run that goes on compiles when it is prepared; one that is complete compiles nothing
-        if compiling.is_cold() and not how.resume:
-            begin_loop(scenario)
         check_orbit_environment(scenario)
     make_writable(out)
     # the folder is free again before a late signal ends the process

@@ -7,8 +7,7 @@ one of order 5 its difference from order 4.
 import math
 from typing import NamedTuple
 
-from torquer.compile.by_reference import by_record, loaded, stored
-from torquer.compile.engine import called, inlined
+from torquer.compile.engine import inlined
 from torquer.maths.geometry.motion import Motion
 from torquer.maths.geometry.quaternion import normalised
 from torquer.maths.geometry.vec3 import add, add_scaled, dot
@@ -98,7 +97,7 @@ def _with_wheels(rigid, turning, torque, x, h, stage):
 
 
 @inlined
-def _rates_in(smooth, local, left, x, h, stage):
+def _rates(smooth, local, left, x, h, stage):
     """Rates of the motion; `left`: what is left of the dipole's way."""
     rigid, torque = _with_wheels(smooth.rigid, smooth.turning, smooth.torque, x, h, stage)
     dipole = add_scaled(smooth.path.target, left, smooth.path.way)
@@ -106,23 +105,9 @@ def _rates_in(smooth, local, left, x, h, stage):
 
 
 @inlined
-def _rates_after_in(smooth, t, left, x, h, stage):
+def _rates_after(smooth, t, left, x, h, stage):
     local = environment_at(smooth.tables, smooth.start_s + t)
-    return _rates_in(smooth, local, left, x, h, stage)
-
-
-@called
-def _rates_called(place, local, left, x, h, stage):
-    return _rates_in(loaded(place), local, left, x, h, stage)
-
-
-@called
-def _rates_after_called(place, t, left, x, h, stage):
-    return _rates_after_in(loaded(place), t, left, x, h, stage)
-
-
-_rates = by_record(_rates_in, _rates_called)
-_rates_after = by_record(_rates_after_in, _rates_after_called)
+    return _rates(smooth, local, left, x, h, stage)
 
 
 @inlined
@@ -137,22 +122,24 @@ def _combined(five, three):
 @inlined
 def attempt(smooth, local, t, x, h):
     """(Motion, environment, error) after a step from t on; `local`: the environment before it."""
-    s, left = stored(smooth), _left_at(smooth.path.lag_s, smooth.since_s + t, h)
-    k0 = _rates(s, local, left[0], x, h, 0.0)
-    k1 = _rates_after(s, t + C[1] * h, left[1], stage_1(x, h, k0), h, 1.0)
-    k2 = _rates_after(s, t + C[2] * h, left[2], stage_2(x, h, k0, k1), h, 2.0)
-    k3 = _rates_after(s, t + C[3] * h, left[3], stage_3(x, h, k0, k2), h, 3.0)
-    k4 = _rates_after(s, t + C[4] * h, left[4], stage_4(x, h, k0, k2, k3), h, 4.0)
-    k5 = _rates_after(s, t + C[5] * h, left[5], stage_5(x, h, k0, k3, k4), h, 5.0)
-    k6 = _rates_after(s, t + C[6] * h, left[6], stage_6(x, h, k0, k3, k4, k5), h, 6.0)
-    k7 = _rates_after(s, t + C[7] * h, left[7], stage_7(x, h, k0, k3, k4, k5, k6), h, 7.0)
-    k8 = _rates_after(s, t + C[8] * h, left[8], stage_8(x, h, k0, k3, k4, k5, k6, k7), h, 8.0)
-    k9 = _rates_after(s, t + C[9] * h, left[9], stage_9(x, h, k0, k3, k4, k5, k6, k7, k8), h, 9.0)
+    left = _left_at(smooth.path.lag_s, smooth.since_s + t, h)
+    k0 = _rates(smooth, local, left[0], x, h, 0.0)
+    k1 = _rates_after(smooth, t + C[1] * h, left[1], stage_1(x, h, k0), h, 1.0)
+    k2 = _rates_after(smooth, t + C[2] * h, left[2], stage_2(x, h, k0, k1), h, 2.0)
+    k3 = _rates_after(smooth, t + C[3] * h, left[3], stage_3(x, h, k0, k2), h, 3.0)
+    k4 = _rates_after(smooth, t + C[4] * h, left[4], stage_4(x, h, k0, k2, k3), h, 4.0)
+    k5 = _rates_after(smooth, t + C[5] * h, left[5], stage_5(x, h, k0, k3, k4), h, 5.0)
+    k6 = _rates_after(smooth, t + C[6] * h, left[6], stage_6(x, h, k0, k3, k4, k5), h, 6.0)
+    k7 = _rates_after(smooth, t + C[7] * h, left[7], stage_7(x, h, k0, k3, k4, k5, k6), h, 7.0)
+    k8 = _rates_after(smooth, t + C[8] * h, left[8], stage_8(x, h, k0, k3, k4, k5, k6, k7), h, 8.0)
+    k9 = _rates_after(
+        smooth, t + C[9] * h, left[9], stage_9(x, h, k0, k3, k4, k5, k6, k7, k8), h, 9.0
+    )
     y = stage_10(x, h, k0, k3, k4, k5, k6, k7, k8, k9)
-    k10 = _rates_after(s, t + C[10] * h, left[10], y, h, 10.0)
+    k10 = _rates_after(smooth, t + C[10] * h, left[10], y, h, 10.0)
     end = environment_at(smooth.tables, smooth.start_s + t + h)
     y = stage_11(x, h, k0, k3, k4, k5, k6, k7, k8, k9, k10)
-    k11 = _rates(s, end, left[11], y, h, 11.0)
+    k11 = _rates(smooth, end, left[11], y, h, 11.0)
     y = sum_8(x, h, k0, k5, k6, k7, k8, k9, k10, k11)
     e5 = error_5(h, k0, k5, k6, k7, k8, k9, k10, k11)
     e3 = error_3(h, k0, k5, k6, k7, k8, k9, k10, k11)
@@ -172,15 +159,15 @@ def attempt_5(smooth, local, x, h):
     left, left_1 = remaining(lag_s, since_s), remaining(lag_s, since_s + c[1] * h)
     left_2, left_3 = remaining(lag_s, since_s + c[2] * h), remaining(lag_s, since_s + c[3] * h)
     left_4, left_5 = remaining(lag_s, since_s + c[4] * h), remaining(lag_s, since_s + h)
-    s, end = stored(smooth), environment_at(smooth.tables, smooth.start_s + h)
-    k0 = _rates(s, local, left, x, h, 0.0)
-    k1 = _rates_after(s, c[1] * h, left_1, dp5_stages.stage_1(x, h, k0), h, 1.0)
-    k2 = _rates_after(s, c[2] * h, left_2, dp5_stages.stage_2(x, h, k0, k1), h, 2.0)
-    k3 = _rates_after(s, c[3] * h, left_3, dp5_stages.stage_3(x, h, k0, k1, k2), h, 3.0)
-    k4 = _rates_after(s, c[4] * h, left_4, dp5_stages.stage_4(x, h, k0, k1, k2, k3), h, 4.0)
-    k5 = _rates(s, end, left_5, dp5_stages.stage_5(x, h, k0, k1, k2, k3, k4), h, 5.0)
+    end = environment_at(smooth.tables, smooth.start_s + h)
+    k0 = _rates(smooth, local, left, x, h, 0.0)
+    k1 = _rates_after(smooth, c[1] * h, left_1, dp5_stages.stage_1(x, h, k0), h, 1.0)
+    k2 = _rates_after(smooth, c[2] * h, left_2, dp5_stages.stage_2(x, h, k0, k1), h, 2.0)
+    k3 = _rates_after(smooth, c[3] * h, left_3, dp5_stages.stage_3(x, h, k0, k1, k2), h, 3.0)
+    k4 = _rates_after(smooth, c[4] * h, left_4, dp5_stages.stage_4(x, h, k0, k1, k2, k3), h, 4.0)
+    k5 = _rates(smooth, end, left_5, dp5_stages.stage_5(x, h, k0, k1, k2, k3, k4), h, 5.0)
     y = dp5_stages.sum_5(x, h, k0, k2, k3, k4, k5)
-    k6 = _rates(s, end, left_5, y, h, 6.0)
+    k6 = _rates(smooth, end, left_5, y, h, 6.0)
     e = dp5_stages.error_4(h, k0, k2, k3, k4, k5, k6)
     error = Error(2.0 * math.sqrt(_square(e.q)), math.sqrt(dot(e.omega, e.omega)))
     return Motion(normalised(y.q), y.omega), error

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from torquer.computer.computer import Blocks
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
 from torquer.environment.light import Light, edges_of
-from torquer.environment.table import Table
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import (
     BAD_STATE,
@@ -181,19 +180,6 @@ class _Ready(NamedTuple):
     problem: Arguments
 
 
-#: A place [m] and velocity [m/s] on some orbit.
-_ANYWHERE = np.array([7e6, 0.0, 0.0]), np.array([0.0, 7.5e3, 0.0])
-#: Tables of the same type as any.
-_NO_TABLES = ReadingTables(*[Table(0.0, np.zeros((0, 0, 0)))] * len(ReadingTables._fields))
-
-
-def _loop_of(run: Run, tables: ReadingTables, local: np.ndarray, problem: Any = 0) -> Loop:
-    """What the loop takes, but for the addresses of what it calls."""
-    plan, state, drawn = run.plan, run.state, np.zeros((STREAMS, 3))
-    member = One(Member(state, plan.plant, run.scenario.seed, drawn))
-    return Loop(plan, tables, member, (), state.at, local, run.record, 0, 0, problem)
-
-
 def _ready_for(run: Run) -> _Ready:
     plan, piece, state, seed = run.plan, run.piece, run.state, run.scenario.seed
     drawn = np.zeros((STREAMS, 3))
@@ -201,8 +187,18 @@ def _ready_for(run: Run) -> _Ready:
     problem = Arguments(
         Problem(run.integrator, moving, piece.moving, local, plan.step_s, plan.record_steps)
     )
-    loop = _loop_of(run, piece.tables, local, problem.address)
-    loop = loop._replace(propagate=propagate.address(problem))
+    loop = Loop(
+        plan,
+        piece.tables,
+        One(Member(state, plan.plant, seed, np.zeros((STREAMS, 3)))),
+        (),
+        state.at,
+        local,
+        run.record,
+        0,
+        propagate.address(problem),
+        problem.address,
+    )
     if len(plan.plant.rotors.rows):
         loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
     arguments = Arguments(loop)
@@ -240,26 +236,11 @@ def prepare(
     elif not blocks.compiled:
         run.host = Host(run.plan.computer, run.state.board, blocks)
         run.plan = run.plan._replace(computer=run.host.computer)
-    # it takes as long as the environment's models and `propagate` together, which are compiled here
-    _begin(run)
     if piece is not None:
         _check_shared(piece, run)
         run.piece, run.relative_error = piece, piece.relative_error
     run.enter()
     return run
-
-
-def begin_loop(scenario: Scenario) -> None:
-    """Begin to compile the loop in another process, unless the disk has it.
-
-    For a scenario about to be flown, before anything else of it is compiled here: the loop is of
-    one type for all, wherever they start.
-    """
-    _begin(_without_tables(scenario, blocks_of(scenario), _ANYWHERE))
-
-
-def _begin(run: Run) -> None:
-    run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(LOCAL_CELLS)))
 
 
 def _without_tables(

@@ -20,8 +20,8 @@ import numpy as np
 import xarray as xr
 
 from torquer.base import validate
+from torquer.base.cores import cores
 from torquer.compile import engine
-from torquer.compile.other_process import cores
 from torquer.theory.periodic.collocation import converge_many, workspace
 from torquer.theory.periodic.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 from torquer.theory.validity import Limit, within

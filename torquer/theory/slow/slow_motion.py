@@ -1,7 +1,6 @@
 """Integration of the averaged motion, and maps of where it leads, on all cores."""
 
 import math
-import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -10,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.base import validate
+from torquer.base.cores import cores
 from torquer.compile.engine import kernel, released
 from torquer.computer.blocks.law import Law
 from torquer.maths.geometry.vec3 import put_row
@@ -288,12 +288,6 @@ def _parts(count: int, workers: int) -> list[tuple[int, int]]:
     return list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
 
 
-def _workers(workers: int | None) -> int:
-    if workers is not None:
-        return workers
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-
-
 def _check_span(u_end, rtol) -> None:
     validate.finite("u_end", u_end, ())
     within(TOLERANCE, rtol)
@@ -305,7 +299,7 @@ def _at_poles(states) -> np.ndarray:
 
 def _moved(ends, states, shape, u_end, rtol, workers) -> Slow:
     """The states, moved by `ends` on all cores, as arrays of a shape."""
-    workers = _workers(workers)
+    workers = cores() if workers is None else workers
     with ThreadPoolExecutor(workers) as pool:
         parts = [
             pool.submit(ends, states, u_end, rtol, workspace(4), *part)
