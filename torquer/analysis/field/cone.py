@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.field.orbit import circle_of, field_dataset, instants, models_of
+from torquer.analysis.field.orbit import CIRCLE, circle_of, field_dataset, instants, models_of
 from torquer.analysis.field.requests import FieldConeRequest
+from torquer.base.limits import given
 from torquer.environment.field.along import angles_deg
 from torquer.environment.field.averaged import Averaged, cone_angle, mean_strength
 from torquer.maths.geometry.frames import dcm_z_to_y
@@ -71,7 +72,7 @@ def field_cone(asked: FieldConeRequest) -> xr.Dataset:
     The Dataset of `field_orbit` with the angle of each vector from the cone, `off_cone`
     `[model, time]` deg; the cone itself is `cone_in(paths)`.
     """
-    case = circle_of(asked.altitude_km, asked.inclination_deg, asked.raan_deg, asked.date, "date")
+    case = circle_of(given(asked, *CIRCLE), asked.date, "date")
     models = models_of(case, asked.model, CONE_MODELS)
     period_s = case.orbit.period_s
     t_s = instants(period_s, asked.revolutions, None, period_s / _STEPS)

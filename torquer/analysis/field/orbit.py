@@ -22,6 +22,8 @@ from torquer.environment.orbit import AnyOrbit, Circular, Sgp4
 if TYPE_CHECKING:
     from torquer.scenario.spec import Scenario
 
+#: Keys of a circular orbit.
+CIRCLE = ("altitude_km", "inclination_deg", "raan_deg")
 _MOST_MODELS, _MOST_STEPS = 6, 200_000
 
 
@@ -57,7 +59,7 @@ def field_orbit(asked: FieldOrbitRequest, scenario: Scenario | None = None) -> x
 
 def case_of(asked: FieldOrbitRequest, scenario: Scenario | None) -> OrbitCase:
     """The orbit of one of three sources: a circle, an element set, a scenario."""
-    circle = given(asked, "altitude_km", "inclination_deg", "raan_deg")
+    circle = given(asked, *CIRCLE)
     sources = [*[*circle][:1], *given(asked, "tle"), *["scenario"] * (scenario is not None)]
     if len(sources) != 1:
         received = " and ".join(f"{{{key}}}" for key in sources) or "none of them"
@@ -73,30 +75,26 @@ def case_of(asked: FieldOrbitRequest, scenario: Scenario | None) -> OrbitCase:
         begin = None if asked.start is None else moment(asked.start, "start")
         case = OrbitCase(orbit, begin or _epoch(orbit), name=asked.tle.name)
     else:
-        case = circle_of(*(circle.get(k) for k in _CIRCLE), asked.start, "start")
+        case = circle_of(circle, asked.start, "start")
     dut1_s = asked.ut1_minus_utc_s
     return case if dut1_s is None else case._replace(dut1_s=dut1_s)
 
 
-_CIRCLE = ("altitude_km", "inclination_deg", "raan_deg")
-
-
-def circle_of(altitude_km, inclination_deg, raan_deg, start: str | None, key: str) -> OrbitCase:
-    """A circular orbit from a start; `key`: that of the start in the request."""
+def circle_of(keys: dict, start: str | None, key: str) -> OrbitCase:
+    """A circular orbit by its keys, from a start; `key`: that of the start in the request."""
     begin = None if start is None else moment(start, key)
-    keys = dict(zip(_CIRCLE, (altitude_km, inclination_deg, raan_deg), strict=True))
-    for name in _CIRCLE[:2]:
-        if keys[name] is None:
+    for name in CIRCLE[:2]:
+        if name not in keys:
             raise RequestError(name, "must be given; received nothing")
     try:
-        orbit = Circular(**{name: value for name, value in keys.items() if value is not None})
+        orbit = Circular(**keys)
     except ValidationError as error:
         lines = _lines(error, keys)
         named = (re.sub(r"^(?!orbit)(\w+)(?=:)", r"{\1}", line) for line in lines)
         raise RequestError("", "\n".join(named)) from None
     if begin is None:
         raise RequestError("start", "must be given with {altitude_km}; received nothing")
-    return OrbitCase(orbit, begin, name=f"{altitude_km:g} km, {inclination_deg:g}°")
+    return OrbitCase(orbit, begin, name=f"{orbit.altitude_km:g} km, {orbit.inclination_deg:g}°")
 
 
 def _case_of_scenario(scenario: Scenario, start: str | None) -> OrbitCase:

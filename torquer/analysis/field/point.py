@@ -176,7 +176,8 @@ def _element_columns(model, places, dates, geocentric: bool) -> dict[str, tuple]
     found: dict[str, tuple] = {}
     for year in np.unique(years):
         here = np.flatnonzero(years == year)
-        answer = point_field(model, float(year), *places[here].T, geocentric)
+        lat, lon, alt_km = places[here].T
+        answer = point_field(model, float(year), lat, lon, alt_km, geocentric)
         for suffix, per, elements in (
             ("", "", answer.elements),
             ("_per_year", "/yr", answer.rates),
