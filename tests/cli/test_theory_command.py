@@ -14,6 +14,7 @@ from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.base.limits import RequestError
 from torquer.base.strict_json import json_text
 from torquer.environment.field.averaged import cone_angle
+from torquer.report.plot import plot
 from torquer.scenario.load import load_scenario
 from torquer.theory.averaged import equations as text
 from torquer.theory.averaged.answer import law_gains, law_motion
@@ -419,6 +420,10 @@ def test_python_gets_the_motion_that_the_command_prints(theory, strict_json):
     found = law_motion("bdot", LawRequest(**ASKED, gain=4e4))
     assert json.loads(json_text(found.data())) == strict_json(theory(*BDOT, "--json")[1])
     assert found.lines() == theory(*BDOT)[1].splitlines()
+    assert {name: len(each.axes) for name, each in plot(found).items()} == {
+        "evolution": 3,
+        "map": 1,
+    }
     table = found._repr_html_()
     assert "<td>0.03409</td>" in table and "tends to: momentum across the cone axis" in table
 

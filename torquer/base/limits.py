@@ -50,7 +50,8 @@ class RequestError(ValueError):
         return re.sub(_MARKED, lambda key: spell(key[1]), text)
 
 
-_MARKED = r"{([a-z]\w*)}"
+#: A marked key; what stands in quotation marks was received, and is left alone.
+_MARKED = r"(?<!['\"\w]){([a-z]\w*)}"
 
 
 def _spelled(text: str, keys: tuple[str, ...], spell: Callable[[str], str]) -> str:

@@ -91,8 +91,10 @@ def _latex(law: str) -> str:
 
 
 def _draw(found, out: Path) -> list[str]:
+    from torquer.report.common.figure import saved
     from torquer.report.theory.law_motion import draw_law_motion
 
     make_writable(out)
+    figures = draw_law_motion(found)
     with writing_to(out):
-        return [str(path) for path in draw_law_motion(found, out)]
+        return [str(saved(each, out / f"{name}.png")) for name, each in figures.items()]

@@ -1,9 +1,9 @@
 """Pictures of the averaged motion under a law: slow variables over revolutions, and a map."""
 
 import math
-from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from torquer.report.theory.pictures import draw_evolution, draw_map
 from torquer.theory.averaged.answer import LawMotion
@@ -15,21 +15,21 @@ from torquer.theory.slow.slow_motion import map_of_evolution
 _GRID = 61
 
 
-def draw_law_motion(motion: LawMotion, folder: Path) -> list[Path]:
-    """Write evolution.png and map.png."""
-    return [_evolution(motion, folder / "evolution.png"), _map(motion, folder / "map.png")]
+def draw_law_motion(motion: LawMotion) -> dict[str, Figure]:
+    """Figures `evolution` and `map`."""
+    return {"evolution": _evolution(motion), "map": _map(motion)}
 
 
-def _evolution(motion: LawMotion, path: Path) -> Path:
+def _evolution(motion: LawMotion) -> Figure:
     case, constants = motion.case, motion.case.constants
     u = next(iter(motion.motions.values())).u
     title = f"{case.law}, {case.name}, eps = {constants.eps:.3g}"
     angle = ("gamma [deg]", lambda slow: np.degrees(sun_angle(slow, constants)))
     angles = {"angle": angle} if case.law == "sdot" else {}
-    return draw_evolution(u, motion.motions, title, path, **angles)
+    return draw_evolution(u, motion.motions, title, **angles)
 
 
-def _map(motion: LawMotion, path: Path) -> Path:
+def _map(motion: LawMotion) -> Figure:
     case, revolutions = motion.case, motion.found["course_revolutions"]
     top = 179.0 if case.law in POINTED else 90.0
     incl, rho = np.linspace(0.0, 90.0, _GRID), np.linspace(0.0, top, _GRID)
@@ -45,7 +45,7 @@ def _map(motion: LawMotion, path: Path) -> Path:
     inclination = case.spinner.inclination_deg
     here = (min(inclination, 180.0 - inclination),
             None if case.rho is None else math.degrees(case.rho))  # fmt: skip
-    return draw_map(incl, rho, values, unit, title, here, path)
+    return draw_map(incl, rho, values, unit, title, here)
 
 
 def _shown(case: AveragedCase, found: Slow) -> tuple:
