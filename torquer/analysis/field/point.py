@@ -1,14 +1,16 @@
 """The field at a place and date, or at every place of a file."""
 
+from __future__ import annotations
+
 import csv
 import io
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import zip_longest
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from torquer.analysis.field.models import (
     check_years,
@@ -31,6 +33,9 @@ from torquer.base.rows import Row, data_of, html_of
 from torquer.base.time import decimal_year
 from torquer.environment.field.at_point import point_field
 from torquer.environment.field.globe import Elements
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Names of a column, the first of which is written.
 _COLUMNS = {
@@ -153,6 +158,8 @@ def field_points(asked: FieldPointRequest) -> xr.Dataset:
     A Dataset over `place` with X to I [nT, deg] and their changes, `X_per_year` and so on, if the
     model has dates. `RequestError` for a file that cannot be read, with the line of a mistake.
     """
+    import xarray as xr  # takes as long to load as all the rest that one place needs
+
     if asked.points is None:
         raise RequestError("points", "must be given; received nothing")
     if asked.lat is not None or asked.lon is not None:

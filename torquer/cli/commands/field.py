@@ -50,11 +50,12 @@ def point(
 
     With --points it prints CSV.
     """
-    from torquer.analysis.field.answers import places_csv, places_data
     from torquer.analysis.field.point import field_point, field_points
 
     if how.points is None:
         return print_answer(field_point(how), json)
+    from torquer.analysis.field.answers import places_csv, places_data
+
     places = field_points(how)
     print(json_text(places_data(places)) + "\n" if json else places_csv(places), end="")
     return 0
