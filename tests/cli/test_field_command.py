@@ -9,9 +9,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from torquer.analysis.field.cone import CONE_MODELS
+from torquer.analysis.field.models import label, model_of, moment
+from torquer.analysis.field.orbit import instants
 from torquer.base.time import decimal_year, parse_utc
-from torquer.cli.commands.field_along import CONE_MODELS, instants
-from torquer.cli.commands.field_at import label, model_of, moment
 from torquer.environment.field import FIELDS, Igrf14, TiltedDipole, Wmm2025
 from torquer.environment.field.along import fields_along
 from torquer.environment.field.at_point import point_field

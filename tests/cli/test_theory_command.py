@@ -1,5 +1,6 @@
 """`torquer theory`: numbers, printed equations, scenarios, design tables, one line per mistake."""
 
+import json
 import math
 import re
 import sys
@@ -9,11 +10,16 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.analysis.averaged import equations as text
-from torquer.analysis.averaged.case import case_of_scenario
 from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.base.limits import RequestError
+from torquer.base.strict_json import json_text
 from torquer.environment.field.averaged import cone_angle
+from torquer.report.plot import plot
 from torquer.scenario.load import load_scenario
+from torquer.theory.averaged import equations as text
+from torquer.theory.averaged.answer import law_gains, law_motion
+from torquer.theory.averaged.case import case_of_scenario
+from torquer.theory.averaged.requests import LawRequest
 from torquer.theory.slow.design import slow_time
 from torquer.theory.slow.evolution import EVOLUTIONS
 from torquer.theory.slow.evolution.model import Case, Slow
@@ -234,8 +240,7 @@ def test_latex(theory, monkeypatch):
     assert r"\begin{aligned}" in out and r"\theta' &=" in out and r"\omega_{0}" in out
     code, out, _ = theory("reorientation", *SATELLITE, "--gain", "4e4", "--latex")
     assert code == 0 and r"\rho' &= - \frac{B_{0}^{2} k p \sin {\rho}}{l \omega_{0}}" in out
-    monkeypatch.setitem(sys.modules, "torquer.theory.symbolic", None)
-    monkeypatch.delattr("torquer.theory.symbolic", raising=False)
+    monkeypatch.setitem(sys.modules, "torquer.theory.averaged.latex", None)
     code, out, err = theory(*BDOT, "--latex")
     assert (code, out) == (2, "")
     assert err.startswith("error: --latex: needs sympy: pip install 'torquer[symbolic]'")
@@ -401,6 +406,59 @@ def test_the_note_on_s_dot_shows_what_is_printed(theory):
     lines = shown.strip().splitlines()
     assert code == 0 and len(lines) == 3
     assert all(f"{line}\n" in out for line in lines)
+
+
+# ------------------------------------------------------------ from Python
+
+ASKED = {
+    "inclination_deg": 60.0, "altitude_km": 500.0, "inertia": (1.5, 1.5, 1.2),
+    "rate_deg_s": (5.0, 5.0, 5.0),
+}  # fmt: skip
+
+
+def test_python_gets_the_motion_that_the_command_prints(theory, strict_json):
+    found = law_motion("bdot", LawRequest(**ASKED, gain=4e4))
+    assert json.loads(json_text(found.data())) == strict_json(theory(*BDOT, "--json")[1])
+    assert found.lines() == theory(*BDOT)[1].splitlines()
+    assert {name: len(each.axes) for name, each in plot(found).items()} == {
+        "evolution": 3,
+        "map": 1,
+    }
+    table = found._repr_html_()
+    assert "<td>0.03409</td>" in table and "tends to: momentum across the cone axis" in table
+
+
+def test_python_gets_the_gains_that_the_command_prints(theory, strict_json):
+    words = ("bdot", *SATELLITE, "--rate-deg-s", "5", "5", "5", "--design", "--revolutions", "8")
+    found = law_gains("bdot", LawRequest(**ASKED, revolutions=8.0))
+    assert json.loads(json_text(found.data())) == strict_json(theory(*words, "--json")[1])
+    assert found.lines() == theory(*words)[1].splitlines()
+    assert found._repr_html_().count("<tr>") == 6
+
+
+def test_python_gets_the_motion_of_a_scenario(scenario, theory, strict_json):
+    path = scenario('kind = "bdot", gain_a_m2_s_per_t = 4e4')
+    found = law_motion(scenario=load_scenario(path))
+    printed = strict_json(theory("--scenario", path, "--json")[1])
+    assert json.loads(json_text(found.data())) == printed
+
+
+@pytest.mark.parametrize(
+    ("ask", "says"),
+    [
+        (lambda: LawRequest(rho_deg=181.0), "rho_deg: must lie within 0..180 deg; received 181"),
+        (lambda: law_motion("bdot", LawRequest(**ASKED)),
+         "gain: must be given (or scenario); received nothing"),
+        (lambda: law_gains("bdot", LawRequest(**ASKED, lag_s=1.0)),
+         "sample_s: must be given with lag_s; received nothing"),
+        (lambda: law_gains("bdot", LawRequest(**ASKED | {"inertia": (1.0, 1.0, 3.0)})),
+         "inertia: the sum of two principal moments"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_python_names_its_key(ask, says):
+    with pytest.raises(RequestError) as error:
+        ask()
+    assert str(error.value).startswith(says)
 
 
 # ------------------------------------------------------------ mistakes

@@ -8,10 +8,12 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.analysis.gyro_satellite import craft_of, noise_intensity
 from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.scenario.load import load_scenario
 from torquer.theory.magneto_gyro.frozen import frozen_2
+from torquer.theory.magneto_gyro.models import gyro_models
+from torquer.theory.magneto_gyro.requests import GyroModelsRequest
+from torquer.theory.magneto_gyro.satellite import craft_of, noise_intensity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMPLE = EXAMPLES / "magneto_gyro.toml"
@@ -50,6 +52,14 @@ def test_the_numbers_of_a_scenario_are_those_of_its_law(models):
     assert max(real for real, _ in data["roots"]) == pytest.approx(-data["frozen_degree"])
 
 
+def test_python_gets_the_models_that_the_command_prints(models):
+    found = gyro_models(load_scenario(EXAMPLE), GyroModelsRequest(order=15))
+    assert found.data() == json.loads(models(EXAMPLE, "--order", "15", "--json")[1])
+    assert found.lines() == models(EXAMPLE, "--order", "15")[1].splitlines()
+    table = found._repr_html_()
+    assert "<td>stage 2, order 15</td>" in table and "exact [nu0]" in table
+
+
 @pytest.mark.parametrize(
     ("name", "noise_nt", "interval_s"),
     [("magneto_gyro", 50.0, 1.0), ("magneto_gyro_micro", 150.0, 2.5)],
@@ -65,10 +75,10 @@ def test_noise_counts_once_a_control_step(name, noise_nt, interval_s):
 
 @pytest.mark.slow
 def test_the_pictures_are_drawn(models, tmp_path, monkeypatch):
-    from torquer.cli.commands import theory_gyro_work as work
+    from torquer.report.theory import magneto_gyro_models as drawing
 
-    monkeypatch.setattr(work, "_GRID", 7)
-    monkeypatch.setattr(work, "_STIFFNESS", np.linspace(-1.0, 10.0, 12))
+    monkeypatch.setattr(drawing, "_GRID", 7)
+    monkeypatch.setattr(drawing, "_STIFFNESS", np.linspace(-1.0, 10.0, 12))
     code, out, _ = models(EXAMPLE, "--out", tmp_path)
     assert code == 0
     names = ["stage_1_gains", "stage_1_h", "stage_1_roots", "stage_2_h", "stage_2_roots",
@@ -93,7 +103,7 @@ def test_mistakes_are_one_line(models, arguments, message):
 
 
 def test_without_sympy_it_says_what_to_install(models, monkeypatch):
-    monkeypatch.delattr("torquer.cli.commands.theory_gyro_rows", raising=False)
-    monkeypatch.setitem(sys.modules, "torquer.cli.commands.theory_gyro_rows", None)
+    monkeypatch.delattr("torquer.theory.magneto_gyro.model_rows", raising=False)
+    monkeypatch.setitem(sys.modules, "torquer.theory.magneto_gyro.model_rows", None)
     code, _, error = models()
     assert code == 2 and "magneto-gyro: needs sympy: pip install 'torquer[symbolic]'" in error

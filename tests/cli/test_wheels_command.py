@@ -1,8 +1,14 @@
 """`torquer wheels`: tables, JSON, pictures, and one line per mistake."""
 
+import json
 from pathlib import Path
 
 import pytest
+
+from torquer.base.limits import RequestError
+from torquer.design.requests import WheelsRequest
+from torquer.design.wheel_file import load_wheels
+from torquer.design.wheel_report import wheels
 
 EXAMPLE = Path(__file__).parents[2] / "examples/wheels/foton.toml"
 
@@ -91,3 +97,15 @@ def test_mistakes_are_one_line(call, tmp_path):
     (tmp_path / "file").write_text("")
     code, out, err = call("wheels", EXAMPLE, "--out", tmp_path / "file")
     assert code == 2 and "--out: must be a folder that can be written" in err
+
+
+def test_python_gets_the_same_report(call, strict_json):
+    report = wheels(load_wheels(EXAMPLE), WheelsRequest(sweep="alpha_deg=60:88:15"))
+    answer = strict_json(call("wheels", EXAMPLE, "--sweep", "alpha_deg=60:88:15", "--json")[1])
+    plain = report.data()
+    assert plain.pop("allocation").keys() == answer.pop("allocation").keys()  # seconds
+    assert json.loads(json.dumps(plain)) == answer
+    table = report._repr_html_()
+    assert table.count("<table>") == 4 and "<td>alpha 80.5, beta 45.5</td>" in table
+    with pytest.raises(RequestError, match=r"^sweep: must be ANGLE=FROM:TO, such as alpha_deg="):
+        wheels(load_wheels(EXAMPLE), WheelsRequest(sweep="gamma_deg=20:80"))

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from unpacking import unpacked
 
-from torquer.analysis.field.field_cone import cone_of
-from torquer.analysis.field.field_map import field_map
+from torquer.analysis.field.cone import cone_of, with_cone
+from torquer.analysis.field.globe import dip_poles, elements_on_grid, extremes
+from torquer.analysis.field.orbit import OrbitCase, field_dataset
 from torquer.base.time import parse_utc
 from torquer.environment.field import Averaged, DirectDipole, Igrf14, TiltedDipole
-from torquer.environment.field.along import angles_deg, fields_along
+from torquer.environment.field.along import angles_deg
 from torquer.environment.orbit import Circular
 from torquer.report.common.packing import PACKED
 from torquer.report.field.along import draw_along, unwound
@@ -29,14 +30,29 @@ def orbit():
     return Circular(altitude_km=550.0, inclination_deg=51.7, raan_deg=77.0)
 
 
+def fields_on(orbit, models=MODELS, count=181, name="550 km, $51.7"):
+    case = OrbitCase(orbit, START, "sidereal", name=name)
+    return field_dataset(models, case, np.linspace(0.0, orbit.period_s, count), "start")
+
+
 @pytest.fixture(scope="module")
 def along(orbit):
-    return fields_along(MODELS, orbit, START, np.linspace(0.0, orbit.period_s, 181), "sidereal")
+    return fields_on(orbit)
+
+
+@pytest.fixture(scope="module")
+def paths(along, orbit):
+    return with_cone(along, cone_of(orbit))
+
+
+def grid_of(model, alt_km=0.0, step_deg=5.0):
+    grid = elements_on_grid(model, 2025.0, alt_km, step_deg)
+    return grid.assign_attrs(title="a title", element="F")
 
 
 @pytest.fixture(scope="module")
 def grid():
-    return field_map(Igrf14(degree=6), 2025.0, 0.0, step_deg=5.0)
+    return grid_of(Igrf14(degree=6))
 
 
 def inked(path):
@@ -53,16 +69,15 @@ def colours_in(path, *colours):
 
 
 def test_pictures_along_an_orbit(along, tmp_path):
-    paths = draw_along(along, LABELS, "550 km, $51.7", tmp_path)
+    paths = draw_along(along, tmp_path)
     assert set(paths) == {"inertial", "orbital"}
     for path in paths.values():
         assert 0.02 < inked(path) < 0.5
         assert colours_in(path, "#0072B2", "#D55E00", "#009E73", "#E69F00")
 
 
-def test_one_model_has_no_panel_of_angles(along, orbit, tmp_path):
-    alone = fields_along(MODELS[:1], orbit, START, along.t_s[:5])
-    path = draw_along(alone, LABELS[:1], "", tmp_path)["inertial"]
+def test_one_model_has_no_panel_of_angles(orbit, tmp_path):
+    path = draw_along(fields_on(orbit, MODELS[:1], 5), tmp_path)["inertial"]
     # head, four panels of 1.51 inch, foot
     assert matplotlib.image.imread(path).shape[0] == pytest.approx(150 * (1.12 + 4 * 1.51), abs=2)
 
@@ -78,34 +93,35 @@ def test_a_line_over_an_angle_is_led_to_the_edge_and_broken():
 
 @pytest.mark.parametrize("element", list("FXYZHDI"))
 def test_every_element_has_a_map(grid, element, tmp_path):
-    path = draw_map(grid, element, "a title", tmp_path / f"{element}.png")
+    path = draw_map(grid, element, tmp_path / f"{element}.png")
     assert inked(path) > 0.5
     assert colours_in(path, "#b03a2e")
 
 
 def test_maps_of_models_without_a_turn_can_be_drawn(tmp_path):
-    dipole = field_map(DirectDipole(), 2025.0, 500.0, step_deg=10.0)
+    dipole = grid_of(DirectDipole(), 500.0, 10.0)
     for element in "DY":
-        assert inked(draw_map(dipole, element, "", tmp_path / "map.png")) > 0.3
+        assert inked(draw_map(dipole, element, tmp_path / "map.png")) > 0.3
 
 
 def test_the_map_knows_the_south_atlantic_anomaly_and_the_dip_poles():
-    grid = field_map(Igrf14(degree=8), 2025.0, 0.0, step_deg=5.0)
-    least = grid.extremes("F")["least"]
+    grid = grid_of(Igrf14(degree=8))
+    least = extremes(grid)["least"]
     assert least["latitude_deg"] == pytest.approx(-26.0, abs=5.0)
     assert least["longitude_deg"] == pytest.approx(-59.0, abs=6.0)
     assert least["value"] == pytest.approx(22060.0, rel=0.01)
-    north, south = grid.dips
+    north, south = dip_poles(grid)
     assert north[0] == pytest.approx(86.0, abs=5.0)
     assert south == (pytest.approx(-64.0, abs=5.0), pytest.approx(136.0, abs=10.0))
-    values = grid.values("I")
-    assert values.shape == (37, 73) and grid.unit_of("I") == "deg" and grid.unit_of("F") == "nT"
+    values = grid["I"].values
+    assert values.shape == (37, 73)
+    assert grid["I"].attrs["units"] == "deg" and grid["F"].attrs["units"] == "nT"
     assert values[:, 0] == pytest.approx(values[:, -1])
 
 
 def test_the_cone_is_that_of_the_averaged_field(along, orbit):
     shape = cone_of(orbit)
-    b = along.b_y[LABELS.index("averaged")]
+    b = along["b_y"].sel(model="averaged").values
     assert np.linalg.norm(b, axis=-1) == pytest.approx(shape.b0_t, rel=1e-12)
     assert angles_deg(b, shape.axis_y) == pytest.approx(shape.half_angle_deg, rel=1e-12)
     rim = shape.rim_ut()
@@ -114,44 +130,40 @@ def test_the_cone_is_that_of_the_averaged_field(along, orbit):
     assert shape.y_from_z.T @ shape.y_from_z == pytest.approx(np.eye(3), abs=1e-15)
 
 
-def test_the_direct_dipole_leaves_the_cone_by_little_more_than_a_degree(along, orbit):
+def test_the_direct_dipole_leaves_the_cone_by_little_more_than_a_degree(paths):
     """The greatest deviation over all inclinations lies near 52 deg."""
-    shape = cone_of(orbit)
-    dipole = along.b_y[LABELS.index("direct_dipole")]
-    off = np.abs(angles_deg(dipole, shape.axis_y) - shape.half_angle_deg).max()
-    assert off == pytest.approx(1.09, abs=0.01)
+    off = paths["off_cone"].sel(model="direct_dipole").max()
+    assert float(off) == pytest.approx(1.09, abs=0.01)
 
 
 @pytest.mark.parametrize("inclination_deg", [0.0, 51.7, 90.0, 180.0])
 def test_cones_of_every_inclination_are_drawn(inclination_deg, tmp_path):
     orbit = Circular(altitude_km=550.0, inclination_deg=inclination_deg)
-    along = fields_along(MODELS, orbit, START, np.linspace(0.0, orbit.period_s, 61), "sidereal")
-    path = draw_cone(along, LABELS, cone_of(orbit), "a title", tmp_path / "cone.png")
+    paths = with_cone(fields_on(orbit, count=61), cone_of(orbit))
+    path = draw_cone(paths, tmp_path / "cone.png")
     assert 0.02 < inked(path) < 0.6
     assert colours_in(path, "#0072B2")
 
 
-def test_the_page_is_whole_and_loads_nothing(along, orbit, tmp_path):
-    title = "<b>5 & 6</b>"
-    path = write_cone_page(along, LABELS, cone_of(orbit), title, tmp_path / "cone.html")
+def test_the_page_is_whole_and_loads_nothing(paths, tmp_path):
+    titled = paths.assign_attrs(title="<b>5 & 6</b>")
+    path = write_cone_page(titled, tmp_path / "cone.html")
     text = path.read_text(encoding="utf-8")
     assert "default-src 'none'" in text and "&lt;b&gt;5 &amp; 6&lt;/b&gt;" in text
     assert "<b>5" not in text
     assert not re.search(r'<(script|link|img)[^>]+(src|href)="http', text)
     assert text.rstrip().endswith("</html>") and 'id="plotly">H4sI' in text
     (figure,) = re.findall(rf'<script type="{PACKED}">(.*?)</script>', text)
-    assert json.loads(unpacked(figure)) == json.loads(
-        json.dumps(cone_figure(along, LABELS, cone_of(orbit)))
-    )
+    assert json.loads(unpacked(figure)) == json.loads(json.dumps(cone_figure(paths)))
 
 
-def test_the_figure_in_space_holds_the_vectors(along, orbit):
-    figure = cone_figure(along, LABELS, cone_of(orbit))
-    paths = {trace["name"]: trace for trace in figure["data"] if "hovertemplate" in trace}
-    assert list(paths) == LABELS
+def test_the_figure_in_space_holds_the_vectors(paths):
+    figure = cone_figure(paths)
+    lines = {trace["name"]: trace for trace in figure["data"] if "hovertemplate" in trace}
+    assert list(lines) == LABELS
     for m, name in enumerate(LABELS):
-        drawn = np.array([paths[name][axis] for axis in "xyz"]).T
-        assert drawn == pytest.approx(1e6 * along.b_y[m], abs=6e-4)
-    assert paths["averaged"]["customdata"][45] == pytest.approx(90.0, abs=0.05)
+        drawn = np.array([lines[name][axis] for axis in "xyz"]).T
+        assert drawn == pytest.approx(1e6 * paths["b_y"].values[m], abs=6e-4)
+    assert lines["averaged"]["customdata"][45] == pytest.approx(90.0, abs=0.05)
     assert {trace["type"] for trace in figure["data"]} == {"mesh3d", "scatter3d"}
     assert figure["frames"] == []

@@ -11,10 +11,10 @@ from unpacking import unpacked
 
 from torquer.design.wheel_design import half_spaces, report_of
 from torquer.design.wheel_file import load_wheels, wheels_from_text
+from torquer.design.wheel_tables import failure_rows, hours, layout_rows, summary_rows
 from torquer.report.common.packing import PACKED
 from torquer.report.wheels.page import figure_of, write_page
 from torquer.report.wheels.pictures import draw_all
-from torquer.report.wheels.tables import failure_rows, hours, layout_rows, summary_rows
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope
 
 EXAMPLE = Path(__file__).parents[2] / "examples/wheels/foton.toml"

@@ -27,20 +27,36 @@ Three = tuple[float, float, float]
 
 
 class RequestError(ValueError):
-    """A mistake in a key of a request; `others`: further keys of it that the problem names.
+    """A mistake in a key of a request, "" for the request as a whole.
 
-    The command line names their options instead.
+    `others`: further keys that the problem names. A key that is a word of the language as well,
+    such as `date`, is marked where it means the key: "must be given with {date}". The command line
+    names the options instead.
     """
 
     def __init__(self, key: str, problem: str, *others: str):
         # a key with a dot is one of the scenario: that is written as it is
-        self.keys = tuple(each for each in (*key.split(", "), *others) if "." not in each)
-        super().__init__(f"{key}: {problem}")
+        self.keys = tuple(each for each in (*key.split(", "), *others) if each.isidentifier())
+        self.clear = tuple(each for each in self.keys if "_" in each or each in others)
+        self.marked = f"{key}: {problem}" if key else problem
+        super().__init__(re.sub(_MARKED, r"\1", self.marked))
 
     def spelled(self, spell: Callable[[str], str]) -> str:
         """The message, with the keys as users of the command line know them."""
-        keys = "|".join(map(re.escape, self.keys))
-        return re.sub(rf"(?<![\w.])(?:{keys})(?![\w.])", lambda key: spell(key[0]), str(self))
+        head, *rest = self.marked.split(": ", 1)
+        text = ": ".join(
+            (_spelled(head, self.keys, spell), *(_spelled(x, self.clear, spell) for x in rest))
+        )
+        return re.sub(_MARKED, lambda key: spell(key[1]), text)
+
+
+#: A marked key; what stands in quotation marks was received, and is left alone.
+_MARKED = r"(?<!['\"\w]){([a-z]\w*)}"
+
+
+def _spelled(text: str, keys: tuple[str, ...], spell: Callable[[str], str]) -> str:
+    names = "|".join(map(re.escape, keys)) or "(?!)"
+    return re.sub(rf"(?<![\w.{{])(?:{names})(?![\w.}}])", lambda key: spell(key[0]), text)
 
 
 class Range(NamedTuple):

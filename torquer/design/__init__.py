@@ -13,7 +13,7 @@
 - *Three axes by coils alone*: gains by formula and by search, a periodic regulator (`three_axis`).
 - *Magnetometer, coils and a pitch wheel*: gains of both stages (`magneto_gyro`).
 - *Hardware*: a magnetorquer without a core (`coil`), a test on a bench (`bench`), wheel arrays
-  (`load_wheels`, `report_of`, `sweep_of`).
+  (`wheels` of what `load_wheels` gives).
 
 A request is a frozen dataclass, the very one that the command of the same name takes its options
 from: `help(DetumbleRequest)` lists keys, units and ranges. A mistake in one is a `RequestError`
@@ -38,11 +38,13 @@ if TYPE_CHECKING:
         DetumbleRequest as DetumbleRequest,
         MagnetoGyroRequest as MagnetoGyroRequest,
         ThreeAxisRequest as ThreeAxisRequest,
+        WheelsRequest as WheelsRequest,
     )
     from torquer.design.three_axis_answer import ThreeAxisAnswer as ThreeAxisAnswer
     from torquer.design.three_axis_gains import three_axis as three_axis
     from torquer.design.wheel_design import report_of as report_of
     from torquer.design.wheel_file import WheelDesign as WheelDesign, load_wheels as load_wheels
+    from torquer.design.wheel_report import WheelReport as WheelReport, wheels as wheels
     from torquer.design.wheel_sweep import sweep_of as sweep_of
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -169,3 +169,11 @@ class BenchRequest:
     """Dipole limit of the satellite over that on the bench."""
     gain_ratio: Annotated[float, positive()] = 1.0
     """Gain of B-dot of the satellite over that on the bench."""
+
+
+@request
+class WheelsRequest:
+    """What `wheels` is asked besides the design: WheelsRequest(sweep="alpha_deg=40:88")."""
+
+    sweep: str | None = None
+    """Sweep an angle of the layout: gamma_deg=20:85, or =20:85:14 for 14 points."""

@@ -1,4 +1,4 @@
-"""The picture of an answer of `torquer.design`, for notebooks and scripts.
+"""The picture of an answer of `torquer.design` or `torquer.theory`, for notebooks and scripts.
 
     sweep = torquer.design.detumble(scenario)
     torquer.plot(sweep).savefig("gains.png")
@@ -18,13 +18,17 @@ from torquer.design.gyro.answer import GyroDesign
 from torquer.design.three_axis_answer import ThreeAxisAnswer
 from torquer.report.theory.coil import draw_coils
 from torquer.report.theory.detumbling import draw_gains
+from torquer.report.theory.law_motion import draw_law_motion
 from torquer.report.theory.magneto_gyro import draw_gyro_design
+from torquer.report.theory.magneto_gyro_models import draw_gyro_models
 from torquer.report.theory.three_axis import draw_design
+from torquer.theory.averaged.answer import LawMotion
+from torquer.theory.magneto_gyro.models import GyroModels
 
 
 @singledispatch
 def plot(answer: Any) -> Figure | dict[str, Figure]:
-    """A matplotlib figure of an answer of `torquer.design`, or several by name.
+    """A matplotlib figure of an answer of `torquer.design` or `torquer.theory`, or several by name.
 
     TypeError for an answer without a picture.
     """
@@ -37,4 +41,6 @@ def plot(answer: Any) -> Figure | dict[str, Figure]:
 plot.register(CoilSizes, draw_coils)
 plot.register(GainSweep, draw_gains)
 plot.register(GyroDesign, draw_gyro_design)
+plot.register(GyroModels, draw_gyro_models)
+plot.register(LawMotion, draw_law_motion)
 plot.register(ThreeAxisAnswer, lambda answer: draw_design(answer.task, answer.design))

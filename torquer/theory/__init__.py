@@ -2,6 +2,8 @@
 
     from torquer.theory import Spinner, bdot_gain, chart, evolve
 
+- *A law in short*: averaged motion, times and gains, from a few numbers or a scenario
+  (`law_motion`, `law_gains`), as `torquer theory` prints them.
 - *Gains* of B-dot from the damping time, and within what sampling and lag allow.
 - *Slow motion* of an axisymmetric satellite under a law: closed averaged equations
   (`torquer.theory.slow.evolution`), the average of any law, maps, equilibria, the full motion.
@@ -25,6 +27,14 @@ from typing import TYPE_CHECKING
 from torquer.base.lazy import lazily
 
 if TYPE_CHECKING:
+    from torquer.theory.averaged.answer import (
+        LawGains as LawGains,
+        LawMotion as LawMotion,
+        law_gains as law_gains,
+        law_motion as law_motion,
+    )
+    from torquer.theory.averaged.latex import law_latex as law_latex
+    from torquer.theory.averaged.requests import LawRequest as LawRequest
     from torquer.theory.magneto_gyro.accuracy import (
         noise_error as noise_error,
         revolution_of as revolution_of,
@@ -70,6 +80,11 @@ if TYPE_CHECKING:
         frozen_2 as frozen_2,
         frozen_2_inputs as frozen_2_inputs,
     )
+    from torquer.theory.magneto_gyro.models import (
+        GyroModels as GyroModels,
+        gyro_models as gyro_models,
+    )
+    from torquer.theory.magneto_gyro.requests import GyroModelsRequest as GyroModelsRequest
     from torquer.theory.magneto_gyro.stage_1 import STAGE_1 as STAGE_1
     from torquer.theory.magneto_gyro.stage_2 import stage_2_loop as stage_2_loop
     from torquer.theory.magneto_gyro.times import (

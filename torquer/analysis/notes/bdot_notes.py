@@ -15,8 +15,7 @@ from torquer.computer.laws.nutation_damping import (
 from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.sensors.attitude_sensor import AttitudeSensor
-from torquer.spacecraft.sensors.magnetometer import Magnetometer
+from torquer.theory.averaged.sampling import DIFFERENCES, sampling_of
 from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
 from torquer.theory.slow.gains import (
     MOST_LAG,
@@ -40,7 +39,6 @@ _DAY_S = 86400.0
 _FIELDS = 300
 BDOT = (Bdot, BdotRate, BdotDerivative, BdotModel)
 _NUTATION = (NutationDamping, NutationDampingRate, NutationDampingDerivative)
-_DIFFERENCES = (Bdot, NutationDamping)
 
 
 class _Turn(NamedTuple):
@@ -67,62 +65,13 @@ def _notes_on(scenario: Scenario, use: Use) -> list[str]:
         return notes
     if use.at_start:
         notes += _rate_notes(scenario, law)
-    if use.at_start or isinstance(law, _DIFFERENCES):
+    if use.at_start or isinstance(law, DIFFERENCES):
         notes += _own_dipole_notes(scenario, law, use)
     if isinstance(law, BDOT):
         notes += _gain_notes(scenario, law, use)
         if use.at_start:
             notes += _weak_gain_notes(scenario, use) or _slow_notes(scenario, use)
     return notes
-
-
-def sampling_of(scenario: Scenario, law) -> Sampling:
-    """Times of a law of B-dot's kind in this scenario.
-
-    Where the timing of readings differs from cycle to cycle, the greatest value of each.
-    """
-    control, sensor = scenario.control, _sensor(scenario, law)
-    difference_s, hold_s, delay_s = control.sample_s, control.sample_s, 0.0
-    if sensor is not None and sensor.sample_s is not None:
-        difference_s, hold_s, delay_s = _reading_times(scenario, sensor)
-    return Sampling(
-        difference_s if isinstance(law, _DIFFERENCES) else 0.0,
-        control.actuate_s or hold_s,
-        scenario.spacecraft.coils.lag_s,
-        control.measure_s,
-        delay_s,
-    )
-
-
-def _sensor(scenario: Scenario, law) -> Magnetometer | AttitudeSensor | None:
-    """The sensor whose readings rotate with the body; None for a search coil."""
-    if isinstance(law, BdotDerivative | NutationDampingDerivative):
-        return None
-    craft = scenario.spacecraft
-    return craft.attitude_sensor if isinstance(law, BdotModel) else craft.magnetometer
-
-
-def _reading_times(scenario: Scenario, sensor) -> tuple[float, float, float]:
-    """Greatest (difference, hold, age) [s] of a sensor's readings when the coils are commanded.
-
-    A law that takes differences gives a new command at the first control step with a new reading.
-    """
-    control, step_s = scenario.control, scenario.grid_s
-    interval, late = round(sensor.sample_s / step_s), round(sensor.delay_s / step_s)
-    cycle, sample = round(control.cycle_s / step_s), round(control.sample_s / step_s)
-    window = range(0, round(control.measure_s / step_s) + 1, sample)
-    begins = range(0, 2 * (math.lcm(cycle, interval) + interval), cycle)
-    new: list[tuple[int, int]] = []  # control steps that know a new reading, when it was taken
-    for step in (begin + at for begin in begins for at in window):
-        taken = (step - late) // interval * interval
-        if not new or taken > new[-1][1]:
-            new.append((step, taken))
-    steps, taken_at = np.array(new).T
-    commands = np.array(begins) + window[-1] if control.measure_s > 0.0 else steps
-    last = np.searchsorted(steps, commands, side="right") - 1
-    differences = (taken_at[last] - taken_at[last - 1])[last > 0]
-    ages, holds = commands - taken_at[last], np.diff(steps)
-    return tuple(step_s * float(part.max()) for part in (differences, holds, ages))
 
 
 def _turn(scenario: Scenario, law) -> _Turn:
@@ -284,7 +233,7 @@ def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:
 def _rate_heard(scenario: Scenario, law) -> float:
     """The law's response to a unit of the coils' dipole in the readings, over its gain [1/s]."""
     d, _, lag_s, off_s, _ = sampling_of(scenario, law)
-    if not isinstance(law, (*_DIFFERENCES, BdotRate, NutationDampingRate)):
+    if not isinstance(law, (*DIFFERENCES, BdotRate, NutationDampingRate)):
         return 0.0  # these take no reading of the field itself
     if off_s > 0.0 and lag_s == 0.0:
         return 0.0

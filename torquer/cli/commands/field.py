@@ -3,67 +3,21 @@
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
-
-from torquer.base.limits import positive, within
-from torquer.cli.options import Json, options
-
-LATITUDE, LONGITUDE = within(-90.0, 90.0, "deg"), within(-180.0, 360.0, "deg")
-#: Heights for which a model of the core field is meaningful.
-HEIGHT = within(-10.0, 50_000.0, "km")
-Date = Annotated[
-    str, Parameter(help="Date (00:00 UTC), time with a zone, or decimal year such as 2025.5.")
-]
-Model = Annotated[
-    str,
-    Parameter(help="igrf14, wmm2025, tilted_dipole or direct_dipole; igrf14:6 stops at degree 6."),
-]
-Models = Annotated[
-    list[str] | None,
-    Parameter(
-        help="Repeatable: igrf14, wmm2025, tilted_dipole, direct_dipole, averaged; "
-        "igrf14:6 stops at degree 6."
-    ),
-]
-Degree = Annotated[int | None, Parameter(help="Maximum degree of igrf14 or wmm2025 [all].")]
-
-
-@options
-class PointOptions:
-    """Options of `torquer field point`."""
-
-    lat: Annotated[float | None, LATITUDE] = None
-    """Latitude [deg]."""
-    lon: Annotated[float | None, LONGITUDE] = None
-    """East longitude, -180..360 [deg]."""
-    alt_km: Annotated[float, HEIGHT] = 0.0
-    """Height [km]."""
-    date: str | None = None
-    """Date (00:00 UTC), time with a zone, or decimal year such as 2025.5; --points may have its
-    own."""
-    points: Path | None = None
-    """CSV file of places instead of --lat and --lon: columns lat, lon, and as needed alt_km and
-    date. Prints CSV."""
-    model: Model = "igrf14"
-    degree: Degree = None
-    extrapolate: bool = False
-    """Allow dates beyond the model's validity, with a note."""
-    geocentric: bool = False
-    """Geocentric latitude, height above the sphere of radius 6371.2 km [geodetic, WGS84]."""
-    json: Json = False
+from torquer.analysis.field.requests import (
+    FieldConeRequest,
+    FieldMapRequest,
+    FieldOrbitRequest,
+    FieldPointRequest,
+)
+from torquer.base.strict_json import json_text
+from torquer.cli.options import FLAT, Json, options
+from torquer.cli.output import make_writable, print_answer, writing_to
 
 
 @options
 class MapOptions:
-    """Options of `torquer field map`."""
+    """Where the map goes."""
 
-    date: Date = "2025-01-01"
-    alt_km: Annotated[float, HEIGHT] = 0.0
-    """Height above the ellipsoid [km]."""
-    element: str = "F"
-    """F, X, Y, Z, H, D or I."""
-    model: Model = "igrf14"
-    degree: Degree = None
     out: Path = Path("runs/field")
     """Folder for map_<element>.png."""
     json: Json = False
@@ -71,30 +25,10 @@ class MapOptions:
 
 @options
 class OrbitOptions:
-    """Options of `torquer field orbit`."""
+    """The scenario, and where the pictures go."""
 
-    altitude_km: float | None = None
-    """Circular orbit: altitude [km]."""
-    inclination_deg: float | None = None
-    """Circular orbit: inclination [deg]."""
-    raan_deg: float | None = None
-    """Circular orbit: RAAN [deg] [0]."""
-    tle: Path | None = None
-    """File with a two-line element set."""
     scenario: Path | None = None
     """Scenario file with orbit, start and first field model."""
-    start: str | None = None
-    """Start: date (00:00 UTC), time with a zone, or decimal year such as 2025.5 [epoch of the
-    TLE]."""
-    revolutions: Annotated[float | None, positive()] = None
-    """Duration in revolutions [1]."""
-    duration_min: Annotated[float | None, positive()] = None
-    """Duration in minutes."""
-    step_s: Annotated[float, positive()] = 30.0
-    """Time step [s]."""
-    ut1_minus_utc_s: Annotated[float | None, within(-0.9, 0.9)] = None
-    """UT1 - UTC at the start [s] [that of the scenario, else 0]."""
-    model: Models = None
     out: Path | None = None
     """Folder for inertial.png and orbital.png."""
     json: Json = False
@@ -102,46 +36,96 @@ class OrbitOptions:
 
 @options
 class ConeOptions:
-    """Options of `torquer field cone`."""
+    """Where the picture and the page go."""
 
-    inclination_deg: float
-    """Inclination of the circular orbit [deg]."""
-    altitude_km: float = 550.0
-    """Altitude of the circular orbit [km]."""
-    raan_deg: float = 0.0
-    """RAAN of the orbit [deg]."""
-    date: Date = "2025-01-01"
-    revolutions: Annotated[float, positive()] = 1.0
-    """Length of the paths in revolutions."""
-    model: Models = None
     out: Path = Path("runs/field")
     """Folder for cone.png and cone.html."""
     json: Json = False
 
 
-def point(*, how: PointOptions = PointOptions()) -> int:
-    """X, Y, Z, H, F, D, I at a place and date, and their secular variation; or at many places."""
-    from torquer.cli.commands import field_at as work
+def point(
+    *, how: Annotated[FieldPointRequest, FLAT] = FieldPointRequest(), json: Json = False
+) -> int:
+    """X, Y, Z, H, F, D, I at a place and date, and their secular variation; or at many places.
 
-    return work.points(how.points, how) if how.points else work.point(how)
+    With --points it prints CSV.
+    """
+    from torquer.analysis.field.point import field_point, field_points
+
+    if how.points is None:
+        return print_answer(field_point(how), json)
+    from torquer.analysis.field.answers import places_csv, places_data
+
+    places = field_points(how)
+    print(json_text(places_data(places)) + "\n" if json else places_csv(places), end="")
+    return 0
 
 
-def orbit(*, how: OrbitOptions = OrbitOptions()) -> int:
-    """The field along an orbit, under one model or several side by side [igrf14]."""
-    from torquer.cli.commands import field_along as work
-
-    return work.orbit(how)
-
-
-def map_(*, how: MapOptions = MapOptions()) -> int:
+def map_(
+    *, how: Annotated[FieldMapRequest, FLAT] = FieldMapRequest(), to: MapOptions = MapOptions()
+) -> int:
     """A map of an element of the field over the globe, with its extremes."""
-    from torquer.cli.commands import field_at as work
+    from torquer.analysis.field.answers import map_data, map_lines
+    from torquer.analysis.field.globe import field_map
+    from torquer.report.field.map import draw_map
 
-    return work.globe(how)
+    grid = field_map(how)
+    make_writable(to.out)
+    with writing_to(to.out):
+        path = draw_map(grid, how.element, to.out / f"map_{how.element}.png")
+    if to.json:
+        print(json_text({**map_data(grid), "picture": str(path)}))
+    else:
+        print(*map_lines(grid), path, sep="\n")
+    return 0
 
 
-def cone(*, how: ConeOptions) -> int:
+def orbit(
+    *,
+    how: Annotated[FieldOrbitRequest, FLAT] = FieldOrbitRequest(),
+    to: OrbitOptions = OrbitOptions(),
+) -> int:
+    """The field along an orbit, under one model or several side by side [igrf14]."""
+    from torquer.analysis.field.answers import orbit_data, orbit_lines
+    from torquer.analysis.field.orbit import field_orbit
+
+    along = field_orbit(how, _scenario(to.scenario))
+    if to.out is not None:
+        from torquer.report.field.along import draw_along
+
+        make_writable(to.out)
+        with writing_to(to.out):
+            draw_along(along, to.out)
+    if to.json:
+        print(json_text(orbit_data(along), None))
+        return 0
+    print(*orbit_lines(along), sep="\n")
+    if to.out is not None:
+        print(f"\n{to.out}: inertial.png, orbital.png")
+    return 0
+
+
+def _scenario(path: Path | None):
+    if path is None:
+        return None
+    from torquer.scenario.load import load_scenario
+
+    return load_scenario(path)
+
+
+def cone(*, how: Annotated[FieldConeRequest, FLAT], to: ConeOptions = ConeOptions()) -> int:
     """Paths of the field vector over a circular orbit, and the cone of the averaged field."""
-    from torquer.cli.commands import field_along as work
+    from torquer.analysis.field.answers import cone_data, cone_lines
+    from torquer.analysis.field.cone import field_cone
+    from torquer.report.field.cone import draw_cone, write_cone_page
 
-    return work.cone(how)
+    paths = field_cone(how)
+    make_writable(to.out)
+    with writing_to(to.out):
+        draw_cone(paths, to.out / "cone.png")
+        write_cone_page(paths, to.out / "cone.html")
+    if to.json:
+        print(json_text(cone_data(paths)))
+    else:
+        print(*cone_lines(paths), f"{to.out}: cone.png, cone.html", sep="\n")
+    return 0

@@ -1,57 +1,34 @@
-"""`torquer theory`: averaged motion of a satellite under a law; models of the gyroscopic system."""
+"""`torquer theory`: averaged motion of a satellite under a law, and gains for a time."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import App
 
-from torquer.base.limits import Three, positive, within
+from torquer.base.strict_json import json_text
+from torquer.cli.app import help_of
 from torquer.cli.examples import examples_of
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.options import FLAT, Json, options
+from torquer.cli.output import make_writable, print_answer, writing_to
+from torquer.theory.averaged.requests import LawRequest
 
 app = App(name="theory", help_epilogue=examples_of("theory"), version_flags=[])
-
-_HALF_TURN = within(0.0, 180.0, "deg")
-
-
-@options
-class CaseOptions:
-    """Options that describe law, satellite and orbit: not with --scenario."""
-
-    inclination_deg: Annotated[float | None, _HALF_TURN] = None
-    """Inclination of the circular orbit."""
-    altitude_km: Annotated[float | None, positive()] = None
-    """Altitude of the circular orbit."""
-    strength_nt: Annotated[float | None, positive("strength_nt")] = None
-    """Averaged field B0 [nT] [that of the altitude]."""
-    inertia: Three | None = None
-    """Principal moments [kg m^2], spin axis last."""
-    gain: Annotated[float | None, positive("gain_a_m2_per_t")] = None
-    """Gain of the law, in its own unit."""
-    rate_deg_s: Three | None = None
-    """Initial rate in body axes [5 5 5]."""
-    rho_deg: Annotated[float | None, _HALF_TURN] = None
-    """Initial angle of the momentum from the field's cone axis [any]."""
-    sun_deg: Annotated[float | None, _HALF_TURN] = None
-    """Angle of the Sun from the field's cone axis, for sdot."""
-    sample_s: Annotated[float | None, positive()] = None
-    """Sampling and hold interval, for bdot and nutation_damping."""
-    lag_s: float | None = None
-    """Time constant of the coils, with --sample-s [0]."""
+app.command(
+    "torquer.cli.commands.theory_magneto_gyro:magneto_gyro",
+    name="magneto-gyro",
+    help=help_of("theory_magneto_gyro", "magneto_gyro"),
+    help_epilogue=examples_of("theory magneto-gyro"),
+)
 
 
 @options
-class TheoryOptions(CaseOptions):
-    """Options of `torquer theory`."""
+class TheoryOptions:
+    """The scenario, what is printed, and where the pictures go."""
 
     scenario: Path | None = None
-    """Scenario file that gives all of these, and the law."""
+    """Scenario file that gives law, satellite and orbit."""
     design: bool = False
     """Print a table of gains and times instead."""
-    to: float | None = None
-    """Target fraction of the initial value [%] [10; spin_up 200]."""
-    revolutions: Annotated[float | None, positive("revolutions")] = None
-    """Time span of the plots; with --design the time allowed."""
     latex: bool = False
     """Equations in LaTeX, by sympy."""
     out: Path | None = None
@@ -60,41 +37,64 @@ class TheoryOptions(CaseOptions):
 
 
 @app.default
-def theory(law: str | None = None, /, *, how: TheoryOptions = TheoryOptions()) -> int:
+def theory(
+    law: str | None = None,
+    /,
+    *,
+    how: Annotated[LawRequest, FLAT] = LawRequest(),
+    to: TheoryOptions = TheoryOptions(),
+) -> int:
     """Averaged motion under LAW: small parameter, times, limit motions, equations, pictures.
 
     LAW: bdot, nutation_damping, spin_up, reorientation, preliminary_1, preliminary_2 or sdot.
     """
-    from torquer.cli.commands import theory_work as work
+    from torquer.theory.averaged.answer import law_gains, law_motion
 
-    return (work.design if how.design else work.show)(law, how)
+    scenario = _scenario(to.scenario)
+    if to.design:
+        _check_alone(to)
+        return print_answer(law_gains(law, how, scenario), to.json)
+    found = law_motion(law, how, scenario)
+    formulas = _latex(found.case.law) if to.latex else ""
+    pictures = [] if to.out is None else _draw(found, to.out)
+    if to.json:
+        more = {"latex": formulas, "pictures": pictures}
+        print(json_text(found.data() | {key: each for key, each in more.items() if each}))
+    else:
+        print(*found.lines(formulas.splitlines()), *pictures, sep="\n")
+    return 0
 
 
-@options
-class GyroModelOptions:
-    """Options of `torquer theory magneto-gyro`."""
+def _scenario(path: Path | None):
+    if path is None:
+        return None
+    from torquer.scenario.load import load_scenario
 
-    order: Literal[12, 15] | None = None
-    """Model of stage 1 (12) or of stage 2 (15) alone."""
-    out: Path | None = None
-    """Folder for pictures of stability, roots, errors and the answer to a dipole, with SCENARIO."""
-    json: Json = False
+    return load_scenario(path)
 
 
-@app.command(name="magneto-gyro", help_epilogue=examples_of("theory magneto-gyro"))
-def magneto_gyro(
-    scenario: Path | None = None,
-    /,
-    *,
-    how: GyroModelOptions = GyroModelOptions(),
-    code: CodeOptions = CodeOptions(),
-) -> int:
-    """Models of the magneto-gyroscopic system with constant coefficients, text against law.
+def _check_alone(to: TheoryOptions) -> None:
+    """ValueError for what a table of gains does not have."""
+    for option in ("--out",) * (to.out is not None) + ("--latex",) * to.latex:
+        raise ValueError(f"{option}: must not be given with --design; received both")
 
-    The rows of the text next to those that sympy derives from the law, with what must be corrected;
-    characteristic polynomials; why a constant dipole leaves no error. With SCENARIO, whose law is
-    magneto_gyro: its numbers, and the exact model in the field of a dipole.
-    """
-    from torquer.cli.commands import theory_gyro_work as work
 
-    return work.show(scenario, how, code)
+def _latex(law: str) -> str:
+    try:
+        from torquer.theory.averaged.latex import law_latex
+    except ImportError:
+        raise ValueError(
+            "--latex: needs sympy: pip install 'torquer[symbolic]'; received an installation "
+            "without it"
+        ) from None
+    return law_latex(law)
+
+
+def _draw(found, out: Path) -> list[str]:
+    from torquer.report.common.figure import saved
+    from torquer.report.theory.law_motion import draw_law_motion
+
+    make_writable(out)
+    figures = draw_law_motion(found)
+    with writing_to(out):
+        return [str(saved(each, out / f"{name}.png")) for name, each in figures.items()]

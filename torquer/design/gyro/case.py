@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torquer.analysis.gyro_satellite import craft_of
 from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.base.limits import RequestError
 from torquer.design.requests import MagnetoGyroRequest
@@ -14,6 +13,7 @@ from torquer.spacecraft.actuators.coils import Coils
 from torquer.theory.magneto_gyro.along_orbit import FieldAlong, field_along
 from torquer.theory.magneto_gyro.capture import filter_rate_for
 from torquer.theory.magneto_gyro.craft import BRAKED, GyroCraft, greatest_tip_off
+from torquer.theory.magneto_gyro.satellite import craft_of
 
 #: Least tip-off rate designed for, unless another is given, and the greatest [deg/s].
 _USUAL, _GREATEST = 3.0, 30.0

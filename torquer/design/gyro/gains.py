@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from torquer.analysis.gyro_satellite import held_attitude
 from torquer.analysis.notes.bdot_notes import tumbling_of
 from torquer.base.limits import RequestError
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
@@ -31,6 +30,7 @@ from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_st
 from torquer.theory.magneto_gyro.day import DayLoop
 from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
 from torquer.theory.magneto_gyro.frozen import frozen_2
+from torquer.theory.magneto_gyro.satellite import held_attitude
 from torquer.theory.magneto_gyro.times import Hysteresis, TimeToPoint, time_to_point
 from torquer.theory.magneto_gyro.wheels import BetterWheel, better_wheel
 

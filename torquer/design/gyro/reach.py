@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from torquer.analysis.gyro_satellite import noise_intensity
 from torquer.design.gyro.case import GyroCase
 from torquer.design.requests import MagnetoGyroRequest
 from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
@@ -16,6 +15,7 @@ from torquer.theory.magneto_gyro.day import (
     stable_range,
 )
 from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
+from torquer.theory.magneto_gyro.satellite import noise_intensity
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
 #: Other degrees, over the wanted one, for which the error is found; loops of their searches.

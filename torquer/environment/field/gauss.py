@@ -8,8 +8,12 @@ from pydantic import model_validator
 from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.environment.earth.harmonics_many import gradient_many
-from torquer.environment.field import coefficients, harmonics
-from torquer.environment.field.harmonics import Harmonics
+from torquer.environment.field.coefficients import (
+    max_degree,
+    schmidt_coefficients,
+    schmidt_rates,
+)
+from torquer.environment.field.harmonics import Harmonics, pack
 from torquer.environment.field.model import row_matrix, row_vector, rows
 from torquer.maths.geometry.vec3 import mat_t_vec, mat_vec
 
@@ -41,7 +45,7 @@ class Gauss(Spec):
 
     @model_validator(mode="after")
     def _degree_exists(self):
-        top = coefficients.max_degree(self.kind)
+        top = max_degree(self.kind)
         if self.degree is not None and not 1 <= self.degree <= top:
             raise ValueError(
                 f"degree: must lie within 1..{top} for {self.kind}; received {self.degree}"
@@ -51,18 +55,16 @@ class Gauss(Spec):
     def coefficients(self, decimal_year: float) -> Harmonics:
         """The expansion at a date, as the kernels take it."""
         year = decimal_year if self.held_at_year is None else self.held_at_year
-        g, h = coefficients.schmidt_coefficients(self.kind, year, self.extrapolate)
-        size = (self.degree or coefficients.max_degree(self.kind)) + 1
-        return harmonics.pack(g[:size, :size], h[:size, :size])
+        g, h = schmidt_coefficients(self.kind, year, self.extrapolate)
+        size = (self.degree or max_degree(self.kind)) + 1
+        return pack(g[:size, :size], h[:size, :size])
 
     prepare = coefficients
 
     def prepare_rate(self, piece: int) -> Harmonics:
         """The expansion of dB/dt [T/yr] between one epoch of the source and the next."""
-        size = (self.degree or coefficients.max_degree(self.kind)) + 1
-        return harmonics.pack(
-            *(c[:size, :size] for c in coefficients.schmidt_rates(self.kind, piece))
-        )
+        size = (self.degree or max_degree(self.kind)) + 1
+        return pack(*(c[:size, :size] for c in schmidt_rates(self.kind, piece)))
 
     def b_earth_fixed(self, packed: Harmonics, r_ecef) -> np.ndarray:
         """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""

@@ -8,16 +8,16 @@ from pydantic import Field, model_validator
 
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.base.spec import Spec
-from torquer.environment.orbit import kepler
+from torquer.environment.orbit.kepler import FARTHEST_KM, TWO_PI, mean_motion, states
 
 
 class Circular(Spec):
     """Circular two-body orbit. The altitude is above the equatorial radius, 6378.137 km."""
 
     kind: Literal["circular"] = "circular"
-    altitude_km: float | None = Field(default=None, gt=0.0, le=kepler.FARTHEST_KM)
+    altitude_km: float | None = Field(default=None, gt=0.0, le=FARTHEST_KM)
     """Altitude above the equatorial radius. Either it or `radius_km` is given."""
-    radius_km: float | None = Field(default=None, gt=EARTH_RADIUS_M / 1e3, le=kepler.FARTHEST_KM)
+    radius_km: float | None = Field(default=None, gt=EARTH_RADIUS_M / 1e3, le=FARTHEST_KM)
     """Radius of the orbit. Either it or `altitude_km` is given."""
     inclination_deg: float = Field(ge=0.0, le=180.0)
     """Inclination to the equator."""
@@ -48,14 +48,14 @@ class Circular(Spec):
     @property
     def period_s(self) -> float:
         """Time of a revolution [s]."""
-        return kepler.TWO_PI / self.rate_rad_s()
+        return TWO_PI / self.rate_rad_s()
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Orbital rate omega0 [rad/s]; it does not depend on the date."""
-        return kepler.mean_motion(self.radius_m)
+        return mean_motion(self.radius_m)
 
     def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s, at any date."""
         angles = (self.raan_deg, self.inclination_deg, 0.0)
         start = math.radians(self.argument_of_latitude_deg)
-        return kepler.states(t_s, self.radius_m, 0.0, angles, start)
+        return states(t_s, self.radius_m, 0.0, angles, start)

@@ -17,9 +17,8 @@ from torquer.environment.earth.atmosphere import AnyAtmosphere, Nrlmsis
 from torquer.environment.earth.atmosphere.air import NO_AIR
 from torquer.environment.earth.atmosphere.nrlmsis import NOT_COMPILED
 from torquer.environment.earth.rotation_table import teme_to_gcrf_at
-from torquer.environment.orbit import kepler
 from torquer.environment.orbit.circular import Circular
-from torquer.environment.orbit.kepler import Kepler
+from torquer.environment.orbit.kepler import TWO_PI, Kepler, check_farthest, mean_motion
 from torquer.environment.orbit.point_mass import Forces, Trajectory
 from torquer.environment.orbit.sgp4 import Sgp4
 
@@ -41,7 +40,7 @@ class StateVector(Spec):
                 "position_km: must lie above the Earth's equatorial radius; received a distance "
                 f"of {radius_km:.6g} km from its centre"
             )
-        kepler.check_farthest(1e3 * radius_km)
+        check_farthest(1e3 * radius_km)
         r, v = self.state(None)
         axis = semi_major_axis(r, v)
         if not axis > 0.0:
@@ -50,7 +49,7 @@ class StateVector(Spec):
                 f"{math.hypot(*self.velocity_km_s):.6g} km/s"
             )
         parameter = np.sum(np.cross(r, v) ** 2) / MU_EARTH_M3_S2  # a (1 - e^2)
-        kepler.check_farthest(axis * (1.0 + math.sqrt(max(0.0, 1.0 - parameter / axis))))
+        check_farthest(axis * (1.0 + math.sqrt(max(0.0, 1.0 - parameter / axis))))
         return self
 
     def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
@@ -130,12 +129,12 @@ class Numerical(Spec):
     @property
     def period_s(self) -> float:
         """Time of a revolution [s] on the osculating orbit of the start state."""
-        return kepler.TWO_PI / self.rate_rad_s()
+        return TWO_PI / self.rate_rad_s()
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean motion [rad/s] of the osculating orbit of the start state."""
         epoch = epoch_of(self.start) if isinstance(self.start, Sgp4) else None
-        return kepler.mean_motion(semi_major_axis(*self.start.state([0.0], epoch)))
+        return mean_motion(semi_major_axis(*self.start.state([0.0], epoch)))
 
     def anchor(self, start_utc: str | datetime) -> datetime:
         """Instant of the start state: a TLE's epoch, else the start of the run."""

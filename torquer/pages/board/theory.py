@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.averaged.case import case_of_scenario
-from torquer.analysis.averaged.motion import slow_times
 from torquer.analysis.notes.bdot_notes import BDOT, most_gain, stopped_below, tumbling_of
 from torquer.analysis.notes.notes import notes_of
 from torquer.analysis.notes.uses import Use, uses_of
 from torquer.scenario.spec import Scenario
+from torquer.theory.averaged.case import case_of_scenario
+from torquer.theory.averaged.motion import slow_times
 from torquer.theory.slow.design import GOALS
 from torquer.theory.slow.detumbling import detumbling_time_s, turning_gain
 from torquer.theory.slow.gains import damping_efficiency, sampling_limit_rad_s

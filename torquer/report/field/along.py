@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from torquer.environment.field.along import FieldsAlong
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.report.common.figure import SMALL, legend, place, quiet, saved, sheet
 from torquer.report.common.scales import clock_for
@@ -17,32 +17,30 @@ COLOURS = (BLUE, RED, GREEN, ORANGE, PINK, SKY)
 _WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.25
 _HEAD, _PLOT, _GAP, _FOOT = 0.62, 1.35, 0.16, 0.5
 
-_INERTIAL = ("x", "y", "z")
-_ORBITAL = ("along-track", "orbit normal", "radial")
 
-
-def draw_along(along: FieldsAlong, labels, title: str, folder: Path) -> dict[str, Path]:
-    """Write inertial.png (against time) and orbital.png (against argument of latitude)."""
-    clock = clock_for(along.t_s[-1])
-    time = (along.t_s / clock.seconds, f"time [{clock.unit}]", None)
-    u = (along.u_deg, "argument of latitude u [deg]", 360.0)
-    pictures = {
-        "inertial": ("Field in inertial axes", _INERTIAL, along.b_inertial, time),
-        "orbital": ("Field in orbital axes", _ORBITAL, along.b_orbital, u),
-    }
+def draw_along(along: xr.Dataset, folder: Path) -> dict[str, Path]:
+    """Write inertial.png (against time) and orbital.png (against argument of latitude) of what
+    `field_orbit` found."""
+    t_s = along["time"].values
+    clock = clock_for(t_s[-1])
+    time = (t_s / clock.seconds, f"time [{clock.unit}]", None)
+    u = (along["argument_of_latitude"].values, "argument of latitude u [deg]", 360.0)
     paths = {}
-    for name, (what, axes, b, against) in pictures.items():
-        figure = _draw(along, labels, f"{what} · {title}", axes, 1e6 * b, against)
+    for name, against in (("inertial", time), ("orbital", u)):
+        figure = _draw(along, name, against)
         paths[name] = saved(figure, Path(folder) / f"{name}.png")
     return paths
 
 
-def _draw(along: FieldsAlong, labels, title: str, names, b_ut, against) -> Figure:
+def _draw(along: xr.Dataset, frame: str, against) -> Figure:
     """Three components, the magnitude, and with several models the angle to the first."""
-    rows = [(f"{name} [µT]", b_ut[:, :, k], 0) for k, name in enumerate(names)]
-    rows.append(("|B| [µT]", 1e6 * along.strength, 0))
+    title, labels = along.attrs["title"], along["model"].values.tolist()
+    title, b = f"Field in {frame} axes · {title}", along[f"b_{frame}"]
+    names = b[b.dims[-1]].values.tolist()
+    rows = [(f"{name} [µT]", 1e6 * b.values[:, :, k], 0) for k, name in enumerate(names)]
+    rows.append(("|B| [µT]", 1e6 * along["strength"].values, 0))
     if len(labels) > 1:
-        rows.append((f"angle to {labels[0]} [deg]", along.angle_to_first_deg, 1))
+        rows.append((f"angle to {labels[0]} [deg]", along["angle_to_first"].values, 1))
     height = _HEAD + len(rows) * (_PLOT + _GAP) + _FOOT
     figure = sheet(_WIDTH, height, title)
     top, x_label = _HEAD, against[1]

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
 import numpy as np
+import xarray as xr
 
-from torquer.analysis.field.field_cone import ConeShape
-from torquer.environment.field.along import FieldsAlong
+from torquer.analysis.field.cone import ConeShape, cone_in
 from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
 from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import layout
@@ -28,13 +28,13 @@ _EYE = (16.0, 32.0)
 _AROUND = np.radians(np.arange(0.0, 361.0, 5.0))
 
 
-def draw_cone(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Path) -> Path:
-    """Left: 3D view in the axes Y. Right: view along the cone axis."""
-    figure = sheet(11.0, 5.5, f"Field cone · {title}")
+def draw_cone(paths: xr.Dataset, path: Path) -> Path:
+    """Left: 3D view in the axes Y. Right: view along the cone axis; of what `field_cone` found."""
+    figure, shape = sheet(11.0, 5.5, f"Field cone · {paths.attrs['title']}"), cone_in(paths)
     space = place(figure, 0.0, 0.35, 5.75, 5.0, projection="3d", computed_zorder=False)
     flat = place(figure, 6.45, 0.72, 4.25, 4.25)
-    handles = _draw_space(space, along, labels, shape)
-    _draw_flat(flat, along, labels, shape)
+    handles = _draw_space(space, paths, shape)
+    _draw_flat(flat, paths, shape)
     figure.legend(
         handles=handles,
         loc="lower left",
@@ -48,18 +48,18 @@ def draw_cone(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Pa
     return saved(figure, path)
 
 
-def _draw_space(axes, along: FieldsAlong, labels, shape: ConeShape) -> list:
-    b, rim = 1e6 * along.b_y, shape.rim_ut()
+def _draw_space(axes, paths: xr.Dataset, shape: ConeShape) -> list:
+    b, rim = 1e6 * paths["b_y"].values, shape.rim_ut()
     surface = [np.outer([0.0, 1.0], rim[:, k]) for k in range(3)]
     axes.plot_surface(*surface, color=_CONE, alpha=0.22, lw=0, shade=False, zorder=1)
     for tip in rim[:: len(rim) // 12]:
         axes.plot(*zip((0, 0, 0), tip, strict=True), color=_CONE, lw=0.5, alpha=0.7, zorder=2)
     axes.plot(*rim.T, color=_CONE, lw=1.2, zorder=2)
     handles = []
-    for m, name in enumerate(labels):
+    for m, name in enumerate(paths["model"].values.tolist()):
         colour = COLOURS[m % len(COLOURS)]
         handles += axes.plot(*b[m].T, color=colour, lw=1.6, label=name, zorder=4)
-    directions = _directions(along, shape)
+    directions = _directions(paths, shape)
     for name, tip, style in directions:
         axes.plot(*zip((0, 0, 0), tip, strict=True), color=INK, lw=0.9, ls=style, zorder=3)
         ha, va = _SIDES.get(name, _LEFT)[0]
@@ -69,9 +69,9 @@ def _draw_space(axes, along: FieldsAlong, labels, shape: ConeShape) -> list:
     return handles
 
 
-def _directions(along: FieldsAlong, shape: ConeShape) -> list[tuple[str, np.ndarray, object]]:
+def _directions(paths: xr.Dataset, shape: ConeShape) -> list[tuple[str, np.ndarray, object]]:
     """Name, tip in Y [µT] and line style of the reference directions."""
-    size = 1e6 * max(along.strength.max(), shape.b0_t)
+    size = 1e6 * max(paths["strength"].values.max(), shape.b0_t)
     cone_axis = f"cone axis, Θ = {shape.half_angle_deg:.1f}°"
     return [
         (_UPRIGHT, size * np.array([0.0, 0.0, 1.0]), "-"),
@@ -92,13 +92,13 @@ def _frame_space(axes, points) -> None:
     axes.view_init(elev=_EYE[0], azim=_EYE[1])
 
 
-def _draw_flat(axes, along: FieldsAlong, labels, shape: ConeShape) -> None:
+def _draw_flat(axes, paths: xr.Dataset, shape: ConeShape) -> None:
     """Components perpendicular to the cone axis."""
-    b = 1e6 * along.b_y @ shape.y_from_z
+    b = 1e6 * paths["b_y"].values @ shape.y_from_z
     quiet(axes)
     radius = 1e6 * shape.b0_t * math.sin(math.radians(shape.half_angle_deg))
     axes.fill(radius * np.cos(_AROUND), radius * np.sin(_AROUND), color=_CONE, alpha=0.18, lw=0)
-    for m in range(len(labels)):
+    for m in range(len(b)):
         axes.plot(*b[m, :, :2].T, color=COLOURS[m % len(COLOURS)], lw=1.5)
         axes.plot(*b[m, 0, :2], "o", ms=4, color=COLOURS[m % len(COLOURS)])
     axes.plot(0.0, 0.0, "+", ms=9, color=INK)
@@ -108,24 +108,26 @@ def _draw_flat(axes, along: FieldsAlong, labels, shape: ConeShape) -> None:
     axes.set_ylabel("Z2 [µT]", fontsize=SMALL)
 
 
-def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Path) -> Path:
+def write_cone_page(paths: xr.Dataset, path: Path) -> Path:
     """Write the same view as a self-contained interactive page."""
+    shape = cone_in(paths)
     caption = (
         "Path of the field vector over the orbit in the axes Y: Y3 is the Earth's axis, Y1 points "
         "to the ascending node. Grey: cone of the averaged field, half-angle "
         f"{shape.half_angle_deg:.2f} deg, magnitude {1e6 * shape.b0_t:.2f} µT. Drag to rotate; "
         "click a legend entry to hide it."
     )
-    figure = {"figure": cone_figure(along, labels, shape), "words": "The field along the orbit."}
-    made = cards(f"Field cone · {title}", [card("cone", "Field along the orbit", caption, figure)])
+    figure = {"figure": cone_figure(paths), "words": "The field along the orbit."}
+    title = f"Field cone · {paths.attrs['title']}"
+    made = cards(title, [card("cone", "Field along the orbit", caption, figure)])
     return put(path, made)
 
 
-def cone_figure(along: FieldsAlong, labels, shape: ConeShape) -> dict:
+def cone_figure(paths: xr.Dataset) -> dict:
     """The plotly figure: cone, paths with the argument of latitude on hover, directions."""
-    b = 1e6 * along.b_y
-    data = [*_cone_traces(shape), *_path_traces(along, labels, b)]
-    data += [_axis_trace(name, tip) for name, tip, _ in _directions(along, shape)]
+    shape = cone_in(paths)
+    data = [*_cone_traces(shape), *_path_traces(paths)]
+    data += [_axis_trace(name, tip) for name, tip, _ in _directions(paths, shape)]
     eye = np.radians(_EYE)
     across = 1.7 * math.cos(eye[0])
     camera = (across * math.cos(eye[1]), across * math.sin(eye[1]), 1.7 * math.sin(eye[0]))
@@ -153,19 +155,21 @@ def _cone_traces(shape: ConeShape) -> list[dict]:
     return [surface, line([*spokes, *rim], _CONE, 1.5, "cone", **hidden)]
 
 
-def _path_traces(along: FieldsAlong, labels, b) -> list[dict]:
-    shown = np.unique(np.linspace(0, len(along.t_s) - 1, 3000).round().astype(int))
+def _path_traces(paths: xr.Dataset) -> list[dict]:
+    shown = np.unique(np.linspace(0, paths.sizes["time"] - 1, 3000).round().astype(int))
+    b, strength = 1e6 * paths["b_y"].values, 1e6 * paths["strength"].values
+    u_deg = np.round(paths["argument_of_latitude"].values[shown], 1).tolist()
     return [
         line(
             b[m, shown],
             COLOURS[m % len(COLOURS)],
             5,
             name,
-            customdata=np.round(along.u_deg[shown], 1).tolist(),
-            text=[f"{size:.2f}" for size in 1e6 * along.strength[m, shown]],
+            customdata=u_deg,
+            text=[f"{size:.2f}" for size in strength[m, shown]],
             hovertemplate="u = %{customdata}°, |B| = %{text} µT",
         )
-        for m, name in enumerate(labels)
+        for m, name in enumerate(paths["model"].values.tolist())
     ]
 
 

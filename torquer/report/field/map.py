@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from matplotlib.colors import LinearSegmentedColormap, Normalize, TwoSlopeNorm
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
-from torquer.analysis.field.field_map import FieldMap
+from torquer.analysis.field.globe import dip_poles, extremes
+from torquer.analysis.field.requests import unit_of
 from torquer.report.common.colours import SIGNED
 from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, saved, sheet
 
@@ -45,10 +47,10 @@ PLACES = (
 )
 
 
-def draw_map(grid: FieldMap, element: str, title: str, path: Path) -> Path:
-    """Write the map; contours in µT or deg."""
+def draw_map(grid: xr.Dataset, element: str, path: Path) -> Path:
+    """Write the map of an element from what `field_map` found; contours in µT or deg."""
     wide = _WIDTH - _LEFT - _RIGHT
-    figure = sheet(_WIDTH, _HEAD + 0.5 * wide + _FOOT, f"{_NAMES[element]} · {title}")
+    figure = sheet(_WIDTH, _HEAD + 0.5 * wide + _FOOT, f"{_NAMES[element]} · {grid.attrs['title']}")
     axes = place(figure, _LEFT, _HEAD, wide, 0.5 * wide)
     bar = place(figure, _LEFT + wide + 0.15, _HEAD + 0.25, 0.15, 0.5 * wide - 0.5)
     filled = _contours(axes, grid, element)
@@ -64,7 +66,7 @@ def draw_map(grid: FieldMap, element: str, title: str, path: Path) -> Path:
     axes.grid(True, color="#000000", alpha=0.12, lw=0.5)
     axes.spines[:].set_color(FAINT)
     figure.colorbar(filled, cax=bar, ticks=_ticks(grid, element)).outline.set_visible(False)
-    bar.set_title("deg" if grid.unit_of(element) == "deg" else "µT", fontsize=SMALL)
+    bar.set_title("deg" if unit_of(element) == "deg" else "µT", fontsize=SMALL)
     bar.tick_params(labelsize=SMALL)
     key = "Dashed: dip equator (I = 0).   Triangles: dip poles (H = 0)."
     key += "   Rings: minimum and maximum." if element == "F" else ""
@@ -76,12 +78,12 @@ def _compass(plus: str, minus: str) -> FuncFormatter:
     return FuncFormatter(lambda x, _: "0°" if x == 0 else f"{abs(x):g}°{plus if x > 0 else minus}")
 
 
-def _shown(grid: FieldMap, element: str) -> np.ndarray:
-    values = grid.values(element)
-    return values if grid.unit_of(element) == "deg" else 1e-3 * values
+def _shown(grid: xr.Dataset, element: str) -> np.ndarray:
+    values = grid[element].values
+    return values if unit_of(element) == "deg" else 1e-3 * values
 
 
-def _contours(axes, grid: FieldMap, element: str):
+def _contours(axes, grid: xr.Dataset, element: str):
     """Filled contours with labelled lines; returns the filling, for the colour bar."""
     values = _shown(grid, element)
     if element == "D":
@@ -94,14 +96,14 @@ def _contours(axes, grid: FieldMap, element: str):
         norm, colours = TwoSlopeNorm(0.0, -most, most), _SIGNED
     fine = np.linspace(levels[0], levels[-1], 4 * (len(levels) - 1) + 1)
     filled = axes.contourf(
-        grid.lon_deg, grid.lat_deg, values, fine, cmap=colours, norm=norm, zorder=0
+        grid["lon"].values, grid["lat"].values, values, fine, cmap=colours, norm=norm, zorder=0
     )
     _lined(axes, grid, values, levels)
     return filled
 
 
-def _ticks(grid: FieldMap, element: str) -> np.ndarray:
-    if grid.unit_of(element) == "deg":
+def _ticks(grid: xr.Dataset, element: str) -> np.ndarray:
+    if unit_of(element) == "deg":
         return np.arange(-90.0, 91.0, 30.0)
     return _levels(_shown(grid, element), element)
 
@@ -113,12 +115,12 @@ def _levels(values, element: str) -> np.ndarray:
     return np.asarray(locator.tick_values(values.min(), values.max()))
 
 
-def _declination(axes, grid: FieldMap, values):
+def _declination(axes, grid: xr.Dataset, values):
     """D jumps by 360 deg beyond the poles: filling up to 90 deg, lines only where it is smooth."""
     shown = np.clip(values, -90.0, 90.0)
     filled = axes.contourf(
-        grid.lon_deg,
-        grid.lat_deg,
+        grid["lon"].values,
+        grid["lat"].values,
         shown,
         np.arange(-90.0, 91.0, 5.0),
         cmap=_SIGNED,
@@ -126,15 +128,15 @@ def _declination(axes, grid: FieldMap, values):
         zorder=0,
     )
     levels = (-90, -60, -40, -30, -20, -10, 0, 10, 20, 30, 40, 60, 90)
-    smooth = (np.abs(values) < 120.0) & (np.abs(grid.lat_deg)[:, None] < 84.0)
+    smooth = (np.abs(values) < 120.0) & (np.abs(grid["lat"].values)[:, None] < 84.0)
     _lined(axes, grid, np.ma.masked_where(~smooth, values), levels)
     return filled
 
 
-def _lined(axes, grid: FieldMap, values, levels) -> None:
+def _lined(axes, grid: xr.Dataset, values, levels) -> None:
     lines = axes.contour(
-        grid.lon_deg,
-        grid.lat_deg,
+        grid["lon"].values,
+        grid["lat"].values,
         values,
         levels,
         colors=INK,
@@ -160,16 +162,16 @@ def _landmarks(axes) -> None:
         _halo(axes.annotate(name, (lon, lat), shift, textcoords="offset points", **keys))
 
 
-def _dip_equator_and_poles(axes, grid: FieldMap) -> None:
+def _dip_equator_and_poles(axes, grid: xr.Dataset) -> None:
     keys = {"colors": _RED, "linewidths": 1.1, "linestyles": "dashed", "zorder": 1.5}
-    axes.contour(grid.lon_deg, grid.lat_deg, grid.found.i_deg, [0.0], **keys)
-    for (lat, lon), marker in zip(grid.dips, ("^", "v"), strict=True):
+    axes.contour(grid["lon"].values, grid["lat"].values, grid["I"].values, [0.0], **keys)
+    for (lat, lon), marker in zip(dip_poles(grid), ("^", "v"), strict=True):
         keys = {"color": _RED, "mec": "white", "mew": 0.8, "zorder": 4, "clip_on": False}
         axes.plot(lon, lat, marker, ms=7, **keys)
 
 
-def _mark_extremes(axes, grid: FieldMap, element: str) -> None:
-    for at in grid.extremes(element).values():
+def _mark_extremes(axes, grid: xr.Dataset, element: str) -> None:
+    for at in extremes(grid, element).values():
         lat, lon = at["latitude_deg"], at["longitude_deg"]
         axes.plot(lon, lat, "o", ms=7, mfc="none", mec=INK, mew=2.4, zorder=5)
         axes.plot(lon, lat, "o", ms=7, mfc="none", mec="white", mew=1.0, zorder=5)

@@ -4,7 +4,11 @@ import numpy as np
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.report.common.figure import INK, legend_at_left, stacked
+from torquer.theory.magneto_gyro import comparison
+from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of
 from torquer.theory.magneto_gyro.comparison import Degrees
+from torquer.theory.magneto_gyro.models import GyroModelCase, GyroModels
+from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
 _UNSTABLE = "#f3d3cf"
 _LEVELS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
@@ -121,3 +125,83 @@ def dipole_response(title: str, frequencies, panels):
     axes[-1].set_xlabel("frequency in the turning axes [ν₀]", fontsize=10)
     axes[-1].set_xlim(frequencies[0], frequencies[-1])
     return figure
+
+
+# ------------------------------------------------------------ of a scenario
+
+#: Gains in a chart, factors of the gains in root loci, values of h.
+_GRID = 41
+_FACTORS = np.geomspace(0.1, 10.0, 81)
+_STIFFNESS = np.linspace(-1.0, 10.0, 111)
+
+
+def draw_gyro_models(models: GyroModels) -> dict:
+    """Figures by name of the models of a scenario: stability, roots, errors, answer to a dipole.
+
+    ValueError for models without a scenario.
+    """
+    case = models.case
+    if case is None:
+        raise ValueError("models: must be of a scenario, whose numbers are drawn; received none")
+    figures = {12: _stage_1, 15: _stage_2}
+    return {k: v for order in models.symbols for k, v in figures[order](case).items()}
+
+
+def _stage_1(case: GyroModelCase) -> dict:
+    gains = np.geomspace(0.3, 300.0, _GRID)
+    k, n = np.meshgrid(gains, gains)
+    points = case.first._replace(angle_gain=k, rate_gain=n)
+    degrees = comparison.stage_1_degrees(case.craft, points, normal=case.along.normal)
+    title = f"Stage 1: degree of stability per 1/ν₀, h = {case.craft.stiffness:.3g}"
+    return {
+        "stage_1_gains": region(title, gains, gains, degrees, case.first[:2]),
+        "stage_1_h": _over_h(case, 12, "Stage 1: degree of stability over h"),
+        "stage_1_roots": _roots(case, 12, "Stage 1: roots of the frozen model"),
+    }
+
+
+def _stage_2(case: GyroModelCase) -> dict:
+    found = {
+        "stage_2_h": _over_h(case, 15, "Stage 2: degree of stability over h, the gains kept"),
+        "stage_2_roots": _roots(case, 15, "Stage 2: roots of the frozen model"),
+        "stage_2_dipole": _dipole(case),
+    }
+    if case.intensity > 0.0 and min(*case.degrees(15)) > 0.0:
+        found["stage_2_noise"] = _noise(case)
+    return found
+
+
+def _over_h(case: GyroModelCase, order: int, title: str):
+    crafts = [case.craft.with_wheel(case.craft.wheel_at(h)) for h in _STIFFNESS]
+    curves = [("", case.degrees(order, crafts))]
+    marks = ((0.0, "0"), (2.0, "2"), (case.craft.stiffness, "here"))
+    return over(title, _STIFFNESS, "stiffness h", curves, marks)
+
+
+def _roots(case: GyroModelCase, order: int, title: str):
+    followed = comparison.locus([case.frozen(order, factor) for factor in _FACTORS])
+    return roots(title, _FACTORS, followed, "gains of angles and rates times")
+
+
+def _dipole(case: GyroModelCase):
+    frequencies = np.geomspace(0.01, 10.0, 400)
+    craft, b = case.craft.gyrostat, case.along.normal
+    bare = case.gains._replace(e1=0.0, e2=0.0, e3=0.0)
+    panels = [
+        (words, *(comparison.dipole_response(gains, craft, frequencies, torque, b)
+                  for gains in (case.gains, bare)))
+        for words, torque in comparison.torque_of_dipole(frequencies, b).items()
+    ]  # fmt: skip
+    return dipole_response("Stage 2: angles per dipole", frequencies, panels)
+
+
+def _noise(case: GyroModelCase):
+    noise = [0.0] * 3 + [case.intensity] * 3
+    craft, b = case.craft, case.along.normal
+    loop = stage_2_loop(craft.satellite(), craft.gyrostat, case.gains, normal=b, form=case.form)
+    exact = np.sqrt(np.einsum("nii->ni", covariances(revolution_of(loop), noise))[:, :3])
+    tau = np.linspace(0.0, 2.0 * np.pi, len(exact), endpoint=False)
+    frozen = comparison.frozen_covariance(case.gains, craft.gyrostat, noise, b)
+    title = "Stage 2: error under the noise of the magnetometer"
+    shown = comparison.frozen_error(frozen, tau)
+    return errors(title, tau, np.degrees(shown), np.degrees(exact))

@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SIGNED, SKY
-from torquer.report.common.figure import legend_at_left, saved, stacked
+from torquer.report.common.figure import legend_at_left, stacked
 from torquer.theory.slow.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
@@ -45,8 +45,8 @@ def isolines(axes, x, y, values, levels, form: str = "%g", norm=None, signed=Fal
 _RHO = ("rho [deg]", lambda slow: np.degrees(slow.rho))
 
 
-def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path, angle=_RHO) -> Path:
-    """l, an angle and theta over revolutions, one line for each named path, as a PNG file.
+def draw_evolution(u, paths: Mapping[str, Slow], title: str, angle=_RHO) -> Figure:
+    """l, an angle and theta over revolutions, one line for each named path.
 
     `angle`: its name with the unit, and a function of the slow variables. A cross marks where a
     motion stops (see `SlowMotion.ended`).
@@ -70,7 +70,7 @@ def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path, angle=_
     axes[-1].set_xlabel("revolutions", fontsize=10)
     axes[-1].set_xlim(u[0] / _TURN, u[-1] / _TURN)
     legend_at_left(axes[0], min(6, len(paths)), 9.5)
-    return saved(figure, path)
+    return figure
 
 
 def _colours(count: int) -> list[str]:
@@ -85,10 +85,8 @@ def _room(axes) -> None:
         axes.set_ylim(low - least, high + least)
 
 
-def draw_map(
-    inclination_deg, rho_deg, values, unit: str, title: str, here: tuple | None, path: Path
-) -> Path:
-    """Isolines over (inclination, rho0) as a PNG file; `here`: inclination (and rho0 or None)."""
+def draw_map(inclination_deg, rho_deg, values, unit: str, title: str, here: tuple | None) -> Figure:
+    """Isolines over (inclination, rho0); `here`: inclination (and rho0 or None)."""
     figure, (axes,) = stacked(title, 1, 4.6)
     values = np.asarray(values)
     known = values[np.isfinite(values)]
@@ -102,7 +100,7 @@ def draw_map(
     axes.set_ylabel("initial rho [deg]", fontsize=10)
     axes.set_xticks(_degrees_between(*axes.get_xlim()))
     axes.set_yticks(_degrees_between(*axes.get_ylim()))
-    return saved(figure, path)
+    return figure
 
 
 def _levels(low: float, high: float) -> tuple[np.ndarray, LogNorm | None]:

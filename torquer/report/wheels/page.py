@@ -4,11 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.design.wheel_report import WheelReport
+from torquer.design.wheel_tables import failure_rows, layout_rows, lost_label, summary_rows
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import MENU, layout
-from torquer.report.wheels.pictures import needed
-from torquer.report.wheels.tables import failure_rows, layout_rows, lost_label, summary_rows
+from torquer.report.wheels.pictures import draw_all, needed
+from torquer.report.wheels.sweep import draw_sweep
 from torquer.simulation.results.file import put
 from torquer.spacecraft.wheel_array.demand import Ellipsoid
 from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
@@ -16,6 +18,15 @@ from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
 _FACE = "#7fb2d6"
 #: Place of the menu of failures, over the figure.
 _MENU = {**MENU, "x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top"}
+
+
+def write_all(report: WheelReport, folder: Path) -> list[Path]:
+    """Write all pictures of a report, that of the sweep if there is one, and wheels.html."""
+    design, found = report.design, report.found
+    made = draw_all(design, found, folder)
+    if report.swept:
+        made.append(draw_sweep(design, report.swept, folder / "sweep.png"))
+    return [*made, write_page(design, found, folder / "wheels.html")]
 
 
 def write_page(design, report: dict, path: Path) -> Path:

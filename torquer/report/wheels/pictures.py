@@ -8,9 +8,9 @@ import numpy as np
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from torquer.design.wheel_design import METHODS, half_spaces
+from torquer.design.wheel_tables import hours, lost_label
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
 from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
-from torquer.report.wheels.tables import hours, lost_label
 from torquer.spacecraft.wheel_array.demand import Ellipsoid
 from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
 from torquer.spacecraft.wheel_array.rates import required

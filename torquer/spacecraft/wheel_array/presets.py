@@ -6,8 +6,16 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from torquer.base.spec import Spec, Vector
-from torquer.spacecraft.wheel_array import layout
-from torquer.spacecraft.wheel_array.layout import Limit, WheelArray
+from torquer.spacecraft.wheel_array.layout import (
+    Limit,
+    WheelArray,
+    checked_axes,
+    four_sided_pyramid,
+    icosahedral,
+    orthogonal,
+    orthogonal_and_skew,
+    regular_pyramid,
+)
 
 Angle = Annotated[float, Field(gt=0.0, lt=90.0)]
 
@@ -15,7 +23,7 @@ Angle = Annotated[float, Field(gt=0.0, lt=90.0)]
 def _axes(value):
     if not 3 <= len(value) <= 12:
         raise ValueError(f"axes: must be 3 to 12; received {len(value)}")
-    return layout.checked_axes(value)
+    return checked_axes(value)
 
 
 class FourSided(Spec):
@@ -29,7 +37,7 @@ class FourSided(Spec):
 
     def rows(self) -> np.ndarray:
         """Axes (4, 3)."""
-        return layout.four_sided_pyramid(self.alpha_deg, self.beta_deg)
+        return four_sided_pyramid(self.alpha_deg, self.beta_deg)
 
 
 class Regular(Spec):
@@ -43,7 +51,7 @@ class Regular(Spec):
 
     def rows(self) -> np.ndarray:
         """Axes (count, 3)."""
-        return layout.regular_pyramid(self.count, self.gamma_deg)
+        return regular_pyramid(self.count, self.gamma_deg)
 
 
 class Orthogonal(Spec):
@@ -53,7 +61,7 @@ class Orthogonal(Spec):
 
     def rows(self) -> np.ndarray:
         """Axes (3, 3)."""
-        return layout.orthogonal()
+        return orthogonal()
 
 
 class OrthogonalAndSkew(Spec):
@@ -63,7 +71,7 @@ class OrthogonalAndSkew(Spec):
 
     def rows(self) -> np.ndarray:
         """Axes (4, 3)."""
-        return layout.orthogonal_and_skew()
+        return orthogonal_and_skew()
 
 
 class Icosahedral(Spec):
@@ -73,7 +81,7 @@ class Icosahedral(Spec):
 
     def rows(self) -> np.ndarray:
         """Axes (6, 3)."""
-        return layout.icosahedral()
+        return icosahedral()
 
 
 class Free(Spec):

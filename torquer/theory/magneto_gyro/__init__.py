@@ -5,7 +5,8 @@ J the root of the product of the moments of inertia about roll and yaw, B0 the p
 field in the orbit's plane. `stage_1` and `stage_2`: the exact periodic loops, linear about the
 orbital attitude; `frozen` the constant models of the text, `derivation` those in symbols from the
 laws, `text` its rows as printed, `astatism` why a constant dipole leaves no error, `comparison`
-frozen next to exact; `craft` the satellite and its limits; `accuracy` and `along_orbit` the error;
+frozen next to exact, `models` all of these for a scenario; `satellite` that of a scenario, `craft`
+its limits; `accuracy` and `along_orbit` the error;
 `capture` and `design` the gains of both stages; `times` from tip-off to pointing; `wheels` and
 `day` the wheels and the orbits for which it works.
 """

@@ -1,4 +1,4 @@
-"""Rows, polynomials and zeros of `torquer theory magneto-gyro`, as text, by sympy."""
+"""The models in symbols as text, by sympy: rows, polynomials, why a dipole leaves no error."""
 
 import sympy
 

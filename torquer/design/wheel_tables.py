@@ -1,4 +1,4 @@
-"""The report on a wheel design as rows of text, for a terminal and for a page."""
+"""The report on a wheel design as rows of text: terminal, page and notebook show the same."""
 
 from torquer.design.wheel_sweep import Point, Sweep
 

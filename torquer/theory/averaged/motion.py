@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from torquer.analysis.averaged.case import POINTED, AveragedCase
-from torquer.analysis.averaged.equations import EQUATIONS, INTEGRALS
 from torquer.environment.field.averaged import cone_angle
+from torquer.theory.averaged.case import POINTED, AveragedCase
+from torquer.theory.averaged.equations import EQUATIONS, INTEGRALS
 from torquer.theory.slow.comparison import resonances
 from torquer.theory.slow.design import (
     GOALS,

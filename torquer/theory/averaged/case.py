@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import ValidationError
 
-from torquer.analysis.averaged.equations import LAWS
-from torquer.analysis.notes.bdot_notes import sampling_of
 from torquer.base import validate
 from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.computer.laws.pointing import HeldByWheels
@@ -15,6 +13,8 @@ from torquer.environment.field.averaged import Averaged, ascending_node, cone_an
 from torquer.maths.geometry.quaternion import rotate
 from torquer.maths.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
+from torquer.theory.averaged.equations import LAWS
+from torquer.theory.averaged.sampling import sampling_of
 from torquer.theory.slow.evolution import EVOLUTIONS
 from torquer.theory.slow.evolution.model import Case, Evolution
 from torquer.theory.slow.gains import Sampling
