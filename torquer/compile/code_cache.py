@@ -66,7 +66,7 @@ def _made_private(root: Path) -> Path:
 
 def _folder() -> Path | None:
     """Folder for compiled code; None if there is none in which it can be kept."""
-    if are_edited(_sources):
+    if _edited:
         tell("compiled code is not kept: torquer's files have changed since this process began")
         return None
     reasons = []
@@ -85,10 +85,11 @@ def _folder() -> Path | None:
 
 
 _sources = kernel_sources()
+_edited = are_edited(_sources)
 #: Digest of the sources.
 SOURCES = key_of(_sources)
 FOLDER = _folder()
-READY, _reason = (None, "") if are_edited(_sources) else ready_folder(SOURCES)
+READY, _reason = (None, "") if _edited else ready_folder(SOURCES)
 if _reason:
     tell(_reason)
 if FOLDER or READY:
