@@ -93,6 +93,8 @@ released = _decorator(nogil=True)
 #: A small kernel of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = _decorator(forceinline=True)
+#: A large kernel that is called, even by one that is inlined itself: Numba hands `forceinline` on.
+called = _decorator(forceinline=False)
 #: For kernels that take others as arguments: their code becomes part of the calling kernel's.
 plugged = _decorator(inline="always")
 
