@@ -131,7 +131,7 @@ class Workshop:
         command = [
             sys.executable,
             "-c",
-            "import torquer.compile.code_cache as c; print(c.source_key())",
+            "import torquer.compile.sources as c; print(c.source_key())",
         ]
         environment = os.environ | {"PYTHONPATH": str(self.tree)}
         return subprocess.check_output(command, env=environment, text=True).strip()

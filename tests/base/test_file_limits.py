@@ -3,7 +3,6 @@
 import pytest
 
 from torquer.base import text_files as file_limits
-from torquer.cli.compiling import _needs_no_compiler
 from torquer.scenario import load
 from torquer.scenario.load import ScenarioError, data_of, load_scenario
 
@@ -22,8 +21,8 @@ def test_a_key_of_thousands_of_parts_is_not_parsed(text, monkeypatch, tmp_path):
         data_of(text, "scenario")
     path = tmp_path / "deep.toml"
     path.write_text(text)
-    monkeypatch.setattr("torquer.cli.compiling.tomllib", None)
-    assert not _needs_no_compiler(path)
+    with pytest.raises(ScenarioError, match="at most 32 levels"):
+        load_scenario(path)
 
 
 def test_a_key_of_as_many_parts_as_levels_is_parsed():

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer.compile import code_cache, engine
+from torquer.compile import engine, sources
 from torquer.simulation.loop.step import run_steps
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -132,7 +132,7 @@ def test_validate_says_whether_the_first_run_compiles(scenario, tmp_path):
 
     assert FIRST in lines()
     assert FIRST not in lines(NUMBA_DISABLE_JIT="1")
-    kept = root / code_cache.source_key() / "torquer.simulation.loop"
+    kept = root / sources.source_key() / "torquer.simulation.loop"
     kept.mkdir()
     (kept / "step._run_steps-0.nbi").touch()
     assert json.loads(lines("--json"))["compiles_first"] is False

@@ -1,6 +1,5 @@
 """What a new user meets first: help, examples, `init`, completion, mistakes as JSON."""
 
-import os
 import re
 import shlex
 import shutil
@@ -175,9 +174,8 @@ def test_the_first_run_says_that_it_compiles(monkeypatch, capsys):
 def test_what_is_compiled_is_counted():
     from types import SimpleNamespace
 
-    from numba.core import event
-
     from torquer.cli import compiling
+    from torquer.compile.numba_private import event
 
     seen, dispatcher = [], SimpleNamespace()
     with compiling.counting(seen.append):
@@ -185,28 +183,6 @@ def test_what_is_compiled_is_counted():
             with event.trigger_event("numba:compile", data={"dispatcher": dispatcher}):
                 pass
     assert len(seen) == 3 and 0.0 < seen[0] < seen[1] < seen[2] < 1.0
-
-
-@pytest.mark.parametrize(
-    ("change", "plain"),
-    [
-        ((), True),
-        (('law = { kind = "bdot"', 'law = { kind = "user", file = "my.py" } # "'), False),
-        (('kind = "circular"', 'kind = "numerical"'), False),
-        (("start =", "start = ="), False),
-    ],
-)
-def test_what_is_checked_without_the_compiler(scenario, monkeypatch, change, plain):
-    from torquer.cli import compiling
-
-    if change:
-        scenario.write_text(scenario.read_text().replace(*change))
-    modules = dict(sys.modules)
-    del modules["torquer.compile.engine"]
-    monkeypatch.setattr(compiling.sys, "modules", modules)
-    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
-    compiling.without_compiler(scenario)
-    assert (os.environ.pop("NUMBA_DISABLE_JIT", "") == "1") == plain
 
 
 def test_both_ways_say_the_same(call, scenario):

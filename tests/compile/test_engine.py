@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
-from numba.core import event
 
 import torquer
-from torquer.compile import code_cache, engine
-from torquer.compile.code_cache import cache_of, cache_root, keep_off_disk, source_key
-from torquer.compile.engine import address_of, caller, is_own, kernel, without_reference_counts
+from torquer.compile import engine, sources
+from torquer.compile.code_cache import cache_of, cache_root
+from torquer.compile.engine import caller, is_own, keep_off_disk, kernel, without_reference_counts
+from torquer.compile.numba_private import code_address, event
+from torquer.compile.sources import source_key
 
 #: The first line of a file that holds kernels.
 ENGINE = "from torquer.compile.engine import kernel\n"
@@ -31,7 +32,7 @@ def package(tmp_path, monkeypatch):
         file = tmp_path / place
         file.parent.mkdir(exist_ok=True)
         file.write_text(ENGINE if place in kernels else "x = 1\n")
-    monkeypatch.setattr(code_cache, "PACKAGE", tmp_path)
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path)
     return tmp_path
 
 
@@ -86,7 +87,7 @@ def kernels_in(tree: ast.Module) -> list[ast.FunctionDef]:
 
 def imported_from(tree: ast.Module, files: set[Path]) -> set[str]:
     """Names that a module imports from these files of the package."""
-    names, folder = set(), code_cache.PACKAGE.parent
+    names, folder = set(), sources.PACKAGE.parent
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("torquer"):
             home = folder.joinpath(*node.module.split("."))
@@ -98,8 +99,8 @@ def imported_from(tree: ast.Module, files: set[Path]) -> set[str]:
 
 
 def test_the_key_covers_all_kernels_and_what_they_name():
-    all_files = set(code_cache.PACKAGE.rglob("*.py"))
-    inside = set(code_cache.kernel_sources())
+    all_files = set(sources.PACKAGE.rglob("*.py"))
+    inside = set(sources.kernel_sources())
     outside, seen = all_files - inside, 0
     for file in all_files:
         tree = ast.parse(file.read_text(encoding="utf-8"))
@@ -112,7 +113,7 @@ def test_the_key_covers_all_kernels_and_what_they_name():
             assert not used & foreign, f"{file}: {each.name}"
             seen += 1
     assert seen > 500
-    rooms = {path.relative_to(code_cache.PACKAGE).parts[0] for path in inside}
+    rooms = {path.relative_to(sources.PACKAGE).parts[0] for path in inside}
     assert not rooms & {"campaign", "cli", "ground", "pages", "report", "scenario"}
 
 
@@ -222,7 +223,7 @@ def test_garbage_is_looked_for_less_often_while_compiling_and_as_before_after_it
 
 def test_a_cache_folder_that_cannot_be_made_is_no_hindrance(tmp_path):
     (tmp_path / "file").write_text("")
-    script = "import numba, torquer.compile.engine; print(numba.config.CACHE_DIR)"
+    script = "import numba, torquer.compile.code_cache; print(numba.config.CACHE_DIR)"
     folder = in_a_process(script, TORQUER_CACHE_DIR=str(tmp_path / "file" / "cache"))[0]
     assert Path(folder).is_dir()
     assert Path(folder).parent.name.startswith("torquer-cache-")  # no name that one could import
@@ -324,7 +325,7 @@ WITH_ADDRESSES = pytest.mark.skipif(
 def test_a_function_is_called_by_its_address_and_the_caller_compiled_once_for_all():
     for function, total, left in ((adding, 7.0 + 10.0, 10.0), (multiplying, 10.0 + 30.0, 30.0)):
         cells = np.array([5.0])
-        assert call_twice(address_of(function, SIGNATURE), 2.0, cells) == total
+        assert call_twice(code_address(function, SIGNATURE), 2.0, cells) == total
         assert cells.tolist() == [left]
     assert len(call_twice.signatures) == 1
 
@@ -332,15 +333,15 @@ def test_a_function_is_called_by_its_address_and_the_caller_compiled_once_for_al
 @WITH_ADDRESSES
 def test_addresses_may_stand_in_an_array():
     cells = np.array([5.0])
-    order = [address_of(f, SIGNATURE) for f in (adding, multiplying, adding)]
+    order = [code_address(f, SIGNATURE) for f in (adding, multiplying, adding)]
     call_all(np.array(order), cells)
     assert cells.tolist() == [27.0]
 
 
 @WITH_ADDRESSES
 def test_an_address_is_that_of_one_function():
-    assert address_of(adding, SIGNATURE) == address_of(adding, SIGNATURE)
-    assert address_of(adding, SIGNATURE) != address_of(multiplying, SIGNATURE)
+    assert code_address(adding, SIGNATURE) == code_address(adding, SIGNATURE)
+    assert code_address(adding, SIGNATURE) != code_address(multiplying, SIGNATURE)
 
 
 def test_a_plain_function_in_place_of_an_address_is_called_as_it_is():
@@ -353,7 +354,7 @@ def test_a_plain_function_in_place_of_an_address_is_called_as_it_is():
 @WITH_ADDRESSES
 def test_a_call_by_address_allocates_nothing_and_leaves_the_owners_of_arrays_alone():
     cells = np.array([1.0])
-    address, count = address_of(multiplying, SIGNATURE), sys.getrefcount(cells)
+    address, count = code_address(multiplying, SIGNATURE), sys.getrefcount(cells)
     for _ in range(100):
         call_twice(address, 0.0, cells)
     assert sys.getrefcount(cells) == count
@@ -364,8 +365,8 @@ import sys
 import numpy as np
 sys.path.insert(0, FOLDER)
 from called_in_test_engine import SIGNATURE, adding, call_twice
-from torquer.compile.engine import address_of
-print(call_twice(address_of(adding, SIGNATURE), 2.0, np.array([5.0])))
+from torquer.compile.numba_private import code_address
+print(call_twice(code_address(adding, SIGNATURE), 2.0, np.array([5.0])))
 print(sum(call_twice.stats.cache_hits.values()))
 """
 CALLED = """

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from torquer.compile import engine
-from torquer.compile.parts import Part
+from torquer.compile.numba_private import Part
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="nothing is compiled")
 

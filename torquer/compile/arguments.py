@@ -14,20 +14,19 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.core.imputils import lower_getattr_generic
-from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.experimental.function_type import _get_wrapper_address
 from numba.extending import intrinsic, models, overload, register_model
 
-from torquer.compile.code_cache import kept
-from torquer.compile.engine import (
-    COMPILED,
+from torquer.compile.engine import COMPILED, OPTIONS, caller
+from torquer.compile.numba_private import (
     INLINED_OPTIONS,
-    OPTIONS,
-    address_of,
-    caller,
+    AttributeTemplate,
+    cgutils,
+    code_address,
+    infer_getattr,
+    kept,
+    lower_getattr_generic,
     rare_collections,
+    wrapper_address,
 )
 
 _WORD = ir.IntType(64)
@@ -259,8 +258,8 @@ class Entry:
             signature = self._signature(arguments)
             with rare_collections():
                 self.kernel.compile(signature)
-            call = self._type(_get_wrapper_address(self.kernel, signature))
-            self._known[arguments.number] = address_of(self.kernel, signature), call
+            call = self._type(wrapper_address(self.kernel, signature))
+            self._known[arguments.number] = code_address(self.kernel, signature), call
         return self._known[arguments.number]
 
     def _signature(self, arguments: Arguments):

@@ -15,11 +15,10 @@ from pathlib import Path
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
 from torquer.compile.code_cache import FOLDER
-from torquer.compile.engine import INLINED_OPTIONS
+from torquer.compile.numba_private import INLINED_OPTIONS, cgutils
 
 #: Without -ffp-contract=off products are fused into sums on some processors: other bits.
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared")

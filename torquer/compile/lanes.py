@@ -13,14 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
-from numba.core.typing.templates import (
-    AbstractTemplate,
-    AttributeTemplate,
-    infer_getattr,
-    infer_global,
-    signature,
-)
 from numba.extending import (
     NativeValue,
     intrinsic,
@@ -29,6 +21,16 @@ from numba.extending import (
     register_model,
     typeof_impl,
     unbox,
+)
+
+from torquer.compile.numba_private import (
+    AbstractTemplate,
+    AttributeTemplate,
+    infer_getattr,
+    infer_global,
+    lower_getattr_generic,
+    lower_setattr_generic,
+    signature_of,
 )
 
 #: Members side by side: two vectors of eight, or four of four.
@@ -159,7 +161,7 @@ class _GetElement(AbstractTemplate):
     def generic(self, arguments, _):
         if _is_place(*arguments):
             lane, index = arguments
-            return signature(_type_of(_at(lane.kind, index)), lane, _as_place(index))
+            return signature_of(_type_of(_at(lane.kind, index)), lane, _as_place(index))
 
 
 @infer_global(operator.setitem)
@@ -167,14 +169,14 @@ class _SetElement(AbstractTemplate):
     def generic(self, arguments, _):
         lane, index, _ = arguments
         if _is_place(lane, index) and _at(lane.kind, index) is None:
-            return signature(types.none, lane, _as_place(index), types.float64)
+            return signature_of(types.none, lane, _as_place(index), types.float64)
 
 
 @infer_global(len)
 class _Length(AbstractTemplate):
     def generic(self, arguments, _):
         if isinstance(arguments[0], _Lane) and isinstance(arguments[0].kind, Rows):
-            return signature(types.intp, *arguments)
+            return signature_of(types.intp, *arguments)
 
 
 @lower_builtin(len, _Lane)

@@ -6,6 +6,7 @@ machine to another. It holds `kernels.json`, which says what the code was compil
 same files as the cache of compiled code, each sealed by a digest of its place and content.
 """
 
+import hashlib
 import importlib.util
 import json
 import os
@@ -14,6 +15,7 @@ import sysconfig
 from pathlib import Path
 
 import llvmlite
+import llvmlite.binding as llvm
 import numba
 
 from torquer.compile.private_folder import is_private
@@ -69,3 +71,12 @@ def write_manifest(folder: Path, sources: str) -> None:
     """State what the code in a folder was compiled for."""
     text = json.dumps(compiled_for(sources), indent=1) + "\n"
     (folder / MANIFEST).write_text(text, encoding="utf-8")
+
+
+def processor() -> str:
+    """Kind of processor that is compiled for: its name and a mark of its instructions."""
+    name = numba.config.CPU_NAME or llvm.get_host_cpu_name()
+    features = numba.config.CPU_FEATURES
+    if features is None:
+        features = llvm.get_host_cpu_features().flatten()
+    return f"{name} ({hashlib.sha256(features.encode()).hexdigest()[:8]})"

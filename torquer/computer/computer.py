@@ -17,7 +17,7 @@ from torquer.compile.engine import addresses, caller, inlined, kernel
 from torquer.computer.blocks import plugin
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Block
-from torquer.computer.blocks.law import LAW_SIGNATURE, Law
+from torquer.computer.blocks.law import KINDS, Law
 from torquer.computer.estimation.estimator import Estimator, call_estimator
 from torquer.computer.interface import (
     KNOWN,
@@ -120,7 +120,7 @@ _SWITCH = types.boolean(
 )
 #: Called by its address, as laws are: only a run with modes compiles it.
 call_switch = caller(_SWITCH)
-call_law = caller(LAW_SIGNATURE)
+call_law = caller(KINDS["command"].in_loop)
 
 
 @inlined
@@ -372,8 +372,13 @@ class Blocks(NamedTuple):
         return all(block.compiled for block in self.all())
 
 
-def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
-    """The computer for the loop; blocks in plain Python are left to a host."""
+def computer_of(
+    blocks: Blocks, estimator: int, modes: ModeTable, is_flown: bool = True
+) -> Computer:
+    """The computer for the loop; blocks in plain Python are left to a host.
+
+    `is_flown`: False for a description alone, without functions that switch the modes.
+    """
     laws, law_numbers = _functions(blocks.laws.values())
     estimators, numbers = _functions(blocks.estimators.values())
     p = np.cumsum([0, *(len(block.pack()) for block in blocks.all())])
@@ -388,7 +393,7 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
     rows["states"] = -1
     rows["states"][:split] = np.where(stated < 0, -1, rows["m0"][:split] + stated)
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
-    switch = _switch(modes.is_checked) if len(modes.regions) else addresses([])
+    switch = _switch(modes.is_checked) if is_flown and len(modes.regions) else addresses([])
     answer = np.zeros(len(flat(tuple(UNKNOWN_ESTIMATE))))
     return Computer(
         laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer, 0

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from torquer.compile.when_compiling import plainly
 from torquer.scenario.known_keys import known_keys, spec_named, suggestion
 
 #: A type, as pydantic writes it in a place: the member of a union that was tried.
@@ -51,9 +52,13 @@ def _shortened(line: str) -> str:
 
 
 def validated(spec: type[M], data: dict) -> M:
-    """The spec of a file's tables; `ScenarioError` with one line per mistake."""
+    """The spec of a file's tables; `ScenarioError` with one line per mistake.
+
+    What is computed for it is a few numbers, which needs no compiler.
+    """
     try:
-        return spec.model_validate(data)
+        with plainly():
+            return spec.model_validate(data)
     except ValidationError as error:
         raise ScenarioError("\n".join(explain(error, data))) from None
 

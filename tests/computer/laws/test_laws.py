@@ -1,5 +1,6 @@
 """What holds for every control law: signature, finite output, frames, memory, no allocation."""
 
+import numba
 import numpy as np
 import pytest
 from law_cases import UNKNOWN, ZERO, by_hand, compiled, inputs
@@ -11,7 +12,7 @@ from slow_cases import slow_after
 
 from torquer.compile import engine
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.adapter import INPUTS, RECORDS, flat
+from torquer.computer.blocks.adapter import flat, type_of_inputs
 from torquer.computer.blocks.law import Law
 from torquer.computer.computer import call_law
 from torquer.computer.interface import KNOWN, UNKNOWN_ESTIMATE, Ephemeris
@@ -215,10 +216,10 @@ BY_VALUE = ["bdot_rate", "three_axis"]
 @pytest.mark.parametrize("kind", slow_after(2, sorted(LAWS, key=lambda kind: kind not in BY_VALUE)))
 def test_inputs_by_value_give_the_same_as_the_record_of_the_loop(kind, example):
     law, rows = example(kind), readings(12)
-    assert law.in_loop().signature().args[0] == RECORDS
+    assert law.in_loop().signature().args[0] == numba.from_dtype(KNOWN)[::1]
     whole, kept = answers(compiled(law), law, rows)
     by_value = law.compile()
-    assert by_value.signature().args[0] == INPUTS
+    assert by_value.signature().args[0] == type_of_inputs()
     found, memory = answers(by_value.compiled, law, rows)
     assert np.array_equal(found, whole) and np.array_equal(memory, kept)
 

@@ -16,7 +16,7 @@ import torquer
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data
 from torquer.cli.answer import answer
-from torquer.compile import code_cache
+from torquer.compile import sources
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.outside.library import Library, kernels_mark
 
@@ -126,12 +126,12 @@ def test_another_version_is_refused(exports, tmp_path):
         Library(edited)
 
 
-@pytest.mark.parametrize("place", ["export/statements.py", "geometry/vec3.py"])
+@pytest.mark.parametrize("place", ["flight/c99/statements.py", "maths/geometry/vec3.py"])
 def test_an_edit_of_kernels_or_of_their_translator_makes_another_export(
     tmp_path, monkeypatch, place
 ):
-    shutil.copytree(code_cache.PACKAGE, tmp_path / "torquer")
-    monkeypatch.setattr(code_cache, "PACKAGE", tmp_path / "torquer")
+    shutil.copytree(sources.PACKAGE, tmp_path / "torquer")
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path / "torquer")
     before = kernels_mark()
     assert before == kernels_mark()
     with (tmp_path / "torquer" / place).open("a") as file:

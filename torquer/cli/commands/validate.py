@@ -3,15 +3,15 @@
 from pathlib import Path
 
 from torquer.base.strict_json import json_text
-from torquer.cli import compiling, process
+from torquer.cli import compiling
 from torquer.cli.options import CodeOptions, Json
 from torquer.cli.output import harmless
+from torquer.compile.when_compiling import plainly
 
 
+@plainly()  # loading the compiler takes longer than all that is computed here
 def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOptions()) -> int:
     """Check SCENARIO without running it: errors, and notes on likely problems."""
-    if process.own_process:
-        compiling.without_compiler(scenario)
     from torquer.analysis.notes.fault_notes import unnoticed_faults
     from torquer.analysis.notes.mode_notes import mode_findings
     from torquer.analysis.notes.notes import notes_of
@@ -33,7 +33,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     executed = {file: key for key, file in reversed(code_of(checked, campaign).items())}
     if json:
         data = {"scenario": checked.name, "valid": True, "notes": notes, "size": size._asdict()}
-        data["compiles_first"] = compiling.ahead()
+        data["compiles_first"] = compiling.is_cold()
         data["executes"] = sorted(map(str, executed))
         if campaign:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
@@ -54,7 +54,7 @@ def _show(scenario, campaign, size, executed: dict, found: list, notes: list[str
         f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
         f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"
     )
-    if compiling.ahead():
+    if compiling.is_cold():
         print(compiling.AHEAD)
     if campaign:
         print(f"campaign: {campaign.in_words}")

@@ -13,10 +13,7 @@ from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import NamedTuple
 
-import numba
 import numpy as np
-from numba import types
-from numba.extending import intrinsic
 
 from torquer.compile import engine
 from torquer.computer.blocks import plugin, reasons
@@ -30,26 +27,33 @@ from torquer.computer.interface import (
     inputs_of,
 )
 
-ARRAY = types.float64[::1]
 #: Threads that need the same function wait for the first: a second copy would push the first one,
 #: whose address may be in use, out of the cache.
 _ONE_AT_A_TIME = threading.RLock()
 
 
-def _type_of_inputs():
+@functools.cache
+def type_of_inputs():
+    """Numba's type of the inputs, handed over by value."""
+    import numba
+
     zero = (0.0, 0.0, 0.0)
     readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero, zero, zero, NO_CELLS)
     return numba.typeof(Inputs(0.0, *readings, ReadingTimes(), Estimate(), Ephemeris()))
 
 
-INPUTS = _type_of_inputs()
-RECORDS = numba.from_dtype(KNOWN)[::1]
+@functools.cache
+def _numba_types() -> tuple:
+    """Types of an array of numbers and of the inputs as the loop holds them, a record."""
+    import numba
+
+    return numba.types.float64[::1], numba.from_dtype(KNOWN)[::1]
 
 
 class Kind(NamedTuple):
     """A kind of block: what it is called in messages, what it must return, how that is unified.
 
-    `answer`: Numba's type of the unified answer; `unify`: kernel that makes it of what a function
+    `answer`: an example of the unified answer; `unify`: kernel that makes it of what a function
     returns; `failed`: kernel for the answer of a user's function that has raised; `plainly`: how a
     user has one run as plain Python, "" if there is no way.
     """
@@ -64,12 +68,18 @@ class Kind(NamedTuple):
     @property
     def signature(self):
         """Signature of the compiled block, for inputs handed over by value."""
-        return self.answer(INPUTS, ARRAY, ARRAY)
+        return self._signature_for(type_of_inputs())
 
     @property
     def in_loop(self):
         """Signature of the compiled block for the loop, which holds the inputs as a record."""
-        return self.answer(RECORDS, ARRAY, ARRAY)
+        return self._signature_for(_numba_types()[1])
+
+    def _signature_for(self, inputs):
+        import numba
+
+        array, _ = _numba_types()
+        return numba.typeof(self.answer)(inputs, array, array)
 
 
 _NESTED = (tuple, list, np.ndarray)
@@ -141,7 +151,13 @@ def record_maker(shape: Shape) -> Callable:
     """Kernel that makes the record of parameters from the array that holds them."""
     names = dict(shape.classes)
     exec(f"def named(p):\n    return {shape.source}", names)
-    return numba.njit(**engine.INLINED_OPTIONS)(names["named"])
+    if not engine.COMPILED:
+        return names["named"]
+    import numba
+
+    from torquer.compile.numba_private import INLINED_OPTIONS
+
+    return numba.njit(**INLINED_OPTIONS)(names["named"])
 
 
 def _memory_view(names: tuple | None) -> Callable:
@@ -151,9 +167,11 @@ def _memory_view(names: tuple | None) -> Callable:
     layout = layout_of(names)
     if not engine.COMPILED:
         return lambda cells: cells.view(layout).view(np.recarray)[0]
+    import numba
+
     record = numba.from_dtype(layout)
 
-    @intrinsic
+    @numba.extending.intrinsic
     def view(typing_context, cells):
         def build(context, builder, signature, arguments):
             array = context.make_array(signature.args[0])(context, builder, arguments[0])
@@ -227,7 +245,9 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
         except ValueError:
             _explain(inner, shape, names, must, kind.plainly)
             raise
-    return engine.FirstClass(made, signature)
+    from torquer.compile.overloads import FirstClass
+
+    return FirstClass(made, signature)
 
 
 def inner_of(function: Callable, own: bool, shape: Shape):
@@ -239,16 +259,20 @@ def inner_of(function: Callable, own: bool, shape: Shape):
     plain = plugin.plain_of(function)
     if own and shape.fixed:
         return function if function is not plain else engine.kernel(plain)
+    import numba
+
     model = {"error_model": "numpy"} if own else {"error_model": "python", "boundscheck": True}
     return numba.njit(**model, **engine.FOR_KERNELS)(plain)
 
 
 def _explain(inner, shape: Shape, names, must: str, plainly: str) -> None:
     """Compile a function alone, so that the message is of its own mistake."""
-    memory = ARRAY if names is None else numba.from_dtype(layout_of(names))
+    import numba
+
+    memory = _numba_types()[0] if names is None else numba.from_dtype(layout_of(names))
     parameters = numba.typeof(floats(shape.example))
     own = plugin.plain_of(inner)
-    alone = plugin.compiled(own, (INPUTS, parameters, memory), must, plainly=plainly)
+    alone = plugin.compiled(own, (type_of_inputs(), parameters, memory), must, plainly=plainly)
     returned = str(alone.nopython_signatures[0].return_type)
     received = reasons.returned_in_words(returned)
     raise ValueError(f"{must}; received one that returns {received}")

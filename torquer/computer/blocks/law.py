@@ -15,8 +15,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-import numba
-
 from torquer.compile.engine import inlined
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
@@ -34,7 +32,6 @@ _READINGS = {
     "nadir_body": ("horizon",),
     "read_at": ("sun", "search_coil", "horizon"),
 }
-_COMMAND = numba.typeof(NO_COMMAND)
 #: Estimate of a law in its memory: whether there is one (1 or 0), attitude (quaternion of the body
 #: to the inertial frame), absolute rate in body axes [rad/s].
 NOTHING_STATED = (0.0,) * 8
@@ -75,13 +72,12 @@ def no_number_command():
 _PLAINLY = "compiled=False runs the law as plain Python"
 #: How a law's answer is read, by what it answers with.
 KINDS = {
-    "dipole": Kind("law", "(x, y, z)", _COMMAND, dipole_command, no_number_command, _PLAINLY),
-    "torque": Kind("law", "(x, y, z)", _COMMAND, torque_command, no_number_command, _PLAINLY),
-    "command": Kind("law", "torquer.Command", _COMMAND, whole_command, no_number_command, _PLAINLY),
+    "dipole": Kind("law", "(x, y, z)", NO_COMMAND, dipole_command, no_number_command, _PLAINLY),
+    "torque": Kind("law", "(x, y, z)", NO_COMMAND, torque_command, no_number_command, _PLAINLY),
+    "command": Kind(
+        "law", "torquer.Command", NO_COMMAND, whole_command, no_number_command, _PLAINLY
+    ),
 }
-
-
-LAW_SIGNATURE = KINDS["command"].in_loop
 
 
 @dataclass(frozen=True)

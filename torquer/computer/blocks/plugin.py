@@ -15,13 +15,9 @@ from collections.abc import Callable
 from pathlib import Path
 from types import CodeType, FunctionType
 
-import numba
-from numba.core.errors import NumbaError
-from numba.core.typeinfer import register_dispatcher
-
 from torquer.base.validate import as_storable
 from torquer.compile import engine
-from torquer.compile.code_cache import cache_of, kept, mark_of
+from torquer.compile.sources import mark_of
 from torquer.computer.blocks import reasons
 
 #: Characters of what a user's code raised or returned that a message shows.
@@ -133,7 +129,11 @@ def attributes_read(function: Callable) -> set[str] | None:
 
 def cache_beside(file: Path | None):
     """Within the block, compile into the cache of this user's file and those next to it."""
-    return cache_of(_beside(file)) if file else contextlib.nullcontext()
+    if not file or not engine.COMPILED:
+        return contextlib.nullcontext()
+    from torquer.compile.code_cache import cache_of
+
+    return cache_of(_beside(file))
 
 
 def place_of(error: BaseException, file: Path | None) -> str:
@@ -162,7 +162,7 @@ def shown(value) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def _named_place(error: NumbaError, text: str, file: Path | None) -> str:
+def _named_place(error: Exception, text: str, file: Path | None) -> str:
     """(FILE, line N)" of an error of Numba in a user's file; "" if it names no line of it."""
     if file is None:
         return ""
@@ -188,11 +188,20 @@ def compiled(
     `keep`: whether the compiled code is kept on the disk. `plainly`: how the user can have the
     function run as plain Python, for the message.
     """
+    import numba
+
+    from torquer.compile.numba_private import (
+        NumbaError,
+        kept,
+        rare_collections,
+        register_dispatcher,
+    )
+
     try:
         found = numba.njit(**options)(function)
         if keep:
             kept(found)
-        with register_dispatcher(found), engine.rare_collections():
+        with register_dispatcher(found), rare_collections():
             found.compile(signature)
         found.disable_compile()
         return found
@@ -224,4 +233,6 @@ def first_class(function: Callable, signature, must: str):
     known = file is not None and plain.__closure__ is None
     with cache_beside(file if known and not own else None):
         found = compiled(plain, signature, must, keep=known, error_model="numpy")
-        return engine.FirstClass(found, signature)
+        from torquer.compile.overloads import FirstClass
+
+        return FirstClass(found, signature)

@@ -7,10 +7,8 @@ inputs hold the previous estimate. Parameters and memory: see `torquer.computer.
 import math
 from dataclasses import dataclass
 
-import numba
-from numba.extending import overload
-
 from torquer.compile.engine import caller, inlined
+from torquer.compile.when_compiling import when_compiling
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
 from torquer.computer.interface import NONE_ISOLATED, UNKNOWN_ESTIMATE, Estimate
@@ -34,13 +32,17 @@ def _isolated(e):
     return e.isolated
 
 
-@overload(_isolated, inline="always")
-def _isolated_compiled(e):
-    """Compiled code has no default values: an estimate may lack its last part."""
-    if len(e.types) == len(Estimate._fields):
-        return lambda e: e.isolated
-    nothing = UNKNOWN_ESTIMATE.isolated
-    return lambda e: nothing
+@when_compiling
+def _overload() -> None:
+    from numba.extending import overload
+
+    @overload(_isolated, inline="always")
+    def choose(e):
+        """Compiled code has no default values: an estimate may lack its last part."""
+        if len(e.types) == len(Estimate._fields):
+            return lambda e: e.isolated
+        nothing = UNKNOWN_ESTIMATE.isolated
+        return lambda e: nothing
 
 
 @inlined
@@ -66,10 +68,8 @@ def no_estimate():
     return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan, NONE_ISOLATED)
 
 
-ESTIMATE = Kind(
-    "estimator", "torquer.Estimate", numba.typeof(UNKNOWN_ESTIMATE), as_estimate, no_estimate
-)
-call_estimator = caller(ESTIMATE.in_loop)
+ESTIMATE = Kind("estimator", "torquer.Estimate", UNKNOWN_ESTIMATE, as_estimate, no_estimate)
+call_estimator = caller(lambda: ESTIMATE.in_loop)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from torquer.base import validate
 from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.base.spec import Spec, Vector
 from torquer.base.time import leap_seconds_between, parse_utc, seconds_between
+from torquer.compile.when_compiling import plainly
 from torquer.environment.earth import gravity
 from torquer.environment.earth.atmosphere import AnyAtmosphere, Nrlmsis
 from torquer.environment.earth.atmosphere.air import NO_AIR
@@ -156,8 +157,9 @@ class Numerical(Spec):
         offset = seconds_between(anchor, start_utc)
         # UT1 is continuous through a leap second, so that UT1 - UTC jumps there
         dut1_there_s = dut1_s - leap_seconds_between(anchor, start_utc)
-        flight = _trajectory(self, anchor, dut1_there_s)
-        return flight.states(np.ascontiguousarray(t_s + offset))
+        with plainly(False):  # thousands of steps, also where a file is only checked
+            flight = _trajectory(self, anchor, dut1_there_s)
+            return flight.states(np.ascontiguousarray(t_s + offset))
 
     def _start_state(self, anchor: datetime) -> np.ndarray:
         """Position and velocity [6] at the anchor in the frame of integration."""

@@ -80,7 +80,7 @@ def on_board_of(scenario: Scenario) -> OnBoard:
     needs = needs_of(blocks) | signals_need(scenario)
     table = table._replace(oldest_s=oldest_readings_s(scenario, timetable_for(scenario, needs)))
     estimator = estimator_numbers(scenario, blocks)["estimator"]
-    made = on_board.computer_of(_all_plain(blocks), estimator, table)
+    made = on_board.computer_of(_all_plain(blocks), estimator, table, is_flown=False)
     laws, estimators = list(blocks.laws.values()), list(blocks.estimators.values())
     computer = {
         "laws": _adapters(blocks.laws), "estimators": _adapters(blocks.estimators),

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from types import FunctionType
 from typing import TypeGuard
 
-from torquer.compile.code_cache import is_own
+from torquer.compile.sources import is_own
 from torquer.computer.blocks.plugin import plain_of, source_text
 from torquer.flight.c99.refusal import refused
 

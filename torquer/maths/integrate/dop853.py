@@ -10,11 +10,10 @@ import inspect
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import overload
 
 from torquer.compile import engine
-from torquer.compile.code_cache import keep_off_disk
-from torquer.compile.engine import kernel
+from torquer.compile.engine import keep_off_disk, kernel
+from torquer.compile.when_compiling import when_compiling
 from torquer.maths.integrate import dop853_tableau as tableau
 
 #: Return values of `dop853`.
@@ -48,11 +47,13 @@ def rates_of(problem_class):
             keep_off_disk(_attempt, dop853)
         rates.register(problem_class)(function)
 
-        @overload(rates, jit_options=engine.OPTIONS)
-        def choose(problem, t, y, dy):
-            if getattr(problem, "instance_class", None) is problem_class:
-                return function
-            return None
+        @when_compiling
+        def choose_it() -> None:
+            from numba.extending import overload
+
+            @overload(rates, jit_options=engine.OPTIONS)
+            def choose(problem, t, y, dy):
+                return function if getattr(problem, "instance_class", 0) is problem_class else None
 
         return function
 

@@ -10,6 +10,7 @@ from typing import NamedTuple, cast
 
 from torquer.compile import engine
 from torquer.compile.lanes import LANES, Fields, Rows, lane_maker, record_fields
+from torquer.compile.overloads import FirstClass
 from torquer.computer.blocks import plugin
 from torquer.computer.blocks.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
 from torquer.computer.blocks.law import Law
@@ -76,7 +77,7 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
     with plugin.cache_beside(file if known and not own else None):
         law = placed(loop, plain, shape, names, parts, form)
         made = plugin.compiled(law, LANES_LAW, must, keep=known, error_model="numpy")
-    return engine.FirstClass(made, LANES_LAW)
+    return FirstClass(made, LANES_LAW)
 
 
 def _named_memory(names: tuple) -> Fields:

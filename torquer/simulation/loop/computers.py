@@ -11,9 +11,9 @@ from numba import types
 from numba.extending import overload
 
 from torquer.compile.c_library import call_c
-from torquer.compile.engine import INLINED_OPTIONS, caller, inlined
+from torquer.compile.engine import caller, inlined
 from torquer.compile.lanes import LANES
-from torquer.computer.blocks.adapter import ARRAY
+from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.computer.computer import (
     Board,
     Computer,
@@ -29,7 +29,7 @@ from torquer.simulation.loop.sensors import ephemeris_at
 
 #: A law for all lanes: cells, how many, first place of its parameters and of its memory, what it
 #: needs.
-LANES_LAW = types.void(ARRAY, *[types.int64] * 5)
+LANES_LAW = types.void(types.float64[::1], *[types.int64] * 5)
 call_law_in_lanes = caller(LANES_LAW)
 #: Numbers of `KNOWN` that sensors write; the rest is the computer's own.
 SENSED = KNOWN.names.index("estimate_s")

@@ -12,8 +12,9 @@ from numba.extending import overload
 
 from torquer.base.noise import normal3
 from torquer.compile.arguments import whole
-from torquer.compile.engine import INLINED_OPTIONS, LOOP_OPTIONS, inlined
+from torquer.compile.engine import LOOP_OPTIONS, inlined
 from torquer.compile.lanes import LaneLayout, Rows, lane_maker, lane_plant, lane_state
+from torquer.compile.numba_private import INLINED_OPTIONS
 
 #: How a run can stand: it goes on; the motion is not finite; a command is not; the step does not
 #: follow the motion; a command from outside is awaited; the body strikes the ring of a test bench.

@@ -6,7 +6,8 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, record_at
-from torquer.compile.engine import INLINED_OPTIONS, kernel
+from torquer.compile.engine import kernel
+from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.simulation.loop.members import One, member_in
 from torquer.simulation.loop.state import Plan, Record, State, motion_of
 from torquer.spacecraft.actuators.coils import present_dipole

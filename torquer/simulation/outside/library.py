@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from torquer.base.version import VERSION
-from torquer.compile import code_cache
+from torquer.compile import sources
 from torquer.compile.c_library import built
 from torquer.compile.engine import COMPILED
 from torquer.computer.blocks.plugin import plain_of, source_mark, source_text
@@ -102,17 +102,17 @@ def _library_of(path: Path) -> Path:
     """The shared library of a folder, compiled, or the file itself."""
     if path.is_file():
         return path
-    sources, headers = [path / name for name in SOURCES], [path / name for name in HEADERS]
-    if missing := [each for each in (*sources, *headers) if not each.is_file()]:
+    c_files, headers = [path / name for name in SOURCES], [path / name for name in HEADERS]
+    if missing := [each for each in (*c_files, *headers) if not each.is_file()]:
         name = missing[0].relative_to(path)
         raise ValueError(f"{_MUST}; received {path}, in which there is no {name}")
-    return built(sources, headers, "computer: must be compiled")
+    return built(c_files, headers, "computer: must be compiled")
 
 
 def kernels_mark() -> str:
     """Mark of all sources that an export depends on: kernels, and what translates them."""
-    translator = sorted((code_cache.PACKAGE / "export").rglob("*.py"))
-    return code_cache.source_key(of_compiler=False) + code_cache.mark_of(translator)
+    translator = sorted((sources.PACKAGE / "flight" / "c99").rglob("*.py"))
+    return sources.source_key(of_compiler=False) + sources.mark_of(translator)
 
 
 def fingerprint_of(computer: Computer, blocks: Blocks) -> str:

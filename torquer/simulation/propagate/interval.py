@@ -11,7 +11,8 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, entry_caller, record_at, whole
-from torquer.compile.engine import INLINED_OPTIONS, inlined, kernel
+from torquer.compile.engine import inlined, kernel
+from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.environment.table import lookup6
 from torquer.maths.geometry.vec3 import dot
 from torquer.simulation.loop.members import (

@@ -12,7 +12,7 @@ import numpy as np
 
 from torquer.base.time import utc_at
 from torquer.base.version import VERSION
-from torquer.compile.engine import processor
+from torquer.compile.ready import processor
 from torquer.computer.blocks.block import Block, Logged
 from torquer.computer.blocks.plugin import source_mark, source_text
 from torquer.computer.computer import estimates

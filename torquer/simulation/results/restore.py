@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from torquer.base.version import VERSION
-from torquer.compile.engine import processor
+from torquer.compile.ready import processor
 from torquer.computer.computer import estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.step import BETWEEN, SENSED, WORKED

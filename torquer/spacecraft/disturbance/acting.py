@@ -1,8 +1,7 @@
 """The disturbance torques that act on a body, added; their kernels are chosen by type."""
 
-from numba.extending import overload
-
-from torquer.compile.engine import INLINED_OPTIONS, inlined
+from torquer.compile.engine import inlined
+from torquer.compile.when_compiling import when_compiling
 from torquer.environment.local import in_body
 from torquer.maths.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES
@@ -19,12 +18,6 @@ def torque_of(constants, local_body, omega_body):
     return _KERNELS[type(constants)](constants, local_body, omega_body)
 
 
-@overload(torque_of, jit_options=INLINED_OPTIONS)
-def _choose(constants, local_body, omega_body):
-    kernel = _KERNELS[constants.instance_class]
-    return lambda constants, local_body, omega_body: kernel(constants, local_body, omega_body)
-
-
 def added(torque, acting, local_body, omega_body):
     """A torque [N m, body] and those of the constants, one after another."""
     if len(acting) == 0:
@@ -33,9 +26,20 @@ def added(torque, acting, local_body, omega_body):
     return added(total, acting[1:], local_body, omega_body)
 
 
-@overload(added, jit_options=INLINED_OPTIONS)
-def _one_by_one(torque, acting, local_body, omega_body):
-    return added
+@when_compiling
+def _overload() -> None:
+    from numba.extending import overload
+
+    from torquer.compile.numba_private import INLINED_OPTIONS
+
+    @overload(torque_of, jit_options=INLINED_OPTIONS)
+    def choose(constants, local_body, omega_body):
+        kernel = _KERNELS[constants.instance_class]
+        return lambda constants, local_body, omega_body: kernel(constants, local_body, omega_body)
+
+    @overload(added, jit_options=INLINED_OPTIONS)
+    def one_by_one(torque, acting, local_body, omega_body):
+        return added
 
 
 @inlined
