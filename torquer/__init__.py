@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from torquer.analysis.citations import citations as citations
     from torquer.analysis.derived import derived_of as derived_of
     from torquer.analysis.filters.smoothing import smoothed as smoothed
+    from torquer.analysis.side_by_side import concat as concat, run_of as run_of
     from torquer.analysis.summary import summary_of as summary_of
     from torquer.analysis.summary_rows import rows_of as rows_of
-    from torquer.analysis.together import concat as concat, run_of as run_of
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
     from torquer.computer.blocks.law import Law as Law, law as law

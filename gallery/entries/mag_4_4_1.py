@@ -11,8 +11,8 @@ import numpy as np
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, consistent, near, within
 from gallery.holding import HIGH_DEG, LOW_DEG, edge, hold, strength_unit, with_gains
-from torquer.theory.three_axis.design import DesignTask, design_gains
 from torquer.theory.three_axis.floquet import stability_chart, stability_of
+from torquer.theory.three_axis.gain_search import DesignTask, design_gains
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
 from torquer.theory.three_axis.search import first_crossing
 

@@ -23,9 +23,9 @@ from torquer.theory.magneto_gyro.comparison import (
     stage_2_degrees,
     with_factor,
 )
-from torquer.theory.magneto_gyro.design import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, design_stage_2, stage_2_gains
 
 #: Optimal in the constant model, with low gains.
 PLAIN = Stage2Weights(angle=1.0, torque=1.0, turning=10.0, constant=10.0)

@@ -15,9 +15,9 @@ from gallery.drawing import new_figure
 from gallery.entry import Answer, Entry, consistent, within
 from gallery.sdot_runs import CONE, MOMENTS, SUN, averaged_case, spinner
 from torquer.theory.periodic.floquet import exponents, monodromy, multipliers
-from torquer.theory.slow.design import gain_of
 from torquer.theory.slow.evolution import SDOT
 from torquer.theory.slow.evolution.sdot import sun_weight
+from torquer.theory.slow.gain_and_time import gain_of
 from torquer.theory.slow.sun_spin import axis_equilibria, mean_matrix, stable_axes, sun_spin_system
 
 ORDERS = list(permutations(MOMENTS.tolist()))

@@ -20,9 +20,9 @@ from torquer.theory.averaged import equations as text
 from torquer.theory.averaged.answer import law_gains, law_motion
 from torquer.theory.averaged.case import case_of_scenario
 from torquer.theory.averaged.requests import LawRequest
-from torquer.theory.slow.design import slow_time
 from torquer.theory.slow.evolution import EVOLUTIONS
 from torquer.theory.slow.evolution.model import Case, Slow
+from torquer.theory.slow.gain_and_time import slow_time
 from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 from torquer.theory.slow.second_moments import averaged_moments
 

@@ -13,7 +13,7 @@ from slow_cases import slow_after
 from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.summary import summary_of
 from torquer.analysis.summary_rows import rows_of
-from torquer.analysis.wheels import FlownWheels, zero_crossings
+from torquer.analysis.wheel_use import FlownWheels, zero_crossings
 from torquer.computer.laws.wheel_pd import WheelPd
 from torquer.report import write_report
 from torquer.report.flight import panels as drawn
@@ -27,7 +27,7 @@ from torquer.report.flight.view import view_of
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of
 from torquer.simulation.setup.simulate import simulate
-from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 
 RPM = np.pi / 30.0
 

@@ -14,7 +14,7 @@ from law_examples import EXAMPLES
 from pydantic import TypeAdapter
 
 from torquer import simulate
-from torquer.analysis.modes import RegionRecord, regions_of, state_uses
+from torquer.analysis.mode_use import RegionRecord, regions_of, state_uses
 from torquer.analysis.summary import summary_of
 from torquer.analysis.summary_rows import rows_of
 from torquer.computer.estimation import AnyEstimator

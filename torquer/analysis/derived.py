@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.attitude import attitude_error_of, body_axes_from_vertical_deg
-from torquer.analysis.modes import regions_of
+from torquer.analysis.mode_use import regions_of
 from torquer.analysis.series import angle_deg
 from torquer.base.validate import unit_rows
 from torquer.maths.geometry.attitudes import to_body

@@ -10,10 +10,10 @@ from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.citations import cited_in_words
 from torquer.analysis.conserved import conserved_of, drifts_of
 from torquer.analysis.goals import Goal, goals_of
-from torquer.analysis.modes import state_uses
+from torquer.analysis.mode_use import state_uses
 from torquer.analysis.summary_rows import rows_of
 from torquer.analysis.verdict import judged_series, stays_from, verdict_of
-from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
+from torquer.analysis.wheel_use import AT_LIMIT, wheels_of, zero_crossings
 from torquer.simulation.results.dataset import COMPLETE, laws_of, scenario_of
 
 #: Number of records in memory at a time.

@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.analysis.goals import NAMED, Goal, signal_of
 from torquer.analysis.series import Variables
-from torquer.analysis.wheels import AT_LIMIT, wheels_of
+from torquer.analysis.wheel_use import AT_LIMIT, wheels_of
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.analysis.series import Variables
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope
 from torquer.spacecraft.wheel_array.layout import total_momentum
 

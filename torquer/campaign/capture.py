@@ -7,7 +7,7 @@ from torquer.campaign.fly import fly_campaign
 from torquer.campaign.spec import Campaign
 from torquer.campaign.statistics import Interval, quantile, rate_interval
 from torquer.scenario.spec import Scenario
-from torquer.theory.three_axis.design import Candidate, DesignTask
+from torquer.theory.three_axis.gain_search import Candidate, DesignTask
 
 #: Revolutions flown: at least, times to settle, at most. Records of a revolution.
 _LEAST, _SETTLINGS, _MOST, _RECORDS = 10.0, 4.0, 40.0, 120

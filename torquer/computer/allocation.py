@@ -11,7 +11,7 @@ import numpy as np
 
 from torquer.compile.engine import kernel
 from torquer.maths.geometry.vec3 import scale
-from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.wheel_array.allocation import WheelSet, least_squares, within_limits
 from torquer.spacecraft.wheel_array.steering import (
     Steering,

@@ -7,7 +7,7 @@ from torquer.base.rows import Row, data_of, html_of, text_of
 from torquer.campaign.capture import Capture
 from torquer.design.law_table import law_toml
 from torquer.scenario.spec import Scenario
-from torquer.theory.three_axis.design import SETTLED, Candidate, DesignTask, ThreeAxisDesign
+from torquer.theory.three_axis.gain_search import SETTLED, Candidate, DesignTask, ThreeAxisDesign
 from torquer.theory.three_axis.response import greatest_angle
 
 

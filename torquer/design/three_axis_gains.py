@@ -16,7 +16,7 @@ from torquer.design.three_axis_answer import ThreeAxisAnswer
 from torquer.maths.geometry.vec3 import scale
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.scenario.spec import Scenario
-from torquer.theory.three_axis.design import DesignTask, assessed, design_gains
+from torquer.theory.three_axis.gain_search import DesignTask, assessed, design_gains
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.response import Noise, Offsets
 from torquer.theory.three_axis.sampled import Cycle, SampledHold

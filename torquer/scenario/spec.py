@@ -21,7 +21,7 @@ from torquer.scenario.initial import InitialMotion
 from torquer.scenario.mission import Mission
 from torquer.scenario.resolution import check_step, speeds_at_start
 from torquer.spacecraft.actuators.coils import Coils
-from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.disturbance import TORQUES, Disturbance

@@ -68,12 +68,6 @@ if TYPE_CHECKING:
         degree_over_a_day as degree_over_a_day,
         stable_range as stable_range,
     )
-    from torquer.theory.magneto_gyro.design import (
-        Stage2Design as Stage2Design,
-        Stage2Weights as Stage2Weights,
-        design_stage_2 as design_stage_2,
-        stage_2_gains as stage_2_gains,
-    )
     from torquer.theory.magneto_gyro.frozen import (
         frozen_1 as frozen_1,
         frozen_1_inputs as frozen_1_inputs,
@@ -87,12 +81,18 @@ if TYPE_CHECKING:
     from torquer.theory.magneto_gyro.requests import GyroModelsRequest as GyroModelsRequest
     from torquer.theory.magneto_gyro.stage_1 import STAGE_1 as STAGE_1
     from torquer.theory.magneto_gyro.stage_2 import stage_2_loop as stage_2_loop
+    from torquer.theory.magneto_gyro.stage_2_gains import (
+        Stage2Design as Stage2Design,
+        Stage2Weights as Stage2Weights,
+        design_stage_2 as design_stage_2,
+        stage_2_gains as stage_2_gains,
+    )
     from torquer.theory.magneto_gyro.times import (
         Hysteresis as Hysteresis,
         TimeToPoint as TimeToPoint,
         time_to_point as time_to_point,
     )
-    from torquer.theory.magneto_gyro.wheels import (
+    from torquer.theory.magneto_gyro.wheel_choice import (
         BetterWheel as BetterWheel,
         better_wheel as better_wheel,
         over_stiffness as over_stiffness,
@@ -129,13 +129,6 @@ if TYPE_CHECKING:
         compare as compare,
         resonances as resonances,
     )
-    from torquer.theory.slow.design import (
-        design_table as design_table,
-        gain_for as gain_for,
-        gain_of as gain_of,
-        slow_time as slow_time,
-        times_over_directions as times_over_directions,
-    )
     from torquer.theory.slow.detumbling import (
         Tumbling as Tumbling,
         braking_torque_n_m as braking_torque_n_m,
@@ -163,6 +156,13 @@ if TYPE_CHECKING:
         osculating as osculating,
         slow_of as slow_of,
         state_of as state_of,
+    )
+    from torquer.theory.slow.gain_and_time import (
+        design_table as design_table,
+        gain_for as gain_for,
+        gain_of as gain_of,
+        slow_time as slow_time,
+        times_over_directions as times_over_directions,
     )
     from torquer.theory.slow.gains import (
         Sampling as Sampling,
@@ -223,13 +223,6 @@ if TYPE_CHECKING:
         mean_projection as mean_projection,
         plateau_edge as plateau_edge,
     )
-    from torquer.theory.three_axis.design import (
-        DesignTask as DesignTask,
-        ThreeAxisDesign as ThreeAxisDesign,
-        assessed as assessed,
-        coarser as coarser,
-        design_gains as design_gains,
-    )
     from torquer.theory.three_axis.feedback import (
         best_feedback as best_feedback,
         feedback_law as feedback_law,
@@ -238,6 +231,13 @@ if TYPE_CHECKING:
     from torquer.theory.three_axis.floquet import (
         stability_chart as stability_chart,
         stability_of as stability_of,
+    )
+    from torquer.theory.three_axis.gain_search import (
+        DesignTask as DesignTask,
+        ThreeAxisDesign as ThreeAxisDesign,
+        assessed as assessed,
+        coarser as coarser,
+        design_gains as design_gains,
     )
     from torquer.theory.three_axis.hold import AttitudeHold as AttitudeHold
     from torquer.theory.three_axis.margins import (

@@ -19,9 +19,9 @@ from torquer.simulation.setup.simulate import simulate
 from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import field_along, model_error
 from torquer.theory.magneto_gyro.craft import GyroCraft
-from torquer.theory.magneto_gyro.design import Stage2Weights, stage_2_gains
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, stage_2_gains
 from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 EXAMPLE = load_scenario(Path(__file__).parents[3] / "examples/magneto_gyro.toml")

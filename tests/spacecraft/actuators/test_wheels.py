@@ -13,8 +13,8 @@ from torquer.computer.allocation import (
     allocation_of,
     first_allocation,
 )
+from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels, read_tachometers
 from torquer.spacecraft.actuators.rotors import Rotors
-from torquer.spacecraft.actuators.wheels import ReactionWheels, read_tachometers
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.wheel_array.allocation import allocate
 

@@ -9,11 +9,11 @@ from torquer.theory.magneto_gyro import comparison
 from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.comparison import CaptureGains
 from torquer.theory.magneto_gyro.craft import GyroCraft
-from torquer.theory.magneto_gyro.design import Stage2Weights, stage_2_gains
 from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_2
 from torquer.theory.magneto_gyro.loop import CONE, Satellite
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, stage_2_gains
 from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)

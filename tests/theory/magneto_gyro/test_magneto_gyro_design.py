@@ -10,11 +10,11 @@ from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.environment.orbit.circular import Circular
 from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.craft import GyroCraft, greatest_tip_off
-from torquer.theory.magneto_gyro.design import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.magneto_gyro.frozen import frozen_1, frozen_2, frozen_2_inputs
 from torquer.theory.magneto_gyro.loop import CONE, Satellite
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import driven_by, stage_2_loop
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 RATE = Circular(altitude_km=830, inclination_deg=98.8).rate_rad_s()

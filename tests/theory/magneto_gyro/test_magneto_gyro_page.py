@@ -15,8 +15,8 @@ from torquer.theory.magneto_gyro import comparison
 from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import field_along, model_error
 from torquer.theory.magneto_gyro.craft import greatest_tip_off
-from torquer.theory.magneto_gyro.design import Stage2Weights, stage_2_gains
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, stage_2_gains
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
 PAGE = (Path(__file__).parents[3] / "docs/theory/magneto-gyro.md").read_text(encoding="utf-8")

@@ -8,10 +8,10 @@ import pytest
 from torquer.theory.magneto_gyro.accuracy import revolution_of
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.craft import GyroCraft
-from torquer.theory.magneto_gyro.design import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
-from torquer.theory.magneto_gyro.wheels import better_wheel, over_stiffness
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, design_stage_2, stage_2_gains
+from torquer.theory.magneto_gyro.wheel_choice import better_wheel, over_stiffness
 from torquer.theory.periodic.floquet import degree_of_stability, monodromy, multipliers
 
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)

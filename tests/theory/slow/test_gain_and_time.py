@@ -7,7 +7,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from torquer.computer.laws.nutation_damping import NutationDampingRate
-from torquer.theory.slow.design import (
+from torquer.theory.slow.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.gain_and_time import (
     GOALS,
     Times,
     design_table,
@@ -17,9 +20,6 @@ from torquer.theory.slow.design import (
     slow_time,
     times_over_directions,
 )
-from torquer.theory.slow.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation
-from torquer.theory.slow.evolution.model import Slow
-from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
 from torquer.theory.slow.spinner import Spinner
 
 MANY = settings(max_examples=25, deadline=None)

@@ -12,8 +12,8 @@ from torquer.compile import engine
 from torquer.computer.laws.periodic_gains import PeriodicGains
 from torquer.computer.laws.projected_pd import ProjectedPd
 from torquer.theory.three_axis.averaged import channel_factors, plateau_edge
-from torquer.theory.three_axis.design import DesignTask, assessed, design_gains
 from torquer.theory.three_axis.feedback import attitude_keys
+from torquer.theory.three_axis.gain_search import DesignTask, assessed, design_gains
 from torquer.theory.three_axis.margins import (
     best_factors,
     degrees_with_margin,

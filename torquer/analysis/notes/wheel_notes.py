@@ -17,7 +17,7 @@ from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
 from torquer.maths.geometry.vec3 import as_matrix
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope, torque_envelope
 from torquer.spacecraft.wheel_array.steering import bias_of
 

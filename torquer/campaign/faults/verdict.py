@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.goals import Goal, goals_of, signal_of
-from torquer.analysis.modes import regions_of, state_uses
+from torquer.analysis.mode_use import regions_of, state_uses
 from torquer.simulation.results.dataset import COMPLETE, scenario_of
 
 SAFE, DEGRADED, LOST = "safe", "degraded", "lost"

@@ -16,9 +16,9 @@ from torquer.scenario.spec import Scenario
 from torquer.theory.magneto_gyro.capture import Stage1Design
 from torquer.theory.magneto_gyro.craft import greatest_tip_off
 from torquer.theory.magneto_gyro.day import DayLoop, Range
-from torquer.theory.magneto_gyro.design import Stage2Design
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Design
 from torquer.theory.magneto_gyro.times import TimeToPoint
-from torquer.theory.magneto_gyro.wheels import BetterWheel
+from torquer.theory.magneto_gyro.wheel_choice import BetterWheel
 
 #: Parts of the flights by which times are stated.
 _PARTS = {0.5: "half", 0.9: "90 %", 1.0: "last"}

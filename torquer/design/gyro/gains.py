@@ -28,11 +28,11 @@ from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.spec import Scenario
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.day import DayLoop
-from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.satellite import held_attitude
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Design, design_stage_2
 from torquer.theory.magneto_gyro.times import Hysteresis, TimeToPoint, time_to_point
-from torquer.theory.magneto_gyro.wheels import BetterWheel, better_wheel
+from torquer.theory.magneto_gyro.wheel_choice import BetterWheel, better_wheel
 
 #: IGRF-14 in 2025: g10, g11, h11 [nT], for the form of the text.
 _DIPOLE_NT = [-29350.0, -1410.3, 4545.5]

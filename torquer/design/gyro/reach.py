@@ -14,9 +14,9 @@ from torquer.theory.magneto_gyro.day import (
     degree_over_a_day,
     stable_range,
 )
-from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
 from torquer.theory.magneto_gyro.satellite import noise_intensity
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Design, design_stage_2
 
 #: Other degrees, over the wanted one, for which the error is found; loops of their searches.
 _OTHER_DEGREES, EVALUATIONS = (0.6, 1.2), 60

@@ -18,10 +18,10 @@ from torquer.analysis.notes.uses import Use, uses_of
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.case import case_of_scenario
 from torquer.theory.averaged.motion import slow_times
-from torquer.theory.slow.design import GOALS
 from torquer.theory.slow.detumbling import detumbling_time_s, turning_gain
+from torquer.theory.slow.gain_and_time import GOALS
 from torquer.theory.slow.gains import damping_efficiency, sampling_limit_rad_s
-from torquer.theory.three_axis.design import settling_time_s
+from torquer.theory.three_axis.gain_search import settling_time_s
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
 

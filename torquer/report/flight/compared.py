@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.derived import rate_of
+from torquer.analysis.side_by_side import differences, names_of
 from torquer.analysis.summary import summary_of
 from torquer.analysis.summary_rows import rows_of
-from torquer.analysis.together import differences, names_of
-from torquer.analysis.wheels import wheels_of
+from torquer.analysis.wheel_use import wheels_of
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.report.common.figure import place, png_of, saved, sheet
 from torquer.report.common.scales import prefixed

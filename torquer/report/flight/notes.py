@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.analysis.notes.notes import notes_of
 from torquer.analysis.verdict import clock_text
-from torquer.analysis.wheels import AT_LIMIT
+from torquer.analysis.wheel_use import AT_LIMIT
 from torquer.computer.blocks.user import GivenLaw
 from torquer.report.flight.view import View
 from torquer.scenario.resolution import notes_on_steps

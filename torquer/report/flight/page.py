@@ -10,7 +10,7 @@ from torquer.report.common.sources import sources_data
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
-from torquer.report.flight.modes import modes_data
+from torquer.report.flight.mode_section import modes_data
 from torquer.report.flight.notes import notes
 from torquer.report.flight.orbit_scene import orbit_figure
 from torquer.report.flight.panels.panel import Panel, Picture, about_ranges

@@ -5,7 +5,7 @@ import numpy as np
 from torquer.analysis.budget import models_as_plain
 from torquer.report.common.keys import in_one_line, keys_of
 from torquer.report.flight.view import View
-from torquer.spacecraft.actuators.wheels import ReactionWheels
+from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 
 
 def setting(view: View) -> list[tuple[str, str]]:

@@ -9,10 +9,10 @@ import xarray as xr
 
 from torquer.analysis.attitude import AttitudeError, attitude_error_of
 from torquer.analysis.budget import Budget, budget_of_run
-from torquer.analysis.modes import RegionRecord, regions_of
+from torquer.analysis.mode_use import RegionRecord, regions_of
 from torquer.analysis.series import bands_where, settled_from
 from torquer.analysis.summary import summary_of
-from torquer.analysis.wheels import FlownWheels, wheels_of
+from torquer.analysis.wheel_use import FlownWheels, wheels_of
 from torquer.base.time import decimal_year
 from torquer.environment.field import at_geodetic
 from torquer.maths.geometry.attitudes import dcm_body_to_reference, interpolated

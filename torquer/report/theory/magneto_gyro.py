@@ -10,7 +10,7 @@ from torquer.design.pointing_flights import PointingFlights
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED
 from torquer.report.common.figure import FAINT, INK, legend_at_left, stacked
 from torquer.theory.magneto_gyro.day import degree_map
-from torquer.theory.magneto_gyro.wheels import over_stiffness
+from torquer.theory.magneto_gyro.wheel_choice import over_stiffness
 
 _UNSTABLE = "#f3d3cf"
 #: h shown: beyond 0 to at least this, or this much more than the satellite's.

@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 
 from torquer.report.common.colours import BLUE, GREEN, RED
 from torquer.report.common.figure import INK, legend_at_left, stacked
-from torquer.theory.three_axis.design import DesignTask, ThreeAxisDesign, coarser
 from torquer.theory.three_axis.floquet import mean_degrees, tabulated
+from torquer.theory.three_axis.gain_search import DesignTask, ThreeAxisDesign, coarser
 from torquer.theory.three_axis.sampled import sampled_family
 
 _GRID = 101

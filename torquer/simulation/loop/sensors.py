@@ -35,7 +35,7 @@ from torquer.simulation.loop.readings import (
 from torquer.simulation.loop.state import motion_of
 from torquer.simulation.loop.timetable import ANY_DELIVERY, READ
 from torquer.spacecraft.actuators.coils import present_dipole
-from torquer.spacecraft.actuators.wheels import read_tachometers
+from torquer.spacecraft.actuators.reaction_wheels import read_tachometers
 from torquer.spacecraft.sensors import (
     attitude_sensor,
     gyro,

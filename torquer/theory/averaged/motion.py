@@ -8,15 +8,6 @@ from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaged.case import POINTED, AveragedCase
 from torquer.theory.averaged.equations import EQUATIONS, INTEGRALS
 from torquer.theory.slow.comparison import resonances
-from torquer.theory.slow.design import (
-    GOALS,
-    Times,
-    design_table,
-    gain_for,
-    gain_of,
-    slow_time,
-    times_over_directions,
-)
 from torquer.theory.slow.equilibria import (
     Equilibrium,
     find_equilibria,
@@ -25,6 +16,15 @@ from torquer.theory.slow.equilibria import (
 )
 from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.slow.evolution.sdot import capture_phase, final_momentum, sun_angle
+from torquer.theory.slow.gain_and_time import (
+    GOALS,
+    Times,
+    design_table,
+    gain_for,
+    gain_of,
+    slow_time,
+    times_over_directions,
+)
 from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 from torquer.theory.slow.slow_motion import evolve
 from torquer.theory.validity import PRECESSION

@@ -9,10 +9,10 @@ import numpy as np
 from torquer.theory.magneto_gyro.accuracy import revolution_of
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.craft import GyroCraft
-from torquer.theory.magneto_gyro.design import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.periodic.floquet import degree_of_stability, multipliers, transitions
 
 #: Stiffness of the wheels that are tried for a better one, and loops of each of the two searches.

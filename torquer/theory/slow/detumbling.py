@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.spacecraft.actuators.coils import Coils
-from torquer.theory.slow.design import even_directions
+from torquer.theory.slow.gain_and_time import even_directions
 from torquer.theory.slow.gains import Sampling, damping_efficiency
 
 _DIRECTIONS, _ANGLES, _RATES = 60, 12, 80

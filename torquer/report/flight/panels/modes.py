@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from torquer.analysis.modes import RegionRecord
+from torquer.analysis.mode_use import RegionRecord
 from torquer.computer.modes.spec import MAIN
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.flight.panels.panel import Bar, Panel, Picture

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from torquer.analysis.series import usual_size
-from torquer.analysis.wheels import FlownWheels
+from torquer.analysis.wheel_use import FlownWheels
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.common.scales import prefixed
 from torquer.report.flight.panels.panel import (
