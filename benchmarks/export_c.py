@@ -18,8 +18,8 @@ from torquer.compile.arguments import Arguments, Entry, record_at
 from torquer.computer.computer import Board, Computer
 from torquer.computer.interface import KNOWN
 from torquer.flight.c99.interface import HANDED_IN
-from torquer.flight.c99.recording import recorded
-from torquer.flight.c99.tables import numbers_of
+from torquer.flight.c99.recording import record_steps
+from torquer.flight.c99.tables import state_numbers
 from torquer.simulation.loop.computers import command_from
 from torquer.simulation.outside.library import Library
 from torquer.simulation.setup.run import prepare
@@ -62,7 +62,7 @@ def measured(name: str) -> tuple[float, float, float]:
     with tempfile.TemporaryDirectory() as folder:
         torquer.export_c(scenario, folder, steps=1)
         library = Library(folder)
-    inputs, sides, times = recorded(scenario, STEPS).inputs, {}, {"python": [], "c": []}
+    inputs, sides, times = record_steps(scenario, STEPS).inputs, {}, {"python": [], "c": []}
     for side, by in (("python", None), ("c", library)):
         run = prepare(scenario, library=by)
         board = run.state.board
@@ -77,7 +77,7 @@ def measured(name: str) -> tuple[float, float, float]:
             call(arguments.address, len(inputs))
             if turn:  # the first one warms up
                 times[side].append((time.perf_counter() - start) / len(inputs) * 1e6)
-    one, other = (numbers_of(run.state.board) for run, *_ in sides.values())
+    one, other = (state_numbers(run.state.board) for run, *_ in sides.values())
     if not np.array_equal(one, other, equal_nan=True):
         raise SystemExit(f"{name}: the states differ")
     ratio = statistics.median(c / p for p, c in zip(*times.values(), strict=True))

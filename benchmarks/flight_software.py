@@ -25,9 +25,9 @@ CASES = ((1.0, 21600.0), (0.1, 3600.0))
 def software(every_step_s: float, extended: bool):
     """The shipped software, with an extended packet at every control step or without any."""
     from torquer.flight.packets.software_file import AS_SHIPPED
-    from torquer.scenario.toml_text import data_of, text_of
+    from torquer.scenario.toml_text import parse_toml, read_text
 
-    data = data_of(text_of(AS_SHIPPED, "software"), "software")
+    data = parse_toml(read_text(AS_SHIPPED, "software"), "software")
     data["modules"]["tm"]["settings"]["extended_s"] = every_step_s if extended else 0.0
     for name in ("tm", "com", "aos", "stb"):
         data["modules"].setdefault(name, {})["period_s"] = every_step_s

@@ -24,7 +24,7 @@ from torquer.flight.packets.frames import Downlink, Stream
 from torquer.flight.packets.protected import TelemetrySender
 from torquer.flight.packets.software_file import load_link
 from torquer.ground.archive import EPOCH_MS, Archive, RowMaker, read_only
-from torquer.ground.file import SatelliteTable, satellite_of
+from torquer.ground.file import SatelliteTable, make_satellite
 from torquer.ground.history import points
 from torquer.pages.ground.server import Ground
 
@@ -94,7 +94,7 @@ def sender(link, rate_hz: float, ended: threading.Event) -> None:
 def live(folder: Path, rate_hz: float, listeners: int) -> dict:
     """Rows that arrive at websockets, and how late after their reception."""
     link, ended = open_link("tcp:127.0.0.1:0"), threading.Event()
-    ground = Ground([satellite_of("sat", SatelliteTable(link=link.address))], folder)
+    ground = Ground([make_satellite("sat", SatelliteTable(link=link.address))], folder)
     serving = threading.Thread(target=ground.serve, daemon=True)
     sending = threading.Thread(target=sender, args=(link, rate_hz, ended), daemon=True)
     serving.start()

@@ -25,7 +25,7 @@ from playwright.sync_api import sync_playwright
 from torquer.flight.link import open_link
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.protected import TelemetrySender
-from torquer.ground.file import SatelliteTable, satellite_of
+from torquer.ground.file import SatelliteTable, make_satellite
 from torquer.pages.ground.server import Ground
 
 HERE = Path(__file__).parent
@@ -80,7 +80,7 @@ def serving(link, scenario: Path) -> Iterator[Ground]:
     """A ground that is connected to a satellite's link."""
     with tempfile.TemporaryDirectory() as folder:
         table = SatelliteTable(link=link.address, scenario=scenario)
-        ground = Ground([satellite_of("chibis_m", table)], Path(folder))
+        ground = Ground([make_satellite("chibis_m", table)], Path(folder))
         thread = threading.Thread(target=ground.serve, daemon=True)
         thread.start()
         time.sleep(2.0)

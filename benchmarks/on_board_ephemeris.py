@@ -12,7 +12,7 @@ import numpy as np
 import torquer
 from torquer.computer.on_board_environment import ephemeris_along
 from torquer.environment.field import FIELDS
-from torquer.flight.c99.ephemeris import ephemeris_of
+from torquer.flight.c99.ephemeris import find_ephemeris
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CASES = (
@@ -34,7 +34,7 @@ def errors(name: str, kind: str, degree: int) -> tuple[float, float, float, floa
     own = scenario.control.ephemeris.model_copy(update={"field": FIELDS["igrf14"](degree=degree)})
     control = scenario.control.model_copy(update={"ephemeris": own})
     scenario = scenario.model_copy(update={"environment": full, "control": control})
-    truth, on_board = scenario.orbit_environment(), ephemeris_of(scenario, kind)
+    truth, on_board = scenario.orbit_environment(), find_ephemeris(scenario, kind)
     nowhere = np.zeros((len(T_S), 3))
     found = ephemeris_along(kind, on_board.models, on_board.elements, T_S, nowhere, nowhere)
     r, v = truth.state(T_S)

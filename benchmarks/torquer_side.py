@@ -8,8 +8,8 @@ from detumble_task import YEAR, Task
 
 import torquer
 from torquer.base.time import decimal_year, julian_dates
-from torquer.maths.geometry.vec3 import put_vector, scale, sub, vector_of
-from torquer.simulation.loop.state import arrays_of
+from torquer.maths.geometry.vec3 import put_vector, read_vector, scale, sub
+from torquer.simulation.loop.state import find_arrays
 from torquer.simulation.setup.run import prepare
 
 #: A start whose decimal year is that of the task's coefficients, as close as a second allows.
@@ -24,7 +24,7 @@ def user_law(inputs, parameters, memory):
     b = inputs.b_body_t
     m = (0.0, 0.0, 0.0)
     if memory.has_reading == 1.0:
-        difference = sub(b, vector_of(memory.b_body_t))
+        difference = sub(b, read_vector(memory.b_body_t))
         m = scale(-parameters.gain / (inputs.t_s - memory.t_s), difference)
     memory.has_reading, memory.t_s = 1.0, inputs.t_s
     put_vector(memory.b_body_t, b)
@@ -81,11 +81,11 @@ class TorquerSide:
         self.scenario = scenario_of(task, table_tolerance)
         self.law = law
         self.ready = prepare(self.scenario, law)
-        self._first = [array.copy() for array in arrays_of(self.ready.state)]
+        self._first = [array.copy() for array in find_arrays(self.ready.state)]
 
     def step(self):
         """Step the prepared run from its start; the final quaternion and rate."""
-        for array, first in zip(arrays_of(self.ready.state), self._first, strict=True):
+        for array, first in zip(find_arrays(self.ready.state), self._first, strict=True):
             array[...] = first
         self.ready.advance_to(self.ready.steps)
         return self.ready.state.cells.view(np.float64)[:7].copy()

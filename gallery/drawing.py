@@ -6,7 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import FINE_DPI, stacked
+from torquer.report.common.figure import FINE_DPI, stack_panels
 from torquer.report.theory.pictures import isolines
 
 #: Colours of the field models, the same in every picture, best model first.
@@ -16,7 +16,7 @@ COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 _SMALL_DPI = 90
 _COLOURS_OF_A_SMALL_ONE = 64
 
-new_figure = stacked
+new_figure = stack_panels
 
 
 def label(axes, x: str, y: str, *, legend: bool = True, columns: int = 4) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gallery.wheels import INERTIA
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.environment.orbit.kepler import mean_motion
 from torquer.scenario.load import scenario_from_data
@@ -130,7 +130,9 @@ def fly(case: Case, days: float, sample_s: float) -> Flight:
     result = simulate(flown)
     momenta = result["wheel_momentum"].values
     total = total_momentum(flown.spacecraft.wheels.array().axes, momenta)
-    return Flight(result["time"].values, attitude_error_of(result).error_deg, total, _node(result))
+    return Flight(
+        result["time"].values, find_attitude_error(result).error_deg, total, _node(result)
+    )
 
 
 def _node(result) -> np.ndarray:

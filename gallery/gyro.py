@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.load import load_scenario
@@ -81,7 +81,7 @@ def fly(changes: dict, orbits: float) -> Flown:
     for key, value in changes.items():
         scenario = scenario.replace(key, value)
     result = simulate(scenario)
-    return Flown(result, result["time"].values / PERIOD_S, attitude_error_of(result).error_deg)
+    return Flown(result, result["time"].values / PERIOD_S, find_attitude_error(result).error_deg)
 
 
 def tip_off(number: int, rate_deg_s: float = 3.0) -> dict:

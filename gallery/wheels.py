@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from torquer.report.wheels.pictures import draw_envelope
 from torquer.spacecraft.wheel_array import layout
 from torquer.spacecraft.wheel_array.envelope import Envelope
-from torquer.spacecraft.wheel_array.rates import required, worst_case
+from torquer.spacecraft.wheel_array.rates import required_momenta, worst_case
 
 #: Like Foton-M4 and Bion-M1: principal moments [kg m^2], limit of a wheel [N m s].
 INERTIA = (2600.0, 11100.0, 10900.0)
@@ -33,7 +33,7 @@ def envelope(axes) -> Envelope:
 
 def needed(rate_deg_s: float):
     """Momenta [N m s] of turns at a rate about all axes."""
-    return required(INERTIA, math.radians(rate_deg_s))
+    return required_momenta(INERTIA, math.radians(rate_deg_s))
 
 
 def figure_in_space(title: str, shown, columns: int = 2, frame=None) -> Figure:

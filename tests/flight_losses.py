@@ -13,9 +13,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from torquer import Scenario, load_scenario
-from torquer.analysis.goals import goals_of, signal_of
+from torquer.analysis.goals import find_goals, goal_signal
 from torquer.campaign.faults.fly import simulate_or_stop
-from torquer.campaign.faults.kinds import Fault, faults_of
+from torquer.campaign.faults.kinds import Fault, find_faults
 from torquer.scenario.change import value_at, with_values
 
 ROOT = Path(__file__).parents[1]
@@ -75,8 +75,8 @@ def ending_of(result) -> Ending:
     whole = scenario()
     t = result["time"].values
     tail = result.isel(time=np.flatnonzero(t >= t[-1] - whole.orbit.period_s))
-    (goal,) = goals_of(whole)
-    error_deg = float(signal_of(goal, tail, whole).max())
+    (goal,) = find_goals(whole)
+    error_deg = float(goal_signal(goal, tail, whole).max())
     rate_deg_s = float(np.degrees(np.linalg.norm(tail.omega_body.values, axis=1)).max())
     third = Rotation.from_quat(tail.q_body_to_inertial.values).as_matrix()[:, :, 2]
     sun = tail.sun_inertial.values
@@ -151,7 +151,7 @@ What each guard reads, and what it does not see:
 def main():
     """Fly all and write the page."""
     rows = {"none": [ending(None, mode) for mode in STRIKES]}
-    for fault in faults_of(scenario()):
+    for fault in find_faults(scenario()):
         rows[fault.name] = [ending(fault, mode) for mode in STRIKES]
         print(fault.name, *rows[fault.name], sep="; ", flush=True)
     PAGE.write_text(page(rows), encoding="utf-8")

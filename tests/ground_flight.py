@@ -14,7 +14,7 @@ from onboard_ground import scenario
 from torquer.flight.link import open_link
 from torquer.flight.software.core import Core
 from torquer.ground.contact import AS_ARCHIVED
-from torquer.ground.file import SatelliteTable, satellite_of
+from torquer.ground.file import SatelliteTable, make_satellite
 from torquer.pages.ground.server import Ground
 
 #: Far longer than anything here takes: only a failure waits so long.
@@ -142,7 +142,7 @@ def table(address, software=None, in_scenario="examples/chibis_m_day.toml"):
 def serving(folder, counters=AS_ARCHIVED, **tables):
     """A client of a ground that serves satellites by their short names."""
     folder.mkdir(parents=True, exist_ok=True)
-    satellites = [satellite_of(key, each) for key, each in tables.items()]
+    satellites = [make_satellite(key, each) for key, each in tables.items()]
     ground, ready = Ground(satellites, folder, 0, counters), threading.Event()
     thread = threading.Thread(target=ground.serve, args=(ready.set,), daemon=True)
     thread.start()

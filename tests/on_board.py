@@ -7,10 +7,10 @@ from torquer.computer.blocks.adapter import flat
 from torquer.computer.computer import (
     SENSOR_READINGS,
     Blocks,
-    computer_of,
     control_step,
     first_board,
-    places_of,
+    make_computer,
+    parameter_places,
 )
 from torquer.computer.modes.table import NO_MODES, first_state
 
@@ -29,8 +29,8 @@ class OnBoard:
         table, state = NO_MODES, first_state(NO_MODES, [])
         if modes is not None:
             numbers = {name: number for number, name in enumerate(laws)}
-            table, state = modes.pack(numbers, {}, places_of(self.blocks))
-        self.computer = records(computer_of(self.blocks, SENSOR_READINGS, table))
+            table, state = modes.pack(numbers, {}, parameter_places(self.blocks))
+        self.computer = records(make_computer(self.blocks, SENSOR_READINGS, table))
         self.board = records(first_board(self.blocks, state, SENSOR_READINGS))
 
     def __call__(self, known):

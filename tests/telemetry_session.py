@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.orbit import Sgp4
-from torquer.ground.telemetry.quantities import session_of
+from torquer.ground.telemetry.quantities import make_session
 
 TLE = (
     "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",
@@ -58,4 +58,4 @@ def session(seed, noise=50e-9, rows=117, cadence_s=31.0, correlation=0.0, rate_d
     m = b @ np.linalg.inv(MATRIX).T + BIAS + noise * coloured
     utc = np.datetime64(START.replace(tzinfo=None), "ns") + (1e9 * t_s).astype("timedelta64[ns]")
     values = {"b_measured": m, "omega_measured": omega, "sun_measured": sun}
-    return session_of(utc, values, source="synthetic"), b
+    return make_session(utc, values, source="synthetic"), b

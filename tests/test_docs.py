@@ -44,7 +44,7 @@ def test_generated_page_is_up_to_date(name):
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "run docs/generate.py"
 
 
-def test_every_page_that_cites_a_source_links_to_what_its_key_stands_for():
+def test_every_page_that_cites_a_source_links_to_the_sources():
     cited = re.compile(r"\b(MAG|SDOT|WHEEL|MGS|FIELD(?=[ -]\(?\d))\b")
     files = [path for path in (ROOT / "docs").rglob("*.md") if "made" not in path.parts]
     pages = {path: path.read_text(encoding="utf-8") for path in files}
@@ -77,7 +77,7 @@ def test_every_public_name_is_there_and_has_its_line(package):
         _ = module.nothing
 
 
-def test_public_parts_of_the_package_are_imported_when_they_are_used():
+def test_public_parts_of_the_package_are_imported_on_use():
     code = (
         "import sys, torquer.computer.laws, torquer.theory, torquer.spacecraft.wheel_array\n"
         "import torquer.environment\n"

@@ -109,7 +109,7 @@ def site(tmp_path_factory):
 
 @pytest.mark.slow
 @needs_sphinx
-def test_every_link_leads_to_a_file_and_a_place_in_it(site):
+def test_every_link_leads_to_an_existing_file_and_place(site):
     texts = {path: path.read_text(encoding="utf-8") for path in site.rglob("*.html")}
     places = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in texts.items()}
     assert len(texts) > 90

@@ -25,7 +25,7 @@ import pytest
 import torquer
 from torquer.cli import main
 from torquer.compile import engine
-from torquer.scenario.toml_text import toml_of
+from torquer.scenario.toml_text import to_toml
 
 ROOT = Path(__file__).parents[1]
 # Russian pages have the blocks of the English ones: `test_russian.py` compares them.
@@ -277,7 +277,7 @@ def write_toml(block, text_before):
         text = text_before + block.text
     else:
         base = tomllib.loads(Path(files.pop(0)).read_text(encoding="utf-8"))
-        text = toml_of(merged(base, tomllib.loads(block.text)))
+        text = to_toml(merged(base, tomllib.loads(block.text)))
     path = Path(files[0])
     path.write_text(text, encoding="utf-8")
     load = torquer.load_campaign if "[campaign" in text else torquer.load_scenario
@@ -317,7 +317,7 @@ def compare(block, printed):
         for page, name in ((page, Path(page).stem) for page in PAGES)
     ],
 )
-def test_every_block_of_a_page_runs_and_prints_what_it_shows(page, tmp_path, monkeypatch):
+def test_tutorial_blocks_print_the_shown_output(page, tmp_path, monkeypatch):
     missing = [each for each in TOOLS.get(Path(page).stem, ()) if not shutil.which(each)]
     if missing:
         pytest.skip(f"not installed: {', '.join(missing)}")

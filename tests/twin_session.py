@@ -3,7 +3,7 @@
 import numpy as np
 
 import torquer
-from torquer.ground.telemetry.quantities import session_of
+from torquer.ground.telemetry.quantities import make_session
 from torquer.ground.telemetry.twin_flights import INERTIA
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.change import with_values
@@ -44,7 +44,7 @@ def tip_off(scenario, seed, minutes, rate_deg_s, wrong=0.25, sun=False):
     )
     # nothing is read at the first and the last instant of a run
     result = torquer.simulate(flown).isel(time=slice(1, -1))
-    data = session_of(
+    data = make_session(
         result["utc"].values,
         {name: result[name].values for name in _SENSORS[: 3 if sun else 2]},
         source="simulated",

@@ -17,11 +17,11 @@ from torquer.base.version import VERSION
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from torquer.analysis.citations import citations as citations
-    from torquer.analysis.derived import derived_of as derived_of
-    from torquer.analysis.filters.smoothing import smoothed as smoothed
-    from torquer.analysis.side_by_side import concat as concat, run_of as run_of
-    from torquer.analysis.summary import summary_of as summary_of
-    from torquer.analysis.summary_rows import rows_of as rows_of
+    from torquer.analysis.derived import derive as derive
+    from torquer.analysis.filters.smoothing import smooth_run as smooth_run
+    from torquer.analysis.side_by_side import concat as concat, pick_run as pick_run
+    from torquer.analysis.summary import summarise as summarise
+    from torquer.analysis.summary_rows import summary_rows as summary_rows
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
     from torquer.computer.blocks.law import Law as Law, law as law
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     )
     from torquer.scenario.spec import Scenario as Scenario
     from torquer.simulation.outside.flight import Flight as Flight
-    from torquer.simulation.results.dataset import laws_of as laws_of
+    from torquer.simulation.results.dataset import flown_laws as flown_laws
     from torquer.simulation.results.file import load as load, save as save
     from torquer.simulation.setup.simulate import (
         RunStopped as RunStopped,

@@ -109,7 +109,7 @@ def course(run, pitch_deg=0.0) -> Course:
 
 
 def courses(run_of, pitch_deg=0.0) -> dict[str, list[Course]]:
-    """By model: `run_of(model, node_deg)` at each node, or one where it plays no part."""
+    """By model: `pick_run(model, node_deg)` at each node, or one where it plays no part."""
     return {
         model: [
             course(run_of(model, node), pitch_deg)

@@ -11,7 +11,7 @@ import numpy as np
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, Verdict, near, within
 from torquer.theory.slow.evolution import BDOT
-from torquer.theory.slow.slow_motion import map_of_evolution
+from torquer.theory.slow.slow_motion import map_evolution
 from torquer.theory.slow.spinner import Spinner
 
 GRID = np.linspace(0.0, 90.0, 100)
@@ -28,7 +28,7 @@ def momentum_after(revolutions, theta_deg=THETA_DEG, ratio=RATIO, eps=EPS) -> np
     fixed = {"sigma_deg": 0.0, "theta_deg": theta_deg, "eps": eps}
     satellite = Spinner(inclination_deg=0.0, transverse_kg_m2=3.0, axial_kg_m2=3.0 * ratio)
     end = 2.0 * math.pi * revolutions
-    return map_of_evolution(BDOT, axes, fixed, end, spinner=satellite).l
+    return map_evolution(BDOT, axes, fixed, end, spinner=satellite).l
 
 
 def mean_of_directions(values) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
 from torquer.theory.slow.evolution import NUTATION_DAMPING
-from torquer.theory.slow.slow_motion import map_of_evolution
+from torquer.theory.slow.slow_motion import map_evolution
 
 GRID = np.linspace(0.0, 90.0, 100)
 STEP_DEG = GRID[1]
@@ -22,7 +22,7 @@ def nutation_deg(revolutions: float, theta_deg: float, eps: float = EPS) -> np.n
     axes = {"inclination_deg": GRID, "rho_deg": GRID}
     fixed = {"sigma_deg": 0.0, "theta_deg": theta_deg, "eps": eps}
     end = 2.0 * math.pi * revolutions
-    return np.degrees(map_of_evolution(NUTATION_DAMPING, axes, fixed, end).theta)
+    return np.degrees(map_evolution(NUTATION_DAMPING, axes, fixed, end).theta)
 
 
 def compute() -> Answer:

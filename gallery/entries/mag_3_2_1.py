@@ -7,7 +7,7 @@ import numpy as np
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, within
 from torquer.theory.slow.evolution import SPIN_UP, spin_up
-from torquer.theory.slow.slow_motion import map_of_evolution
+from torquer.theory.slow.slow_motion import map_evolution
 from torquer.theory.slow.spinner import Spinner
 
 GRID = np.linspace(0.0, 90.0, 100)
@@ -17,7 +17,7 @@ EPS, END = 0.1, 10.0 * math.pi
 def momentum() -> np.ndarray:
     """l `[inclination, rho0]` over the grid, from a pure spin with l = 1."""
     axes = {"inclination_deg": GRID, "rho_deg": GRID}
-    return map_of_evolution(SPIN_UP, axes, {"sigma_deg": 0.0, "theta_deg": 0.0, "eps": EPS}, END).l
+    return map_evolution(SPIN_UP, axes, {"sigma_deg": 0.0, "theta_deg": 0.0, "eps": EPS}, END).l
 
 
 def special(inclination_deg: float, across: bool) -> float:

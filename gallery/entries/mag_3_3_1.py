@@ -14,7 +14,7 @@ from gallery.entry import Answer, Entry, Verdict, within
 from torquer.computer.laws.reorientation import Reorientation
 from torquer.theory.slow.evolution import REORIENTATION, REORIENTATION_AS_PRINTED, reorientation
 from torquer.theory.slow.evolution.model import Slow
-from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_variables
 from torquer.theory.slow.slow_motion import evolve
 from torquer.theory.slow.spinner import Spinner
 
@@ -45,7 +45,7 @@ def to_node() -> dict:
         momentum_n_m_s=SPINNER.momentum_n_m_s,
         inertia_kg_m2=(1.0, 1.0, 1.5),
     ).law()
-    full = slow_of(SPINNER, by_euler(law, SPINNER, START, Fast(0.0, 0.0), SLOW_U, rtol=1e-9))
+    full = slow_variables(SPINNER, by_euler(law, SPINNER, START, Fast(0.0, 0.0), SLOW_U, rtol=1e-9))
     paths = {"full motion": full}
     for name, evolution in (
         ("corrected", REORIENTATION), ("as printed", REORIENTATION_AS_PRINTED)

@@ -10,10 +10,10 @@ import numpy as np
 
 from gallery.drawing import COLOURS, label, new_figure, shaded_map
 from gallery.entry import Answer, Entry, within
-from torquer.theory.slow.equilibria import find_equilibria, rates_of_evolution, tends_to
+from torquer.theory.slow.equilibria import evolution_rates, find_equilibria, tends_to
 from torquer.theory.slow.evolution import PRELIMINARY_1
 from torquer.theory.slow.evolution.model import Slow
-from torquer.theory.slow.slow_motion import evolve, map_of_evolution
+from torquer.theory.slow.slow_motion import evolve, map_evolution
 from torquer.theory.slow.spinner import Spinner
 
 GRID = np.linspace(0.0, 90.0, 100)
@@ -26,7 +26,7 @@ def rho_deg(evolution=PRELIMINARY_1, rho0_deg: float = 20.0) -> np.ndarray:
     """rho after 10 revolutions [deg] `[inclination, theta0]` over the grid."""
     axes = {"inclination_deg": GRID, "theta_deg": GRID}
     fixed = {"sigma_deg": 0.0, "rho_deg": rho0_deg, "eps": EPS}
-    return np.degrees(map_of_evolution(evolution, axes, fixed, END).rho)
+    return np.degrees(map_evolution(evolution, axes, fixed, END).rho)
 
 
 def courses() -> dict:
@@ -44,7 +44,7 @@ def compute() -> Answer:
     """The map and the courses, and what the text says of them."""
     found, runs = rho_deg(), courses()
     case = PRELIMINARY_1.case(EPS, Spinner(inclination_deg=60.0))
-    (attracting,) = tends_to(find_equilibria(rates_of_evolution(PRELIMINARY_1, case)))
+    (attracting,) = tends_to(find_equilibria(evolution_rates(PRELIMINARY_1, case)))
     ends = np.array([course[-1] for course in runs.values()])
     checks = (
         within("greatest change of rho from one inclination to the next, all theta0",

@@ -11,14 +11,14 @@ from gallery.drawing import label, new_figure, shaded_map
 from gallery.entries.mag_3_4_1 import END, EPS, GRID, figure_map, rho_deg
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
 from torquer.theory.slow.evolution import PRELIMINARY_2
-from torquer.theory.slow.slow_motion import map_of_evolution
+from torquer.theory.slow.slow_motion import map_evolution
 
 
 def theta_deg() -> np.ndarray:
     """theta after 10 revolutions [deg] `[inclination, rho0]` from 40 deg."""
     axes = {"inclination_deg": GRID, "rho_deg": GRID}
     fixed = {"sigma_deg": 0.0, "theta_deg": 40.0, "eps": EPS}
-    return np.degrees(map_of_evolution(PRELIMINARY_2, axes, fixed, END).theta)
+    return np.degrees(map_evolution(PRELIMINARY_2, axes, fixed, END).theta)
 
 
 def compute() -> Answer:

@@ -11,7 +11,7 @@ import numpy as np
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, consistent, near, within
 from gallery.holding import HIGH_DEG, LOW_DEG, edge, hold, strength_unit, with_gains
-from torquer.theory.three_axis.floquet import stability_chart, stability_of
+from torquer.theory.three_axis.floquet import exact_stability, stability_chart
 from torquer.theory.three_axis.gain_search import DesignTask, design_gains
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
 from torquer.theory.three_axis.search import first_crossing
@@ -28,7 +28,7 @@ def at_strength(held, strength: float):
 
 def parts_left(held) -> list[float]:
     """Exact degree over the averaged one on the parabola, as K grows."""
-    found = (stability_of(at_strength(held, strength)) for strength in STRENGTHS)
+    found = (exact_stability(at_strength(held, strength)) for strength in STRENGTHS)
     return [each.degree / each.averaged_degree for each in found]
 
 

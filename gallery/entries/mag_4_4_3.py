@@ -25,7 +25,7 @@ from gallery.holding import (
 )
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.setup.simulate import simulate
-from torquer.theory.three_axis.floquet import stability_of
+from torquer.theory.three_axis.floquet import exact_stability
 
 K, K_A = 20.0, 0.015
 ANGLES_DEG = (30.0, -20.0, 25.0)
@@ -76,7 +76,7 @@ def decay(revolutions, turns) -> float:
 def compute() -> Answer:
     """The run, its decay against theory, the gains against the parabola."""
     held = hold(HIGH_DEG)
-    exact = stability_of(with_gains(held, K, K_A))
+    exact = exact_stability(with_gains(held, K, K_A))
     revolutions, turns = course(False)
     angle = np.linalg.norm(turns, axis=1)
     settled = revolutions[np.flatnonzero(angle > 1.0)[-1]]

@@ -13,7 +13,7 @@ import numpy as np
 from gallery.drawing import BLUE, GREEN, RED, label, level, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, near, within
 from torquer import load_scenario
-from torquer.analysis.budget import budget_of_run
+from torquer.analysis.budget import budget_along_run
 from torquer.design.bench_scaling import scaling
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.setup.simulate import simulate
@@ -83,7 +83,7 @@ def compute() -> Answer:
         chosen(within("time in orbit from 15 deg/s to below 1 deg/s", "about 400 min",
                       stopped_s(orbit) / 60.0, 300.0, 500.0, "min")),
     )  # fmt: skip
-    torques = budget_of_run(bench).disturbance
+    torques = budget_along_run(bench).disturbance
     suspension = np.linalg.norm(torques["suspension"], axis=1).max()
     without = [end_deg_s(scenario, *keys) for keys in ((_VERTICAL,), _IMBALANCE)]
     stronger = simulate(in_orbit(scenario, 10.0))

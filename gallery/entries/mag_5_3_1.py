@@ -11,14 +11,14 @@ from scipy.optimize import least_squares
 from gallery.drawing import BLUE, COLOURS, RED, label, new_figure
 from gallery.entry import Answer, Entry, Verdict, chosen, consistent, within
 from gallery.flight_session import session
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 BIAS_NT, NOISE_NT, DATA_SHEET_NT = (2500.0, -1800.0, 1200.0), 500.0, 50.0
 
 
 def moduli_nt(result) -> tuple[np.ndarray, np.ndarray]:
     """Readings [n, 3] and the modulus [n] of IGRF where the elements put the satellite then."""
-    environment, t_s = scenario_of(result).orbit_environment(), result["b_time"].values
+    environment, t_s = flown_scenario(result).orbit_environment(), result["b_time"].values
     r, v = environment.state(t_s)
     return 1e9 * result["b_measured"].values, 1e9 * np.linalg.norm(
         environment.field(t_s, r, v), axis=1

@@ -9,7 +9,7 @@ import numpy as np
 from gallery.drawing import BLUE, label, level, new_figure
 from gallery.entry import Answer, Entry, Verdict, sampled, within
 from gallery.flight_session import ATTITUDES, RATE_DEG_S, rate_deg_s, session
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 #: Times of which the text speaks.
 FIVE_FOLD_S, SHORT_S = 1800.0, 300.0
@@ -33,7 +33,7 @@ def compute() -> Answer:
     results = [session(number) for number in range(ATTITUDES)]
     t_s = results[0]["time"].values
     rates = np.array([rate_deg_s(each) for each in results])
-    scenario = scenario_of(results[0])
+    scenario = flown_scenario(results[0])
     orbital = np.degrees(scenario.orbit.rate_rad_s(scenario.start))
     fall = np.array([fall_of(each) for each in results])
     short = rates[:, np.searchsorted(t_s, SHORT_S)] / orbital

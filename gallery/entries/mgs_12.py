@@ -17,10 +17,10 @@ from gallery.gyro import (
 from torquer.report.theory import magneto_gyro_models as draw
 from torquer.theory.magneto_gyro.comparison import (
     CaptureGains,
+    dipole_torque,
     stage_1_degrees,
     stage_1_frozen,
     stage_1_steady_motion,
-    torque_of_dipole,
 )
 from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_1_inputs
 from torquer.theory.magneto_gyro.loop import DIPOLE
@@ -63,7 +63,7 @@ def frozen_error(strength_t: float, normal: float) -> np.ndarray:
     driven = frozen_1_inputs(k, n, CAPTURE.damping, CAPTURE.frequency,
                              pitch_inertia=CRAFT.pitch_inertia, b=normal)[:, :3]  # fmt: skip
     x, y, z = RESIDUAL * strength_t / CRAFT.torque_unit
-    torques = torque_of_dipole([1.0], normal)
+    torques = dipole_torque([1.0], normal)
     still = np.linalg.solve(-matrix, driven @ torques["along pitch"][0] * y).real
     turning = np.linalg.solve(1j * np.eye(12) - matrix, driven @ torques["across pitch"][0])
     tau = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
@@ -83,9 +83,9 @@ def compute() -> Answer:
     """Rows, charts, a decay and an error in flight."""
     # sympy, which the list of entries does without
     from torquer.theory.magneto_gyro.astatism import characteristic_factors
-    from torquer.theory.magneto_gyro.text import model_of, rows_of
+    from torquer.theory.magneto_gyro.text import compare_rows, derive_model
 
-    along, rows = field(), rows_of(12)
+    along, rows = field(), compare_rows(12)
     b = along.normal
     own, weak = chart(CRAFT.stiffness, b), chart(WEAK, b)
     here = stage_1_degrees(CRAFT, CAPTURE, normal=b)
@@ -97,7 +97,8 @@ def compute() -> Answer:
     spans = [STIFFNESS[part] for part in np.split(lost, np.flatnonzero(np.diff(lost) > 1) + 1)]
     checks = (
         near("order of the characteristic polynomial", "12",
-             sum(part.degree() for _, part in characteristic_factors(model_of(12))), tolerance=0.0),
+             sum(part.degree() for _, part in characteristic_factors(derive_model(12))),
+             tolerance=0.0),
         within("of the nine rows, those that do not follow from the law, k and n corrected",
                "the nine rows, R1 to R9", sum(row.difference != 0 for row in rows), high=0.0),
         within("the same with k and n as printed", "k = K/(J nu0^2), n = N/(J nu0)",

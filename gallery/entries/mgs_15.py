@@ -15,7 +15,7 @@ from gallery.gyro import (
     text_form,
 )
 from torquer.report.theory import magneto_gyro_models as draw
-from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of
+from torquer.theory.magneto_gyro.accuracy import covariances, follow_revolution
 from torquer.theory.magneto_gyro.comparison import (
     frozen_covariance,
     frozen_error,
@@ -46,7 +46,7 @@ def errors(gains, along):
     exact model; and in flight [deg]."""
     noise = [0.0] * 3 + [(1e-9 * NOISE_NT / along.strength_t) ** 2 * RATE] * 3
     loop = stage_2_loop(CRAFT.satellite(), CRAFT.gyrostat, gains, normal=along.normal, form="text")
-    path = covariances(revolution_of(loop), noise)
+    path = covariances(follow_revolution(loop), noise)
     exact = np.degrees(np.sqrt(np.einsum("nii->ni", path)[:, :3]))
     tau = np.linspace(0.0, 2.0 * np.pi, len(exact), endpoint=False)
     frozen = frozen_error(frozen_covariance(gains, CRAFT.gyrostat, noise, along.normal), tau)
@@ -64,9 +64,9 @@ def compute() -> Answer:
     """Rows; gains by the constant model alone, and by Floquet's theory, in flight."""
     # sympy, which the list of entries does without
     from torquer.theory.magneto_gyro.astatism import characteristic_factors
-    from torquer.theory.magneto_gyro.text import model_of, rows_of
+    from torquer.theory.magneto_gyro.text import compare_rows, derive_model
 
-    along, rows = field(), rows_of(15)
+    along, rows = field(), compare_rows(15)
     b, plain = along.normal, stage_2_gains(CRAFT.gyrostat, PLAIN)
     made = design_stage_2(CRAFT, normals=along.normals, form="text")
     own = stage_2_degrees([CRAFT], lambda _: plain, normal=b, form="text")
@@ -75,7 +75,8 @@ def compute() -> Answer:
     tau, frozen, exact, flown = errors(made.gains, along)
     checks = (
         near("order of the characteristic polynomial", "15",
-             sum(part.degree() for _, part in characteristic_factors(model_of(15))), tolerance=0.0),
+             sum(part.degree() for _, part in characteristic_factors(derive_model(15))),
+             tolerance=0.0),
         within("of the twelve rows, those that do not follow from the law, definitions corrected",
                "the twelve rows", sum(row.difference != 0 for row in rows), high=0.0),
         within("the same with the definitions as printed", "k_i = K_i/(J nu0) for i = 1, 3, 5; "

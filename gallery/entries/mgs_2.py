@@ -48,7 +48,7 @@ def alias() -> float:
     bias = {"spacecraft.magnetometer.bias_nt": (0.0, BIAS_NT, 0.0)}
     flown = fly({**EXACT, **NO_DIPOLE, **NEARLY, **bias}, 30.0)
     found = flown.logged("residual_dipole_a_m2")[flown.orbits > 15.0, 1].mean()
-    return abs(found) / CRAFT.dipole_of_bias(1e-9 * BIAS_NT, field().mean_square_t2)
+    return abs(found) / CRAFT.bias_dipole(1e-9 * BIAS_NT, field().mean_square_t2)
 
 
 def compute() -> Answer:

@@ -17,7 +17,7 @@ from gallery.sdot_runs import CONE, MOMENTS, SUN, averaged_case, spinner
 from torquer.theory.periodic.floquet import exponents, monodromy, multipliers
 from torquer.theory.slow.evolution import SDOT
 from torquer.theory.slow.evolution.sdot import sun_weight
-from torquer.theory.slow.gain_and_time import gain_of
+from torquer.theory.slow.gain_and_time import gain_at
 from torquer.theory.slow.sun_spin import axis_equilibria, mean_matrix, stable_axes, sun_spin_system
 
 ORDERS = list(permutations(MOMENTS.tolist()))
@@ -41,7 +41,7 @@ def rows_of_nearly_equal() -> dict:
     for ratio in RATIOS:
         here = spinner().model_copy(update={"axial_kg_m2": ratio, "transverse_kg_m2": 1.0})
         for sign in (1, -1, 0):
-            case = SDOT.case(gain_of(SDOT, here, EPS), here)
+            case = SDOT.case(gain_at(SDOT, here, EPS), here)
             points = axis_equilibria(case, ASYMMETRY * sign, here.eta)
             found[ratio > 1.0, sign] = {_degrees(p) for p in points if p.stable}
     return found

@@ -24,8 +24,8 @@ from torquer.environment.field import averaged, direct_dipole
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.kepler import FARTHEST_KM
-from torquer.theory.periodic.poincare import Response, samples_of, small_parameter
-from torquer.theory.validity import INCLINATION, LEAN, check_regular, passed, within
+from torquer.theory.periodic.poincare import Response, equidistant_points, small_parameter
+from torquer.theory.validity import INCLINATION, LEAN, broken_limits, check_regular, within
 
 MODELS = ("direct_dipole", "averaged")
 EQUILIBRIUM = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -118,7 +118,7 @@ def orbital_field(model: str, inclination: float) -> np.ndarray:
     if model not in MODELS:
         raise ValueError(f"model: must be one of {', '.join(MODELS)}; received {model!r}")
     within(INCLINATION, inclination)
-    u = samples_of(2.0 * math.pi, 16)
+    u = equidistant_points(2.0 * math.pi, 16)
     if model == "direct_dipole":
         rows = [direct_dipole.b_orbital(1.0, v, inclination) for v in u]
     else:
@@ -165,7 +165,7 @@ def pitch_wheel_response(satellite: PitchWheel, model: str = "direct_dipole") ->
     f, g = equations(satellite, model)
     found = small_parameter(f, g, EQUILIBRIUM)
     angles = satellite.epsilon * found.amplitudes[:, 3:].sum(axis=0)
-    return replace(found, notes=(*found.notes, *passed(*((LEAN, x) for x in angles))))
+    return replace(found, notes=(*found.notes, *broken_limits(*((LEAN, x) for x in angles))))
 
 
 def pitch_offset_direct_dipole(satellite: PitchWheel) -> float:

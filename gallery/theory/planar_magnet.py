@@ -29,7 +29,7 @@ from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.kepler import FARTHEST_KM
 from torquer.theory.periodic.floquet import PeriodicSystem, periodic_system, transitions
-from torquer.theory.periodic.poincare import periodic_motion, samples_of
+from torquer.theory.periodic.poincare import equidistant_points, periodic_motion
 from torquer.theory.validity import Limit, within
 
 #: Strength over the equator as a part of the averaged B0, for mu = 0 and mu = 1.
@@ -135,7 +135,7 @@ def tracking_motion(eta: float, lambda2: float, mu: int, samples: int = 63) -> n
     """
     within(ETA, eta)
     within(LAMBDA2, lambda2)
-    u = samples_of(math.pi, samples)
+    u = equidistant_points(math.pi, samples)
     swing = uniform_rotation_forcing(0.25 * math.pi, eta, lambda2, mu) / (lambda2 - 4.0 - 1e-9)
     ahead = mu * (dipole_direction(u) - 0.5 * math.pi - u)
     if lambda2 < 4.0:
@@ -166,7 +166,7 @@ def tracking_half_trace(eta: float, lambda2: float, mu: int) -> float:
 def _about_motion(eta, lambda2, mu, span):
     """Transition matrix of the equation in variations along the periodic motion."""
     y = tracking_motion(eta, lambda2, mu)[:, 0]
-    u = samples_of(math.pi, len(y))
+    u = equidistant_points(math.pi, len(y))
     alpha = 0.5 * math.pi + u + y
     slope = np.imag(pitch_acceleration(u, alpha + 1e-30j, eta, lambda2, mu)) / 1e-30
     series = np.fft.rfft(-slope).real * (2.0 / len(y))

@@ -22,8 +22,8 @@ from scipy.integrate import solve_ivp
 from torquer.base import validate
 from torquer.base.spec import Spec
 from torquer.environment.field.averaged import b_orbital, cone_angle
-from torquer.theory.periodic.poincare import Response, samples_of, small_parameter
-from torquer.theory.validity import HELD, LEAN, Limit, check_regular, passed, within
+from torquer.theory.periodic.poincare import Response, equidistant_points, small_parameter
+from torquer.theory.validity import HELD, LEAN, Limit, broken_limits, check_regular, within
 
 #: Relative change of a mean tilt.
 STEADY = Limit("change", 0.0, 0.1, "the initial oscillation has not decayed")
@@ -90,7 +90,7 @@ def published_offset(case: SteadyBdot) -> Offset:
     free = 3.0 - 3.0 * case.ratio
     pitch, roll = case.eps * s * s / free, -case.eps * s * c / (1.0 + free)
     within(HELD, (pitch, roll))
-    return Offset(pitch, roll, passed((LEAN, pitch), (LEAN, roll)))
+    return Offset(pitch, roll, broken_limits((LEAN, pitch), (LEAN, roll)))
 
 
 def published_swing(case: SteadyBdot, u) -> Swing:
@@ -104,7 +104,7 @@ def published_swing(case: SteadyBdot, u) -> Swing:
     within(OVER, longest)
     pitch = lean.pitch * (1.0 - np.cos(math.sqrt(free) * u))
     roll = lean.roll * (1.0 - np.cos(math.sqrt(1.0 + free) * u))
-    notes = passed((LEAN, 2.0 * lean.pitch), (LEAN, 2.0 * lean.roll), (UNDAMPED, longest))
+    notes = broken_limits((LEAN, 2.0 * lean.pitch), (LEAN, 2.0 * lean.roll), (UNDAMPED, longest))
     return Swing(pitch, roll, notes)
 
 
@@ -133,7 +133,7 @@ def gravity_rates(ratio: float, x) -> np.ndarray:
 @functools.cache
 def _harmonics(angles) -> np.ndarray:
     """Fourier coefficients `[4, 3]` of the field over B0 in X: it has no harmonics above 3."""
-    u = samples_of(2.0 * math.pi, 8)
+    u = equidistant_points(2.0 * math.pi, 8)
     given = np.fft.rfft([b_orbital(1.0, float(each), *angles) for each in u], axis=0)[:4] / 8.0
     given[1:] *= 2.0
     return given
@@ -180,7 +180,7 @@ def steady_bdot_response(case: SteadyBdot) -> Response:
         samples=63,
     )
     angles = case.eps * found.amplitudes[:, [PITCH, ROLL]].sum(axis=0)
-    return replace(found, notes=(*found.notes, *passed(*((LEAN, x) for x in angles))))
+    return replace(found, notes=(*found.notes, *broken_limits(*((LEAN, x) for x in angles))))
 
 
 def motion_from_rest(case: SteadyBdot, revolutions: float, per_revolution: int = 60):
@@ -224,4 +224,4 @@ def mean_offset(case: SteadyBdot, revolutions: int = 24, last: int = 8) -> Offse
     before, tail = (x[-60 * k * last - 1 : -60 * (k - 1) * last - 1] for k in (2, 1))
     (pitch, roll), was = (part[:, [PITCH, ROLL]].mean(axis=0) for part in (tail, before))
     changed = abs(pitch - was[0]) / max(abs(pitch), 1e-6 * case.eps)
-    return Offset(float(pitch), float(roll), passed((STEADY, changed)))
+    return Offset(float(pitch), float(roll), broken_limits((STEADY, changed)))

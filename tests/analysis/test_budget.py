@@ -10,9 +10,9 @@ from torquer import simulate
 from torquer.analysis.budget import (
     NAMES,
     as_plain,
-    budget_of_held_attitude,
-    budget_of_run,
-    rows_of,
+    budget_along_run,
+    budget_rows,
+    budget_while_held,
     torque_across_field,
 )
 from torquer.base.conventions import MU_EARTH_M3_S2
@@ -32,7 +32,7 @@ HELD = {
 
 
 def held(make, reference, **changes):
-    return budget_of_held_attitude(make(HELD | {"initial.reference": reference} | changes))
+    return budget_while_held(make(HELD | {"initial.reference": reference} | changes))
 
 
 def test_every_torque_has_its_name_and_its_colour():
@@ -40,10 +40,10 @@ def test_every_torque_has_its_name_and_its_colour():
     assert list(COLOURS) == list(NAMES)[:7]
 
 
-def test_the_gravity_gradient_of_a_held_attitude_is_its_closed_form(make):
+def test_gravity_gradient_of_a_held_attitude_is_its_closed_form(make):
     """3 omega0^2 e x J e, constant in the orbital frame."""
     scenario = make(HELD | {"initial.reference": "orbital"})
-    budget = budget_of_held_attitude(scenario)
+    budget = budget_while_held(scenario)
     inertia = np.array(scenario.spacecraft.body.inertia_kg_m2)
     to_body = Rotation.from_euler("ZYX", [20.0, -35.0, 70.0], degrees=True).inv()
     up = to_body.apply([0.0, 0.0, 1.0])
@@ -51,12 +51,12 @@ def test_the_gravity_gradient_of_a_held_attitude_is_its_closed_form(make):
     assert budget.disturbance["gravity_gradient"] == pytest.approx(
         np.tile(expected, (len(budget.t_s), 1)), abs=1e-6 * np.linalg.norm(expected)
     )
-    row = rows_of(budget)["gravity_gradient"]
+    row = budget_rows(budget)["gravity_gradient"]
     assert row.mean_n_m == pytest.approx(expected, rel=1e-5, abs=0.0)
     assert row.rms_size_n_m == pytest.approx(np.linalg.norm(expected), rel=1e-6, abs=0.0)
 
 
-def test_the_gravity_gradient_of_an_elliptic_orbit_is_the_pull_on_every_grain(make):
+def test_elliptic_orbit_gravity_gradient_is_the_pull_on_every_grain(make):
     """Grains with a full inertia tensor, each drawn by the point mass of the Earth."""
     random = np.random.default_rng(4)
     places, masses = random.normal(size=(8, 3)), random.uniform(0.5, 2.0, 8)
@@ -72,7 +72,7 @@ def test_the_gravity_gradient_of_an_elliptic_orbit_is_the_pull_on_every_grain(ma
         | {"orbit": ellipse, "environment.field": {"kind": "direct_dipole"}}
         | {"spacecraft.body.inertia_kg_m2": inertia.tolist(), "initial.reference": "inertial"}
     )
-    budget = budget_of_held_attitude(scenario)
+    budget = budget_while_held(scenario)
     to_body = Rotation.from_euler("ZYX", [20.0, -35.0, 70.0], degrees=True).inv()
     r = to_body.apply(scenario.orbit_environment().state(budget.t_s)[0])
     from_earth = r[:, None] + places
@@ -150,7 +150,7 @@ def test_the_budget_of_a_run_goes_along_its_motion(make):
         "control": {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e5}, "sample_s": 1.0},
     }
     result = simulate(make(keys))
-    budget = budget_of_run(result)
+    budget = budget_along_run(result)
     assert list(budget.disturbance) == [
         "gravity_gradient",
         "residual_dipole",
@@ -164,7 +164,7 @@ def test_the_budget_of_a_run_goes_along_its_motion(make):
     assert np.all(budget.disturbance["constant_and_random"] == [1e-6, 0.0, -2e-6])
     total = sum(budget.disturbance.values())
     assert budget.total == pytest.approx(total, abs=1e-20)
-    rows = rows_of(budget)
+    rows = budget_rows(budget)
     size = np.linalg.norm(total, axis=1)
     assert rows["all"].rms_size_n_m == pytest.approx(np.sqrt(np.mean(size**2)), abs=0.0)
     assert rows["all"].greatest_size_n_m == size.max()
@@ -184,11 +184,11 @@ def test_a_random_torque_is_reported_as_it_was_drawn(make):
         "control.sample_s": 10.0,
     }
     result = simulate(make(keys))
-    budget = budget_of_run(result)
+    budget = budget_along_run(result)
     gained = np.diff(result.omega_body.values, axis=0) * 1e3
     assert gained == pytest.approx(10.0 * budget.total[:-1], abs=1e-7)
     assert budget.available is None and budget.control is None
-    assert rows_of(budget)["all"].share is None and reach_in_words(budget) == ""
+    assert budget_rows(budget)["all"].share is None and reach_in_words(budget) == ""
 
 
 def test_the_table_is_in_one_unit(make):

@@ -10,7 +10,7 @@ from typing import get_args
 import pytest
 
 import torquer
-from torquer.analysis.citations import OWN, cited_in_words, source_table, sources_of
+from torquer.analysis.citations import OWN, cited_in_words, select_sources, source_table
 from torquer.base.spec import Spec
 from torquer.computer.estimation import ESTIMATORS
 from torquer.computer.laws.built_in import BUILT_IN
@@ -23,7 +23,7 @@ REGISTRIES = (BUILT_IN, ESTIMATORS, torquer.FIELDS, ORBITS, ATMOSPHERES)
 
 
 def keys_of(scenario) -> dict[str, tuple]:
-    return {source.key: source.uses for source in sources_of(scenario)}
+    return {source.key: source.uses for source in select_sources(scenario)}
 
 
 @pytest.mark.parametrize("kind", [kind for registry in REGISTRIES for kind in registry])
@@ -102,7 +102,7 @@ def test_bibtex_has_balanced_braces_unique_keys_and_no_bare_signs():
     keys = re.findall(r"^@\w+\{(\w+),$", text, re.M)
     assert keys == list(keys_of(scenario)) and len(keys) == len(set(keys))
     for key, fields in source_table()["source"].items():
-        entry = sources_of(scenario)[0]._replace(key=key, fields=fields)
+        entry = select_sources(scenario)[0]._replace(key=key, fields=fields)
         assert not re.search(r"(?<!\\)[&#%]", entry.as_bibtex())
         assert "{" not in entry.in_words() and ".." not in entry.in_words()
     assert f"version = {{{torquer.__version__}}}" in text
@@ -119,7 +119,7 @@ def test_a_result_is_cited_as_its_scenario(make):
     result = torquer.simulate(scenario)
     assert torquer.citations(result) == torquer.citations(scenario)
     assert result.torquer.citations() == torquer.citations(scenario)
-    assert torquer.summary_of(result)["cite"] == cited_in_words(scenario)
+    assert torquer.summarise(result)["cite"] == cited_in_words(scenario)
     assert list(cited_in_words(scenario)) == list(keys_of(scenario))
     saltelli = result.assign_attrs(campaign='{"sampling": "saltelli"}')
     assert "Saltelli2010" in keys_of(saltelli) and "Saltelli2010" not in keys_of(result)

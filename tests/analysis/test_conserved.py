@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from torquer import simulate, summary_of
-from torquer.analysis.conserved import conserved_of, drifts_of
+from torquer import simulate, summarise
+from torquer.analysis.conserved import conserved_quantities, relative_drifts
 from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -23,10 +23,10 @@ FREE = ADAPTIVE | {"environment.gravity_gradient": False}
 )
 def test_what_is_conserved_drifts_by_rounding(make, changes, names):
     result = simulate(make(changes))
-    drifts = drifts_of(conserved_of(result))
+    drifts = relative_drifts(conserved_quantities(result))
     assert set(drifts) == names
     assert 0.0 < max(drifts.values()) < 1e-11
-    shown = summary_of(result)
+    shown = summarise(result)
     assert {f"{name}_drift": drift for name, drift in drifts.items()}.items() <= shown.items()
 
 
@@ -39,15 +39,17 @@ def test_what_is_conserved_drifts_by_rounding(make, changes, names):
     ],
 )
 def test_nothing_is_conserved_under_other_torques(make, changes):
-    assert conserved_of(simulate(make(FREE | changes))) == {}
-    assert not any("drift" in key for key in summary_of(simulate(make(FREE | changes))))
+    assert conserved_quantities(simulate(make(FREE | changes))) == {}
+    assert not any("drift" in key for key in summarise(simulate(make(FREE | changes))))
 
 
 def test_coarse_steps_show_in_the_drift(make):
     """RK4's error of the energy oscillates with order 4 and grows with order 5."""
     fast = {"initial.rate_deg_s": [5.0, -3.0, 4.0], "environment.gravity_gradient": False}
     losses = [
-        drifts_of(conserved_of(simulate(make(fast | {"simulation.step_s": step_s}))))["energy"]
+        relative_drifts(conserved_quantities(simulate(make(fast | {"simulation.step_s": step_s}))))[
+            "energy"
+        ]
         for step_s in (1.0, 0.5)
     ]
     assert losses[0] > 1e-9

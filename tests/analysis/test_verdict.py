@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from torquer.analysis.goals import NAMED, angle_of_axis_deg, goals_of, signal_of
-from torquer.analysis.summary import summary_of
-from torquer.analysis.verdict import clock_text, limits_met, stays_from, verdict_of
+from torquer.analysis.goals import NAMED, angle_from_axis_deg, find_goals, goal_signal
+from torquer.analysis.summary import summarise
+from torquer.analysis.verdict import clock_text, judge_run, limits_met, stays_from
 from torquer.scenario.load import scenario_from_text
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.simulate import simulate
@@ -30,10 +30,10 @@ def scenario(**sections) -> Scenario:
 
 def judge(signal, mission=None, **found):
     given = scenario(mission=mission or {"rate_below_deg_s": 1.0})
-    return verdict_of(given, goals_of(given), T, {"goal 0": signal, **found}, True)
+    return judge_run(given, find_goals(given), T, {"goal 0": signal, **found}, True)
 
 
-def test_a_decaying_rate_is_settled_where_its_exponential_crosses_the_limit():
+def test_decaying_rate_settles_where_its_exponential_crosses_the_limit():
     verdict = judge(10.0 * np.exp(-T / 1000.0))
     (goal,) = verdict["goals"]
     assert verdict["done"] and goal["stays_from_s"] == goal["first_s"] == verdict["settled_s"]
@@ -73,7 +73,7 @@ def test_limits_met_are_counted_until_the_goal_is_reached():
     assert limits_met(T, {"coil_share": 0.5 * share}, None) == []
 
 
-def test_a_missed_goal_says_that_the_coils_had_much_in_reserve():
+def test_missed_goal_says_that_coils_had_much_in_reserve():
     late, share = {"rate_below_deg_s": 1.0, "within_s": 1800.0}, np.where(T < 1000.0, 0.24, 0.2)
     signal = 10.0 * np.exp(-T / 1000.0)
     line = "no recorded dipole of a coil exceeds 24 % of its limit"
@@ -100,7 +100,7 @@ def test_a_missed_goal_says_that_the_coils_had_much_in_reserve():
     ],
 )  # fmt: skip
 def test_without_a_mission_the_laws_tell_the_goal(law, signal, below):
-    (goal,) = goals_of(scenario(control={"law": law}))
+    (goal,) = find_goals(scenario(control={"law": law}))
     assert goal.signal == signal and goal.below == pytest.approx(below, rel=1e-3)
     assert goal.why != NAMED
 
@@ -108,14 +108,14 @@ def test_without_a_mission_the_laws_tell_the_goal(law, signal, below):
 def test_a_usual_limit_can_be_kept_but_not_missed():
     given = scenario()
     signal = np.full(len(T), 7.0)
-    verdict = verdict_of(given, goals_of(given), T, {"goal 0": signal}, True)
+    verdict = judge_run(given, find_goals(given), T, {"goal 0": signal}, True)
     assert verdict["done"] is None
     assert verdict["headline"] == (
         "No verdict (no limits in [mission]). The usual limit was not met: rate never below 0.19 "
         "deg/s, "
         "7 deg/s at the end."
     )
-    assert verdict_of(given, goals_of(given), T, {"goal 0": 0.01 * signal}, True)["done"]
+    assert judge_run(given, find_goals(given), T, {"goal 0": 0.01 * signal}, True)["done"]
 
 
 def test_regions_side_by_side_imply_no_limit():
@@ -128,15 +128,15 @@ def test_regions_side_by_side_imply_no_limit():
             }
         },
     }
-    assert goals_of(scenario(control=control)) == []
+    assert find_goals(scenario(control=control)) == []
 
 
 def test_without_control_there_is_no_verdict():
     free = scenario(control={"law": {"kind": "off"}})
-    assert goals_of(free) == []
-    verdict = verdict_of(free, [], T, {}, True)
+    assert find_goals(free) == []
+    verdict = judge_run(free, [], T, {}, True)
     assert verdict["done"] is None and verdict["headline"].startswith("No verdict")
-    assert "did not reach its end" in verdict_of(free, [], T, {}, False)["headline"]
+    assert "did not reach its end" in judge_run(free, [], T, {}, False)["headline"]
 
 
 def test_a_mission_has_limits_within_the_run():
@@ -155,7 +155,7 @@ def test_the_summary_of_a_run_judges_its_own_record():
         mission={"rate_below_deg_s": 0.3, "sun_angle_below_deg": 170.0, "axis": [0, 0, 5]},
     )
     result = simulate(run)
-    summary = summary_of(result)
+    summary = summarise(result)
     rate, sun = summary["verdict"]["goals"]
     t, omega = result["time"].values, result["omega_body"].values
     speed = np.degrees(np.linalg.norm(omega, axis=1))
@@ -164,9 +164,9 @@ def test_the_summary_of_a_run_judges_its_own_record():
     x, y, z, w = result["q_body_to_inertial"].values.T
     axis = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
     angle = np.degrees(np.arccos(np.sum(axis * result["sun_inertial"].values, axis=1)))
-    np.testing.assert_allclose(angle_of_axis_deg(result, (0.0, 0.0, 1.0)), angle, atol=1e-6)
+    np.testing.assert_allclose(angle_from_axis_deg(result, (0.0, 0.0, 1.0)), angle, atol=1e-6)
     assert sun["final"] == pytest.approx(angle[-1], abs=1e-6)
-    assert signal_of(goals_of(run)[1], result, run) == pytest.approx(angle, abs=1e-6)
+    assert goal_signal(find_goals(run)[1], result, run) == pytest.approx(angle, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 
 from torquer.base import text_files as file_limits
 from torquer.scenario import load
-from torquer.scenario.load import ScenarioError, data_of, load_scenario
+from torquer.scenario.load import ScenarioError, load_scenario, parse_toml
 
 DEEP = [
     "a" + ".a" * 20_000 + " = 1",
@@ -18,7 +18,7 @@ DEEP = [
 def test_a_key_of_thousands_of_parts_is_not_parsed(text, monkeypatch, tmp_path):
     monkeypatch.setattr(load, "tomllib", None)
     with pytest.raises(ScenarioError, match=r"^scenario: must have at most 32 levels of tables "):
-        data_of(text, "scenario")
+        parse_toml(text, "scenario")
     path = tmp_path / "deep.toml"
     path.write_text(text)
     with pytest.raises(ScenarioError, match="at most 32 levels"):
@@ -28,11 +28,12 @@ def test_a_key_of_thousands_of_parts_is_not_parsed(text, monkeypatch, tmp_path):
 def test_a_key_of_as_many_parts_as_levels_is_parsed():
     key = "a." * (file_limits.LEVELS - 1) + "a"
     assert (
-        len(str(data_of(f"{key} = 1  # {'not.a.key. ' * 3}", "scenario"))) > 2 * file_limits.LEVELS
+        len(str(parse_toml(f"{key} = 1  # {'not.a.key. ' * 3}", "scenario")))
+        > 2 * file_limits.LEVELS
     )
 
 
-def test_a_file_of_any_size_is_read_up_to_a_limit(tmp_path, monkeypatch):
+def test_file_of_any_size_is_read_up_to_limit(tmp_path, monkeypatch):
     monkeypatch.setattr(file_limits, "MOST_BYTES", 2_000_000)
     path = tmp_path / "long.toml"
     path.write_bytes(b"#" * 2_000_000)

@@ -78,7 +78,7 @@ def test_streams_seeds_and_samples_are_independent(one, other):
     assert not np.any(a == b)
 
 
-def test_a_sample_is_a_pure_function_of_seed_stream_and_index():
+def test_sample_depends_only_on_seed_stream_and_index():
     whole = draw(7, 3, n=1000)
     assert np.array_equal(draw(7, 3, first=400, n=600), whole[400:])
     assert normal3(7, 3, 123) == tuple(whole[123])

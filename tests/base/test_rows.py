@@ -1,6 +1,6 @@
 """An answer's rows as text, data and HTML."""
 
-from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.base.rows import Row, as_data, as_html, as_text
 
 LINES = [
     [
@@ -13,16 +13,16 @@ LINES = [
 
 
 def test_programs_read_values_by_key():
-    assert [data_of(line) for line in LINES] == [
+    assert [as_data(line) for line in LINES] == [
         {"time_s": {"last": 7200.0}, "n": 8}, {"n": 9},
     ]  # fmt: skip
 
 
 def test_people_read_texts_below_labels_and_units():
-    assert text_of(LINES, 6) == ["     x  last", "           h", "   a<b     2", "     c     -"]
-    assert text_of([[LINES[1][0], Row("", "n", text="7")]], 3, 5) == ["x      n", "c      7"]
+    assert as_text(LINES, 6) == ["     x  last", "           h", "   a<b     2", "     c     -"]
+    assert as_text([[LINES[1][0], Row("", "n", text="7")]], 3, 5) == ["x      n", "c      7"]
 
 
 def test_notebooks_escape_what_they_show():
-    html = html_of(LINES, ["x > 0"])
+    html = as_html(LINES, ["x > 0"])
     assert "<th>last [h]</th>" in html and "<td>a&lt;b</td>" in html and "<li>x &gt; 0</li>" in html

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 from slow_cases import slow_after
 
-from torquer.base.spec import as_data, checked
+from torquer.base.spec import as_data, check_spec
 from torquer.computer.laws import Bdot
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.load import load_scenario
@@ -44,7 +44,7 @@ def test_a_changed_copy_is_checked_as_on_creation(update):
     assert lines(lambda: spec.model_copy(update=update)) == created
 
 
-def test_a_right_change_is_as_created_and_keeps_what_was_set():
+def test_valid_change_is_as_created_and_keeps_set_fields():
     changed = Simulation(duration_s=100.0).model_copy(update={"step_s": 5})
     assert changed == Simulation(duration_s=100.0, step_s=5)
     assert changed.model_fields_set == {"duration_s", "step_s", "integrator"}  # a step means RK4
@@ -121,7 +121,7 @@ SMALL = (
     ),
     ids=lambda path: path.stem,
 )
-def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path):
+def test_value_at_a_key_makes_a_new_scenario_only(path):
     """What stands next to the key is not checked again, and is the same."""
     scenario = load_scenario(path)
     before = scenario.model_dump_json()
@@ -133,7 +133,7 @@ def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path)
         stored = again.model_dump_json(exclude_unset=True)
         assert type(scenario).model_validate_json(stored) == scenario
     longer = with_values(scenario, {"simulation.record_s": 2 * scenario.simulation.record_s})
-    assert longer == checked(longer) != scenario
+    assert longer == check_spec(longer) != scenario
     assert scenario.model_dump_json() == before
 
 
@@ -149,8 +149,8 @@ def test_what_is_next_to_a_changed_key_must_fit(make):
 @pytest.mark.parametrize("changes", [{}, {"control.sample_s": 5.0}])
 def test_checked_again_a_scenario_is_the_same(make, changes):
     scenario = make(changes)
-    assert checked(scenario) == scenario
-    assert checked(scenario).model_dump_json() == scenario.model_dump_json()
+    assert check_spec(scenario) == scenario
+    assert check_spec(scenario).model_dump_json() == scenario.model_dump_json()
 
 
 def test_simulate_flies_checked_scenarios_only(make):

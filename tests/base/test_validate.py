@@ -138,7 +138,7 @@ def test_numbers_beyond_floats_and_inertia_beyond_bodies():
     ],
 )
 def test_a_key_has_the_range_of_its_unit(key, unit):
-    assert validate.range_of(key) is validate.RANGES[unit]
+    assert validate.quantity_range(key) is validate.RANGES[unit]
 
 
 def test_ranges_are_ranges():
@@ -188,7 +188,7 @@ class Within(Spec):
     all: tuple[Ranged, ...] = ()
 
 
-def test_zero_is_no_small_number_and_what_rounding_leaves_is_let_in():
+def test_zero_and_numbers_lost_to_rounding_are_not_too_small():
     made = Ranged(noise_nt=0, bias_nt=(1e-300, -5e-324, 1e12), axis=(1e300, -1e-300, 0))
     assert made.bias_nt == (1e-300, -5e-324, 1e12) and made.noise_nt == 0.0
 

@@ -380,7 +380,7 @@ def test_the_far_end_of_a_distribution_without_ends_is_tried(make):
     assert line.startswith(f'campaign.vary."{NOISE}": must be greater than or equal to 0; received')
 
 
-def test_the_attitude_that_laws_hold_must_not_vary_where_errors_from_it_are_asked(make):
+def test_held_attitude_must_not_vary_where_attitude_errors_are_asked(make):
     law = {"kind": "three_axis", "rate_gain_n_m_s_per_t2": 1.0, "angle_gain_n_m_per_t2": 1.0}
     scenario = make({"control.law": law})
     table = {

@@ -46,7 +46,7 @@ def test_attitudes_are_turned_about_axes_of_the_body():
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0, rtol=0.0, atol=1e-15)
 
 
-def test_elements_of_an_inertia_are_added_as_long_as_a_body_can_have_them():
+def test_inertia_elements_are_added_while_a_body_can_have_them():
     deviations = 0.05 * np.random.default_rng(0).normal(size=(50, 6))
     more = changed("inertia", INERTIA, deviations) - INERTIA
     assert np.allclose(more[:, *ELEMENTS], deviations, atol=1e-15)

@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 
 from torquer import load_scenario, simulate
-from torquer.analysis.goals import goals_of
+from torquer.analysis.goals import find_goals
 from torquer.analysis.notes.fault_notes import unnoticed_faults
-from torquer.campaign.faults.contents import as_plain, dataset_of, table_of
-from torquer.campaign.faults.fly import chosen, fly_faults
-from torquer.campaign.faults.kinds import faults_of
-from torquer.campaign.faults.strikes import guards_of, strikes_in, without_guards
+from torquer.campaign.faults.contents import as_plain, fault_dataset, fault_table
+from torquer.campaign.faults.fly import choose_faults, fly_faults
+from torquer.campaign.faults.kinds import find_faults
+from torquer.campaign.faults.strikes import guarding_regions, strikes_in, without_guards
 from torquer.campaign.faults.verdict import (
     DEGRADED,
     LOST,
     SAFE,
     VERDICTS,
     Flown,
-    flown,
-    judged,
-    noticed,
-    outcome_of,
+    first_notice,
+    judge,
+    judge_flight,
+    keep_flight,
 )
 from torquer.compile import engine
 from torquer.scenario.change import value_at, with_values
@@ -48,9 +48,9 @@ def safe_mode():
          "wheel 0, wheel 1, wheel 3, computer"),
     ],
 )  # fmt: skip
-def test_all_that_may_fail_fails_in_a_scenario_that_can_be_flown(example, devices):
+def test_every_device_that_may_fail_fails_in_a_valid_scenario(example, devices):
     scenario = load_scenario(EXAMPLES / f"{example}.toml")
-    faults = faults_of(scenario)
+    faults = find_faults(scenario)
     assert ", ".join(dict.fromkeys(fault.device for fault in faults)) == devices
     assert len({fault.name for fault in faults}) == len(faults)
     for fault in faults:
@@ -68,7 +68,7 @@ def _plain(value):
 def test_a_fault_is_added_to_those_of_the_scenario(safe_mode):
     own = {"kind": "zeros", "from_s": 50.0, "until_s": 60.0}
     scenario = safe_mode.replace("spacecraft.gyro.failures", [own])
-    (stuck,) = chosen(faults_of(scenario), ["GYRO stuck"])
+    (stuck,) = choose_faults(find_faults(scenario), ["GYRO stuck"])
     struck = stuck.strikes(scenario, 90.0).spacecraft.gyro.failures
     assert [(each.kind, each.from_s, each.until_s) for each in struck] == [
         ("zeros", 50.0, 60.0), ("stuck", 90.0, None),
@@ -76,8 +76,8 @@ def test_a_fault_is_added_to_those_of_the_scenario(safe_mode):
 
 
 def test_guards_are_the_regions_that_only_watch(safe_mode):
-    assert guards_of(safe_mode.control.modes) == ["growth", "magnetometer", "field", "sun"]
-    assert guards_of(load_scenario(EXAMPLES / "chibis_m_day.toml").control.modes) == [
+    assert guarding_regions(safe_mode.control.modes) == ["growth", "magnetometer", "field", "sun"]
+    assert guarding_regions(load_scenario(EXAMPLES / "chibis_m_day.toml").control.modes) == [
         "gyro",
         "sun",
         "coil_x",
@@ -86,7 +86,7 @@ def test_guards_are_the_regions_that_only_watch(safe_mode):
     ]
     free = without_guards(safe_mode).control.modes
     assert free.regions["main"] == safe_mode.control.modes.regions["main"]
-    for name in guards_of(safe_mode.control.modes):
+    for name in guarding_regions(safe_mode.control.modes):
         region = free.regions[name]
         assert region.states.keys() == safe_mode.control.modes.regions[name].states.keys()
         assert not [*region.all_transitions()]
@@ -114,13 +114,13 @@ def flight(rate=1.0, angle=10.0, energy=1e3, ended="", **entered):
     ],
 )
 def test_the_rule(safe_mode, one, verdict, why):
-    assert judged(one, flight(), goals_of(safe_mode)) == (verdict, why)
+    assert judge(one, flight(), find_goals(safe_mode)) == (verdict, why)
 
 
 def test_a_satellite_that_is_to_spin_may_do_so(safe_mode):
-    goals = goals_of(safe_mode)
-    assert judged(flight(rate=5.9), flight(rate=3.0), goals)[0] == SAFE
-    assert judged(flight(rate=6.1), flight(rate=3.0), goals)[0] == LOST
+    goals = find_goals(safe_mode)
+    assert judge(flight(rate=5.9), flight(rate=3.0), goals)[0] == SAFE
+    assert judge(flight(rate=6.1), flight(rate=3.0), goals)[0] == LOST
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_a_satellite_that_is_to_spin_may_do_so(safe_mode):
     ],
 )
 def test_noticed_is_what_only_the_fault_leads_to(fault, nominal, expected):
-    assert noticed(fault, nominal, 100.0) == expected
+    assert first_notice(fault, nominal, 100.0) == expected
 
 
 @pytest.fixture(scope="module")
@@ -163,7 +163,7 @@ def test_the_faults_that_broke_the_safe_mode_are_found(campaign):
 @needs_jit
 def test_a_row_is_its_scenario_flown(campaign):
     for row in campaign.rows[2:5]:
-        one = flown(simulate(campaign.scenario_of(row)))
+        one = keep_flight(simulate(campaign.scenario_of(row)))
         assert one.rate_deg_s == row.outcome.rate_deg_s
         assert one.energy_j == row.outcome.energy_j
 
@@ -204,7 +204,7 @@ def test_no_flight_contradicts_what_cannot_be_noticed(safe_mode):
 
 @needs_jit
 def test_contents(campaign):
-    data = dataset_of(campaign)
+    data = fault_dataset(campaign)
     assert dict(data.sizes) == {"fault": 4, "strike": 1, "guards": 2}
     plain = as_plain(campaign)
     for row, flat in zip(campaign.rows, plain["flights"], strict=True):
@@ -215,14 +215,14 @@ def test_contents(campaign):
         assert float(here["goal_0"]) == row.outcome.goals[0] == flat["goals"][0]
         assert str(here["noticed_by"].values) == row.outcome.noticed_by
     assert sum(plain["counts"]["with_guards"].values()) == 4
-    head, rows = table_of(campaign)
+    head, rows = fault_table(campaign)
     assert len(rows) == 4 and {len(row) for row in rows} == {len(head)}
 
 
 @needs_jit
 def test_an_outcome_needs_no_goal(safe_mode):
     nominal = flight()._replace(goals=())
-    outcome = outcome_of(flight(rate=9.0)._replace(goals=()), nominal, [], 10.0)
+    outcome = judge_flight(flight(rate=9.0)._replace(goals=()), nominal, [], 10.0)
     assert (outcome.verdict, outcome.goals) == (LOST, ())
 
 

@@ -265,7 +265,7 @@ def test_a_law_edited_since_is_refused(scenario, tmp_path):
         torquer.fly_campaign(own, campaign(own, runs=2), to=path, resume=True)
 
 
-def test_the_file_of_a_single_run_is_no_campaign_to_go_on_with(scenario, tmp_path):
+def test_campaign_cannot_resume_from_the_file_of_a_single_run(scenario, tmp_path):
     path = tmp_path / "result.nc"
     torquer.simulate(scenario, to=path)
     with pytest.raises(ValueError, match=r"^to: must be the file of a campaign; received "):
@@ -351,7 +351,7 @@ GAIN = {"control.law.gain_a_m2_s_per_t": {"log_uniform": [1e4, 1e6]}}
         ({NOISE: {"values": [0.0, 9.0]}}, None),  # every other one fits
     ],
 )  # fmt: skip
-def test_it_is_reported_whether_members_fit_and_each_is_prepared_once(
+def test_fit_is_reported_and_each_member_is_prepared_once(
     scenario, monkeypatch, recwarn, vary, expected
 ):
     made, prepared = campaign(scenario, runs=24, vary=vary), []
@@ -419,7 +419,7 @@ def test_a_resumed_campaign_ends_where_the_unbroken_one_does(scenario, tmp_path)
     assert again.identical(whole) and not flown
 
 
-def test_a_wider_interval_drops_no_member_and_a_narrower_one_flies_on(scenario, tmp_path):
+def test_wider_interval_drops_no_member_and_narrower_one_flies_on(scenario, tmp_path):
     path, stop = tmp_path / "campaign.nc", {"outcome": "success", "half_width": 0.2, "least": 10}
     first = torquer.fly_campaign(scenario, campaign(scenario, runs=400, stop=stop), to=path)
     wide = campaign(scenario, runs=400, stop=stop | {"half_width": 0.4})

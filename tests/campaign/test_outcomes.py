@@ -7,17 +7,17 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.campaign.outcomes import (
     DEFAULT,
     Outcome,
     Threshold,
     What,
     check_outcomes,
+    evaluate_success,
     needs_sun,
-    signals_of,
-    succeeded,
-    taken_of,
+    outcome_signals,
+    take_outcomes,
 )
 from torquer.campaign.signals import Axis, Flown
 from torquer.environment.orbit import kepler
@@ -34,7 +34,7 @@ RATES = ([0.3, -0.2, 0.25], [0.02, 0.03, -0.01])
 
 
 def evaluate(outcomes, scenario, flown):
-    return taken_of(outcomes, signals_of(outcomes, scenario, flown), flown)
+    return take_outcomes(outcomes, outcome_signals(outcomes, scenario, flown), flown)
 
 
 def outcome(signal, **what):
@@ -69,7 +69,7 @@ def missing_as_nan(values):
 
 
 def test_outcomes_are_the_numbers_of_each_runs_summary(make, runs):
-    summaries = [torquer.summary_of(result) for result in runs]
+    summaries = [torquer.summarise(result) for result in runs]
     rate3 = 3.0 * summaries[0]["orbital_rate_deg_s"]
     end_s = summaries[0]["simulated_s"]
     last_s = end_s - make(HELD).orbit.period_s
@@ -100,7 +100,7 @@ def test_signals_over_time_are_those_of_the_results(make, runs):
     flown, scenario = flown_of(runs), make(HELD)
     for k, result in enumerate(runs):
         relative = np.degrees(np.linalg.norm(result["omega_orbital"].values, axis=1))
-        angle = attitude_error_of(result).angle_deg
+        angle = find_attitude_error(result).angle_deg
         for t in (0.0, 3000.0, 9000.0):
             late = flown.t_s >= t
             asked = {
@@ -158,7 +158,7 @@ def test_signals_do_not_depend_on_the_inertial_frame(seed, records, members):
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 9))
-def test_outcomes_are_the_same_to_the_bit_however_many_members_are_in_a_chunk(seed, members):
+def test_outcomes_are_bit_identical_for_any_chunk_size(seed, members):
     rng, records = np.random.default_rng(seed), 300
     t_s = 10.0 * np.arange(records)
     r, v = kepler.states(t_s, 7.2e6, 0.1, (30.0, 63.0, 50.0), 0.4)
@@ -180,7 +180,7 @@ SERIES = st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=12)
 
 @settings(max_examples=100, deadline=None)
 @given(SERIES, st.floats(-5.0, 5.0), st.integers(0, 130))
-def test_what_is_taken_of_a_signal_is_what_its_words_say(series, level, after_s):
+def test_signal_measures_are_what_their_names_say(series, level, after_s):
     t_s, signal = 10.0 * np.arange(len(series)), np.array(series)[:, None]
     below = [value < level for value in series]
     settled = [t for k, t in enumerate(t_s) if all(below[k:])]
@@ -206,11 +206,11 @@ def test_an_unknown_angle_is_below_nothing():
     assert np.isnan(What(greatest_after_s=0.0).of(t_s, signal)[0])
 
 
-def test_a_member_succeeds_if_all_conditions_hold_and_nothing_is_missing():
+def test_member_succeeds_if_all_conditions_hold_and_nothing_is_missing():
     found = {"a": np.array([1.0, 3.0, np.nan, 1.0]), "b": np.array([9.0, 9.0, 9.0, 7.0])}
     success = {"a": Threshold(below=2.0), "b": Threshold(above=8.0)}
-    assert succeeded(success, found).tolist() == [True, False, False, False]
-    assert succeeded({}, found) is None
+    assert evaluate_success(success, found).tolist() == [True, False, False, False]
+    assert evaluate_success({}, found) is None
 
 
 def test_the_default_outcomes_are_rate_settling_and_energy(runs, make):

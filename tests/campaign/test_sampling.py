@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
-from torquer.campaign.sampling import draw, member_scenario, member_seed, member_seeds, values_of
+from torquer.campaign.sampling import draw, draw_values, member_scenario, member_seed, member_seeds
 from torquer.campaign.spec import Campaign
 from torquer.campaign.unit_numbers import random_words, unit_numbers
 from torquer.scenario.change import value_at
@@ -211,7 +211,7 @@ def test_without_deviations_a_member_is_the_scenario(scenario):
     """Numbers of one half are the middle of all distributions."""
     tables = [changes(np.eye(13)), changes(np.ones((1, 1)), {INERTIA: "factor"})]
     campaign = Campaign(runs=1, correlated=tables)
-    found = values_of(campaign, scenario, np.full((1, campaign.unit_numbers), 0.5))
+    found = draw_values(campaign, scenario, np.full((1, campaign.unit_numbers), 0.5))
     assert np.array_equal(found["initial.attitude"][0], scenario.initial.attitude)
     for key, value in found.items():
         if key != "initial.attitude":
@@ -248,7 +248,7 @@ MANY = {
     st.integers(0, 2**63 - 1),
     st.lists(st.integers(0, 300), min_size=1, max_size=20),
 )
-def test_a_member_is_the_same_whatever_members_are_drawn_with_it(sampling, seed, members):
+def test_member_does_not_depend_on_those_drawn_with_it(sampling, seed, members):
     campaign = Campaign(runs=64, seed=seed, sampling=sampling, vary=MANY)
     together = unit_numbers(campaign, members)
     for row, member in enumerate(members):
@@ -267,7 +267,7 @@ ALL_FORMS = {key: variation for key, variation in MANY.items() if key != NOISE} 
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**63 - 1), st.lists(st.integers(0, 10**8), min_size=1, max_size=40))
-def test_values_are_the_same_to_the_bit_however_many_are_drawn(scenario, seed, members):
+def test_values_are_bit_identical_however_many_are_drawn(scenario, seed, members):
     covariance = [[4.0, 1.0, 0.5], [1.0, 3.0, 0.1], [0.5, 0.1, 2.0]]
     keys = [NOISE, "orbit.raan_deg", "orbit.inclination_deg"]
     correlated = [{"keys": keys, "mean": [50.0, 1.0, 60.0], "covariance": covariance}]
@@ -304,7 +304,7 @@ def test_random_numbers_of_members_and_of_keys_are_independent():
     assert np.abs(correlations).max() < 5.0 / np.sqrt(N)
 
 
-def test_what_a_key_draws_at_random_does_not_depend_on_the_other_keys(scenario):
+def test_random_draws_of_a_key_do_not_depend_on_others(scenario):
     alone = Campaign(runs=10, seed=3, vary={BIAS: MANY[BIAS]})
     beside = Campaign(runs=999, seed=3, vary=MANY)
     np.testing.assert_array_equal(
@@ -312,7 +312,7 @@ def test_what_a_key_draws_at_random_does_not_depend_on_the_other_keys(scenario):
     )
 
 
-def test_a_latin_hypercube_has_one_number_in_each_part_of_each_range():
+def test_latin_hypercube_has_one_number_per_part_of_each_range():
     campaign = Campaign(runs=50, sampling="latin_hypercube", vary=MANY)
     units = unit_numbers(campaign, range(100))
     for block in (units[:50], units[50:]):
@@ -347,7 +347,7 @@ def test_a_grid_has_every_combination_once(scenario):
         draw(campaign, scenario, [6])
 
 
-def test_seeds_of_the_noise_are_uniform_and_independent_of_the_values():
+def test_noise_seeds_are_uniform_and_independent_of_the_values():
     campaign = Campaign(runs=N, seed=4, vary=MANY)
     seeds = member_seeds(campaign, range(N))
     assert seeds.dtype == np.int64 and seeds.min() >= 0 and len(set(seeds)) == N
@@ -358,7 +358,7 @@ def test_seeds_of_the_noise_are_uniform_and_independent_of_the_values():
     assert member_seed(Campaign(runs=1, seed=5), 7) != seeds[7]
 
 
-def test_a_campaign_that_varies_nothing_has_members_with_noise_of_their_own(scenario):
+def test_members_have_their_own_noise_even_if_nothing_varies(scenario):
     campaign = Campaign(runs=3)
     assert draw(campaign, scenario, range(3)) == {}
     members = [member_scenario(scenario, campaign, k) for k in range(3)]
@@ -398,7 +398,7 @@ def test_members_are_numbers_from_zero_on(scenario, members):
     assert draw(Campaign(runs=1, vary=MANY), scenario, [])[BIAS].shape == (0, 3)
 
 
-def test_random_words_are_64_bits_that_have_nothing_to_do_with_each_other():
+def test_random_words_are_64_independent_bits():
     words = random_words(7, "a", np.arange(N))
     bits = (words[:, None] >> np.arange(64, dtype=np.uint64)) & np.uint64(1)
     off = 4.5 * 0.5 / np.sqrt(N)  # by chance once in a hundred thousand

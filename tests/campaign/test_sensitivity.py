@@ -153,7 +153,7 @@ def test_points_with_missing_values_are_left_out():
     assert first == pytest.approx([0.8, 0.2], abs=0.05)
 
 
-def test_where_nothing_varies_or_little_is_known_there_are_no_indices():
+def test_no_indices_if_nothing_varies_or_little_is_known():
     same = sensitivity(dataset(np.ones(4 * 64), np.ones(4 * 64)))
     assert [each["groups"] for each in same["outcomes"].values()] == [{}, {}]
     few = linear(LEAST_POINTS - 1).T.ravel()

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from torquer.campaign.comparison import _rank_test
 from torquer.campaign.spec import Stop
 from torquer.campaign.statistics import (
+    as_columns,
     chance_correlation,
-    columns_of,
     is_enough,
     mean_interval,
     quantile,
@@ -38,7 +38,7 @@ def by_chance(part: float) -> float:
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95, 0.99])
 @pytest.mark.parametrize("members", [5, 40])
-def test_the_interval_of_a_mean_covers_it_as_often_as_it_says(confidence, members):
+def test_interval_of_a_mean_has_its_stated_coverage(confidence, members):
     samples = np.random.default_rng(1).normal(3.0, 2.0, (TRIALS, members))
     covered = part_covered([mean_interval(row, confidence) for row in samples], 3.0)
     assert abs(covered - confidence) < by_chance(confidence)
@@ -46,7 +46,7 @@ def test_the_interval_of_a_mean_covers_it_as_often_as_it_says(confidence, member
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95])
 @pytest.mark.parametrize("members", [30, 300])
-def test_the_interval_of_a_rate_covers_it_as_often_as_it_says(confidence, members):
+def test_interval_of_a_rate_has_its_stated_coverage(confidence, members):
     """Summed over all numbers of successes; for single rates it varies, as these are whole."""
     counts = np.arange(members + 1)
     low, high = np.array([rate_interval(int(k), members, confidence) for k in counts]).T
@@ -96,7 +96,7 @@ def test_order_statistics_are_the_narrowest_that_leave_each_tail(members, part, 
     assert high == min(highs, default=math.inf) or below[int(high)] == pytest.approx(1.0 - tail)
 
 
-def test_what_never_settled_counts_as_late_in_quantiles_and_has_no_part_in_means():
+def test_never_settled_is_late_in_quantiles_and_absent_from_means():
     values = [1.0, 2.0, 3.0, np.nan]
     assert (quantile(values, 0.5), quantile(values, 0.75), quantile(values, 1.0)) == (2, 3, np.inf)
     assert quantile_interval(values * 5, 0.9).high == math.inf
@@ -112,7 +112,7 @@ def test_an_interval_stays_within_bounds():
     assert low < 0.0 and mean_interval(values, 0.95, (0.0, math.inf)) == (0.0, high)
 
 
-def test_a_mean_without_those_that_have_no_value_is_never_enough():
+def test_mean_with_a_missing_value_is_never_precise_enough():
     stop = Stop(outcome="settling_s", half_width=1.0, least=10)
     values = np.full(50, 100.0)
     assert is_enough(stop, values)
@@ -169,8 +169,8 @@ def test_columns_of_what_was_drawn():
         "lists": [[1.0], [1.0, 2.0]] * 2 + [[1.0]],
         "tables": [{"kind": "off"}] * 5,
     }
-    columns = columns_of(drawn)
-    same = columns_of(drawn | {"initial.attitude": -quaternions})
+    columns = as_columns(drawn)
+    same = as_columns(drawn | {"initial.attitude": -quaternions})
     assert np.array_equal(columns["initial.attitude[0][2]"], same["initial.attitude[0][2]"])
     assert columns["|inertia|"].tolist() == [3.0] * 5
     assert np.diff(columns["start"]).tolist() == [1.0] * 4

@@ -207,7 +207,7 @@ def test_two_campaigns_are_compared(call, two, tmp_path):
     assert "60 members had the same inputs in A and in B" in " ".join(out.split())
 
 
-def test_a_comparison_is_printed_as_json_and_written_as_a_report(call, two, tmp_path, strict_json):
+def test_comparison_is_printed_as_json_and_written_as_report(call, two, tmp_path, strict_json):
     files = [folder / "campaign.nc" for folder in two]
     code, out, _ = call("campaign", "compare", *files, "--out", tmp_path / "out", "--json")
     assert code == 0

@@ -177,7 +177,7 @@ def test_a_billion_seconds_are_refused_before_the_run(call, scenario, monkeypatc
     text = scenario.read_text().replace("duration_s = 300", "duration_s = 1e9")
     turn = '[environment]\nearth_rotation = "sidereal"'  # the precise one takes seconds here
     scenario.write_text(text.replace("[environment]", turn).replace("5.0", "1.0"))
-    monkeypatch.setattr("torquer.simulation.setup.size.memory_of_machine", lambda: 24e9)
+    monkeypatch.setattr("torquer.simulation.setup.size.machine_memory", lambda: 24e9)
     monkeypatch.setattr("torquer.simulation.setup.size.free_disk", lambda folder: 300e9)
     code, _, err = call("validate", scenario)
     assert code == 2
@@ -330,7 +330,7 @@ def test_notes_go_to_stderr_and_leave_json_alone(call, scenario, no_report, tmp_
     ]
 
 
-def test_a_folder_that_cannot_be_made_is_found_before_the_run(call, scenario, tmp_path):
+def test_uncreatable_folder_is_found_before_the_run(call, scenario, tmp_path):
     (tmp_path / "in_the_way").write_text("")
     for out in ("in_the_way", "in_the_way/deeper"):
         code, stdout, err = call("run", scenario, "--out", tmp_path / out)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.campaign.load import load_campaign
 from torquer.campaign.sampling import member_scenario
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
@@ -45,7 +45,7 @@ def designed(call, strict_json, path, *options):
 def flown(scenario):
     """Orbits, attitude error [deg] (n, 3), result of a run."""
     result = simulate(scenario)
-    return result.time.values / PERIOD_S, attitude_error_of(result).error_deg, result
+    return result.time.values / PERIOD_S, find_attitude_error(result).error_deg, result
 
 
 def test_the_scenario_that_it_writes_flies_as_predicted(call, strict_json, tmp_path):
@@ -89,7 +89,7 @@ def _flights_are_those_of_its_campaign(path, found):
 
 
 @pytest.mark.slow
-def test_a_silent_magnetometer_switches_the_coils_off_until_it_reads_again(call, tmp_path):
+def test_silent_magnetometer_switches_coils_off_until_it_reads_again(call, tmp_path):
     assert call("design", "magneto-gyro", EXAMPLE, *QUICK, "--out", tmp_path)[0] == 0
     scenario = load_scenario(tmp_path / "scenario.toml").replace("simulation.revolutions", 14.0)
     silent = {"kind": "silent", "from_s": 40_000.0, "until_s": 45_000.0}
@@ -107,7 +107,7 @@ def test_a_silent_magnetometer_switches_the_coils_off_until_it_reads_again(call,
     assert "flights.png" not in [file.name for file in tmp_path.iterdir()]
 
 
-def test_the_form_of_the_text_has_the_dipole_and_windows_the_duty(call, strict_json, changed):
+def test_text_form_states_the_dipole_and_windows_set_the_duty(call, strict_json, changed):
     path = changed("sample_s = 1.0", "sample_s = 1.0\nmeasure_s = 1.0\nactuate_s = 4.0")
     law = designed(call, strict_json, path, "--form", "text")["law"]
     assert law["coil_duty"] == 0.8
@@ -217,7 +217,7 @@ def test_an_eccentric_orbit_is_designed_for_by_its_period(call, strict_json, cha
 
 
 @pytest.mark.slow
-def test_the_tip_off_rate_is_that_of_the_scenario_if_it_is_faster(call, strict_json, changed):
+def test_faster_scenario_rate_is_taken_as_the_tip_off_rate(call, strict_json, changed):
     faster = changed("rate_deg_s = [2.0, -1.5, 1.66]", "rate_deg_s = [4, 0, -3]")
     assert designed(call, strict_json, faster)["tip_off_deg_s"] == 5.0
     slower = changed("rate_deg_s = [2.0, -1.5, 1.66]", "rate_deg_s = [0, 0, 0]")

@@ -57,7 +57,7 @@ def test_a_law_in_a_file_is_executed_only_if_allowed(call, scenario, tmp_path):
     assert not (tmp_path / "executed").exists()
 
 
-def test_a_scenario_without_a_law_gets_a_note_of_what_is_enough(call, scenario):
+def test_scenario_without_a_law_is_told_what_suffices(call, scenario):
     text = scenario.read_text()
     start = text.index("[control]")
     scenario.write_text(text[:start] + text[text.index("[simulation]") :])

@@ -187,7 +187,7 @@ def test_on_a_terminal_of_a_code_page(odd_scenario, tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="names of files are of another kind")
-def test_a_law_at_a_path_that_is_no_text_is_refused(call, scenario):
+def test_law_at_a_non_text_path_is_refused(call, scenario):
     folder = Path(os.fsdecode(os.fsencode(scenario.parent) + b"/caf\xe9"))
     folder.mkdir()
     old = 'kind = "bdot", gain_a_m2_s_per_t = 1e6'

@@ -136,7 +136,7 @@ def test_a_disk_that_is_full_ends_in_one_line(scenario, tmp_path):
     assert list(out.iterdir()) == []
 
 
-def test_an_error_of_writing_names_the_folder_and_a_closed_pipe_does_not():
+def test_write_error_names_the_folder_unless_a_pipe_closed():
     answer = pytest.raises(ValueError, match=r"^--docs: must be a folder .*; received a \(No space")
     with answer, writing_to(Path("a"), "--docs"):
         raise OSError(28, "No space left on device")

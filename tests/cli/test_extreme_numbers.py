@@ -14,8 +14,8 @@ import pytest
 from slow_cases import slow_after
 
 import torquer
-from torquer.analysis.notes.notes import notes_of
-from torquer.analysis.summary import summary_of
+from torquer.analysis.notes.notes import write_notes
+from torquer.analysis.summary import summarise
 from torquer.compile import engine
 from torquer.design.wheel_file import load_wheels, wheels_from_text
 from torquer.scenario.explain import ScenarioError
@@ -81,7 +81,7 @@ def usable(data: dict):
     except ValueError as error:
         check_refusal(error)
         return None
-    for note in notes_of(scenario):
+    for note in write_notes(scenario):
         assert not re.search(r"\b(nan|inf)\b", note), note
     assert type(scenario).model_validate_json(scenario.model_dump_json()) == scenario
     return scenario
@@ -105,7 +105,7 @@ def run(scenario) -> None:
         elif name in ("mean_step", "least_step") and not result["steps"]:
             as_expected = np.isnan(values.values)
         assert name == "checkpoint" or as_expected.all(), name
-    json.dumps(summary_of(result), allow_nan=False)
+    json.dumps(summarise(result), allow_nan=False)
 
 
 def try_all(data: dict, values, every: int = 1, runs: bool = True) -> tuple[int, int]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from torquer.analysis.field.cone import CONE_MODELS
-from torquer.analysis.field.models import label, model_of, moment
+from torquer.analysis.field.models import find_model, label, moment
 from torquer.analysis.field.orbit import instants
 from torquer.base.time import decimal_year, parse_utc
 from torquer.environment.field import FIELDS, Igrf14, TiltedDipole, Wmm2025
@@ -169,8 +169,8 @@ def test_a_decimal_year_comes_back(year):
 
 
 def test_labels_tell_what_differs_from_the_plain_model():
-    assert [label(model_of(name)) for name in FIELDS] == list(FIELDS)
-    assert label(model_of("wmm2025:5")) == "wmm2025:5"
+    assert [label(find_model(name)) for name in FIELDS] == list(FIELDS)
+    assert label(find_model("wmm2025:5")) == "wmm2025:5"
     assert label(Igrf14(degree=13)) == "igrf14" and label(Wmm2025(degree=12)) == "wmm2025"
     assert label(TiltedDipole(source="wmm2025")) == "tilted_dipole (scenario)"
 
@@ -238,7 +238,7 @@ def test_orbit_draws_its_pictures(field, tmp_path):
         assert np.ptp(matplotlib.image.imread(path)) == 1.0
 
 
-def test_orbit_of_a_scenario_has_its_start_and_its_field_first(field, scenario, strict_json):
+def test_scenario_orbit_begins_at_its_start_with_its_field_first(field, scenario, strict_json):
     given = ["--scenario", scenario, "--duration-min", "20", "--step-s", "600", "--json"]
     answer = strict_json(field("orbit", *given, "--model", "direct_dipole")[1])
     assert answer["start"] == "2012-03-04T10:31:47+00:00"

@@ -95,7 +95,7 @@ def test_a_folder_gets_the_report_with_its_pictures(call, with_filter, tmp_path)
     assert "NEES of the attitude" in page and "magnetometer_noise_nt = 20" in page
 
 
-def test_what_to_expect_is_reported_for_the_filter_and_its_parts(call, with_filter, tmp_path):
+def test_expected_accuracy_is_reported_for_filter_and_sensor_subsets(call, with_filter, tmp_path):
     """As a table, in a picture, and as numbers; nothing is flown."""
     code, out, _ = call("filter-check", with_filter(), "--expected", "--out", tmp_path)
     lines = [line for line in out.splitlines() if " + gyro" in line or "gaps: " in line]

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import torquer
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.notes import write_notes
 from torquer.cli.app import app
 from torquer.cli.examples import EXAMPLES
 
@@ -82,7 +82,7 @@ def test_init_writes_a_scenario_that_is_valid(call, tmp_path, monkeypatch):
     assert out.splitlines() == ["mine.toml: written", "torquer validate mine.toml",
                                 "torquer run mine.toml"]  # fmt: skip
     scenario = torquer.load_scenario("mine.toml")
-    assert scenario.name == "mine" and notes_of(scenario) == []
+    assert scenario.name == "mine" and write_notes(scenario) == []
 
 
 def test_what_is_commented_out_may_be_used(tmp_path):

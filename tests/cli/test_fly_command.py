@@ -70,9 +70,7 @@ def test_a_flight_in_real_time_takes_its_time(call, tmp_path, monkeypatch):
 
 @flies
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_a_flight_that_a_signal_ends_is_written_and_can_be_flown_again(
-    call, tmp_path, monkeypatch, name
-):
+def test_flight_ended_by_a_signal_is_written_and_replays(call, tmp_path, monkeypatch, name):
     from torquer.flight.software.core import Core
 
     tick, number = Core.tick, getattr(signal, name)
@@ -116,7 +114,7 @@ def test_a_signal_ends_a_flight_that_waits_for_the_clock(call, tmp_path, monkeyp
 
 
 @flies
-def test_a_flight_with_a_memory_that_was_used_before_is_flown_again(call, tmp_path):
+def test_flight_with_a_previously_used_memory_replays(call, tmp_path):
     """The files of the memory before the flight are part of the session."""
     for out in ("first", "second"):
         call("fly", DAY, "--ticks", 90, "--memory", tmp_path / "memory", "--out", tmp_path / out)
@@ -143,9 +141,9 @@ def test_what_comes_after_the_end_of_a_flight_is_noted(call, tmp_path):
 
 @flies
 def test_a_folder_in_use_by_a_flight_is_refused(call, tmp_path):
-    from torquer.base.folder_lock import claimed
+    from torquer.base.folder_lock import claim
 
-    with claimed(tmp_path):
+    with claim(tmp_path):
         code, _, err = call("fly", DAY, "--ticks", 5, "--out", tmp_path)
     assert code == 2 and "--out: must not be in use by another run" in err
 
@@ -205,7 +203,7 @@ def test_a_module_that_cannot_fly_gets_one_line(call, tmp_path, old, new, messag
 
 
 @flies
-def test_the_author_of_a_module_sees_the_exception_that_it_raised(call, tmp_path):
+def test_module_author_sees_the_exception_it_raised(call, tmp_path):
     for name in ("coil_energy.py", "coil_energy.toml", "my_software.toml"):
         text = Path(SOFTWARE, name).read_text(encoding="utf-8")
         text = text.replace("dipole, _ = core.commanded", "raise SystemExit(3)")
@@ -276,7 +274,7 @@ def test_packets_are_listed_and_described(call, tmp_path):
     assert code == 2 and "no.toml" in err
 
 
-def test_modules_in_python_files_are_executed_only_where_they_may_be(call, tmp_path):
+def test_python_file_modules_are_executed_only_where_allowed(call, tmp_path):
     """Refused before anything of them runs."""
     (tmp_path / "outside.py").write_text("raise SystemExit('executed')\n", encoding="utf-8")
     own = tmp_path / "own"

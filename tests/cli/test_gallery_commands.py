@@ -129,7 +129,7 @@ def test_docs_are_written_if_asked(call, only, tmp_path):
     assert (docs / "img" / "FIELD-10.png").is_file()
 
 
-def test_a_single_entry_is_written_into_the_pages_that_are_there(call, only, tmp_path):
+def test_single_entry_is_written_into_the_existing_pages(call, only, tmp_path):
     docs = tmp_path / "docs"
     other = Entry(ids=("MAG-2.2",), compute=make(2.7).compute)
     write_pages(record_of([Outcome(other, other.compute())]), docs_made(docs))

@@ -182,7 +182,7 @@ def test_a_wrong_ground_file_gets_one_line(call, tmp_path, text, message):
     assert message in err and err.count("error:") == 1
 
 
-def test_what_is_not_installed_is_said_with_the_extra_that_adds_it(call, monkeypatch, tmp_path):
+def test_missing_dependency_is_reported_with_the_extra_that_adds_it(call, monkeypatch, tmp_path):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     code, _, err = call("--link", "tcp:127.0.0.1:9", "--folder", tmp_path)
     assert code == 2 and "`pip install 'torquer[ground]'` adds" in err

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from torquer.base.folder_lock import claimed
+from torquer.base.folder_lock import claim
 from torquer.cli.output import make_writable
 from torquer.simulation.results.file import own_folder, put, replacing
 
@@ -44,12 +44,12 @@ def test_what_is_written_in_parts_is_a_new_file(planted):
     assert link.with_name("result.nc").read_bytes() == b"new"
 
 
-def test_no_file_of_an_output_folder_is_written_through_a_link(planted):
+def test_no_output_file_is_written_through_a_link(planted):
     for name in (".writable", ".claimed"):
         link, precious = planted(name)
         precious.unlink()  # what is not there would be made
         make_writable(link.parent)
-        with claimed(link.parent):
+        with claim(link.parent):
             pass
         assert not precious.exists() and not link.is_symlink()
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import torquer.cli
-from torquer.cli.app import COMMANDS, GROUPS, app, help_of
+from torquer.cli.app import COMMANDS, GROUPS, app, read_help
 from torquer.cli.examples import EXAMPLES
 
 FOLDER = Path(torquer.cli.__file__).parent
@@ -32,7 +32,7 @@ def test_each_place_has_its_command_with_its_help(words, file, target, default):
     function = getattr(module, default or target)
     if default is not None:
         assert getattr(module, target).default_command is function
-    assert help_of(file, default or target) == inspect.getdoc(function)
+    assert read_help(file, default or target) == inspect.getdoc(function)
     *group, name = words.split()
     registered = (app[group[0]] if group else app)[name]
     assert registered.default_command is function

@@ -18,7 +18,7 @@ from torquer.report.plot import plot
 from torquer.scenario.load import load_scenario
 from torquer.theory.averaged import equations as text
 from torquer.theory.averaged.answer import law_gains, law_motion
-from torquer.theory.averaged.case import case_of_scenario
+from torquer.theory.averaged.case import case_from_scenario
 from torquer.theory.averaged.requests import LawRequest
 from torquer.theory.slow.evolution import EVOLUTIONS
 from torquer.theory.slow.evolution.model import Case, Slow
@@ -217,7 +217,7 @@ def test_the_drift_is_printed(theory):
     assert drift and float(drift[1]) < 1e-13
 
 
-def test_reorientation_from_the_axis_to_a_target_on_it_is_at_rest(theory, strict_json):
+def test_reorientation_to_target_on_the_axis_stays_at_rest(theory, strict_json):
     given = ("reorientation", *SATELLITE, "--gain", "1e4", "--rate-deg-s", "0", "0", "5")
     answer = strict_json(theory(*given, "--rho-deg", "0", "--json")[1])
     assert answer["notes"] == [] and answer["revolutions"]["median"] is None
@@ -333,24 +333,24 @@ def test_sampled_nutation_damping_is_asked_of_its_precession(theory, strict_json
 def test_targets_of_scenarios(scenario):
     i, node = math.radians(60.0), math.radians(40.0)
     cone, away = cone_angle(i), 'kind = "preliminary_1", gain_a_m2_per_t = 1e4, target = '
-    asked = case_of_scenario(load_scenario(scenario(away + '"sun"')))
+    asked = case_from_scenario(load_scenario(scenario(away + '"sun"')))
     assert re.search(r"target is \d+ deg from the cone axis", asked.notes[-1])
     axis = [math.sin(cone) * math.sin(node), -math.sin(cone) * math.cos(node), math.cos(cone)]
-    asked = case_of_scenario(load_scenario(scenario(away + str(axis))))
+    asked = case_from_scenario(load_scenario(scenario(away + str(axis))))
     assert asked.notes == ()
     law = (
         'kind = "reorientation", gain_a_m2_per_n_m_s_t = 1e4, momentum_n_m_s = 0.2, '
         f"inertia_kg_m2 = [1.5, 1.5, 1.2], target = {[math.cos(node), math.sin(node), 0.0]}"
     )
     path = scenario(law, "0, 0, 5")
-    asked = case_of_scenario(load_scenario(path))
+    asked = case_from_scenario(load_scenario(path))
     length = 0.2 / (1.2 * math.radians(5.0))
     assert asked.target == pytest.approx((length, 0.0, 0.0), abs=1e-12)
     # the Sun fixed in that direction is the same target
     text = path.read_text().replace(law[law.index("target") :], 'target = "sun" ')
     fixed = f"\nsun_direction = {[math.cos(node), math.sin(node), 0.0]}\nearth_rotation"
     path.write_text(text.replace("\nearth_rotation", fixed) + "\n")
-    to_sun = case_of_scenario(load_scenario(path))
+    to_sun = case_from_scenario(load_scenario(path))
     assert to_sun.target == pytest.approx((length, 0.0, 0.0), abs=1e-3)
     assert asked.notes == ()
 
@@ -358,7 +358,7 @@ def test_targets_of_scenarios(scenario):
 SDOT = ("sdot", *SATELLITE, "--gain", "10", "--sun-deg", "70")
 
 
-def test_s_dot_tells_which_way_and_how_fast_the_momentum_turns(theory, strict_json):
+def test_s_dot_tells_direction_and_speed_of_the_momentum_turn(theory, strict_json):
     p = averaged_moments(math.radians(60.0))[0]
     q, s1, s3 = 1.0 - 2.0 * p, math.sin(math.radians(70.0)), math.cos(math.radians(70.0))
     boundary = math.degrees(math.atan2(p * s1, q * s3)) + 90.0  # normal to (p S1, p S2, q S3)
@@ -391,7 +391,7 @@ def test_s_dot_of_a_scenario_has_its_sun(scenario, theory, strict_json):
         path = scenario(f'kind = "{kind}", gain_a_m2_s = 10.0')
         fixed = f"\nsun_direction = {sun.tolist()}\nearth_rotation"
         path.write_text(path.read_text().replace("\nearth_rotation", fixed))
-        asked = case_of_scenario(load_scenario(path))
+        asked = case_from_scenario(load_scenario(path))
         assert asked.law == "sdot" and asked.gain == 10.0
         assert asked.target == pytest.approx(in_z, abs=1e-4)  # parallax
     loud = scenario('kind = "sdot", gain_a_m2_s = 1e4')
@@ -557,7 +557,7 @@ def in_laws(path, more):
     return path
 
 
-def test_the_law_of_the_coils_is_averaged_with_one_of_wheels(theory, scenario):
+def test_coil_law_is_averaged_the_same_beside_a_wheel_law(theory, scenario):
     alone = theory("--scenario", scenario(BDOT_LAW))[1]
     code, out, err = theory("--scenario", in_laws(scenario(BDOT_LAW), HOLD + WHEELS))
     assert (code, err, out) == (0, "", alone)

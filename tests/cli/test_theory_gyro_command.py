@@ -13,7 +13,7 @@ from torquer.scenario.load import load_scenario
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.models import gyro_models
 from torquer.theory.magneto_gyro.requests import GyroModelsRequest
-from torquer.theory.magneto_gyro.satellite import craft_of, noise_intensity
+from torquer.theory.magneto_gyro.satellite import make_craft, noise_intensity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMPLE = EXAMPLES / "magneto_gyro.toml"
@@ -67,7 +67,7 @@ def test_python_gets_the_models_that_the_command_prints(models):
 def test_noise_counts_once_a_control_step(name, noise_nt, interval_s):
     """Two in five seconds where the coils are off for one: at its beginning and at its end."""
     scenario = load_scenario(Path(EXAMPLE).with_stem(name))
-    craft, _ = craft_of(scenario)
+    craft, _ = make_craft(scenario)
     found = noise_intensity(scenario, craft, strength_t=3e-5)
     wanted = (noise_nt / 30_000.0) ** 2 * craft.orbital_rate_rad_s * interval_s
     assert found == pytest.approx(wanted)

@@ -19,7 +19,7 @@ from torquer.compile import engine
 from torquer.computer import computer
 from torquer.computer.blocks import adapter
 from torquer.computer.estimation import RateFromField
-from torquer.computer.interface import inputs_of
+from torquer.computer.interface import read_inputs
 from torquer.simulation.loop import computers, record, step
 from torquer.simulation.propagate import fixed_steps, interval
 from torquer.simulation.setup.run import prepare
@@ -181,10 +181,10 @@ def rebuilt(function, instead, known):
 
 def called_directly(block):
     """A law or an estimator behind its adapter, in place of the call by address."""
-    names = adapter.names_of(block.memory)
+    names = adapter.memory_names(block.memory)
     parts = {
         "_function": block.function,
-        "_inputs": adapter._first_of,
+        "_inputs": adapter._first_record,
         "_unify": block.kind.unify,
         "_named": adapter.record_maker(adapter.Shape(block.parameters)),
         "_cells": adapter._memory_view(names),
@@ -237,7 +237,7 @@ def replacements(run):
 
     @cuda.jit(device=True)
     def call_switch(address, table, state, known):
-        return switch_modes(table, state, inputs_of(known[0]))
+        return switch_modes(table, state, read_inputs(known[0]))
 
     @cuda.jit(device=True)
     def call_host(address, number):

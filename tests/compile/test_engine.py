@@ -15,7 +15,7 @@ import pytest
 
 import torquer
 from torquer.compile import engine, sources
-from torquer.compile.code_cache import cache_of, cache_root
+from torquer.compile.code_cache import cache_root, user_cache
 from torquer.compile.engine import caller, is_own, keep_off_disk, kernel, without_reference_counts
 from torquer.compile.numba_private import code_address, event
 from torquer.compile.sources import source_key
@@ -138,12 +138,12 @@ def test_a_users_files_name_a_cache_folder_of_their_own(tmp_path):
     usual, folders = numba.config.CACHE_DIR, []
     for text in ("x = 1\n", "x = 2\n", "x = 1\n"):
         file.write_text(text)
-        with cache_of([file]):
+        with user_cache([file]):
             folders.append(numba.config.CACHE_DIR)
         assert usual == numba.config.CACHE_DIR
     assert folders[0] == folders[2] != folders[1]
     assert Path(folders[0]).parent == Path(usual)
-    with pytest.raises(KeyError), cache_of([file]):
+    with pytest.raises(KeyError), user_cache([file]):
         raise KeyError
     assert usual == numba.config.CACHE_DIR
 
@@ -197,7 +197,7 @@ def in_a_process(script, **environment):
 
 @pytest.mark.skipif(not engine.COMPILED, reason="nothing is compiled")
 @pytest.mark.parametrize("text", ["return x + 1.0", "return x.nothing"])
-def test_garbage_is_looked_for_less_often_while_compiling_and_as_before_after_it(text):
+def test_garbage_collection_is_rarer_only_while_compiling(text):
     seen = []
 
     class Listener(event.Listener):
@@ -278,7 +278,7 @@ def twice_without_reference_counts(nested):
     return nested.number + nested.arrays[1][0]
 
 
-def test_arrays_without_reference_counts_are_the_same_memory_and_their_owners_are_left_alone():
+def test_arrays_without_reference_counts_share_memory_and_spare_their_owners():
     first, second = np.ones(3), np.full(2, 5.0)
     counts = sys.getrefcount(first), sys.getrefcount(second)
     for _ in range(100):
@@ -322,7 +322,7 @@ WITH_ADDRESSES = pytest.mark.skipif(
 
 
 @WITH_ADDRESSES
-def test_a_function_is_called_by_its_address_and_the_caller_compiled_once_for_all():
+def test_function_called_by_address_lets_callers_compile_only_once():
     for function, total, left in ((adding, 7.0 + 10.0, 10.0), (multiplying, 10.0 + 30.0, 30.0)):
         cells = np.array([5.0])
         assert call_twice(code_address(function, SIGNATURE), 2.0, cells) == total
@@ -344,7 +344,7 @@ def test_an_address_is_that_of_one_function():
     assert code_address(adding, SIGNATURE) != code_address(multiplying, SIGNATURE)
 
 
-def test_a_plain_function_in_place_of_an_address_is_called_as_it_is():
+def test_plain_function_in_place_of_an_address_is_called_directly():
     cells = np.array([5.0])
     assert call(lambda x, cells: cells[0] - x, 2.0, cells) == 3.0
     plain = getattr(call_twice, "py_func", call_twice)
@@ -352,7 +352,7 @@ def test_a_plain_function_in_place_of_an_address_is_called_as_it_is():
 
 
 @WITH_ADDRESSES
-def test_a_call_by_address_allocates_nothing_and_leaves_the_owners_of_arrays_alone():
+def test_call_by_address_allocates_nothing_and_leaves_array_owners_alone():
     cells = np.array([1.0])
     address, count = code_address(multiplying, SIGNATURE), sys.getrefcount(cells)
     for _ in range(100):
@@ -388,7 +388,7 @@ def call_twice(function, x, cells):
 
 
 @WITH_ADDRESSES
-def test_what_calls_by_address_is_found_in_the_cache_by_a_later_process(tmp_path):
+def test_later_process_finds_callers_by_address_in_the_cache(tmp_path):
     (tmp_path / "called_in_test_engine.py").write_text(CALLED)
     script = BY_ADDRESS.replace("FOLDER", repr(str(tmp_path)))
     here = {"TORQUER_CACHE_DIR": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "0"}

@@ -53,7 +53,7 @@ def test_what_only_kernels_call_has_no_machine_code():
     assert made["checked"](0.3) == 0.3 / 3.0  # the form that Python calls
 
 
-def test_compiled_and_from_the_disk_it_has_the_bits_and_errors_of_python(tmp_path, monkeypatch):
+def test_code_compiled_or_cached_matches_bits_and_errors_of_python(tmp_path, monkeypatch):
     (tmp_path / "kernels.py").write_text(KERNELS + USE)
     monkeypatch.setenv("TORQUER_CACHE_DIR", str(tmp_path / "cache"))
     expected = (0.1 / 3.0 + 0.2 / 3.0).hex()

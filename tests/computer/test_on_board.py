@@ -10,8 +10,8 @@ from torquer.computer.on_board_environment import ELEMENTS, KINDS, NUMBERS, ephe
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.field import FIELDS
 from torquer.environment.orbit import Circular, Kepler, Sgp4
-from torquer.flight.c99.elements import elements_of
-from torquer.flight.c99.ephemeris import models_of
+from torquer.flight.c99.elements import find_elements
+from torquer.flight.c99.ephemeris import find_models
 
 CHIBIS = (
     "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",
@@ -31,7 +31,7 @@ def along(kind: str, t_s=T_S, **environment) -> tuple[OrbitEnvironment, np.ndarr
     """The truth, and what is worked out on board."""
     own = OrbitEnvironment(Environment(**environment), ORBITS[kind], START)
     r, v = own.state(t_s)
-    found = ephemeris_along(kind, models_of(own), elements_of(kind, own), t_s, r, v)
+    found = ephemeris_along(kind, find_models(own), find_elements(kind, own), t_s, r, v)
     return own, found
 
 
@@ -89,15 +89,15 @@ def test_the_field_follows_the_date_that_is_sent_up():
     later = OrbitEnvironment(own.environment, own.orbit, parse_utc("2014-11-04T00:00:00Z"))
     t_s = T_S[:50]
     r, v = later.state(t_s)
-    found = ephemeris_along("given", models_of(own), elements_of("given", later), t_s, r, v)
+    found = ephemeris_along("given", find_models(own), find_elements("given", later), t_s, r, v)
     assert lengths(found[:, 6:9] - later.field(t_s, r, v)).max() < 0.5e-9
 
 
 def test_without_a_place_nothing_is_known():
     own = OrbitEnvironment(Environment(), ORBITS["sgp4"], START)
-    elements = elements_of("sgp4", own)
+    elements = find_elements("sgp4", own)
     elements["mean_motion_rev_day"] = 2.0
     nowhere = np.zeros((1, 3))
-    found = ephemeris_along("sgp4", models_of(own), elements, [0.0], nowhere, nowhere)
+    found = ephemeris_along("sgp4", find_models(own), elements, [0.0], nowhere, nowhere)
     assert found.shape == (1, NUMBERS) and np.isnan(found).all()
     assert set(ELEMENTS) == set(KINDS)

@@ -6,7 +6,7 @@ import numba
 import pytest
 
 import torquer
-from torquer.computer.blocks.law import as_law, readings_of
+from torquer.computer.blocks.law import as_law, needed_readings
 
 ALL = {"sun", "search_coil", "horizon"}
 
@@ -77,12 +77,12 @@ CASES = [
 
 @pytest.mark.parametrize(("function", "readings"), CASES)
 def test_what_a_law_uses_is_read_for_it(function, readings):
-    assert readings_of(function) == readings
+    assert needed_readings(function) == readings
     assert as_law(function).needs == readings
 
 
 def test_a_comprehension_may_read_everything_or_what_it_names():
-    assert readings_of(within) >= {"sun"}
+    assert needed_readings(within) >= {"sun"}
 
 
 @pytest.mark.parametrize("function", [by_field, by_sun, by_coil, through_helper])

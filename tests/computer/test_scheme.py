@@ -14,7 +14,7 @@ from gallery.spinning import course_of
 from torquer.compile import engine
 from torquer.computer.laws.built_in import BUILT_IN
 from torquer.computer.laws.recommended import is_low, recommended_scheme, standard_scheme
-from torquer.computer.modes.scheme import modes_of
+from torquer.computer.modes.scheme import as_modes
 from torquer.computer.scheme import Scheme, stage_at, stage_starts_s
 from torquer.scenario.load import ScenarioError, load_scenario
 from torquer.simulation.setup.simulate import resume, simulate
@@ -39,7 +39,7 @@ class Flown(OnBoard):
     """A scheme asked reading by reading."""
 
     def __init__(self, **keys):
-        modes, specs = modes_of(Scheme(**keys))
+        modes, specs = as_modes(Scheme(**keys))
         super().__init__({name: spec.law() for name, spec in specs.items()}, modes)
 
     def __call__(self, known):
@@ -65,7 +65,7 @@ def law_of(keys, **shared):
     return BUILT_IN[keys["kind"]](**{k: v for k, v in keys.items() if k != "kind"}, **shared).law()
 
 
-def test_dipoles_of_a_stage_are_added_and_the_next_stage_has_its_own():
+def test_dipoles_add_within_a_stage_and_not_across_stages():
     stages = [{"laws": [DAMPING, UP], "until": {"at_most_s": 10.0}}, {"laws": [UP]}]
     scheme = Flown(stages=stages)
     damping, up = law_of(DAMPING), law_of(UP)
@@ -88,7 +88,7 @@ def test_every_law_has_a_memory_of_its_own():
     assert [m[0] for m in found] == pytest.approx([0.0, -4.0, 0.0, -5.0, -7.0], rel=1e-12)
 
 
-def test_laws_take_the_keys_of_the_scheme_unless_they_have_their_own():
+def test_laws_take_scheme_keys_unless_they_have_their_own():
     axis, other = (0.0, 0.6, 0.8), (1.0, 0.0, 0.0)
     precise = {"kind": "reorientation", "gain_a_m2_per_n_m_s_t": 1e6, "momentum_n_m_s": 0.1}
     shared = {"axis": axis, "target": (0.0, 3.0, 4.0), "inertia_kg_m2": J}
@@ -193,7 +193,7 @@ STAGES = [
 ]  # fmt: skip
 
 
-def test_a_run_stopped_within_a_stage_goes_on_bit_for_bit(make):
+def test_run_stopped_within_a_stage_resumes_bit_for_bit(make):
     law = {"kind": "scheme", "stages": STAGES}
     scenario = make({"control.law": law, "spacecraft.gyro.noise_deg_s": 0.1})
     whole = simulate(scenario)
@@ -314,7 +314,7 @@ def test_the_recommended_schemes_are_those_of_the_table():
     assert precise.momentum_n_m_s == pytest.approx(1.5 * math.radians(10.0))
 
 
-def test_low_is_where_the_second_preliminary_law_is_the_faster_one():
+def test_low_is_where_the_second_preliminary_law_is_faster():
     for inclination_deg in (1.0, 20.0, 45.5, 45.7, 60.0, 89.0, 100.0, 134.3, 134.5, 170.0):
         moments = Spinner(inclination_deg=inclination_deg).moments()
         case, slow = Case(0.1, 1.3, moments), Slow(1.0, 0.6, 0.0, 0.9)
@@ -325,7 +325,7 @@ def test_low_is_where_the_second_preliminary_law_is_the_faster_one():
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
-def test_the_example_ends_with_a_spin_that_points_to_its_target():
+def test_example_ends_with_a_spin_that_points_to_target():
     path = Path(__file__).parents[2] / "examples/spinner.toml"
     result = simulate(load_scenario(path))
     starts, course = stage_starts_s(result), course_of(result, (1.0, 1.0, 0.0))
@@ -352,7 +352,7 @@ def test_relays_spin_up_in_the_published_time(inclination_deg):
 
 @pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
 @pytest.mark.parametrize("ratio", [0.8, 1.04, 1.8])
-def test_gains_of_mag_3_4_leave_a_precession_of_a_long_body(ratio):
+def test_gains_of_mag_3_4_leave_a_long_body_precessing(ratio):
     """At arccos(C omega3 k2/(A k5)) from the target; above C/A = 1.146 they come to the target."""
     scenario = mag_3_4_3.scenario((1.5, 1.5, 1.5 * ratio)).replace("simulation.revolutions", 8.0)
     course = course_of(simulate(scenario), mag_3_4_3.aside(12.0, 0.0))

@@ -9,9 +9,9 @@ import pytest
 
 import torquer
 from torquer.computer import interface
-from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.estimation.isolation import STUCK, USED
-from torquer.computer.estimation.kalman import isolated
+from torquer.computer.estimation.kalman import isolate
 from torquer.computer.estimation.measurements.measurement import CHANNELS, FIRST_CELL, SENSOR_OF
 from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
 from torquer.computer.interface import KNOWN, SENSORS, SHORT_NAMES
@@ -32,14 +32,14 @@ def test_no_other_file_numbers_sensors():
     assert found == {"computer/interface.py"}
 
 
-def test_times_and_flags_are_recorded_in_the_order_of_the_numbers():
+def test_times_and_flags_are_recorded_in_sensor_number_order():
     for name, first in (("{}_s", "b_s"), ("isolated_{}", "isolated_b")):
         place = KNOWN.names.index(first)
         wanted = [name.format(short) for short in SHORT_NAMES]
         assert [*KNOWN.names[place : place + len(SENSORS)]] == wanted
 
 
-def test_a_filter_knows_its_sensors_by_the_names_of_its_channels():
+def test_filter_knows_its_sensors_by_their_channel_names():
     (choice, _) = get_args(SensorKeys.model_fields["sensors"].annotation)
     assert [*get_args(choice)] == [*SENSOR_OF] == [*NOISE_KEYS]
     assert len(SENSOR_LABELS) == CHANNELS
@@ -51,5 +51,5 @@ def test_an_isolated_channel_is_its_sensor_on_board(channel):
     memory = SimpleNamespace(isolated=states, rate_error=0.0, unrest=0.0)
     parameters = SimpleNamespace(sensing=SimpleNamespace(has_gyro=1.0))
     number = [*SENSOR_OF.values()][min(channel, FIRST_CELL)]
-    flags = plain_of(isolated)(parameters, memory)
+    flags = plain_function(isolate)(parameters, memory)
     assert flags == tuple(float(k == number) for k in range(len(SENSORS)))

@@ -9,10 +9,10 @@ from torquer.design.bench_scaling import scaling
 from torquer.design.coil_design import (
     CONDUCTORS,
     Conductor,
-    coil_of,
-    gauges_of,
+    coil_power,
+    fitting_gauges,
     inductance_h,
-    power_of,
+    wind_coil,
     wire_diameter_m,
 )
 
@@ -29,15 +29,15 @@ def test_formula_is_that_of_a_winding_integrated_piece_by_piece():
     dipole = 0.5 * current * np.cross(middle, piece).sum(axis=0)
     mass = COPPER.density_kg_m3 * section * length
     power = current**2 * COPPER.resistivity_ohm_m * length / section
-    assert power == pytest.approx(power_of(dipole[2], diameter, mass, COPPER), rel=2e-6)
+    assert power == pytest.approx(coil_power(dipole[2], diameter, mass, COPPER), rel=2e-6)
     assert np.abs(dipole[:2]).max() < 1e-12
 
 
 @pytest.mark.parametrize("awg", (16, 24, 36))
 def test_a_gauge_takes_the_power_of_the_formula(awg):
-    coil = coil_of(3.2, 0.3, 0.4, COPPER, awg)
+    coil = wind_coil(3.2, 0.3, 0.4, COPPER, awg)
     assert coil.mass_kg == pytest.approx(0.4, rel=0.02)
-    assert coil.power_w == pytest.approx(power_of(3.2, 0.3, coil.mass_kg, COPPER), rel=1e-12)
+    assert coil.power_w == pytest.approx(coil_power(3.2, 0.3, coil.mass_kg, COPPER), rel=1e-12)
     assert coil.turns * coil.current_a * math.pi * 0.15**2 == pytest.approx(3.2, rel=1e-12)
     assert coil.voltage_v * coil.current_a == pytest.approx(coil.power_w, rel=1e-12)
     assert coil.time_constant_s == coil.inductance_h / coil.resistance_ohm
@@ -45,7 +45,7 @@ def test_a_gauge_takes_the_power_of_the_formula(awg):
 
 def test_aluminium_needs_half_the_power_of_copper():
     """The introduction of MAG: half, at equal mass, diameter and dipole."""
-    share = power_of(3.2, 0.3, 0.4, ALUMINIUM) / power_of(3.2, 0.3, 0.4, COPPER)
+    share = coil_power(3.2, 0.3, 0.4, ALUMINIUM) / coil_power(3.2, 0.3, 0.4, COPPER)
     assert 0.45 < share < 0.55
 
 
@@ -81,8 +81,8 @@ def test_inductance_is_that_of_neumanns_integral():
 
 
 def test_limits_choose_the_gauges():
-    every = gauges_of(3.2, 0.3, 0.4, COPPER)
-    fit = gauges_of(3.2, 0.3, 0.4, COPPER, voltage_v=5.0, current_a=0.3)
+    every = fitting_gauges(3.2, 0.3, 0.4, COPPER)
+    fit = fitting_gauges(3.2, 0.3, 0.4, COPPER, voltage_v=5.0, current_a=0.3)
     assert [coil.awg for coil in fit] == [
         coil.awg for coil in every if coil.voltage_v <= 5.0 and coil.current_a <= 0.3
     ]
@@ -93,7 +93,7 @@ def test_limits_choose_the_gauges():
 
 def test_warm_wire_takes_more_power():
     """Copper at 70 deg C has 1.1965 times the resistance of 20 deg C."""
-    warm = power_of(3.2, 0.3, 0.4, COPPER.at(70.0)) / power_of(3.2, 0.3, 0.4, COPPER)
+    warm = coil_power(3.2, 0.3, 0.4, COPPER.at(70.0)) / coil_power(3.2, 0.3, 0.4, COPPER)
     assert warm == pytest.approx(1.1965, rel=1e-12)
     assert Conductor(1.0, 2.0, 0.5).at(20.0).resistivity_ohm_m == 2.0
 
@@ -111,7 +111,7 @@ def test_warm_wire_takes_more_power():
 def test_mistakes_are_one_line(keys, message):
     given = {"dipole": 3.2, "diameter_m": 0.3, "mass_kg": 0.4, "conductor": COPPER} | keys
     with pytest.raises(ValueError, match=message) as error:
-        gauges_of(**given)
+        fitting_gauges(**given)
     assert "\n" not in str(error.value)
 
 

@@ -17,7 +17,7 @@ from torquer.design.file_keys import design_tables, file_schema, file_tables
 from torquer.design.stored_keys import find
 from torquer.environment.field import FIELDS
 from torquer.scenario.described import Table
-from torquer.scenario.keys import UNITS, specs_below, unit_of
+from torquer.scenario.keys import UNITS, key_unit, specs_below
 from torquer.scenario.spec import Scenario
 
 TABLES = [*file_tables(), *design_tables()]
@@ -59,7 +59,9 @@ def test_units_are_those_of_the_ranges():
     known |= {"first_coil", "parameters", "height_km", "a_m2_s_t", "limits"}
     named = {ending.removeprefix("gain_") for ending in validate.RANGES}
     assert named <= known
-    known = {key: unit_of(key) for key in ("rate_deg_s", "gain_a_m2_s_per_t", "limit_a_m2", "f107")}
+    known = {
+        key: key_unit(key) for key in ("rate_deg_s", "gain_a_m2_s_per_t", "limit_a_m2", "f107")
+    }
     assert known == {"rate_deg_s": "deg/s", "gain_a_m2_s_per_t": "A m² s/T",
                     "limit_a_m2": "A m²", "f107": ""}  # fmt: skip
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.campaign.load import load_campaign
 from torquer.campaign.sampling import member_scenario
 from torquer.design.pointing_flights import PointingFlights, fly_releases
@@ -25,6 +25,6 @@ def test_flights_are_the_first_members_of_the_campaign():
     scenario, campaign = load_campaign(EXAMPLE)
     scenario = scenario.replace("simulation.revolutions", 0.1)
     flown = fly_releases(scenario, campaign, 2)
-    one = attitude_error_of(simulate(member_scenario(scenario, campaign, 1)))
+    one = find_attitude_error(simulate(member_scenario(scenario, campaign, 1)))
     assert flown.error_deg.shape == (2, len(flown.t_s))
     assert flown.error_deg[1] == pytest.approx(np.linalg.norm(one.error_deg, axis=1))

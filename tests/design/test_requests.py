@@ -13,7 +13,7 @@ import torquer.design
 from torquer.base.limits import Range, RequestError
 from torquer.cli.answer import in_words
 from torquer.design.requests import CoilRequest, DetumbleRequest, Key
-from torquer.scenario.keys import unit_of
+from torquer.scenario.keys import key_unit
 
 
 def _requests() -> list[type]:
@@ -53,7 +53,7 @@ def test_help_names_keys_units_ranges_and_an_example(kind):
     for field in numbers_of(kind):
         assert re.search(r"(Must .+|As [\w.]+ of scenarios)\.$", about[field.name]), field.name
         if "float" in str(field.type) and field.name not in PURE:
-            assert unit_of(field.name) or re.search(r"\[[\w ^]+\]|per 1/|deg C", about[field.name])
+            assert key_unit(field.name) or re.search(r"\[[\w ^]+\]|per 1/|deg C", about[field.name])
 
 
 @pytest.mark.parametrize("kind", REQUESTS)

@@ -32,7 +32,7 @@ def test_every_kind_of_layout(expected, axes):
     assert any(f'"{kind}"' in expected for kind in LAYOUTS)
 
 
-def test_the_name_is_that_of_the_file_if_none_is_given(tmp_path):
+def test_array_takes_the_file_name_if_none_is_given(tmp_path):
     path = tmp_path / "my wheels.toml"
     path.write_text(TEXT.replace('name = "foton_wheels"', ""))
     assert load_wheels(path).name == "my_wheels"

@@ -61,7 +61,7 @@ def same_moment(year):
     return first + (last - first) * ((year - first.year) / 5.0)
 
 
-def test_a_run_across_an_epoch_agrees_with_ppigrf_at_every_date():
+def test_run_across_an_epoch_agrees_with_ppigrf_at_every_date():
     # half a year on either side of 2020-01-01, where the rates change
     start = parse_utc("2019-07-01T06:00:00Z")
     t = np.linspace(0.0, 368.0 * DAY, 17)
@@ -200,7 +200,7 @@ def bent(places):
     return sample
 
 
-def test_a_bend_at_a_knot_does_no_harm_and_any_other_is_seen():
+def test_bend_at_a_knot_is_harmless_and_others_are_detected():
     groups, t = (slice(3, 6),), np.linspace(0.0, 6000.0, 60_001)
     one, two = bent((1234.5,)), bent((1234.5, 4321.0))
     table = build(one, 6000.0, 60.0, DEGREE, knot_s=1234.5)

@@ -79,7 +79,7 @@ def spinner(**environment):
     )
 
 
-def test_spinner_sees_a_fixed_sun_at_a_fixed_angle_to_its_axis_all_the_time():
+def test_spinner_sees_fixed_sun_at_fixed_angle_to_its_axis():
     fixed = spinner(sun_direction=(0.8, 0.0, 0.6), eclipse="none")
     seen = fixed["sun_measured"].values[:-1]
     assert np.all(fixed["sunlit_fraction"].values == 1.0)

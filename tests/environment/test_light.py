@@ -11,13 +11,13 @@ from torquer.environment import Environment, OrbitEnvironment
 from torquer.environment.light import (
     Light,
     between_edges,
-    edges_of,
     light_along,
     light_at,
     next_edge,
+    shadow_edges,
 )
 from torquer.environment.orbit import Circular
-from torquer.environment.sun import shadow_of
+from torquer.environment.sun import find_shadow
 
 
 def orbit_environment(eclipse="conical", **orbit):
@@ -33,7 +33,7 @@ def tables_of(environment, duration_s):
 
 def edges(environment, duration_s):
     orbit, sun = tables_of(environment, duration_s)
-    return edges_of(environment.shadow, orbit, sun, 0.0, duration_s, environment.orbit.period_s)
+    return shadow_edges(environment.shadow, orbit, sun, 0.0, duration_s, environment.orbit.period_s)
 
 
 def test_pressure_at_one_astronomical_unit_and_twice_as_far():
@@ -41,9 +41,9 @@ def test_pressure_at_one_astronomical_unit_and_twice_as_far():
     r = (EARTH_RADIUS_M + 5e5, 0.0, 0.0)
     for distance, expected in ((1.0, 4.5398e-6), (2.0, 4.5398e-6 / 4.0)):
         sun = (r[0] + distance * ASTRONOMICAL_UNIT_M, 0.0, 0.0)
-        assert light_at(shadow_of(), r, sun) == pytest.approx((expected, 0.0, 0.0), rel=1e-4)
+        assert light_at(find_shadow(), r, sun) == pytest.approx((expected, 0.0, 0.0), rel=1e-4)
     behind = (-r[0], 0.0, 0.0)
-    assert light_at(shadow_of(), behind, (ASTRONOMICAL_UNIT_M, 0.0, 0.0)) == (0.0, 0.0, 0.0)
+    assert light_at(find_shadow(), behind, (ASTRONOMICAL_UNIT_M, 0.0, 0.0)) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(("eclipse", "each"), [("conical", 4), ("oblate", 4), ("cylindrical", 2)])
@@ -76,7 +76,9 @@ def test_edges_of_a_later_piece_are_those_of_the_whole():
     start, duration = environment.orbit.period_s, environment.orbit.period_s
     orbit = environment.orbit_table(duration, 1.0, start).table
     sun = environment.sun_table(duration, start)
-    later = edges_of(environment.shadow, orbit, sun, start, duration, environment.orbit.period_s)
+    later = shadow_edges(
+        environment.shadow, orbit, sun, start, duration, environment.orbit.period_s
+    )
     assert later == pytest.approx(whole[whole > start], abs=1e-4)
 
 

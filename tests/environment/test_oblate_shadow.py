@@ -76,7 +76,7 @@ def contact_errors(orbit, start, contact):
 
     true = changes(lambda t: by_rays(stopped(at(t), rays_to_sun(at(t), s), pole)), times)
     errors = []
-    for shadow in (sun.shadow_of(), environment.shadow):
+    for shadow in (sun.find_shadow(), environment.shadow):
         found = changes(lambda t, m=shadow: by_fraction(sun.sunlit_fraction(at(t), s, m)[0]), times)
         assert len(found) == len(true)
         errors.append(np.abs(found - true))
@@ -154,13 +154,13 @@ def test_any_pole_will_do():
     r, s = rng.normal(size=(4000, 3)), np.array([1.1e11, 0.7e11, 0.6e11])
     r *= 6.9e6 / np.linalg.norm(r, axis=1)[:, None]
     plain = sun.sunlit_fraction(r, s, "oblate")
-    turned = sun.sunlit_fraction(r @ turn.T, turn @ s, sun.shadow_of("oblate", turn[:, 2]))
+    turned = sun.sunlit_fraction(r @ turn.T, turn @ s, sun.find_shadow("oblate", turn[:, 2]))
     # rounding of a position, 1e-9 m, over the width of the penumbra
     assert turned == pytest.approx(plain, abs=1e-9)
     assert np.count_nonzero((plain > 0.0) & (plain < 1.0)) > 0
 
 
-def test_the_pole_of_a_run_is_that_of_its_start_and_hardly_strays():
+def test_pole_stays_that_of_the_start_and_hardly_strays():
     environment = met(
         Circular(altitude_km=500.0, inclination_deg=60.0), "2026-03-01T00:00:00Z", "oblate"
     )

@@ -106,7 +106,7 @@ def test_an_integrated_orbit_turns_with_its_gravity():
     assert np.abs(moved - plain).max() > 0.05  # the test can tell
 
 
-def test_ut1_runs_on_through_a_leap_second_between_elements_and_start():
+def test_ut1_is_continuous_over_leap_second_between_elements_and_start():
     """Elements of 2016-12-31, a start in 2017: the Earth under the flight is the run's own."""
     first = CHIBIS[0].replace("12058.91450162", "16366.50000000")
     first = first[:68] + str((sum(map(int, filter(str.isdigit, first[:68]))) + 2) % 10)

@@ -89,7 +89,7 @@ def test_field_axes_are_turned_into_ours():
     assert tilted[1, 2] == pytest.approx(0.5)
 
 
-def test_the_gain_of_mag_5_1_makes_the_small_parameter_one():
+def test_gain_of_mag_5_1_makes_small_parameter_one():
     from gallery.entries import mag_5_1 as run
 
     assert run.GAIN * run.B0_T**2 / (run.INERTIA[2] * run.OMEGA0) == pytest.approx(1.0, abs=1e-4)

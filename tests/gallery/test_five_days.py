@@ -25,7 +25,7 @@ def frame(radius: int, normal: int) -> np.ndarray:
     return axes
 
 
-def test_a_first_turn_by_half_pi_points_x1_along_the_motion_in_two_frames_of_three():
+def test_half_pi_turn_aligns_x1_in_two_of_three_frames():
     """WHEEL (6.6): x1 in the motion, x3 in the normal; the text has kept an angle of pi/2."""
     found = {}
     for radius, normal in permutations(range(3), 2):
@@ -60,7 +60,7 @@ def straight(total, node=(0.0, 0.0, 0.0)) -> five_days.Flight:
     return five_days.Flight(time, 0.0 * growing, growing, np.tile(node, (len(time), 1)))
 
 
-def test_a_steady_torque_adds_its_momentum_along_the_node_by_the_end():
+def test_steady_torque_adds_its_full_momentum_along_the_node():
     node = np.array([0.6, -0.8, 0.0])
     flight = five_days.with_steady_torque(straight((1.0, 2.0, 3.0), node), -2.0)
     at_end = flight.total[flight.time_s == five_days.END_S][0]
@@ -68,7 +68,7 @@ def test_a_steady_torque_adds_its_momentum_along_the_node_by_the_end():
     assert flight.total[0] == pytest.approx(np.zeros(3))
 
 
-def test_time_to_the_limit_of_a_wheel_is_that_of_even_growth():
+def test_wheel_limit_time_is_that_of_even_growth():
     at = (60.0, 45.0)
     one = np.abs(wheel_10.wheels_at(straight((0.0, 0.0, 1.0)), at)).max(axis=1)
     per_day = one[-1] / 10.0

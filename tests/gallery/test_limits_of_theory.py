@@ -58,7 +58,7 @@ def test_the_tongue_is_off_by_what_the_docstring_says(chi, off):
     assert max(found) == pytest.approx(off, rel=0.05)
 
 
-def test_the_tongue_of_a_strength_is_off_by_what_the_docstring_says():
+def test_tongue_of_a_strength_errs_as_the_docstring_says():
     def off(s):
         exact = [float(mathieu_b(1, s / 2)), float(mathieu_a(1, s / 2))]
         return np.abs(np.array(first_tongue_of_strength(s)) / exact - 1.0).max()
@@ -69,7 +69,7 @@ def test_the_tongue_of_a_strength_is_off_by_what_the_docstring_says():
 
 
 @pytest.mark.parametrize("lambda2", [0.3, 1.0, 2.7, 4.0, 9.0, 25.0, 100.0])
-def test_the_series_of_the_half_trace_holds_to_a_tenth_up_to_its_limit(lambda2):
+def test_half_trace_series_holds_to_a_tenth_within_its_limit(lambda2):
     chi = math.sqrt(0.3 * 16.0 / (math.pi * math.sqrt(lambda2))) * (1.0 - 1e-12)
     exact = float(half_trace(monodromy(mathieu_equation, **mathieu_parameters(lambda2, chi))))
     assert abs(half_trace_series(lambda2, chi) - exact) < 0.1
@@ -89,7 +89,7 @@ def test_small_multipliers_are_not_lost():
 
 
 @pytest.mark.parametrize("lean", [0.1, 0.34])
-def test_the_limit_of_a_lean_is_where_gravity_departs_from_its_linear_law(lean):
+def test_lean_limit_is_where_gravity_departs_from_linear_law(lean):
     """The whole equations come to rest at asin(2x)/2: a tenth more at x = 0.34."""
     case = SteadyBdot(ratio=0.98, eps=0.06 * lean, inclination_deg=90.0).as_published()
     linear = published_offset(case)
@@ -120,7 +120,7 @@ def test_a_satellite_that_falls_over_is_refused_in_one_line():
             motion_from_rest(case, 2.0)
 
 
-def test_the_swing_is_off_by_a_tenth_from_where_it_is_noted():
+def test_swing_errs_by_a_tenth_where_its_note_begins():
     case = SteadyBdot(ratio=0.3, eps=0.01, inclination_deg=50.0).as_published()
     u, x = motion_from_rest(case, 0.1 / 0.01 / (2.0 * math.pi))
     pitch, roll, notes = published_swing(case, u[:-1])

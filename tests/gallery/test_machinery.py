@@ -64,7 +64,7 @@ def test_half_a_unit_of_the_last_digit(number, half):
     assert half_unit(number) == pytest.approx(half)
 
 
-def test_a_printed_number_agrees_to_half_a_unit_of_its_last_digit():
+def test_printed_number_agrees_to_half_unit_of_last_digit():
     assert (GOOD.verdict, BAD.verdict) == (Verdict.AGREES, Verdict.DIFFERS)
     assert (GOOD.low, GOOD.high) == pytest.approx((2.65, 2.75))
     assert GOOD.printed == "2.7 %"
@@ -138,7 +138,7 @@ def test_verdict(checks, verdict):
         ((lost("x", 1.0),), Verdict.LOST, True),
     ],
 )
-def test_a_verdict_that_is_not_the_declared_one_shows_both_ways(checks, declared, as_declared):
+def test_departure_from_declared_verdict_shows_in_both_directions(checks, declared, as_declared):
     reason = "" if declared is Verdict.AGREES else "because"
     made = entry(*checks, declared=declared, reason=reason)
     assert Outcome(made, made.compute()).as_declared is as_declared
@@ -351,7 +351,7 @@ def test_one_entry_is_replaced_in_a_record_the_others_stay(tmp_path):
     assert read_record(tmp_path / "nothing") == []
 
 
-def test_a_small_picture_keeps_the_colours_of_lines_and_of_pale_shades(tmp_path):
+def test_small_picture_keeps_colours_of_lines_and_pale_shades(tmp_path):
     from PIL import Image
 
     figure, panels = new_figure("A title", 3, 7.0)

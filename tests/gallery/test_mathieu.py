@@ -163,7 +163,7 @@ def exact_first_tongue(chi):
 
 
 @pytest.mark.parametrize("side", [0, 1])
-def test_field_2_13_is_right_to_the_second_order_in_chi(side):
+def test_field_2_13_is_right_to_second_order_in_chi(side):
     """7/32 belongs to chi; taken for lambda^2 chi the second order is wrong."""
     chis = np.array([0.2, 0.1, 0.05])
     exact = np.array([exact_first_tongue(chi)[side] for chi in chis])

@@ -29,7 +29,7 @@ from gallery.theory.planar_magnet import (
 )
 from torquer.environment.field import averaged, direct_dipole
 from torquer.theory.periodic.floquet import chart, monodromy
-from torquer.theory.periodic.poincare import samples_of
+from torquer.theory.periodic.poincare import equidistant_points
 
 ANGLES = st.floats(-10.0, 10.0)
 dipole_turn = uniform_rotation.with_parameters(mu=1.0)
@@ -64,7 +64,7 @@ def test_field_2_6_from_vectors(mu, u, alpha, eta, lambda2):
 @settings(max_examples=40, deadline=None)
 @given(u=ANGLES, eta=st.floats(-2.0, 2.0), lambda2=st.floats(0.0, 9.0))
 @pytest.mark.parametrize("mu", [0, 1])
-def test_field_2_7_is_the_linear_part_about_the_even_turn(mu, u, eta, lambda2):
+def test_field_2_7_is_linear_part_about_the_even_turn(mu, u, eta, lambda2):
     """At any u, for the direct dipole as well: nothing about it is bound to the nodes."""
     even = 0.5 * math.pi + u
     forcing = uniform_rotation_forcing(u, eta, lambda2, mu)
@@ -85,7 +85,7 @@ def test_the_linear_part_about_the_dipole_field(u, eta, lambda2):
     assert system.matrix(u)[1, 0] == pytest.approx(slope, abs=1e-12)
 
 
-def test_near_a_node_the_dipole_field_turns_by_2u_not_u():
+def test_dipole_field_turns_by_2u_not_u_near_a_node():
     u = np.array([0.02, 0.01])
     assert dipole_direction(u) - 0.5 * math.pi == pytest.approx(2.0 * u, rel=1e-3)
     whole = dipole_direction(np.linspace(0.0, 2.0 * math.pi, 721))
@@ -181,7 +181,7 @@ def test_motion_edges_bound_the_instability(eta, mu):
 def test_the_tracking_motion_is_a_motion(mu):
     """It solves (2.6), is odd, and for a strong magnet follows the field."""
     y = tracking_motion(0.5, 2.0, mu)
-    u = samples_of(math.pi, 63)
+    u = equidistant_points(math.pi, 63)
     start = [0.5 * math.pi + y[0, 0], 1.0 + y[0, 1]]
     run = solve_ivp(
         lambda u, x: [x[1], pitch_acceleration(u, x[0], 0.5, 2.0, mu)],
@@ -192,7 +192,7 @@ def test_the_tracking_motion_is_a_motion(mu):
 
 
 def test_a_strong_magnet_follows_the_field():
-    u = samples_of(math.pi, 63)
+    u = equidistant_points(math.pi, 63)
     ahead = dipole_direction(u) - 0.5 * math.pi - u
     errors = [np.abs(tracking_motion(0.5, x, 1)[:, 0] - ahead).max() for x in (3000.0, 12000.0)]
     assert errors[0] < 0.002

@@ -34,7 +34,7 @@ def test_the_published_number():
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("inclination", [10.0, 60.0, 120.0])
-def test_the_formula_is_what_the_method_of_the_small_parameter_gives(ratio, inclination):
+def test_formula_agrees_with_the_small_parameter_method(ratio, inclination):
     case = SteadyBdot(ratio=ratio, eps=0.1, inclination_deg=inclination).as_published()
     response = steady_bdot_response(case)
     assert 0.1 * response.offset[PITCH] == pytest.approx(published_offset(case).pitch, rel=1e-9)
@@ -44,7 +44,7 @@ def test_the_formula_is_what_the_method_of_the_small_parameter_gives(ratio, incl
     assert free == pytest.approx(expected, rel=1e-6)
 
 
-def test_the_swing_from_rest_errs_by_the_second_power_of_eps():
+def test_swing_from_rest_errs_by_second_power_of_eps():
     errors = []
     for eps in (4e-3, 2e-3, 1e-3):
         case = PRINTED.model_copy(update={"eps": eps})

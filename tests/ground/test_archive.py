@@ -63,14 +63,14 @@ def test_a_frame_is_there_once(archive):
     assert len(content(archive, "beacon")) == 2
 
 
-def test_time_is_that_of_the_field_or_else_of_the_frame(archive):
+def test_time_comes_from_the_field_or_else_the_frame(archive):
     archive.put(rows(("event", 100, EVENT), ("beacon", 100, (1, 2, 1, 7, 255, 3, 4))))
     assert archive.read("SELECT _time_ms FROM event") == [(EPOCH_MS + 420000000130,)]
     assert archive.read("SELECT _time_ms FROM beacon") == [(EPOCH_MS + 100_000,)]
 
 
 @pytest.mark.parametrize("time_ms", [math.nan, math.inf, -1.0, 1e300])
-def test_a_field_that_is_no_time_is_not_taken_for_one(archive, time_ms):
+def test_non_time_field_is_not_taken_for_time(archive, time_ms):
     archive.put(rows(("event", 100, (3, 49, 0, time_ms))))
     assert archive.read("SELECT _time_ms FROM event") == [(EPOCH_MS + 100_000,)]
 
@@ -102,7 +102,7 @@ def other(**fields):
     return Dictionary(name="other", modules={"m": 1}, down={"p": packet})
 
 
-def test_another_packet_of_the_same_name_is_refused_and_more_packets_are_not(tmp_path):
+def test_conflicting_packet_is_refused_and_additional_packets_are_accepted(tmp_path):
     path = tmp_path / "sat.sqlite"
     first = other(a="u8")
     Archive(path, first).close()
@@ -123,7 +123,7 @@ def test_a_file_that_is_no_archive_gets_one_line(tmp_path, content):
     assert "\n" not in str(refused.value)
 
 
-def test_names_of_a_dictionary_cannot_collide_with_those_of_the_archive(tmp_path):
+def test_dictionary_names_cannot_collide_with_archive_names(tmp_path):
     fields = dict.fromkeys(("time_ms", "digest", "quality", "status", "select", "order"), "u8")
     own = other(**fields)
     commands = own.down["p"].model_copy(update={"name": "commands", "id": 2})

@@ -15,7 +15,7 @@ from torquer.ground.commands import (
     LATEST_MS,
     MOST_OPEN,
     Commands,
-    listed,
+    list_commands,
 )
 from torquer.scenario.explain import ScenarioError
 
@@ -68,7 +68,7 @@ def bench(tmp_path):
         yield made
 
 
-def test_no_more_commands_wait_for_an_answer_than_the_satellites_queue_holds(bench):
+def test_commands_awaiting_answers_never_exceed_the_satellite_queue(bench):
     numbers = [
         bench.order("report_status", values={"module_id": 1}, delay_s=s) for s in range(1, 16)
     ]
@@ -163,7 +163,7 @@ def test_an_answer_that_may_be_anothers_says_so(bench):
     assert bench.answer(frame, now=NOW + 2 * LATEST_MS)["reason"] == ""
 
 
-def test_equal_commands_are_never_on_their_way_at_once_and_order_is_kept(bench):
+def test_equal_commands_never_overlap_and_order_is_kept(bench):
     first, equal, other = bench.order(), bench.order(), bench.order("coils_automatic")
     frames = bench.send()
     assert [*frames] == [first]
@@ -196,12 +196,12 @@ def test_an_answer_to_nothing_changes_nothing(bench):
         ({"values": {"off": 1}}, "values.off: must be a field of automatic: on"),
     ],
 )
-def test_what_cannot_be_sent_gets_one_line_and_is_not_kept(bench, keys, message):
+def test_unsendable_command_gets_one_line_and_is_not_kept(bench, keys, message):
     with pytest.raises(ScenarioError, match=message) as refused:
         bench.order(**keys)
     assert "\n" not in str(refused.value)
     with closing(read_only(bench.archive.path)) as db:
-        assert listed(db, 10) == []
+        assert list_commands(db, 10) == []
 
 
 def test_not_more_wait_than_there_is_room_for(bench):

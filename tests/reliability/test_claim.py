@@ -8,13 +8,15 @@ import time
 import pytest
 from reliability_processes import done
 
-from torquer.base.folder_lock import claimed
+from torquer.base.folder_lock import claim
 from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
 
-def test_the_second_of_two_is_refused_and_the_first_goes_on(process, call, scenario_file, tmp_path):
+def test_second_run_into_a_folder_is_refused_while_first_continues(
+    process, call, scenario_file, tmp_path
+):
     call("run", scenario_file("built-in"), "--out", tmp_path / "before", "--no-report")  # loads all
     path, out = scenario_file("built-in", 1e6, record_s=1e4), tmp_path / "out"
     first = process("run", path, "--out", out, "--no-report")
@@ -47,10 +49,10 @@ def test_a_signal_when_all_is_written_leaves_no_claim(shell, tmp_path):
 
 def test_a_claim_ends_with_its_block_and_with_its_process(tmp_path):
     (tmp_path / ".claimed").write_text("left by a process that was killed")
-    with claimed(tmp_path):
+    with claim(tmp_path):
         if os.name != "nt":
-            with pytest.raises(ValueError, match="in use by another run"), claimed(tmp_path):
+            with pytest.raises(ValueError, match="in use by another run"), claim(tmp_path):
                 pass
     assert list(tmp_path.iterdir()) == []
-    with claimed(tmp_path):
+    with claim(tmp_path):
         pass

@@ -12,8 +12,8 @@ import torquer
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.xtce import FRAME, xtce
 from torquer.flight.software.core import Core
-from torquer.flight.software.faults import FaultsFile, of_software
-from torquer.flight.software.session import Recorder, first_difference, flown, replayed
+from torquer.flight.software.faults import FaultsFile, software_faults
+from torquer.flight.software.session import Recorder, first_difference, fly_steps, replay_session
 
 pytestmark = pytest.mark.slow
 
@@ -59,7 +59,7 @@ def _resident_mb() -> float:
 
 
 @pytest.mark.verifies("REQ-BOO-004", "REQ-CLK-002", "REQ-SES-001")
-def test_a_thousand_reboots_are_survived_and_flown_again_to_the_same_bytes():
+def test_flight_survives_thousand_reboots_and_replays_to_the_same_bytes():
     """At random control steps of a day, none of them during a boot, which would not be counted;
     each loses a boot and at most the minute since the save."""
     rng = random.Random(5)
@@ -71,7 +71,7 @@ def test_a_thousand_reboots_are_survived_and_flown_again_to_the_same_bytes():
     core, recorder = Core(scenario), Recorder()
     ground = Ground(core)
     begun_ms = core.state.clock.now_ms
-    for tick in flown(core, lambda _, t_s: b"", of_software(faults)):
+    for tick in fly_steps(core, lambda _, t_s: b"", software_faults(faults)):
         recorder.note(tick.uplink, tick.downlink)
         ground.packets += ground.decoded(tick.downlink)
     causes = [values["boot_reason"] for values in ground.named("ready")]
@@ -82,14 +82,14 @@ def test_a_thousand_reboots_are_survived_and_flown_again_to_the_same_bytes():
     assert Reason.MODULE_FAILED not in codes and Reason.SETTINGS_DAMAGED not in codes
     session = recorder.session(scenario, faults, None)
     again = Recorder()
-    for tick in replayed(session):
+    for tick in replay_session(session):
         again.note(tick.uplink, tick.downlink)
-    assert again.digests_of_all() == session.digests
+    assert again.list_digests() == session.digests
     assert first_difference(session, session) is None
 
 
 @pytest.mark.verifies("REQ-PKT-004")
-def test_a_whole_session_is_read_by_an_independent_reader_of_its_xtce(tmp_path):
+def test_independent_reader_decodes_a_whole_session_by_its_xtce(tmp_path):
     """Every number of every packet of two hours, without our decoder."""
     ground = flying(7200.0)
     file = tmp_path / "chibis_m.xml"

@@ -42,9 +42,7 @@ pytestmark = [
 
 
 @pytest.mark.slow
-def test_a_disk_that_is_full_at_the_end_leaves_a_checkpoint_to_go_on_from(
-    shell, scenario_file, tmp_path
-):
+def test_disk_full_at_the_end_leaves_a_resumable_checkpoint(shell, scenario_file, tmp_path):
     path, kept = scenario_file("built-in", 4e6, record_s=4e4), tmp_path / "kept.nc"
     (tmp_path / "disk").mkdir()
     where = {"DISK": tmp_path / "disk", "SCENARIO": path, "KEPT": kept, "PYTHON": sys.executable}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.notes import write_notes
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.setup.usable import checked_size
 
@@ -82,7 +82,7 @@ def check(number):
     try:
         scenario = scenario_from_text(mutated(number))
         checked_size(scenario)
-        notes_of(scenario)
+        write_notes(scenario)
     except ValueError as error:
         lines = str(error).splitlines()
         assert lines and max(map(len, lines)) < 2000
@@ -100,7 +100,7 @@ def limited():
     if not hasattr(signal, "SIGALRM"):
         pytest.skip("no alarm on this system")
     for text in TEXTS:
-        notes_of(scenario_from_text(text))
+        write_notes(scenario_from_text(text))
         checked_size(scenario_from_text(text))
     usual = signal.signal(signal.SIGALRM, too_long)
     with warnings.catch_warnings():

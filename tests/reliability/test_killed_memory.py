@@ -63,5 +63,5 @@ def test_a_memory_whose_writer_is_killed_is_old_or_new(tmp_path, number):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(5, 55))
-def test_a_memory_whose_writer_is_killed_fifty_times_is_old_or_new(tmp_path, number):
+def test_memory_is_old_or_new_after_fifty_kills_while_writing(tmp_path, number):
     kill_a_writer(tmp_path, number)

@@ -51,7 +51,7 @@ def names(folder):
 
 
 @pytest.mark.parametrize("system", slow_after(1, SYSTEMS))
-def test_a_run_replaces_the_last_one_with_the_same_files_and_numbers(
+def test_repeated_run_replaces_the_last_with_identical_files_and_numbers(
     system, there, call, scenario_file, tmp_path
 ):
     path, out = scenario_file("built-in", 300.0), tmp_path / "out"

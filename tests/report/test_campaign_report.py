@@ -15,7 +15,7 @@ from slow_cases import slow_after
 from unpacking import figures_on, numbers, trace
 
 from torquer.campaign.comparison import comparison, mean_difference, rate_difference
-from torquer.campaign.contents import least_is_worst, missing_as_worst, outcomes_of
+from torquer.campaign.contents import least_is_worst, member_outcomes, missing_as_worst
 from torquer.campaign.statistics import (
     chance_correlation,
     mean_interval,
@@ -61,12 +61,12 @@ def test_numbers_are_those_of_statistics(result, summary):
     assert (summary["members"], summary["failed"]) == (60, 2)
     assert summary["success"]["rate"] == succeeded / 60
     assert tuple(summary["success"]["interval"]) == rate_interval(succeeded, 60)
-    for name, values in outcomes_of(result).items():
+    for name, values in member_outcomes(result).items():
         each = summary["outcomes"][name]
         assert each["missing"] == np.isnan(values).sum() >= 2
         assert each["mean"] == pytest.approx(np.nanmean(values))
         assert tuple(each["mean_interval"]) == mean_interval(values)
-    values = outcomes_of(result)["settling_s"]
+    values = member_outcomes(result)["settling_s"]
     for part, found in summary["outcomes"]["settling_s"]["quantiles"].items():
         low, high = quantile_interval(values, float(part))
         wanted = [quantile(values, float(part)), low, high]
@@ -75,7 +75,7 @@ def test_numbers_are_those_of_statistics(result, summary):
     json.dumps(summary, allow_nan=False)
 
 
-def test_the_restricted_mean_counts_times_that_have_not_come_as_the_end_of_the_run():
+def test_restricted_mean_counts_missing_times_as_end_of_run():
     """96 of 256 members settle: the mean of these alone says how fast some are, not how fast."""
     result = artificial(256)
     settling = np.where(np.arange(256) < 96, np.linspace(2000.0, 4000.0, 256), np.nan)
@@ -104,7 +104,7 @@ def test_nothing_is_drawn_of_members_that_all_never_settle(tmp_path):
     assert "distribution_settling_s" not in names and "convergence" in names
 
 
-def test_the_distribution_of_a_time_goes_to_the_end_of_the_run(result, summary):
+def test_distribution_of_a_time_extends_to_end_of_run(result, summary):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         axes = draw_distribution(result, summary, "settling_s").axes[1]
@@ -127,7 +127,7 @@ def test_intervals_stay_within_the_bounds_of_their_outcome():
     assert found["sun_part"]["mean_interval"][1] == 1.0
 
 
-def test_a_missing_value_is_worst_in_the_sense_of_the_condition(result, summary):
+def test_missing_value_is_worst_in_the_sense_of_its_condition(result, summary):
     """Of the part of time in the Sun, which must be above a value, small ones are bad."""
     assert least_is_worst(result, "sun_part") and not least_is_worst(result, "settling_s")
     assert summary["outcomes"]["sun_part"]["quantiles"]["0.01"]["value"] is None
@@ -186,7 +186,7 @@ def test_the_page_has_the_numbers_and_loads_nothing(summary, written):
     assert "need JavaScript; the PNG files next to this page show the same" in text
 
 
-def test_the_plots_of_the_page_have_the_numbers_of_the_pictures(result, summary, written):
+def test_page_plots_have_the_same_numbers_as_the_pictures(result, summary, written):
     import plotly.graph_objects as go
 
     figures = figures_on(written[0].read_text(encoding="utf-8"))
@@ -194,7 +194,7 @@ def test_the_plots_of_the_page_have_the_numbers_of_the_pictures(result, summary,
         go.Figure(figure)
     shown = figures["Distribution of settling_s."]
     x, share = trace(shown, "share of members")
-    known = outcomes_of(result)["settling_s"]
+    known = member_outcomes(result)["settling_s"]
     for k in (5, 20):
         assert share[k] == pytest.approx(np.mean(known <= x[k]), rel=1e-6)
     edges, counts = trace(shown, "members")
@@ -238,7 +238,7 @@ def test_bars_of_sobol_indices_have_their_intervals():
     assert figure["layout"]["yaxis"]["autorange"] == "reversed"
 
 
-def test_the_menu_of_a_scatter_shows_one_input_at_a_time(written):
+def test_scatter_menu_shows_one_input_at_a_time(written):
     figures = figures_on(written[0].read_text(encoding="utf-8"))
     figure = figures["settling_s over inputs."]
     (menu,) = figure["layout"]["updatemenus"]
@@ -247,7 +247,7 @@ def test_the_menu_of_a_scatter_shows_one_input_at_a_time(written):
     assert [trace["visible"] for trace in figure["data"]] == shown[0]
 
 
-def test_a_member_of_a_latin_hypercube_flies_again_with_all_its_runs(result, summary):
+def test_latin_hypercube_member_flies_again_with_all_its_runs(result, summary):
     table = json.loads(result.attrs["campaign"])
     _, rows = worst_grid(summary, table | {"sampling": "latin_hypercube", "runs": 70})
     assert rows and all(row[0].endswith(" --runs 70") for row in rows)
@@ -309,7 +309,7 @@ def test_the_distribution_function_counts_missing_members():
 
 
 def test_convergence_ends_at_the_mean_of_all(result):
-    values = outcomes_of(result)["settling_s"]
+    values = member_outcomes(result)["settling_s"]
     found = means(values, [10, 60], 0.95)
     assert tuple(found[1]) == (pytest.approx(np.nanmean(values)), *mean_interval(values))
 
@@ -338,7 +338,7 @@ def test_other_members_are_independent(result):
     found = comparison(result, other)
     assert found["pairs"] == 0 and found["outcomes"]["sun_part"]["interval"][0] < 0.0
     with pytest.raises(ValueError, match="must have a common outcome"):
-        comparison(result, other.drop_vars(list(outcomes_of(other))))
+        comparison(result, other.drop_vars(list(member_outcomes(other))))
 
 
 def test_a_campaign_compared_with_itself_differs_in_nothing(result):
@@ -363,7 +363,7 @@ def test_tests_err_as_seldom_as_they_say(pairs):
     assert stats.kstest(found, stats.uniform.cdf).pvalue > 0.01
 
 
-def test_what_never_settles_is_worse_to_a_test_than_any_value():
+def test_comparison_ranks_never_settled_worse_than_any_value():
     a, b = artificial(40), artificial(40, seed=7)
     a["settling_s"][:], b["settling_s"][:] = np.arange(40.0), np.arange(40.0)
     b["settling_s"][10:] = np.nan
@@ -396,7 +396,7 @@ def test_the_page_of_two_campaigns(result, tmp_path):
     for each in found["outcomes"].values():
         assert f"{each['difference']:.4g} (" in text
     assert [path.stem for path in paths[1:]] == [
-        *(f"cdf_{name}" for name in outcomes_of(result)),
+        *(f"cdf_{name}" for name in member_outcomes(result)),
         "differences",
     ]
     check_pictures(paths[1:])
@@ -404,7 +404,7 @@ def test_the_page_of_two_campaigns(result, tmp_path):
     settled = figures["Distribution functions of settling_s."]
     for campaign, each in zip((result, other), settled["data"], strict=True):
         x, share = numbers(each["x"]), numbers(each["y"])
-        known = outcomes_of(campaign)["settling_s"]
+        known = member_outcomes(campaign)["settling_s"]
         assert share[7] == pytest.approx(np.mean(known <= x[7]), rel=1e-6)
     shown = [figure for words, figure in figures.items() if words.startswith("Difference of")]
     assert len(shown) == len(found["outcomes"]) + 1

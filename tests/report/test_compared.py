@@ -72,7 +72,7 @@ def test_what_does_not_apply_is_refused_in_one_line(detumble):
 def test_the_table_has_what_each_summary_says(both, detumble, short):
     rows = {row[0]: row[1:] for row in both.rows()}
     for k, result in enumerate((detumble, short)):
-        for label, value in torquer.rows_of(torquer.summary_of(result))[-8:]:
+        for label, value in torquer.rows_of(torquer.summarise(result))[-8:]:
             assert rows[label][k] == value
 
 
@@ -142,7 +142,7 @@ def test_joined_runs_keep_their_scenario_and_seed(detumble, short):
     for name, whole in (("detumble", detumble), ("weak", short)):
         one = torquer.run_of(joined, name)
         assert one.torquer.scenario == whole.torquer.scenario
-        assert torquer.summary_of(one) == torquer.summary_of(whole)
+        assert torquer.summarise(one) == torquer.summarise(whole)
         for key in ("omega_body", "b_measured", "sunlit_fraction", "utc", "time"):
             np.testing.assert_array_equal(one[key].values, whole[key].values)
     with pytest.raises(ValueError, match="name: must be one of detumble, weak; received 'x'"):

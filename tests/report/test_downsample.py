@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.report.common.downsample import downsampled, thinned
+from torquer.report.common.downsample import downsample, thin
 
 
 @settings(max_examples=60, deadline=None)
@@ -17,7 +17,7 @@ def test_downsampling_keeps_every_extreme_and_few_points(count, seed, spikes):
     y = np.random.default_rng(seed).normal(size=count)
     for place, size in spikes:
         y[int(place * (count - 1))] = size
-    short = downsampled(np.arange(count), y, limit=3000)
+    short = downsample(np.arange(count), y, limit=3000)
     assert 3 * len(short.t) <= 3000 and np.all(np.diff(short.t) > 0.0)
     assert short.high.max() == y.max() and short.low.min() == y.min()
     # every value lies within the range drawn at its place
@@ -32,7 +32,7 @@ def test_downsampling_keeps_every_extreme_and_few_points(count, seed, spikes):
 
 def test_downsampling_leaves_a_short_series_alone():
     t, y = np.arange(3000.0), np.arange(3000.0) ** 2
-    short = downsampled(t, y)
+    short = downsample(t, y)
     np.testing.assert_array_equal(short.t, t)
     np.testing.assert_array_equal(short.y, y)
     assert short.low is None and short.stretch_s == 0.0
@@ -41,7 +41,7 @@ def test_downsampling_leaves_a_short_series_alone():
 def test_downsampling_tells_fast_motion_from_slow():
     t = np.arange(20000.0)
     fast = np.where(t < 10000.0, np.sin(2.0 * t), np.sin(t / 2000.0))
-    short = downsampled(t, fast)
+    short = downsample(t, fast)
     early = short.t < 9000.0
     late = short.t > 11000.0
     assert short.fast[early].all() and not short.fast[late].any()
@@ -55,17 +55,17 @@ def test_downsampling_passes_over_gaps():
     y = np.ones(9000)
     y[1000:5000] = np.nan
     y[6000] = 9.0
-    short = downsampled(np.arange(9000.0), y)
+    short = downsample(np.arange(9000.0), y)
     assert np.nanmax(short.high) == 9.0
     assert np.isnan(short.y[(short.t > 1010.0) & (short.t < 4990.0)]).all()
-    assert downsampled(np.arange(9000.0), np.full(9000, np.nan)).fast.any() == np.False_
+    assert downsample(np.arange(9000.0), np.full(9000, np.nan)).fast.any() == np.False_
 
 
 def test_thinned_keeps_the_cloud_as_it_is():
     t = np.arange(50000.0)
     y = np.random.default_rng(1).normal(size=50000)
     y[777], y[33333] = 12.0, -15.0
-    short = thinned(t, y, limit=3000)
+    short = thin(t, y, limit=3000)
     assert len(short.t) <= 3000 and short.y.max() == 12.0 and short.y.min() == -15.0
     assert np.isin(short.y, y).all()
     # no pile-up at the extremes: the middle of the cloud is as full as it was

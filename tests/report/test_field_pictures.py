@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from unpacking import unpacked
 
-from torquer.analysis.field.cone import cone_of, with_cone
+from torquer.analysis.field.cone import averaged_cone, with_cone
 from torquer.analysis.field.globe import dip_poles, elements_on_grid, extremes
 from torquer.analysis.field.orbit import OrbitCase, field_dataset
 from torquer.base.time import parse_utc
@@ -42,7 +42,7 @@ def along(orbit):
 
 @pytest.fixture(scope="module")
 def paths(along, orbit):
-    return with_cone(along, cone_of(orbit))
+    return with_cone(along, averaged_cone(orbit))
 
 
 def grid_of(model, alt_km=0.0, step_deg=5.0):
@@ -82,7 +82,7 @@ def test_one_model_has_no_panel_of_angles(orbit, tmp_path):
     assert matplotlib.image.imread(path).shape[0] == pytest.approx(150 * (1.12 + 4 * 1.51), abs=2)
 
 
-def test_a_line_over_an_angle_is_led_to_the_edge_and_broken():
+def test_line_across_the_angle_seam_breaks_at_the_edge():
     x, y = unwound([340.0, 350.0, 10.0, 20.0], [1.0, 2.0, 4.0, 5.0], 360.0)
     assert x == pytest.approx([340, 350, 360, np.nan, 0, 10, 20], nan_ok=True)
     assert y == pytest.approx([1, 2, 3, np.nan, 3, 4, 5], nan_ok=True)
@@ -104,7 +104,7 @@ def test_maps_of_models_without_a_turn_can_be_drawn(tmp_path):
         assert inked(draw_map(dipole, element, tmp_path / "map.png")) > 0.3
 
 
-def test_the_map_knows_the_south_atlantic_anomaly_and_the_dip_poles():
+def test_map_shows_the_south_atlantic_anomaly_and_the_dip_poles():
     grid = grid_of(Igrf14(degree=8))
     least = extremes(grid)["least"]
     assert least["latitude_deg"] == pytest.approx(-26.0, abs=5.0)
@@ -120,7 +120,7 @@ def test_the_map_knows_the_south_atlantic_anomaly_and_the_dip_poles():
 
 
 def test_the_cone_is_that_of_the_averaged_field(along, orbit):
-    shape = cone_of(orbit)
+    shape = averaged_cone(orbit)
     b = along["b_y"].sel(model="averaged").values
     assert np.linalg.norm(b, axis=-1) == pytest.approx(shape.b0_t, rel=1e-12)
     assert angles_deg(b, shape.axis_y) == pytest.approx(shape.half_angle_deg, rel=1e-12)
@@ -130,7 +130,7 @@ def test_the_cone_is_that_of_the_averaged_field(along, orbit):
     assert shape.y_from_z.T @ shape.y_from_z == pytest.approx(np.eye(3), abs=1e-15)
 
 
-def test_the_direct_dipole_leaves_the_cone_by_little_more_than_a_degree(paths):
+def test_direct_dipole_strays_about_a_degree_from_the_cone(paths):
     """The greatest deviation over all inclinations lies near 52 deg."""
     off = paths["off_cone"].sel(model="direct_dipole").max()
     assert float(off) == pytest.approx(1.09, abs=0.01)
@@ -139,7 +139,7 @@ def test_the_direct_dipole_leaves_the_cone_by_little_more_than_a_degree(paths):
 @pytest.mark.parametrize("inclination_deg", [0.0, 51.7, 90.0, 180.0])
 def test_cones_of_every_inclination_are_drawn(inclination_deg, tmp_path):
     orbit = Circular(altitude_km=550.0, inclination_deg=inclination_deg)
-    paths = with_cone(fields_on(orbit, count=61), cone_of(orbit))
+    paths = with_cone(fields_on(orbit, count=61), averaged_cone(orbit))
     path = draw_cone(paths, tmp_path / "cone.png")
     assert 0.02 < inked(path) < 0.6
     assert colours_in(path, "#0072B2")

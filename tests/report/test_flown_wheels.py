@@ -10,9 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
-from torquer.analysis.attitude import attitude_error_of
-from torquer.analysis.summary import summary_of
-from torquer.analysis.summary_rows import rows_of
+from torquer.analysis.attitude import find_attitude_error
+from torquer.analysis.summary import summarise
+from torquer.analysis.summary_rows import summary_rows
 from torquer.analysis.wheel_use import FlownWheels, zero_crossings
 from torquer.computer.laws.wheel_pd import WheelPd
 from torquer.report import write_report
@@ -23,9 +23,9 @@ from torquer.report.flight.page import page
 from torquer.report.flight.panels.reaction_wheels import speeds
 from torquer.report.flight.png import draw_overview, draw_picture
 from torquer.report.flight.setting import hardware_lines, setting
-from torquer.report.flight.view import view_of
+from torquer.report.flight.view import make_view
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup.simulate import simulate
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 
@@ -34,12 +34,12 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def view(flown):
-    return view_of(flown)
+    return make_view(flown)
 
 
 @pytest.fixture(scope="module")
 def view_alone(alone):
-    return view_of(alone)
+    return make_view(alone)
 
 
 def wheels(momentum, kind="orthogonal", layout=None, **keys) -> FlownWheels:
@@ -59,7 +59,7 @@ def wheels(momentum, kind="orthogonal", layout=None, **keys) -> FlownWheels:
 # ------------------------------------------------------------------ what is derived
 
 
-def test_momentum_of_all_wheels_is_what_the_whole_lacks_in_the_body(flown, view):
+def test_total_wheel_momentum_is_whole_momentum_less_that_of_body(flown, view):
     body = flown["omega_body"].values * [1.0, 1.2, 1.5]
     turn = Rotation.from_quat(flown["q_body_to_inertial"].values)
     whole = turn.inv().apply(flown["momentum_inertial"].values)
@@ -115,7 +115,7 @@ def test_events_come_in_order_of_time():
 
 
 def test_held_attitude_is_that_of_the_scenario(flown):
-    held = attitude_error_of(flown)
+    held = find_attitude_error(flown)
     # euler_deg = [10, -20, 70] for [10, -20, 30], sequence 321: 40 deg about body x
     np.testing.assert_allclose(held.error_deg[0], [40.0, 0.0, 0.0], atol=1e-9)
     assert held.orbital and held.angle_deg[0] == pytest.approx(40.0)
@@ -125,7 +125,7 @@ def test_held_attitude_is_that_of_the_scenario(flown):
 
 def test_error_and_rate_are_of_one_motion(flown):
     """The turn vector grows at the relative rate where it is small."""
-    held = attitude_error_of(flown)
+    held = find_attitude_error(flown)
     rows = slice(20, 400)
     small = np.radians(held.error_deg)
     growth = (small[2:] - small[:-2])[rows] / 4.0
@@ -133,12 +133,12 @@ def test_error_and_rate_are_of_one_motion(flown):
     np.testing.assert_allclose(growth, held.rate_rad_s[1:-1][rows], atol=2e-4)
 
 
-def test_the_reference_is_that_of_the_flown_law_not_of_the_scenarios_own(flown):
+def test_reference_is_that_of_flown_law_not_of_scenario(flown):
     other = WheelPd(
         bandwidth_rad_s=0.1, inertia_kg_m2=[1.0, 1.2, 1.5], euler_deg=[10.0, -20.0, 50.0]
     )
-    result = simulate(scenario_of(flown), laws={"wheels": other.law()}, until_s=2.0)
-    assert attitude_error_of(result).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
+    result = simulate(flown_scenario(flown), laws={"wheels": other.law()}, until_s=2.0)
+    assert find_attitude_error(result).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
 
 
 def with_control(result, **keys):
@@ -151,31 +151,31 @@ def with_control(result, **keys):
 def test_nothing_is_said_of_the_attitude_under_a_users_law(flown):
     given = {"kind": "given_in_python", "name": "wheel_pd", "parameters": {"orbital": 1.0}}
     own = with_control(flown, laws={"wheels": given})
-    assert attitude_error_of(own) is None
-    assert "attitude_error" not in [picture.name for picture in drawn.pictures(view_of(own))]
-    assert not any("attitude" in key for key in summary_of(own))
+    assert find_attitude_error(own) is None
+    assert "attitude_error" not in [picture.name for picture in drawn.pictures(make_view(own))]
+    assert not any("attitude" in key for key in summarise(own))
 
 
 def test_coils_that_hold_an_attitude_have_an_attitude_error(detumble):
     from torquer.computer.laws.three_axis import ThreeAxis
 
     law = ThreeAxis(rate_gain_n_m_s_per_t2=1.0, angle_gain_n_m_per_t2=1.0, reference="inertial")
-    held = attitude_error_of(with_control(detumble, law=law.model_dump()))
+    held = find_attitude_error(with_control(detumble, law=law.model_dump()))
     turn = Rotation.from_quat(detumble["q_body_to_inertial"].values)
     assert not held.orbital
     np.testing.assert_allclose(held.error_deg, np.degrees(turn.as_rotvec()), atol=1e-9)
-    assert attitude_error_of(detumble) is None
+    assert find_attitude_error(detumble) is None
 
 
-def test_two_laws_of_one_attitude_have_an_error_and_of_two_attitudes_none(flown):
+def test_two_laws_have_an_error_only_if_attitudes_agree(flown):
     laws = json.loads(flown.attrs["scenario"])["control"]["laws"]
     again = laws["wheels"] | {"bandwidth_rad_s": 0.05}
     twice = with_control(flown, laws=laws | {"slow": again})
     np.testing.assert_array_equal(
-        attitude_error_of(twice).error_deg, attitude_error_of(flown).error_deg
+        find_attitude_error(twice).error_deg, find_attitude_error(flown).error_deg
     )
     apart = with_control(flown, laws=laws | {"slow": again | {"euler_deg": [0.0, 0.0, 0.0]}})
-    assert attitude_error_of(apart) is None
+    assert find_attitude_error(apart) is None
 
 
 @pytest.mark.parametrize(("parameter", "value", "one"), [
@@ -187,7 +187,7 @@ def test_modes_that_turn_the_wanted_attitude_leave_no_one_error(flown, parameter
         "then": {"laws": ["wheels", "coils"], "set": {parameter: value}, "final": True},
     }
     changing = with_control(flown, modes={"states": states})
-    assert (attitude_error_of(changing) is not None) is one
+    assert (find_attitude_error(changing) is not None) is one
 
 
 # ------------------------------------------------------------------ pictures
@@ -199,7 +199,7 @@ def names(view) -> list[str]:
 
 def test_pictures_are_of_what_there_is(detumble, view, view_alone):
     always = ["rate", "momentum", "field", "dipoles", "torques", "pointing"]
-    assert names(view_of(detumble)) == always
+    assert names(make_view(detumble)) == always
     assert names(view) == ["attitude_error", "rate", "wheels", *always[1:]]
     assert names(view_alone) == [
         "attitude_error",
@@ -232,7 +232,7 @@ def test_labels_of_marks_stand_above_the_lines(view):
 def test_limits_are_drawn_where_they_are_near(view, part, seen):
     momentum = np.zeros((len(view.t_s), 4))
     momentum[5, 1] = -0.4 * part
-    near = view_of(
+    near = make_view(
         view.result.assign(
             wheel_momentum=(("time", "wheel"), momentum),
             wheel_speed=(("time", "wheel"), momentum / 0.4 * 6000.0 * RPM),
@@ -261,7 +261,7 @@ def test_twelve_wheels_are_distinguishable(view):
     assert [line.label for line in lines] == [str(k) for k in range(12)]
 
 
-def test_the_attitude_is_taken_up_and_held_in_panels_of_their_own(view):
+def test_acquiring_and_holding_the_attitude_have_separate_panels(view):
     windows = [panel.window for panel in drawn.pictures(view)[0].panels]
     taken_up = view.acquired_s
     assert 30.0 < taken_up < 300.0
@@ -291,7 +291,7 @@ def test_marks_are_on_the_page(view):
 @pytest.mark.filterwarnings("error")
 def test_the_report_is_written(flown, tmp_path):
     paths = write_report(flown, tmp_path, plots=True)
-    assert set(paths) == {*names(view_of(flown)), "ground_track", "overview", "report"}
+    assert set(paths) == {*names(make_view(flown)), "ground_track", "overview", "report"}
     for name in ("attitude_error", "wheels", "overview"):
         image = matplotlib.image.imread(paths[name])[..., :3]
         assert 0.02 < np.mean(np.any(image < 0.95, axis=2)) < 0.9
@@ -301,7 +301,7 @@ def test_the_report_is_written(flown, tmp_path):
 
 def reported(result) -> str:
     """The page's text, after the overview and the first picture have been drawn."""
-    seen = view_of(result)
+    seen = make_view(result)
     pictures = drawn.pictures(seen)
     for figure in (draw_overview(seen), draw_picture(seen, pictures[0])):
         FigureCanvasAgg(figure).draw()
@@ -323,14 +323,14 @@ def test_a_satellite_without_any_actuator_is_reported(detumble):
     result = detumble.assign_attrs(scenario=json.dumps(bare), laws=json.dumps(off))
     text = reported(result)
     assert "Reaction wheels" not in text and "Dipole of the coils" not in text
-    assert not any("coil" in key for key in summary_of(result))
+    assert not any("coil" in key for key in summarise(result))
 
 
 # ------------------------------------------------------------------ what is said
 
 
 def test_summary_of_wheels(flown):
-    answer = summary_of(flown)
+    answer = summarise(flown)
     share = np.abs(flown["wheel_momentum"].values) / 0.4
     row, wheel = np.unravel_index(np.argmax(share), share.shape)
     assert answer["peak_wheel_momentum_share"] == pytest.approx(share.max())
@@ -353,18 +353,18 @@ def test_summary_of_wheels(flown):
 def test_time_at_which_a_wheel_is_full(flown):
     momentum = 0.1 * np.sin(0.01 * flown["time"].values)[:, None] * np.ones(4)
     full = flown.assign(wheel_momentum=(("time", "wheel"), momentum.copy()))
-    assert summary_of(full)["wheel_momentum_limit_reached_at_s"] is None
+    assert summarise(full)["wheel_momentum_limit_reached_at_s"] is None
     momentum[70:80, 3] = -0.4
     full = flown.assign(wheel_momentum=(("time", "wheel"), momentum))
-    answer = summary_of(full)
+    answer = summarise(full)
     assert answer["wheel_momentum_limit_reached_at_s"] == 140.0
     assert answer["peak_wheel_momentum_wheel"] == 3
-    assert "wheel 3 at the momentum limit for 1.1 % of the run (20 s)" in notes(view_of(full))
+    assert "wheel 3 at the momentum limit for 1.1 % of the run (20 s)" in notes(make_view(full))
 
 
 def test_summary_of_the_attitude(flown):
-    answer = summary_of(flown)
-    angle = attitude_error_of(flown).angle_deg
+    answer = summarise(flown)
+    angle = find_attitude_error(flown).angle_deg
     assert answer["initial_attitude_error_deg"] == pytest.approx(40.0)
     assert answer["final_attitude_error_deg"] == angle[-1]
     # shorter than a revolution
@@ -376,8 +376,8 @@ def test_summary_of_the_attitude(flown):
 
 def test_last_revolution_of_the_attitude(flown):
     far = flown.assign_coords(time=flown["time"] * 10.0)  # 18000 s, of 5677 s each
-    answer, angle = summary_of(far), attitude_error_of(far).angle_deg
-    last = angle[far["time"].values >= 18000.0 - 2.0 * np.pi / view_of(far).omega0_rad_s]
+    answer, angle = summarise(far), find_attitude_error(far).angle_deg
+    last = angle[far["time"].values >= 18000.0 - 2.0 * np.pi / make_view(far).omega0_rad_s]
     assert 280 < len(last) < 290
     assert answer["mean_attitude_error_last_revolution_deg"] == pytest.approx(last.mean())
     assert answer["peak_attitude_error_last_revolution_deg"] == last.max()
@@ -385,12 +385,12 @@ def test_last_revolution_of_the_attitude(flown):
 
 def test_rows_are_of_what_there_is(flown, alone, detumble):
     def labels(result):
-        return " ".join(label for label, _ in rows_of(summary_of(result))).lower()
+        return " ".join(label for label, _ in summary_rows(summarise(result))).lower()
 
     assert "coil" in labels(flown) and "wheel" in labels(flown)
     assert "coil" not in labels(alone) and "attitude error" in labels(alone)
     assert "wheel" not in labels(detumble) and "attitude" not in labels(detumble)
-    assert not any("coil" in key for key in summary_of(alone))
+    assert not any("coil" in key for key in summarise(alone))
 
 
 def test_setting_tells_hardware_and_both_laws(view, view_alone):
@@ -413,7 +413,7 @@ def test_setting_tells_hardware_and_both_laws(view, view_alone):
 
 
 def test_setting_without_wheels_is_as_it_was(detumble):
-    labels = [label for label, _ in setting(view_of(detumble))]
+    labels = [label for label, _ in setting(make_view(detumble))]
     assert labels == [
         "Ended", "Start", "Orbit", "Eclipse", "Field", "Law", "Law runs as", "Cycle",
         "Integration", "Seed",
@@ -443,7 +443,7 @@ def test_hardware_with_limits_of_their_own():
 def test_a_law_in_plain_python_is_named_in_the_report(flown):
     laws = json.loads(flown.attrs["laws"])
     laws["wheels"]["runs_as"] = "plain Python (slow: not decorated)"
-    slow = view_of(flown.assign_attrs(laws=json.dumps(laws)))
+    slow = make_view(flown.assign_attrs(laws=json.dumps(laws)))
     assert any(note.startswith("the law wheel_pd runs as plain Python") for note in notes(slow))
     assert dict(setting(slow))["Law wheels runs as"] == laws["wheels"]["runs_as"]
 
@@ -451,7 +451,7 @@ def test_a_law_in_plain_python_is_named_in_the_report(flown):
 def test_a_law_of_wheels_given_in_the_call_is_reported(flown):
     """The scenario's does nothing; `simulate` gets one: its attitude is shown."""
     data = json.loads(flown.attrs["scenario"])
-    law = scenario_of(flown).control.laws["wheels"].law()
+    law = flown_scenario(flown).control.laws["wheels"].law()
     data["control"]["laws"]["wheels"] = {"kind": "off"}
     result = simulate(Scenario.model_validate(data), laws={"wheels": law}, until_s=20.0)
-    assert attitude_error_of(result).angle_deg[0] == pytest.approx(40.0)
+    assert find_attitude_error(result).angle_deg[0] == pytest.approx(40.0)

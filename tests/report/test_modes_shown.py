@@ -14,14 +14,14 @@ from law_examples import EXAMPLES
 from pydantic import TypeAdapter
 
 from torquer import simulate
-from torquer.analysis.mode_use import RegionRecord, regions_of, state_uses
-from torquer.analysis.summary import summary_of
-from torquer.analysis.summary_rows import rows_of
+from torquer.analysis.mode_use import RegionRecord, find_regions, state_uses
+from torquer.analysis.summary import summarise
+from torquer.analysis.summary_rows import summary_rows
 from torquer.computer.estimation import AnyEstimator
 from torquer.computer.laws import AnyLaw
 from torquer.computer.modes.diagram import svg
 from torquer.report import write_report
-from torquer.report.common.keys import in_one_line, keys_of
+from torquer.report.common.keys import changed_keys, in_one_line
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.interactive import panel_figure
 from torquer.report.flight.notes import notes
@@ -29,14 +29,14 @@ from torquer.report.flight.page import page
 from torquer.report.flight.panels.modes import strip
 from torquer.report.flight.png import draw_picture
 from torquer.report.flight.setting import setting
-from torquer.report.flight.view import view_of
+from torquer.report.flight.view import make_view
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 
 @pytest.fixture(scope="module")
 def view(switched):
-    return view_of(switched)
+    return make_view(switched)
 
 
 # ------------------------------------------------------------------ what is derived
@@ -44,7 +44,7 @@ def view(switched):
 
 def test_the_night_is_the_shadow(switched):
     """The region follows the ephemeris, which is that of the result."""
-    (_, light) = regions_of(switched)
+    (_, light) = find_regions(switched)
     assert (light.name, light.states) == ("light", ("day", "night"))
     sunlit_fraction = switched["sunlit_fraction"].values
     clear = (np.abs(sunlit_fraction - 0.5) > 0.1) & (switched["time"].values > 0.0)
@@ -66,7 +66,7 @@ def test_uses_are_those_of_the_record(switched):
 
 def test_spans_cover_the_time_without_a_gap(switched):
     t = switched["time"].values
-    for region in regions_of(switched):
+    for region in find_regions(switched):
         spans = sorted(itertools.chain(*region.spans(t)))
         assert spans[0][0] == 0.0 and spans[-1][1] == t[-1]
         assert all(a[1] == b[0] for a, b in itertools.pairwise(spans))
@@ -81,16 +81,16 @@ def test_spans_and_shares_of_a_known_record():
 
 
 def test_summary_has_laws_and_modes(switched, detumble):
-    answer = summary_of(switched)
+    answer = summarise(switched)
     assert {key: law["name"] for key, law in answer["laws"].items()} == {
         "damping": "bdot", "pitch": "bias_momentum",
     }  # fmt: skip
     assert answer["modes"]["task"]["hold"]["entries"] == 1
     share = answer["modes"]["task"]["hold"]["share"]
-    row = dict(rows_of(answer))["Time by mode of task"]
+    row = dict(summary_rows(answer))["Time by mode of task"]
     assert row == f"hold {share:.1%}, detumble {1.0 - share:.1%}"
-    assert "modes" not in summary_of(detumble)
-    assert not any("mode" in label for label, _ in rows_of(summary_of(detumble)))
+    assert "modes" not in summarise(detumble)
+    assert not any("mode" in label for label, _ in summary_rows(summarise(detumble)))
 
 
 def test_a_law_within_modes_has_its_attitude_error(view):
@@ -106,7 +106,7 @@ def test_strips_stand_above_every_picture(view, detumble):
         titles = [panel.title for panel in picture.panels if panel.bars]
         assert titles == ["Mode: task", "Mode: light"]
         assert [panel.title for panel in picture.panels[:2]] == titles
-    plain = drawn.pictures(view_of(detumble))
+    plain = drawn.pictures(make_view(detumble))
     assert not any(panel.bars for picture in plain for panel in picture.panels)
 
 
@@ -154,7 +154,7 @@ def test_every_logged_quantity_has_its_panel(view):
 
 
 def test_no_logs_no_picture_of_them(detumble):
-    assert "logs" not in [picture.name for picture in drawn.pictures(view_of(detumble))]
+    assert "logs" not in [picture.name for picture in drawn.pictures(make_view(detumble))]
 
 
 # ------------------------------------------------------------------ page and files
@@ -163,7 +163,7 @@ def test_no_logs_no_picture_of_them(detumble):
 @pytest.mark.filterwarnings("error")
 def test_the_report_has_diagram_strips_and_table(switched, view, tmp_path):
     paths = write_report(switched, tmp_path, plots=True)
-    assert paths["modes"].read_text() == svg(scenario_of(switched).control.modes)
+    assert paths["modes"].read_text() == svg(flown_scenario(switched).control.modes)
     image = matplotlib.image.imread(paths["rate"])[..., :3]
     assert 0.02 < np.mean(np.any(image < 0.95, axis=2)) < 0.9
     text = paths["report"].read_text()
@@ -179,8 +179,8 @@ def test_the_report_has_diagram_strips_and_table(switched, view, tmp_path):
     assert safe[1:] == ["0 times", "never", "0.0%"]
 
 
-def test_the_page_of_a_run_without_modes_has_no_such_section(detumble):
-    seen = view_of(detumble)
+def test_page_of_a_run_without_modes_has_no_mode_section(detumble):
+    seen = make_view(detumble)
     assert 'id="modes"' not in page(seen, drawn.pictures(seen))
 
 
@@ -199,7 +199,7 @@ def test_keys_shown_give_the_same_law_again(kind):
     filters = {"kalman_gyro": GYRO, "kalman_dynamics": DYNAMICS}
     given = filters.get(kind) or {"kind": kind} | EXAMPLES[kind]
     spec = TypeAdapter(AnyLaw | AnyEstimator).validate_python(given)
-    shown = keys_of(spec)
+    shown = changed_keys(spec)
     assert TypeAdapter(type(spec)).validate_python({"kind": kind} | shown) == spec
     line = in_one_line(shown)
     assert "None" not in line and all(f"{key} = " in line for key in shown)
@@ -218,7 +218,7 @@ def test_faults_of_the_table_are_notes(switched, view):
     assert not any(note.startswith("modes: ") for note in notes(view))
     data = json.loads(switched.attrs["scenario"])
     del data["control"]["modes"]["regions"]["task"]["states"]["safe"]["final"]
-    trapped = view_of(switched.assign_attrs(scenario=json.dumps(data)))
+    trapped = make_view(switched.assign_attrs(scenario=json.dumps(data)))
     (note,) = (note for note in notes(trapped) if note.startswith("modes: "))
     assert note == "modes: task.safe: nothing leads out; declare it final = true if it is meant so"
 
@@ -229,7 +229,7 @@ def test_states_and_their_deviations_have_panels_of_one_unit_each():
     estimator = GYRO | {"record_covariance": True, "magnetometer_bias_sigma_nt": 300.0}
     data = {**SCENARIO, "control": {"law": {"kind": "off"}, "estimator": estimator}}
     result = simulate(scenario_from_data(data).replace("simulation.duration_s", 60.0))
-    (picture,) = [each for each in drawn.pictures(view_of(result)) if each.name == "logs"]
+    (picture,) = [each for each in drawn.pictures(make_view(result)) if each.name == "logs"]
     shown = {panel.title: panel for panel in picture.panels}
     assert [title for title in shown if "states" in title] == [
         "estimator.states, gyro_bias", "estimator.states, magnetometer_bias",
@@ -247,7 +247,7 @@ def test_what_never_changes_has_no_panel_but_a_word(view):
     values = view.result[name]
     for still, words in ((values * 0.0 + 2.0, f"Always 2 N m s: {name}."),
                          (values * np.nan, f"Without a value: {name}.")):  # fmt: skip
-        changed = view_of(view.result.assign({name: still.assign_attrs(values.attrs)}))
+        changed = make_view(view.result.assign({name: still.assign_attrs(values.attrs)}))
         (logs,) = [each for each in drawn.pictures(changed) if each.name == "logs"]
         assert [panel.title for panel in logs.panels if not panel.bars] == ["pitch.pitch_rad"]
         assert logs.caption.endswith(words)

@@ -18,11 +18,11 @@ from slow_cases import slow_after
 from unpacking import unpacked
 
 import torquer
-from torquer.analysis.summary import summary_of
-from torquer.analysis.summary_rows import rows_of
+from torquer.analysis.summary import summarise
+from torquer.analysis.summary_rows import summary_rows
 from torquer.report import write_report
 from torquer.report.common.colours import AXES
-from torquer.report.common.interactive import packed
+from torquer.report.common.interactive import pack_numbers
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
@@ -30,10 +30,10 @@ from torquer.report.flight.orbit_scene import orbit_figure
 from torquer.report.flight.page import page
 from torquer.report.flight.png import draw_overview, draw_picture
 from torquer.report.flight.scene import scene_figure
-from torquer.report.flight.view import view_of
+from torquer.report.flight.view import make_view
 from torquer.scenario.load import scenario_from_text
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import toml_of
+from torquer.scenario.toml_text import to_toml
 from torquer.simulation.setup.simulate import simulate
 
 PICTURES = (
@@ -110,7 +110,7 @@ def test_all_three_axes_are_seen(report, name):
 
 def test_drawing_leaves_matplotlib_alone(detumble, tmp_path):
     before = dict(matplotlib.rcParams)
-    few = view_of(detumble.isel(time=slice(0, 50)))
+    few = make_view(detumble.isel(time=slice(0, 50)))
     FigureCanvasAgg(draw_picture(few, drawn.rate(few))).print_png(tmp_path / "rate.png")
     assert dict(matplotlib.rcParams) == before
     assert (tmp_path / "rate.png").stat().st_size > 10_000
@@ -146,11 +146,11 @@ def test_page_loads_nothing(text, parsed):
 
 def test_page_says_what_the_summary_says(detumble, parsed):
     cells = parsed.inside("td")
-    for label, value in rows_of(summary_of(detumble), verdict=False):
+    for label, value in summary_rows(summarise(detumble), verdict=False):
         assert value in cells, label
-    assert set(summary_of(detumble)["cite"].values()) <= set(cells)
+    assert set(summarise(detumble)["cite"].values()) <= set(cells)
     assert "environment.field (igrf14)" in cells and "control.law (bdot)" in cells
-    verdict = summary_of(detumble)["verdict"]
+    verdict = summarise(detumble)["verdict"]
     assert verdict["headline"] in parsed.inside("p")
     assert any(f"rate below {verdict['goals'][0]['below']:.3g} deg/s" in cell for cell in cells)
     assert "2020-03-01 00:00:00 UTC" in cells and "bdot (gain_a_m2_s_per_t = 2e+06)" in cells
@@ -174,7 +174,7 @@ def test_page_can_be_read_without_seeing_and_steered_by_keys(parsed):
 
 
 def test_no_row_stands_twice(detumble):
-    labels = [label.strip() for label, _ in rows_of(summary_of(detumble))]
+    labels = [label.strip() for label, _ in summary_rows(summarise(detumble))]
     assert len(labels) == len(set(labels))
 
 
@@ -199,7 +199,7 @@ def test_scenario_on_the_page_runs_the_same_again(detumble, parsed):
 )
 def test_any_description_survives_as_toml(make, description):
     scenario = make("text", description=description)
-    answer = toml_of(json.loads(scenario.model_dump_json(exclude_unset=True)))
+    answer = to_toml(json.loads(scenario.model_dump_json(exclude_unset=True)))
     assert scenario_from_text(answer).model_dump() == scenario.model_dump()
 
 
@@ -215,7 +215,7 @@ def test_toml_of_nested_and_empty_tables():
     }
     expected = {**data}
     del expected["none"]
-    text = toml_of(data)
+    text = to_toml(data)
     assert tomllib.loads(text) == expected
     assert "x = [[1.5, 2], [3, 4]]" in text  # short lists stand in a line
 
@@ -225,7 +225,7 @@ def test_no_text_is_taken_for_a_list(words):
     import tomllib
 
     data = {"a": words, "b": [words, words], "t": [{"x": [1, 2]}], words: [[1.0, 2.0]] * 9}
-    assert tomllib.loads(toml_of(data)) == data
+    assert tomllib.loads(to_toml(data)) == data
 
 
 def figures_of(view):
@@ -237,14 +237,14 @@ def figures_of(view):
 def test_plotly_knows_every_property(detumble):
     import plotly.graph_objects as go
 
-    for figure in figures_of(view_of(detumble)):
+    for figure in figures_of(make_view(detumble)):
         go.Figure(figure)
 
 
 def test_figures_on_the_page_are_those_of_the_result(detumble, parsed):
     *packed_figures, _, _ = parsed.inside("script")  # plotly.js and the page's own come last
     figures = [json.loads(unpacked(script)) for script in packed_figures]
-    made = figures_of(view_of(detumble))
+    made = figures_of(make_view(detumble))
     assert figures == json.loads(json.dumps(made))
     trace = next(t for t in figures[0]["data"] if t["name"] == "|ω|")
     y = np.frombuffer(base64.b64decode(trace["y"]["bdata"]), dtype="<f4")
@@ -255,7 +255,7 @@ def test_figures_on_the_page_are_those_of_the_result(detumble, parsed):
 def test_packed_numbers_come_back():
     values = np.array([1.5, -2.0, np.nan, 1e30])
     for kind in ("f4", "f8"):
-        answer = packed(values, kind)
+        answer = pack_numbers(values, kind)
         back = np.frombuffer(base64.b64decode(answer["bdata"]), dtype=f"<{answer['dtype']}")
         np.testing.assert_allclose(back, values, rtol=1e-7)
 
@@ -347,13 +347,13 @@ def test_partial_results_are_reported(detumble, tmp_path, rows):
     cut = detumble.isel(time=slice(0, rows)).assign_attrs(ended="interrupted at t = <i>3 s")
     if rows == 1:
         assert len(write_report(cut, tmp_path, plots=True)) == 9
-    text = page(view_of(cut), drawn.pictures(view_of(cut)))
+    text = page(make_view(cut), drawn.pictures(make_view(cut)))
     assert "this run is not complete: interrupted at t = &lt;i&gt;3 s" in text
 
 
 def test_dollars_and_long_lines_are_no_trouble(make):
     scenario = make("long", description=r"$\frac$ " + "word " * 100, simulation={"duration_s": 8.0})
-    canvas = FigureCanvasAgg(draw_overview(view_of(simulate(scenario))))
+    canvas = FigureCanvasAgg(draw_overview(make_view(simulate(scenario))))
     canvas.draw()
     image = np.asarray(canvas.buffer_rgba())
     assert np.all(image[:, -10:] == 255) and np.any(image[:80, -400:] < 128)

@@ -10,19 +10,19 @@ import pytest
 import torquer
 from torquer.analysis.coils import coil_reach
 from torquer.analysis.control_cycle import fresh_rows
-from torquer.analysis.summary import summary_of
+from torquer.analysis.summary import summarise
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.notes import notes
 from torquer.report.flight.scene import chapters, scene_figure
-from torquer.report.flight.view import view_of
-from torquer.simulation.results.dataset import scenario_of
+from torquer.report.flight.view import make_view
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup.simulate import simulate
 
 
 @pytest.fixture(scope="module")
 def view(detumble):
-    return view_of(detumble)
+    return make_view(detumble)
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,7 @@ def test_fresh_readings_differ_from_the_truth_by_the_bias_alone(make, control):
     result = simulate(make(control=control, simulation={"duration_s": 240.0, "record_s": 0.5}))
     error_nt = 1e9 * (result["b_measured"].values - result["b_body"].values)
     error_nt -= [100.0, -200.0, 300.0]
-    fresh = fresh_rows(scenario_of(result), result["time"].values)
+    fresh = fresh_rows(flown_scenario(result), result["time"].values)
     # the field is tabulated to 1e-9 of some 30 000 nT
     assert np.abs(error_nt[fresh]).max() < 1e-3
     stale = np.delete(np.arange(len(error_nt) - 1), fresh)
@@ -52,7 +52,7 @@ def test_field_picture_shows_the_bias(view):
 
 def test_no_error_panel_for_a_perfect_magnetometer(make):
     result = simulate(make(spacecraft={"magnetometer": {}}, simulation={"duration_s": 60.0}))
-    titles = [panel.title for panel in drawn.field(view_of(result)).panels]
+    titles = [panel.title for panel in drawn.field(make_view(result)).panels]
     assert not any(title.startswith("Magnetometer") for title in titles)
 
 
@@ -74,8 +74,8 @@ def test_eclipses_agree_with_the_earths_shadow(detumble, view):
 
 def test_attitude_between_records_is_the_one_that_was_passed(make):
     fine = simulate(make(simulation={"duration_s": 60.0, "record_s": 0.5}))
-    coarse = view_of(fine.isel(time=slice(0, None, 4)))
-    truth = view_of(fine).to_inertial(fine["time"].values)
+    coarse = make_view(fine.isel(time=slice(0, None, 4)))
+    truth = make_view(fine).to_inertial(fine["time"].values)
     answer = coarse.to_inertial(fine["time"].values)
     np.testing.assert_allclose(answer[::4], truth[::4], atol=1e-12)
     # half-way, a chord of constant rate is off by rate' t^2 / 8, and rate' <= 0.42 rate^2 here
@@ -85,17 +85,17 @@ def test_attitude_between_records_is_the_one_that_was_passed(make):
 
 def test_record_is_needed(detumble):
     with pytest.raises(ValueError, match="result: must hold at least one record; received none"):
-        view_of(detumble.isel(time=slice(0, 0)))
+        make_view(detumble.isel(time=slice(0, 0)))
 
 
 def test_notes_say_what_to_beware_of(make, detumble):
-    assert notes(view_of(detumble)) == []
+    assert notes(make_view(detumble)) == []
     tumbling = make(
         spacecraft={"magnetometer": {"range_nt": 20000.0}},
         initial={"rate_deg_s": [50.0, 20.0, 0.0]},
         simulation={"duration_s": 60.0, "step_s": 0.5, "record_s": 6.0},
     )
-    answer = notes(view_of(simulate(tumbling, until_s=30.0)))
+    answer = notes(make_view(simulate(tumbling, until_s=30.0)))
     for wanted in (
         "this run is not complete: stopped at t = 30 s",
         "the law will drive the rotation",
@@ -109,8 +109,8 @@ def test_law_that_took_the_place_of_the_scenarios_own(make):
     from torquer.computer.laws.off import Off
 
     fast = make(initial={"rate_deg_s": [50.0, 20.0, 0.0]}, simulation={"duration_s": 20.0})
-    assert any("drive the rotation" in note for note in notes(view_of(simulate(fast))))
-    answer = notes(view_of(simulate(fast, law=Off().law())))
+    assert any("drive the rotation" in note for note in notes(make_view(simulate(fast))))
+    answer = notes(make_view(simulate(fast, law=Off().law())))
     assert not any("drive the rotation" in note for note in answer)
 
 
@@ -120,7 +120,7 @@ def test_reach_of_skew_coils_is_the_greatest_over_all_switchings(make):
     skew = make(
         spacecraft={"coils": {"limit_a_m2": limits, "axes": axes}}, simulation={"duration_s": 8.0}
     )
-    view = view_of(simulate(skew))
+    view = make_view(simulate(skew))
     units = np.array(axes) / np.linalg.norm(axes, axis=1)[:, None]
     switched = [np.array(signs) * limits @ units for signs in itertools.product((-1, 1), repeat=4)]
     np.testing.assert_allclose(coil_reach(skew.spacecraft.coils), np.max(switched, axis=0))
@@ -170,7 +170,7 @@ def test_field_map_is_the_models_own(make):
     def map_of(kind):
         environment = {"field": kind, "earth_rotation": "sidereal"}
         result = simulate(make(environment=environment, simulation={"duration_s": 4.0}))
-        return view_of(result).field_map, float(result["altitude"].mean())
+        return make_view(result).field_map, float(result["altitude"].mean())
 
     (lon, lat, strength), height_m = map_of({"kind": "direct_dipole", "mu_e_t_km3": 8e6})
     assert strength.shape == (len(lat), len(lon)) and (lon[0], lon[-1]) == (-180.0, 180.0)
@@ -195,9 +195,9 @@ def test_chapters_let_the_eye_follow(view):
 def test_slow_motion_is_one_chapter(make):
     slow = make(initial={"rate_deg_s": [0.1, 0.0, 0.2]}, simulation={"duration_s": 600.0})
     result = simulate(slow)
-    (only,) = chapters(view_of(result))
+    (only,) = chapters(make_view(result))
     assert only.name == "Whole run" and only.t_s[-1] == 600.0
-    (single,) = chapters(view_of(result.isel(time=[0])))
+    (single,) = chapters(make_view(result.isel(time=[0])))
     assert single.t_s.tolist() == [0.0]
 
 
@@ -206,7 +206,7 @@ def test_coarse_record_is_shown_as_it_is(make):
         initial={"rate_deg_s": [0.0, 0.0, 40.0]},
         simulation={"duration_s": 3000.0, "step_s": 0.5, "record_s": 10.0},
     )
-    view = view_of(simulate(spin))
+    view = make_view(simulate(spin))
     assert not view.can_follow()
     assert all("too far apart" in part.description for part in chapters(view))
     assert np.isin(np.concatenate([part.t_s for part in chapters(view)]), view.t_s).all()
@@ -227,17 +227,15 @@ def test_frames_show_the_attitude(view):
 
 
 @pytest.mark.parametrize("fixture", ["detumble", "flown"])
-def test_the_summary_does_not_depend_on_how_many_records_are_looked_at_together(
-    fixture, request, monkeypatch
-):
+def test_summary_does_not_depend_on_the_record_chunk_size(fixture, request, monkeypatch):
     result = request.getfixturevalue(fixture)
-    whole = summary_of(result)
+    whole = summarise(result)
     monkeypatch.setattr("torquer.analysis.summary._PART", 97)
-    assert summary_of(result) == whole
+    assert summarise(result) == whole
 
 
-def test_the_printed_summary_is_a_table_and_the_summary_a_plain_mapping(detumble):
-    summary = summary_of(detumble)
+def test_printed_summary_is_a_table_and_summary_a_plain_mapping(detumble):
+    summary = summarise(detumble)
     plain = dict(summary)
     assert summary == plain and isinstance(summary, dict) and repr(summary) == repr(plain)
     assert json.loads(json.dumps(summary)) == json.loads(json.dumps(plain))
@@ -255,10 +253,10 @@ def test_the_printed_summary_is_a_table_and_the_summary_a_plain_mapping(detumble
 
 def test_a_long_run_is_shown_by_some_of_its_records(detumble, monkeypatch):
     monkeypatch.setattr("torquer.report.flight.view._MOST_RECORDS", 1000)
-    seen = view_of(detumble)
+    seen = make_view(detumble)
     assert (seen.every, seen.record_s, len(seen.t_s)) == (4, 8.0, 901)
     assert (seen.t_s[0], seen.t_s[-1]) == (0.0, 7200.0)
-    assert seen.summary == summary_of(detumble)
+    assert seen.summary == summarise(detumble)
     wanted = "plots and the notes on the record use one record in 4, 8 s apart"
     assert sum(wanted in note for note in notes(seen)) == 1
     assert len(drawn.dipole_whole(seen).lines) == 3

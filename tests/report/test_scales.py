@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.report.common.scales import clock_for, label_places, level_places, log_floor, prefixed
+from torquer.report.common.scales import (
+    choose_prefix,
+    clock_for,
+    label_places,
+    level_places,
+    log_floor,
+)
 
 
 @pytest.mark.parametrize(
@@ -12,7 +18,7 @@ from torquer.report.common.scales import clock_for, label_places, level_places, 
     [(5.0, "A"), (0.4, "A"), (0.05, "mA"), (2e-5, "µA"), (3e-9, "nA"), (1e-15, "nA"), (0.0, "A")],
 )
 def test_prefixed(greatest, unit):
-    factor, shown = prefixed(np.array([0.0, -greatest, np.nan]), "A")
+    factor, shown = choose_prefix(np.array([0.0, -greatest, np.nan]), "A")
     size = {"A": 1.0, "mA": 1e-3, "µA": 1e-6, "nA": 1e-9}[unit]
     assert shown == unit and factor == pytest.approx(1.0 / size)
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from torquer.report.common.figure import saved
+from torquer.report.common.figure import save_figure
 from torquer.report.theory.pictures import _levels, draw_evolution, draw_map, isolines
 from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.slow.slow_result import SlowMotion
@@ -17,8 +17,10 @@ GRID = np.linspace(0.0, 90.0, 31)
 
 def test_courses_are_drawn_even_if_nothing_moves(tmp_path):
     falling = FLAT._replace(l=np.exp(-0.1 * U))
-    path = saved(draw_evolution(U, {"one": FLAT, "two": falling}, "a title"), tmp_path / "x.png")
-    still = saved(draw_evolution(U, {"one": FLAT}, "a title"), tmp_path / "y.png")
+    path = save_figure(
+        draw_evolution(U, {"one": FLAT, "two": falling}, "a title"), tmp_path / "x.png"
+    )
+    still = save_figure(draw_evolution(U, {"one": FLAT}, "a title"), tmp_path / "y.png")
     images = [matplotlib.image.imread(each)[..., :3] for each in (path, still)]
     assert images[0].shape == images[1].shape
     assert np.abs(images[0] - images[1]).max() > 0.5
@@ -28,7 +30,9 @@ def test_a_motion_that_stops_ends_with_a_cross(tmp_path):
     half = FLAT._replace(l=np.where(U < 30.0, 1.0 - 0.03 * U, np.nan))
     stopped = SlowMotion(*half, ended=30.0)
     images = [
-        matplotlib.image.imread(saved(draw_evolution(U, {"one": slow}, "a title"), tmp_path / name))
+        matplotlib.image.imread(
+            save_figure(draw_evolution(U, {"one": slow}, "a title"), tmp_path / name)
+        )
         for name, slow in (("x.png", half), ("y.png", stopped))
     ]
     assert np.abs(images[0] - images[1]).max() > 0.5
@@ -46,7 +50,7 @@ def test_maps_are_drawn_with_gaps_and_over_decades(tmp_path):
     values = np.exp(-np.add.outer(GRID, GRID) / 10.0)
     values[0, 0] = np.nan
     figure = draw_map(GRID, GRID, values, "", "a title", (30.0, 40.0))
-    path = saved(figure, tmp_path / "map.png")
+    path = save_figure(figure, tmp_path / "map.png")
     image = matplotlib.image.imread(path)[..., :3]
     red = (image[..., 0] > 0.75) & (image[..., 1] < 0.5) & (image[..., 2] < 0.2)
     assert red.sum() > 500  # the mark of the orbit asked for

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from unpacking import unpacked
 
-from torquer.design.wheel_design import half_spaces, report_of
+from torquer.design.wheel_design import analyse, half_spaces
 from torquer.design.wheel_file import load_wheels, wheels_from_text
 from torquer.design.wheel_tables import failure_rows, hours, layout_rows, summary_rows
 from torquer.report.common.packing import PACKED
-from torquer.report.wheels.page import figure_of, write_page
+from torquer.report.wheels.page import make_figure, write_page
 from torquer.report.wheels.pictures import draw_all
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope
 
@@ -34,7 +34,7 @@ def design():
 
 @pytest.fixture(scope="module")
 def report(design):
-    return report_of(design)
+    return analyse(design)
 
 
 def test_published_numbers_are_in_the_report(report):
@@ -61,11 +61,11 @@ def test_the_layouts_are_best_at_what_they_are_named_for(report):
     assert report["demand"]["momentum"]["met"]
 
 
-def test_demands_are_met_exactly_up_to_what_the_array_can_do(design, report):
+def test_demands_are_met_exactly_up_to_the_array_limit(design, report):
     rate = report["momentum"]["worst_rate_deg_s"]
     for factor, met in ((0.999, True), (1.001, False)):
         demand = design.demand.model_copy(update={"rate_deg_s": factor * rate})
-        found = report_of(design.model_copy(update={"demand": demand}))["demand"]["rate"]
+        found = analyse(design.model_copy(update={"demand": demand}))["demand"]["rate"]
         assert found["met"] is met and found["share"] == pytest.approx(factor)
 
 
@@ -83,7 +83,7 @@ def test_saturation_is_where_the_envelope_is_left(design, report):
 
 
 def test_a_design_without_extras_has_a_report_without_them():
-    report = report_of(wheels_from_text(SHORT))
+    report = analyse(wheels_from_text(SHORT))
     assert report["torque"] is None and report["accumulation"] is None
     assert report["demand"] == {}
     assert len(report["layouts"]) == 4 and report["only_given_layout"] is None
@@ -101,7 +101,7 @@ def test_with_products_of_inertia_pyramids_stand_on_the_principal_axes(report):
     tensor = turn @ np.diag([2600.0, 11100.0, 10900.0]) @ turn.T
     given = "inertia_kg_m2 = [2600.0, 11100.0, 10900.0]"
     assert given in text
-    turned = report_of(wheels_from_text(
+    turned = analyse(wheels_from_text(
         text.replace(given, f"inertia_kg_m2 = {(0.5 * (tensor + tensor.T)).tolist()}")
     ))  # fmt: skip
     here, there = ({row["name"]: row for row in each["layouts"]} for each in (report, turned))
@@ -123,19 +123,19 @@ def test_with_products_of_inertia_pyramids_stand_on_the_principal_axes(report):
     ],
 )
 def test_where_no_layouts_are_compared_it_says_why(change, reason):
-    report = report_of(wheels_from_text(SHORT.replace("momentum_limit_n_m_s = 2.0", change)))
+    report = analyse(wheels_from_text(SHORT.replace("momentum_limit_n_m_s = 2.0", change)))
     assert [row["name"] for row in report["layouts"]] == ["given"]
     assert ("Other layouts", f"not compared: {reason}") in summary_rows(report)
 
 
 def test_six_wheels_get_the_icosahedron_and_seven_a_search():
     text = SHORT.replace("[[10, 1, 0], [1, 12, 0], [0, 0, 15]]", "[10, 12, 15]")
-    six = report_of(wheels_from_text(text))["layouts"]
+    six = analyse(wheels_from_text(text))["layouts"]
     assert six[-1]["angles"] == "icosahedral"
     assert six[-1]["volume_n3_m3_s3"] == pytest.approx(
         8.0 * 32.0 * np.sqrt(5.0 + 2.0 * np.sqrt(5.0))
     )
-    seven = report_of(wheels_from_text(text.replace("count = 6", "count = 7")))["layouts"]
+    seven = analyse(wheels_from_text(text.replace("count = 6", "count = 7")))["layouts"]
     assert seven[-1]["volume_n3_m3_s3"] >= max(row["volume_n3_m3_s3"] for row in seven)
     assert len(layout_rows({"layouts": six, "demand": {}, "accumulation": None,
                             "momentum": {"volume_n3_m3_s3": 1.0}})[2]) == 4  # fmt: skip
@@ -166,7 +166,7 @@ def test_the_page_is_whole_and_loads_nothing(design, report, tmp_path):
 
 
 def test_each_loss_of_the_page_shows_its_own_envelope(design, report):
-    figure = figure_of(design, report)
+    figure = make_figure(design, report)
     buttons = figure["layout"]["updatemenus"][0]["buttons"]
     assert [b["label"] for b in buttons][:3] == ["all wheels", "failed: 0", "failed: 1"]
     for number, button in enumerate(buttons):

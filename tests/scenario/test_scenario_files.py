@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.notes import write_notes
 from torquer.computer.modes.spec import Region
 from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
 from torquer.scenario.spec import Scenario
@@ -118,24 +118,24 @@ def test_steps_cover_the_duration_in_whole_records(make):
 
 def test_notes_tell_of_too_long_a_step(make):
     fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0]}
-    (note,) = notes_of(make(fast))
+    (note,) = write_notes(make(fast))
     assert note.startswith("the body rotates by 60 deg within one step of 1 s: take shorter steps")
-    assert notes_of(make(fast | {"simulation.integrator": "splitting"})) == []
-    assert notes_of(make({"initial.rate_deg_s": [0.0, 0.0, 20.0]})) == []
+    assert write_notes(make(fast | {"simulation.integrator": "splitting"})) == []
+    assert write_notes(make({"initial.rate_deg_s": [0.0, 0.0, 20.0]})) == []
 
 
 def test_notes_tell_that_wheels_degrade_the_splitting_at_large_steps(make):
     fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0], "simulation.integrator": "splitting"}
     wheels = {"spacecraft.body.wheel_momentum_n_m_s": [0.0, 0.5, 0.0]}
-    (note,) = notes_of(make(fast | wheels))
+    (note,) = write_notes(make(fast | wheels))
     assert "with wheels the splitting is of order 2 only: their 0.5 N m s rotate the rate" in note
     slow = {"initial.rate_deg_s": [0.0, 0.0, 0.1], "simulation.integrator": "splitting"}
-    assert notes_of(make(slow | wheels)) == []
+    assert write_notes(make(slow | wheels)) == []
 
 
 def test_notes_tell_of_old_two_line_elements():
     text = CHIBIS.read_text(encoding="utf-8")
-    assert notes_of(load_scenario(CHIBIS)) == []
+    assert write_notes(load_scenario(CHIBIS)) == []
     late = scenario_from_text(text.replace("start = 2012-03-04", "start = 2013-09-04"))
-    (note,) = notes_of(late)
+    (note,) = write_notes(late)
     assert note.startswith("the start is 555 days after the epoch of the two-line elements")

@@ -53,7 +53,7 @@ def test_the_torque_is_that_of_the_dipole_that_is_there(make):
     assert not np.array_equal(stuck.omega_body.values[-1], healthy.omega_body.values[-1])
 
 
-def test_a_coil_that_is_stuck_stays_on_while_the_magnetometer_reads(make):
+def test_stuck_coil_stays_on_while_the_magnetometer_reads(make):
     windows = {"sample_s": 1.0, "measure_s": 2.0, "actuate_s": 3.0}
     result, _ = flown(
         make, [{"coil": 0, "kind": "stuck", "dipole_a_m2": 2.5, "from_s": 12.0}], control=windows
@@ -89,7 +89,7 @@ def test_a_halted_computer_leaves_its_last_command(make, kind):
     assert back.read_at.magnetometer_s == 30.0
 
 
-def test_a_halted_computer_does_not_switch_its_coils_off_for_a_measurement(make):
+def test_halted_computer_leaves_its_coils_on_during_a_measurement(make):
     windows = {"sample_s": 1.0, "measure_s": 2.0, "actuate_s": 3.0}
     halted = [{"kind": "halted", "from_s": 14.0, "until_s": 26.0}]
     result, _ = flown(make, computer=halted, control=windows)

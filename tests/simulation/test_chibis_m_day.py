@@ -41,7 +41,7 @@ def test_the_example_is_the_day_of_the_gallery():
 
 
 @compiled_only
-def test_sound_sensors_and_coils_are_not_suspected_and_the_checks_change_nothing():
+def test_sound_devices_are_not_suspected_and_checks_change_nothing():
     example = load_scenario(EXAMPLE).replace("simulation.duration_s", 4.0 * 3600.0)
     checked = simulate(example)
     for region in ("coils", "gyro", "coil_x", "coil_y", "coil_z", "sun"):
@@ -52,7 +52,7 @@ def test_sound_sensors_and_coils_are_not_suspected_and_the_checks_change_nothing
 
 
 @compiled_only
-def test_a_magnetometer_that_reads_no_number_does_not_reach_the_coils():
+def test_magnetometer_reading_of_no_number_does_not_reach_the_coils():
     """It is suspected at once, and the laws that read it are not called; S-dot takes over."""
     failures = [{"kind": "nan", "from_s": 603.0}]
     example = load_scenario(EXAMPLE).replace("spacecraft.magnetometer.failures", failures)
@@ -90,7 +90,7 @@ def test_stages_follow_one_another(day):
 
 
 @compiled_only
-def test_the_sun_sensors_are_used_in_the_light_and_never_in_the_shadow(day):
+def test_sun_sensors_are_used_in_light_and_never_in_shadow(day):
     """But for the 5 s of a switch; blind zones cost some of the light."""
     dark = day.sunlit_fraction < 0.1
     after = np.concatenate([[False], dark[:-1] & dark[1:]])

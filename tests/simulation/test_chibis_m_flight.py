@@ -8,7 +8,7 @@ from flight_losses import OUTCOMES, PAGE, STRIKES, ending
 from scipy.spatial.transform import Rotation
 
 from torquer import Flight, load_scenario, simulate
-from torquer.campaign.faults.kinds import faults_of
+from torquer.campaign.faults.kinds import find_faults
 from torquer.compile import engine
 from torquer.scenario.change import with_values
 
@@ -120,9 +120,7 @@ def test_filters_are_switched_at_shadow_entry_and_exit(boot):
         ([40.0, -70.0, 110.0], 1.0, 0.0, 0.0),  # 18 November: Figs 3.31 and 3.32
     ],
 )
-def test_an_s_dot_session_ends_as_one_of_the_three_of_the_flight(
-    euler_deg, part, momentum_deg, axis_deg
-):
+def test_s_dot_session_ends_as_one_of_three_flown_ones(euler_deg, part, momentum_deg, axis_deg):
     """Momentum and axis along the Sun's line, either way round, and a momentum that stays."""
     silent = [{"kind": "silent", "from_s": 0.0}]
     result = simulate(
@@ -156,7 +154,7 @@ def flown(scenario, commands):
     return flight.result()
 
 
-def test_a_fast_turn_of_180_deg_takes_less_than_15_min_and_one_axis_is_held():
+def test_fast_180_deg_turn_within_15_min_holds_one_axis():
     """The worst case: from where it is to the opposite direction; then for a revolution."""
     at_s, opposite = 9960.0, []
 
@@ -219,7 +217,7 @@ def test_in_manual_mode_the_ground_keeps_it_where_it_is():
     assert began(result, "determination", "bdot")[-1] == pytest.approx(8600.0, abs=11.0)
 
 
-def test_wheels_lost_one_by_one_end_in_s_dot_which_keeps_the_sun():
+def test_successive_wheel_losses_end_in_s_dot_keeping_the_sun():
     """The end of Chibis-M's wheels: one of a pair is missed by nobody, the second ends science."""
     failures = [
         {"wheel": 0, "time_s": 6000.0, "noticed_after_s": 10.0},
@@ -251,9 +249,9 @@ def page_cells():
     }
 
 
-def test_every_loss_in_every_mode_ends_in_safe_mode_or_better():
+def test_every_loss_in_every_mode_ends_safe_or_better():
     """None in a rate above that of the release by more than the last moments of a fault made."""
-    faults, cells = faults_of(load_scenario(EXAMPLE)), page_cells()
+    faults, cells = find_faults(load_scenario(EXAMPLE)), page_cells()
     assert {fault for fault, _ in cells} == {"none", *(fault.name for fault in faults)}
     assert {word for word, *_ in cells.values()} <= {*OUTCOMES}
     rates = [float(value) for _, value, unit in cells.values() if unit == "deg/s"]
@@ -275,7 +273,7 @@ def test_every_loss_in_every_mode_ends_in_safe_mode_or_better():
 )
 def test_the_page_shows_what_is_flown(fault, mode):
     """Of faults whose outcome is far from any limit."""
-    faults = {each.name: each for each in faults_of(load_scenario(EXAMPLE))}
+    faults = {each.name: each for each in find_faults(load_scenario(EXAMPLE))}
     found, shown = ending(faults.get(fault), mode), page_cells()[fault, mode]
     assert (found.outcome, found.unit) == (shown[0], shown[2])
     assert found.value == pytest.approx(float(shown[1]), rel=0.5)

@@ -33,7 +33,7 @@ def counting(inputs, parameters, memory):
     return (memory[0] - 1.0, 0.0, 0.0)
 
 
-def test_coils_are_off_in_the_window_and_hold_the_answer_at_its_end(make):
+def test_coils_are_off_in_window_and_hold_its_last_answer(make):
     result = simulate(make(WINDOW | {"spacecraft.coils.limit_a_m2": 100.0}), counting)
     along = result.dipole_body.values[:, 0]
     asked = result.command_body.values[:, 0]
@@ -204,7 +204,7 @@ def test_the_law_sees_measurements_and_never_the_truth(make):
     assert np.std(noise) == pytest.approx(100e-9, rel=0.1)
 
 
-def test_search_coil_reads_the_rate_of_the_field_in_the_body(make):
+def test_search_coil_reads_the_field_rate_in_the_body(make):
     scenario = make({
         "environment.field.kind": "igrf14",
         "control.law": {"kind": "bdot_derivative", "gain_a_m2_s_per_t": 1e5},
@@ -218,7 +218,7 @@ def test_search_coil_reads_the_rate_of_the_field_in_the_body(make):
     assert np.abs(dipole + 1e5 * rate).max() < 1e-7 * np.abs(dipole).max() + 1e-12
 
 
-def test_sun_sensors_see_the_sun_in_their_cone_and_not_in_the_shadow(make):
+def test_sun_sensors_see_sun_in_their_cone_outside_the_shadow(make):
     changes = {
         "spacecraft.sun_sensors": {"axes": [[1, 0, 0], [0, -1, 0]], "half_field_deg": 60.0},
         "orbit.inclination_deg": 10.0,
@@ -297,7 +297,7 @@ def test_the_computer_knows_the_mean_dipole_between_its_control_steps(make, lag_
     assert np.abs(stated).max() > 0.19
 
 
-def test_the_computer_does_not_know_that_a_coil_is_wired_the_wrong_way_round(make):
+def test_computer_does_not_know_that_a_coil_is_wired_backwards(make):
     found = {}
     for polarity in ([1, 1, 1], [1, -1, 0]):
         coils = {"limit_a_m2": 3.0, "polarity": polarity}

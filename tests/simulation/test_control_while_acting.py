@@ -62,7 +62,7 @@ def test_coils_hold_the_dipole_of_the_end_of_the_window(result):
         assert dipole[10 * cycle : 10 * cycle + 10] == pytest.approx(expected)
 
 
-def test_the_magnetometer_is_read_in_the_window_only_and_the_gyro_always(result):
+def test_magnetometer_is_read_only_in_the_window_and_gyro_always(result):
     field_s, gyro_s = result["law.field_s"].values[STEPS], result["law.gyro_s"].values[STEPS]
     assert np.array_equal(gyro_s, STEPS)
     assert np.array_equal(field_s, np.where(PHASE <= 4, STEPS, STEPS - PHASE + 4))

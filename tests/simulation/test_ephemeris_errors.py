@@ -7,16 +7,16 @@ import pytest
 from filter_cases import DISTURBANCE, GYRO, SCENARIO
 
 import torquer
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.campaign.fleet import Fleet
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
 from torquer.compile import engine
 from torquer.report.flight.setting import setting
-from torquer.report.flight.view import view_of
+from torquer.report.flight.view import make_view
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -118,7 +118,7 @@ def test_an_along_track_error_is_the_gradient_of_the_field():
     assert np.linalg.norm(found - expected, axis=1).max() < 1e-3 * size.max()
 
 
-def test_a_clock_error_is_an_along_track_error_and_the_turn_of_the_earth():
+def test_clock_error_is_an_along_track_error_plus_earth_rotation():
     fast, environment = known(clock_error_s=1.0)
     t_s = fast.time.values
     r, v = environment.state(t_s + 1.0)
@@ -159,7 +159,7 @@ def test_coefficients_of_an_earlier_year_are_the_secular_variation():
     assert away < year_off * np.linalg.norm(expected, axis=1).max() / 11.1
 
 
-def test_the_rate_of_the_field_on_board_is_that_of_the_field_on_board():
+def test_on_board_field_rate_belongs_to_the_on_board_field():
     result, _ = known(field={"kind": "igrf14", "degree": 1}, along_track_error_m=5e4)
     b, rate, t_s = (result[n].values for n in ("law.b", "law.b_rate", "time"))
     differences = (b[2:] - b[:-2]) / (t_s[2:] - t_s[:-2])[:, None]
@@ -173,13 +173,13 @@ HOLD = {"law": {"kind": "three_axis", "angle_gain_n_m_per_t2": 100.0,
                 "rate_gain_n_m_s_per_t2": 1e5, "reference": "orbital"}}  # fmt: skip
 
 
-def test_laws_by_readings_alone_keep_their_bits_and_pointing_laws_do_not():
+def test_reading_laws_keep_their_bits_and_pointing_laws_do_not():
     believed = ("position_believed", "b_believed")
     assert same(flown(BDOT, **ERRORS), flown(BDOT), but=believed)
     assert not same(flown(HOLD, **ERRORS), flown(HOLD), but=believed)
 
 
-def test_a_pointing_law_points_to_the_nadir_of_the_place_on_board():
+def test_pointing_law_points_to_the_nadir_of_on_board_place():
     """100 km ahead on the orbit the vertical has turned by 100 km over the radius."""
     craft = SCENARIO["spacecraft"] | {
         "wheels": {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 1.0,
@@ -197,7 +197,7 @@ def test_a_pointing_law_points_to_the_nadir_of_the_place_on_board():
         "simulation": {"duration_s": 600.0, "record_s": 10.0},
     }
     result = torquer.simulate(scenario_from_data(data))
-    error_deg = attitude_error_of(result).angle_deg[-10:]
+    error_deg = find_attitude_error(result).angle_deg[-10:]
     turned_deg = np.degrees(1e5 / (EARTH_RADIUS_M + ALTITUDE_M))
     assert error_deg == pytest.approx(np.full(10, turned_deg), rel=0.01)
 
@@ -205,11 +205,11 @@ def test_a_pointing_law_points_to_the_nadir_of_the_place_on_board():
 def test_a_stopped_run_goes_on_with_the_same_models(tmp_path):
     control = {"law": {"kind": "off"}, "estimator": GYRO, "ephemeris": ERRORS}
     whole = torquer.simulate(scenario_from_data({**SCENARIO, "control": control}))
-    part = torquer.simulate(scenario_of(whole), until_s=333.0)
+    part = torquer.simulate(flown_scenario(whole), until_s=333.0)
     torquer.save(part, tmp_path / "part.nc")
     went_on = torquer.resume(torquer.load(tmp_path / "part.nc"))
     assert same(whole, went_on)
-    truthful = torquer.simulate(scenario_of(whole).replace("control.ephemeris", {}))
+    truthful = torquer.simulate(flown_scenario(whole).replace("control.ephemeris", {}))
     assert not np.array_equal(truthful.q_estimated, whole.q_estimated)
 
 
@@ -293,14 +293,14 @@ def test_a_mistake_is_one_line(ephemeris, line):
     assert "\n" not in str(mistake.value)
 
 
-def test_the_field_on_board_must_be_valid_for_the_time_of_the_clock():
+def test_on_board_field_must_be_valid_at_the_clock_time():
     """The run ends within the last year of the model; by the computer's clock it does not."""
     late = scenario(field={"kind": "wmm2025"}, clock_error_s=7200.0)
     with pytest.raises(ValueError, match=r"^control.ephemeris: field model wmm2025: date must lie"):
         prepare(late.replace("start", "2029-12-31T23:00:00Z"))
 
 
-def test_an_orbit_that_sgp4_does_not_follow_has_no_two_line_elements():
+def test_orbit_that_sgp4_does_not_follow_has_no_elements():
     far = {"kind": "kepler", "perigee_altitude_km": 600, "apogee_altitude_km": 400_000,
            "inclination_deg": 63.0}  # fmt: skip
     lunar = scenario().replace("orbit", {"kind": "numerical", "start": far})
@@ -309,12 +309,12 @@ def test_an_orbit_that_sgp4_does_not_follow_has_no_two_line_elements():
 
 
 def test_a_report_says_how_far_the_models_are_off():
-    rows = dict(setting(view_of(flown(BDOT, radial_error_m=2e3))))
+    rows = dict(setting(make_view(flown(BDOT, radial_error_m=2e3))))
     assert rows["Models on board"].endswith("position by 2 km (rms)")
-    assert "Models on board" not in dict(setting(view_of(flown(BDOT))))
+    assert "Models on board" not in dict(setting(make_view(flown(BDOT))))
 
 
-def test_results_have_the_models_only_where_they_are_not_the_truth():
+def test_results_include_on_board_models_only_if_not_the_truth():
     assert "b_believed" not in flown(BDOT).data_vars
     answer = flown(BDOT, radial_error_m=1e3)
     assert (

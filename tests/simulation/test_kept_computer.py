@@ -244,7 +244,7 @@ def test_directed_flights_go_back_and_resume_to_the_bit(make, directions, split)
         assert same(resume(middle), whole)
 
 
-def test_a_law_in_plain_python_that_fails_stops_the_flight_with_what_there_is(make):
+def test_failing_plain_python_law_stops_flight_and_keeps_the_results(make):
     @law(compiled=False)
     def failing(inputs, parameters, memory):
         return 1.0 / (9.0 - inputs.t_s), 0.0, 0.0

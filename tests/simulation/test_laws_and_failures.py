@@ -8,7 +8,7 @@ import torquer
 from torquer import RunStopped, load, simulate
 from torquer.compile import engine
 from torquer.scenario.load import ScenarioError, scenario_from_data
-from torquer.simulation.results.dataset import laws_of
+from torquer.simulation.results.dataset import flown_laws
 from torquer.simulation.results.store import InMemory
 from torquer.simulation.setup.run import prepare
 from torquer.simulation.setup.simulate import finish
@@ -154,7 +154,7 @@ def test_plain_python_gives_the_bits_of_the_compiled_law(with_law, integrator, w
     )
     fast = simulate(with_law("compiled", changes=changes))
     slow = simulate(with_law("plain", changes=changes))
-    fast_law, slow_law = laws_of(fast)["law"], laws_of(slow)["law"]
+    fast_law, slow_law = flown_laws(fast)["law"], flown_laws(slow)["law"]
     assert fast_law["runs_as"] == "compiled"
     assert slow_law["runs_as"] == "plain Python (slow: not decorated)"
     assert fast_law["name"] == slow_law["name"] == "plain"
@@ -171,7 +171,7 @@ def test_a_plain_function_may_be_given_as_the_law(make):
 
     scenario = make({"simulation.duration_s": 50.0, "spacecraft.coils.limit_a_m2": 100.0})
     result = simulate(scenario, own)
-    described = laws_of(result)["law"]
+    described = flown_laws(result)["law"]
     assert (described["name"], described["parameters"]) == ("own", {})
     assert described["runs_as"] == "plain Python (slow: not decorated)"
     assert result.command_body.values[-1].tolist() == [50.0, 16.0, 0.0]
@@ -185,7 +185,7 @@ def test_a_plain_function_may_be_given_as_the_law(make):
 
 def test_parameters_go_by_name(with_law):
     default = simulate(with_law("with_parameters"))
-    assert laws_of(default)["law"]["parameters"] == {"gain": 100000.0, "along_z": 0.5}
+    assert flown_laws(default)["law"]["parameters"] == {"gain": 100000.0, "along_z": 0.5}
     assert default.dipole_body.values[:, 2] == pytest.approx(0.5)
     other = simulate(with_law("with_parameters", parameters={"along_z": 0.25}))
     assert other.dipole_body.values[:, 2] == pytest.approx(0.25)
@@ -205,7 +205,7 @@ def test_the_only_law_of_a_file_needs_no_name(with_law, tmp_path):
     (tmp_path / "one.py").write_text(
         "import torquer\n@torquer.law\ndef alone(m, p, s):\n    return (0.0, 0.0, 1.0)\n"
     )
-    assert laws_of(simulate(with_law(file="one.py", at=tmp_path)))["law"]["name"] == "alone"
+    assert flown_laws(simulate(with_law(file="one.py", at=tmp_path)))["law"]["name"] == "alone"
 
 
 @pytest.mark.parametrize(
@@ -288,7 +288,7 @@ def test_an_edited_law_is_noticed(with_law, tmp_path):
         ("answers_nothing", 0.0, "must return three numbers; received None at t = 0 s"),
     ],
 )
-def test_a_law_that_fails_stops_the_run_and_keeps_its_result(with_law, function, t_s, message):
+def test_failing_law_stops_the_run_and_keeps_its_result(with_law, function, t_s, message):
     with pytest.raises(RunStopped, match=f"law {function}: ") as stopped:
         simulate(with_law(function, changes={"simulation.record_s": 1.0}))
     assert stopped.match(message)

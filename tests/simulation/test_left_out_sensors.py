@@ -32,7 +32,7 @@ def plain(inputs, parameters, memory):
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
-def test_a_law_that_points_to_the_sun_flies_as_with_sensors_that_see_all_the_sky(make, law):
+def test_sun_law_without_sensors_flies_as_with_all_sky_ones(make, law):
     without = simulate(make(ORBIT | {"control.law": law}))
     given = simulate(make(ORBIT | {"control.law": law, "spacecraft.sun_sensors": ALL_SKY}))
     assert np.abs(without.dipole_body.values).max() > 0.1

@@ -15,7 +15,7 @@ from torquer.scenario.load import scenario_from_data
 from torquer.simulation.results.store import InFile, parts_folder
 from torquer.simulation.setup import checkpoints as pieces, run as runner, size as sizes
 from torquer.simulation.setup.checkpoints import NotSaved
-from torquer.simulation.setup.size import piece_steps, size_of
+from torquer.simulation.setup.size import estimate_size, piece_steps
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -124,7 +124,7 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
     with resume(path) as ended:
         assert same(ended, whole)
 
-    own = runner.piece_of
+    own = runner.tabulate_piece
 
     def killed(*arguments):
         calls.append(arguments)
@@ -132,10 +132,10 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
             raise SystemExit
         return own(*arguments)
 
-    monkeypatch.setattr(runner, "piece_of", killed)
+    monkeypatch.setattr(runner, "tabulate_piece", killed)
     with pytest.raises(SystemExit):
         simulate(scenario, to=path)
-    monkeypatch.setattr(runner, "piece_of", own)
+    monkeypatch.setattr(runner, "tabulate_piece", own)
     kept = load(path)
     assert kept.attrs["how_it_ended"] == "interrupted"
     assert kept.checkpoint.values[0] == piece_steps(scenario)
@@ -146,7 +146,7 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
 
 
 @OF_FILES
-def test_a_run_killed_as_it_wrote_its_second_piece_goes_on(scenario, tmp_path):
+def test_run_killed_while_writing_its_second_piece_goes_on(scenario, tmp_path):
     whole, path = simulate(scenario), tmp_path / "result.nc"
     simulate(scenario, until_s=100.0, to=path).close()
     parts_folder(path).mkdir()
@@ -157,9 +157,7 @@ def test_a_run_killed_as_it_wrote_its_second_piece_goes_on(scenario, tmp_path):
 
 
 @OF_FILES
-def test_a_checkpoint_that_cannot_be_written_is_reported_and_the_run_goes_on(
-    scenario, tmp_path, monkeypatch
-):
+def test_unwritable_checkpoint_is_reported_and_the_run_goes_on(scenario, tmp_path, monkeypatch):
     def full(self, run):
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -192,7 +190,7 @@ def test_a_run_that_netcdf_refuses_to_store_is_kept(make, tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemError("of the glue of compiled code")])
-def test_a_signal_while_a_run_is_prepared_takes_effect_at_once(make, monkeypatch, error):
+def test_signal_during_preparation_of_a_run_acts_at_once(make, monkeypatch, error):
     def interrupted(self):
         signal.raise_signal(signal.SIGINT)
         raise error  # what becomes of it in compiled code
@@ -209,7 +207,7 @@ def test_a_run_of_one_piece_does_not_depend_on_pieces(make, monkeypatch, tmp_pat
     assert same(simulate(make(FULL)), whole)
 
 
-def test_pieces_agree_with_one_piece_to_the_promise_of_the_tables(make, monkeypatch):
+def test_pieces_match_one_piece_within_the_promise_of_the_tables(make, monkeypatch):
     """Elsewhere cut, the tables differ within their promised error of 1e-9, no more."""
     quiet = {"simulation": FULL["simulation"], "environment.field": {"kind": "igrf14"}}
     whole = simulate(make(quiet))
@@ -232,7 +230,7 @@ def test_pieces_agree_with_one_piece_to_the_promise_of_the_tables(make, monkeypa
     indirect=["scenario"],
 )  # fmt: skip
 def test_an_interrupt_between_two_pieces_keeps_each_once(scenario, tmp_path, monkeypatch, to_file):
-    own, calls = runner.piece_of, []
+    own, calls = runner.tabulate_piece, []
 
     def impatient(*arguments):
         calls.append(arguments)
@@ -242,7 +240,7 @@ def test_an_interrupt_between_two_pieces_keeps_each_once(scenario, tmp_path, mon
 
     whole, path = simulate(scenario), tmp_path / "result.nc" if to_file else None
     with monkeypatch.context() as patch:
-        patch.setattr(runner, "piece_of", impatient)
+        patch.setattr(runner, "tabulate_piece", impatient)
         with pytest.raises(RunStopped, match="interrupted at t = ") as stopped:
             simulate(scenario, to=path)
     if to_file:
@@ -312,9 +310,11 @@ def test_a_row_has_as_many_numbers_as_stated(plain_data, tmp_path, control, whee
 
 def test_memory_is_that_of_a_piece_for_a_file(make, monkeypatch):
     short, long = (make({"simulation.duration_s": days * 86400.0}) for days in (40.0, 4000.0))
-    assert size_of(long).memory_bytes == pytest.approx(size_of(short).memory_bytes, rel=1e-3)
-    assert size_of(long).whole_in_memory_bytes > 20.0 * size_of(long).memory_bytes
-    monkeypatch.setattr(sizes, "memory_of_machine", lambda: 5e9)
+    assert estimate_size(long).memory_bytes == pytest.approx(
+        estimate_size(short).memory_bytes, rel=1e-3
+    )
+    assert estimate_size(long).whole_in_memory_bytes > 20.0 * estimate_size(long).memory_bytes
+    monkeypatch.setattr(sizes, "machine_memory", lambda: 5e9)
     with pytest.raises(ValueError, match=r"received a run that .* \(simulate with to='result\.nc'"):
         simulate(long)
     monkeypatch.setattr(sizes, "free_disk", lambda folder: 1e9)

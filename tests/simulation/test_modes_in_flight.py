@@ -12,7 +12,7 @@ from slow_cases import slow_after
 
 from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
-from torquer.simulation.results.dataset import laws_of
+from torquer.simulation.results.dataset import flown_laws
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -92,7 +92,7 @@ def test_states_set_parameters_that_stay_until_they_are_set_again(make):
     assert minutes(result, "command_body")[:4] == [
         [1.0, 0.0, 0.0], [0.0, 5.0, 2.5], [0.0, 5.0, 2.5], [0.0, -2.0, -1.0],
     ]  # fmt: skip
-    assert laws_of(result)["x"]["parameters"] == {"along": 1.0, "axis": [1.0, 0.0, 0.0]}
+    assert flown_laws(result)["x"]["parameters"] == {"along": 1.0, "axis": [1.0, 0.0, 0.0]}
 
 
 def test_a_state_switches_coils_and_wheels_off(make):
@@ -116,7 +116,7 @@ def wild(inputs, parameters, memory):
     return (math.nan, math.inf, math.nan)
 
 
-def test_what_a_law_asks_of_coils_that_are_off_stops_no_flight(make):
+def test_law_commands_to_switched_off_coils_stop_no_flight(make):
     modes = {"states": {"off": {"laws": ["x"], "coils": "off", "final": True}}}
     result = flown(make, modes, {"x": wild})
     assert result.attrs["how_it_ended"] == "complete" and not result["command_body"].values.any()
@@ -261,7 +261,7 @@ def test_what_an_estimator_knew_ends_with_it(make):
 
 
 @pytest.mark.parametrize("kind", ["bdot", "nutation_damping", "sdot"])
-def test_a_law_that_has_rested_takes_no_difference_across_its_rest(make, kind):
+def test_rested_law_takes_no_difference_across_its_rest(make, kind):
     """Its last reading is a minute old when it works again: the first command is none."""
     gain = "gain_a_m2_s" if kind == "sdot" else "gain_a_m2_s_per_t"
     modes = timed(on={"laws": ["own"]}, rest={}, again={"laws": ["own"]})
@@ -352,7 +352,7 @@ def test_modes_change_often_in_the_runs_of_these_tests(wholes, way):
 
 @pytest.mark.parametrize("way", LAWS)
 @pytest.mark.parametrize("integrator", slow_after(1, INTEGRATORS))
-def test_stopped_at_any_instant_a_run_goes_on_with_the_same_bits(wholes, integrator, way, tmp_path):
+def test_run_stopped_at_any_instant_resumes_bit_identically(wholes, integrator, way, tmp_path):
     scenario, laws, whole = wholes(integrator, way)
     for stop_s in (0.0, 1.0, 47.0, 60.5, 61.0, 333.5):
         part = simulate(scenario, laws=laws, until_s=stop_s)
@@ -371,7 +371,7 @@ def test_stopped_at_any_instant_a_run_goes_on_with_the_same_bits(wholes, integra
     st.sampled_from([*LAWS]),
     st.lists(st.floats(0.0, 602.0), min_size=1, max_size=4),
 )
-def test_however_often_it_is_stopped_the_run_is_the_unbroken_one(wholes, integrator, way, stops):
+def test_repeatedly_stopped_run_matches_the_unbroken_one(wholes, integrator, way, stops):
     scenario, laws, whole = wholes(integrator, way)
     part = simulate(scenario, laws=laws, until_s=min(stops))
     for stop_s in sorted(stops)[1:]:

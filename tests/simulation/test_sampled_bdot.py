@@ -106,7 +106,7 @@ def test_formula_multipliers_and_runs_agree_with_the_table(make, row):
 @pytest.mark.parametrize(
     "case", slow_after(1, [("bdot", 2.0, 0.0, 2.0, 0.5), ("bdot", 3.0, 6.0, 3.0, 0.5)])
 )
-def test_coils_that_change_the_direction_keep_the_limit_in_the_mean(make, case, saturation):
+def test_direction_changing_coils_keep_the_limit_on_average(make, case, saturation):
     found = limit_by_runs(make, case, **SATURATED | {"cycles": 2000}, saturation=saturation)
     assert found == pytest.approx(
         math.degrees(sampling_limit_rad_s(*times_of(*case)[:3])), rel=3e-3
@@ -114,7 +114,7 @@ def test_coils_that_change_the_direction_keep_the_limit_in_the_mean(make, case, 
 
 
 @pytest.mark.parametrize("tilt_deg", [20.0, 60.0])
-def test_a_sphere_that_turns_at_any_angle_to_the_field_has_the_same_limit(make, tilt_deg):
+def test_sphere_has_the_same_limit_at_any_angle_to_field(make, tilt_deg):
     case = ("bdot", 2.0, 0.0, 2.0, 0.5)
     found = limit_by_runs(make, case, **WEAK, tilt=math.radians(tilt_deg))
     assert found == pytest.approx(math.degrees(sampling_limit_rad_s(2.0, 2.0, 0.5)), rel=1e-5)
@@ -144,7 +144,7 @@ def test_late_readings_turn_the_damping_by_their_age(make, magnetometer, age_s, 
     assert found == pytest.approx(math.degrees(limit), rel=1e-4)
 
 
-def test_a_sphere_above_the_limit_is_driven_to_the_next_change_of_sign(make):
+def test_sphere_above_limit_is_driven_to_the_next_sign_change(make):
     """40 deg/s, sampled every 2 s, lag 0.5 s: what a formula without lag calls safe."""
     case = ("bdot", 2.0, 0.0, 2.0, 0.5)
     initial = {"rate_deg_s": [40.0, 0.0, 0.0]}
@@ -169,7 +169,7 @@ def nutating(share, polar_deg, rate, to_field_deg):
 
 @pytest.mark.parametrize("share", [0.33, 1.7])
 @pytest.mark.parametrize("to_field_deg", [90.0, 30.0])
-def test_power_is_the_sum_over_the_frequencies_at_which_the_field_passes(make, share, to_field_deg):
+def test_power_is_the_sum_over_frequencies_of_the_passing_field(make, share, to_field_deg):
     """Not a sphere: -k sum E(f) |dB/dt|^2 over the lines of the field as the body sees it."""
     case, gain = ("bdot", 2.0, 0.0, 2.0, 0.5), 1.0
     omega, momentum, initial = nutating(share, 50.0, math.radians(25.0), to_field_deg)

@@ -9,7 +9,7 @@ from slow_cases import slow_after
 
 from torquer import Law, ScenarioError, simulate
 from torquer.compile import engine
-from torquer.simulation.loop.state import arrays_of
+from torquer.simulation.loop.state import find_arrays
 from torquer.simulation.setup.run import prepare
 from torquer.spacecraft.actuators.coils import Coils
 
@@ -86,7 +86,7 @@ def test_a_sensor_reads_one_value_and_recovers(make, sound, sensor, delay, kind,
 @pytest.mark.parametrize("sensor", READINGS)
 @pytest.mark.parametrize("delay", [None, DELAY])
 @pytest.mark.parametrize("kind", ["silent", "stuck"])
-def test_a_sensor_repeats_its_last_reading_and_tells_it_or_not(make, sound, sensor, delay, kind):
+def test_failed_sensor_repeats_its_last_reading_flagged_or_not(make, sound, sensor, delay, kind):
     healthy, times = sound(sensor, delay)
     found, found_times = readings_of(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
     late = 1 if delay else 0
@@ -217,7 +217,7 @@ def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
     whole.advance_to(whole.steps)
     for end in (parts.steps // 3, parts.steps // 2, parts.steps):
         parts.advance_to(end)
-    for one, other in zip(arrays_of(whole.state), arrays_of(parts.state), strict=True):
+    for one, other in zip(find_arrays(whole.state), find_arrays(parts.state), strict=True):
         assert one.tobytes() == other.tobytes()
 
 

@@ -23,7 +23,7 @@ def end_of(run) -> np.ndarray:
     return run.state.cells.view(np.float64).copy()
 
 
-def test_a_run_on_shared_tables_has_the_bits_of_its_own():
+def test_run_is_bit_identical_on_shared_and_own_tables():
     scenario = torquer.scenario_from_text(SCENARIO)
     first = prepare(scenario)
     other = scenario.replace("initial.rate_deg_s", [1.0, 1.0, -4.0]).replace("seed", 7)
@@ -48,7 +48,7 @@ def test_tables_of_another_run_are_refused(key, value):
         prepare(scenario.replace(key, value), piece=piece)
 
 
-def test_tables_without_the_sun_are_refused_to_a_law_that_reads_it():
+def test_tables_without_sun_are_refused_to_a_law_reading_it():
     scenario = torquer.scenario_from_text(SCENARIO)
     piece = prepare(scenario).piece
     seeing = {"axes": [[0, 0, 1]], "half_field_deg": 60}

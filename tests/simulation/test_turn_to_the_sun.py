@@ -44,7 +44,7 @@ def settled(result, state, since_s=600.0):
     return (state_of == state) & (t - np.maximum.accumulate(np.where(entered, t, 0.0)) >= since_s)
 
 
-def test_each_attitude_is_held_as_well_as_the_filter_knows_it(flight):
+def test_attitudes_are_held_as_well_as_the_filter_knows_them(flight):
     """What the filter believes is held to 1 deg, but for the minutes after it learns better."""
     r, v = flight["position_inertial"].values, flight["velocity_inertial"].values
     belief = Rotation.from_quat(flight["q_estimated"].values)
@@ -68,7 +68,7 @@ def test_the_filter_knows_the_attitude_in_the_light(flight):
     assert np.percentile(error[late & (sunlit_fraction < 0.5)], 95) < 5.0
 
 
-def test_one_axis_is_held_while_the_rotation_about_it_is_free(flight):
+def test_one_axis_is_held_while_rotation_about_it_is_free(flight):
     """Wheels brake what is across it; about it what was there stays, but for outer torques."""
     there = settled(flight, SUN_HOLD, 60.0)
     omega = np.degrees(flight["omega_body"].values[there])

@@ -15,7 +15,7 @@ import torquer
 from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
 from torquer.computer.laws.unloading import Unloading
-from torquer.simulation.results.dataset import laws_of
+from torquer.simulation.results.dataset import flown_laws
 from torquer.simulation.setup import checkpoints as pieces, run as runner
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -83,7 +83,7 @@ def test_what_is_recorded_of_the_wheels(craft):
     ):
         assert result[name].attrs["units"] == unit
         assert np.isfinite(result[name].values).all()
-    message = laws_of(result)
+    message = flown_laws(result)
     assert message["wheels"]["name"] == "braking"
     assert message["wheels"]["parameters"] == {"gain": 0.3}
     assert message["coils"]["name"] == "unloading"
@@ -132,7 +132,7 @@ def test_results_do_not_depend_on_how_fast_the_machine_is(craft, monkeypatch):
     assert same(simulate(craft(), laws={"wheels": braking}), fast)
 
 
-def test_the_law_of_the_wheels_must_be_the_one_that_began(craft):
+def test_wheel_law_must_be_the_one_that_began(craft):
     part = simulate(craft(), laws={"wheels": braking}, until_s=50.0)
     with pytest.raises(ValueError, match=r"^law braking: must be given again .*; received none$"):
         resume(part)
@@ -180,13 +180,13 @@ def test_a_plain_function_does_the_same_as_the_compiled_law(craft):
     for name in ("q_body_to_inertial", "omega_body", "wheel_momentum", "wheel_torque",
                  "command_body"):  # fmt: skip
         assert np.array_equal(own[name].values, compiled[name].values), name
-    assert laws_of(own)["wheels"]["runs_as"] == "plain Python (slow: not decorated)"
-    assert laws_of(own)["coils"]["runs_as"] == "compiled"
+    assert flown_laws(own)["wheels"]["runs_as"] == "plain Python (slow: not decorated)"
+    assert flown_laws(own)["coils"]["runs_as"] == "compiled"
     part = simulate(craft(), laws={"wheels": plain}, until_s=44.5)
     assert same(resume(part, laws={"wheels": plain}), own)
 
 
-def test_wheels_follow_every_reading_and_hold_their_torque_while_coils_work(craft):
+def test_wheels_follow_every_reading_and_hold_torque_while_coils_work(craft):
     windows = {
         "control": {"laws": BASE["control"]["laws"],
                     "sample_s": 1.0, "measure_s": 3.0, "actuate_s": 4.0},
@@ -278,7 +278,7 @@ def in_plain_python(inputs, parameters, memory):
          r"\(1\.0, 2\.0\) at t = 0 s"),
     ],
 )  # fmt: skip
-def test_a_law_that_fails_ends_the_run_and_keeps_what_was_computed(craft, own, line):
+def test_failing_law_ends_the_run_and_keeps_computed_results(craft, own, line):
     with pytest.raises(RunStopped, match=f"^{line}$") as stopped:
         simulate(craft(), laws={"wheels": own})
     result = stopped.value.result

@@ -60,9 +60,9 @@ def craft(make):
 
 
 def axes_of(result):
-    from torquer.simulation.results.dataset import scenario_of
+    from torquer.simulation.results.dataset import flown_scenario
 
-    return np.array(scenario_of(result).spacecraft.wheels.array().axes)
+    return np.array(flown_scenario(result).spacecraft.wheels.array().axes)
 
 
 def drift_of_momentum(result):
@@ -231,7 +231,7 @@ def test_adaptive_steps_follow_the_friction_through_stands(craft, friction):
     assert speed < 1e-7  # of 150 rad/s
 
 
-def test_a_dead_wheel_without_friction_keeps_its_momentum_about_its_axis(craft):
+def test_dead_frictionless_wheel_keeps_its_momentum_about_its_axis(craft):
     keys = {"initial_speed_rpm": SPEEDS, "lost": (2,)}
     result = simulate(craft(keys), swinging)
     carried = result.omega_body.values @ axes_of(result)[2] / (200.0 * math.pi)
@@ -241,7 +241,7 @@ def test_a_dead_wheel_without_friction_keeps_its_momentum_about_its_axis(craft):
     assert not result.wheel_torque.values[:, 2].any()
 
 
-def test_wheels_left_alone_run_down_and_leave_their_momentum_to_the_body(craft):
+def test_idle_wheels_run_down_and_leave_momentum_to_body(craft):
     """No law: each stands after (I/v) ln(1 + v w0/c), in a body too heavy to be turned by it."""
     # least squares: minimax would even the momenta out within the null space
     friction = FRICTION | {"stiction_n_m": None, "allocation": "least_squares"}
@@ -399,7 +399,7 @@ def test_coils_unload_the_wheels_while_the_attitude_is_held(craft):
     assert np.abs(result.command_body.values).max() < 20.0
 
 
-def test_a_wheel_at_its_limit_is_held_there_when_the_body_drives_it_on(craft):
+def test_wheel_at_its_limit_is_held_when_body_drives_on(craft):
     """Motors off, no friction: the body is braked about the axis of the wheel that is full."""
     keys = {"initial_speed_rpm": (6000.0, 0.0, 0.0, 0.0), "speed_limit_rpm": 6000.0}
     steps = {"duration_s": 60.0, "record_s": 2.0}
@@ -420,7 +420,7 @@ def test_a_wheel_at_its_limit_is_held_there_when_the_body_drives_it_on(craft):
         assert np.linalg.norm(turned) == pytest.approx(60.0 * 1e-4, rel=1e-2)
 
 
-def test_a_wheel_that_the_body_drives_to_its_limit_does_not_pass_it(craft):
+def test_wheel_driven_to_its_limit_by_the_body_stops_there(craft):
     """The limit is reached in the middle of a long step."""
     keys = {"initial_speed_rpm": (5999.98, 0.0, 0.0, 0.0), "speed_limit_rpm": 6000.0}
     steps = {"duration_s": 60.0, "record_s": 20.0}

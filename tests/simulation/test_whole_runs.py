@@ -260,12 +260,12 @@ def test_rk4_is_of_order_four(make):
     assert np.abs(orders(make, "rk4", SLOW, (2.0, 1.0, 0.5, 0.25)) - 4.0).max() < 0.2
 
 
-def test_splitting_is_of_order_four_where_the_torque_is_small_and_two_where_it_is_not(make):
+def test_splitting_has_order_four_for_small_torque_and_otherwise_two(make):
     assert np.abs(orders(make, "splitting", FAST, (2.0, 1.0, 0.5)) - 4.0).max() < 0.2
     assert np.abs(orders(make, "splitting", SLOW, (2.0, 1.0, 0.5)) - 2.0).max() < 0.02
 
 
-def test_splitting_beats_rk4_on_a_fast_spinner_at_ten_times_its_step(make):
+def test_splitting_beats_rk4_on_fast_spinner_with_tenfold_step(make):
     exact = exactly_driven(make, FAST)
     splitting = state_error(driven(make, "splitting", 1.0, FAST), exact)
     rk4 = state_error(driven(make, "rk4", 0.1, FAST), exact)
@@ -282,7 +282,7 @@ def sphere(make, changes):
     }))  # fmt: skip
 
 
-def test_bdot_ends_with_twice_the_orbital_rate_about_the_cone_axis(make):
+def test_b_dot_ends_at_twice_orbital_rate_about_cone_axis(make):
     result = sphere(make, {
         "orbit.inclination_deg": 70.0,
         "initial.rate_deg_s": [0.5, -0.3, 0.4],
@@ -426,7 +426,7 @@ SGP4 = {
 }
 
 
-def test_precise_and_sidereal_rotation_give_the_same_field_on_the_ground(make):
+def test_precise_and_sidereal_rotation_agree_on_the_field_on_ground(make):
     seen = []
     for mode in ("precise", "sidereal"):
         scenario = make(SGP4 | {"environment.earth_rotation": mode})

@@ -85,13 +85,13 @@ def test_areas_are_those_that_rays_see(direction):
         assert body.area_m2(direction) == pytest.approx(seen, rel=0.02)
 
 
-def test_a_whole_cylinder_and_a_box_about_the_centre_of_mass_feel_no_torque_along_axes():
+def test_centred_cylinder_and_box_feel_no_torque_along_axes():
     cube = Aerodynamics(parts=box((1.0, 0.6, 0.4)))
     for axis in np.eye(3):
         assert np.abs(on(cube, 7600.0 * axis)[1]).max() < 1e-20
 
 
-def test_the_faces_of_a_box_lie_where_it_ends_and_look_outwards():
+def test_box_faces_lie_on_its_ends_and_look_outwards():
     size, centre = np.array([1.0, 0.6, 0.4]), np.array([0.1, 0.2, -0.3])
     faces = box(tuple(size), tuple(centre))
     assert len({face.axis for face in faces}) == 6

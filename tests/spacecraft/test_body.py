@@ -180,7 +180,7 @@ def cloud(seed):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_gravity_gradient_is_the_sum_of_newtons_forces_on_point_masses(seed):
+def test_gravity_gradient_is_the_sum_of_point_mass_forces(seed):
     """Exact sum of forces; what is left is of the next order in size over distance."""
     masses, places, tensor = cloud(seed)
     rng = np.random.default_rng(100 + seed)

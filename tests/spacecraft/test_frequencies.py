@@ -17,7 +17,7 @@ def skew(v):
 
 
 @given(vectors, vectors, vectors)
-def test_it_is_the_sum_of_principal_minors_of_the_linearised_equations(omega, momentum, tilt):
+def test_nutation_square_is_sum_of_linearised_principal_minors(omega, momentum, tilt):
     turn, _ = np.linalg.qr(np.eye(3) + skew(tilt))
     inertia = turn @ np.diag(MOMENTS) @ turn.T
     inverse = np.linalg.inv(inertia)

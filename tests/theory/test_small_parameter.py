@@ -7,9 +7,9 @@ import pytest
 
 from torquer.theory.periodic.poincare import (
     departure,
+    equidistant_points,
     forced_response,
     periodic_motion,
-    samples_of,
     small_parameter,
 )
 
@@ -29,12 +29,12 @@ def test_a_forcing_that_is_not_resolved_is_noted():
 
 def test_a_resonance_is_noted():
     jacobian = np.array([[0.0, 1.0], [-4.02, 0.0]])
-    u = samples_of(2.0 * math.pi, 16)
+    u = equidistant_points(2.0 * math.pi, 16)
     found = forced_response(jacobian, np.stack([0.0 * u, np.cos(2.0 * u)], axis=1))
     assert found.notes[0].startswith("harmonic 2 is 0.005 from an eigenvalue")
 
 
-def test_a_periodic_motion_that_the_samples_do_not_resolve_is_refused():
+def test_periodic_motion_unresolved_by_the_samples_is_refused():
     def rates(u, x):
         return 10.0 * np.cos(10.0 * u)[:, None] - (x - np.sin(10.0 * u)[:, None])
 

@@ -100,7 +100,7 @@ def test_preliminary_2():
     assert_equations(found, eps, *expected)
 
 
-def test_reorientation_of_a_pure_spin_has_not_the_printed_second_equation():
+def test_pure_spin_reorientation_contradicts_the_printed_second_equation():
     """MAG (3.3.2): p stands where p cos^2 rho + q sin^2 rho comes out."""
     law = Reorientation(gain_a_m2_per_n_m_s_t=1.0, momentum_n_m_s=1.0, **UP, **ROUND).law()
     target = {"target": (L1, L2, L3), "momentum": momentum}

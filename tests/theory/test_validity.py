@@ -10,34 +10,34 @@ from torquer.compile import engine
 from torquer.computer.laws.bdot import BdotRate
 from torquer.theory.periodic.floquet import degree_of_stability, exponents
 from torquer.theory.periodic.poincare import (
+    equidistant_points,
     forced_response,
-    samples_of,
 )
 from torquer.theory.slow.averaging import averaged_rates, converged_nodes, nodes
 from torquer.theory.slow.comparison import compare, resonances
 from torquer.theory.slow.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation, spin_up
 from torquer.theory.slow.evolution.model import Case, Slow, compile_rates
-from torquer.theory.slow.full_motion import Fast, by_euler, osculating, slow_of
+from torquer.theory.slow.full_motion import Fast, by_euler, osculating, slow_variables
 from torquer.theory.slow.orbit_field import OrbitField
 from torquer.theory.slow.second_moments import averaged_moments, closed_moments
 from torquer.theory.slow.slow_motion import (
     ClosedMotion,
     evolve,
-    map_of_evolution,
-    path_of,
+    follow_path,
+    map_evolution,
 )
 from torquer.theory.slow.spinner import Spinner
 from torquer.theory.slow.wheel_accumulation import (
     Held,
     air_torque,
     cyclic_bounds,
-    growth_of,
     held_torque,
+    momentum_growth,
     momentum_under,
     orbital_axes,
     saturation_time,
 )
-from torquer.theory.validity import Limit, passed, within
+from torquer.theory.validity import Limit, broken_limits, within
 
 START, UP = Slow(1.0, 0.9, 0.4, 1.1), (0.0, 0.0, 1.0)
 U = np.linspace(0.0, 60.0, 21)
@@ -59,7 +59,7 @@ def test_a_limit_in_words():
     assert Limit("x", 1.0, 2.0, open=True).must == "must lie within 1..2, ends left out"
     assert Limit("x", 0.0, open=True).must == "must be above 0"
     assert Limit("x", most=3.0).must == "must be at most 3"
-    assert passed((Limit("x", 0.0, 1.0, "why"), 2.5), (Limit("y", 0.0), 1.0)) == (
+    assert broken_limits((Limit("x", 0.0, 1.0, "why"), 2.5), (Limit("y", 0.0), 1.0)) == (
         "x = 2.5: must lie within 0..1 (why)",
     )
 
@@ -79,7 +79,7 @@ def test_what_is_within_is_finite_and_between(x):
 
 BDOT, FIELD = EVOLUTIONS["bdot"], OrbitField(1, 1.0, 1.0, 0.0)
 NORMAL = np.array([0.0, 0.0, 1.0])
-GROWTH = growth_of(Held(1e-3, NORMAL, np.tile([0.0, 0.0, 1e-5], (24, 1))))
+GROWTH = momentum_growth(Held(1e-3, NORMAL, np.tile([0.0, 0.0, 1e-5], (24, 1))))
 SPINNER = Spinner(inclination_deg=60.0)
 RATE_LAW = BdotRate(gain_a_m2_s_per_t=0.1).law()
 WRONG = [
@@ -114,7 +114,7 @@ WRONG = [
         "target across the cone axis: must lie",
     ),
     (
-        lambda: map_of_evolution(
+        lambda: map_evolution(
             BDOT,
             {"rho_deg": [10.0, 200.0]},
             {"inclination_deg": 1.0, "sigma_deg": 0.0, "theta_deg": 1.0, "eps": 0.1},
@@ -135,8 +135,8 @@ WRONG = [
     (lambda: closed_moments(FIELD, -1.0), r"inclination: must lie within 0"),
     (lambda: closed_moments(FIELD._replace(model=7), 1.0), r"model: must lie within 0\.\.2"),
     (lambda: closed_moments(FIELD._replace(strength_t=0.0), 1.0), "strength_t: must be above 0"),
-    (lambda: samples_of(0.0, 5), "period: must be above 0"),
-    (lambda: samples_of(1.0, 0), "samples: must be at least 1"),
+    (lambda: equidistant_points(0.0, 5), "period: must be above 0"),
+    (lambda: equidistant_points(1.0, 0), "samples: must be at least 1"),
     (lambda: forced_response([[-1.0]], np.ones((8, 1)), math.nan), "period: must be finite"),
     (lambda: momentum_under((1.0, 0.0, 0.0), NORMAL, 0.0, [1.0]), "rate_rad_s: must be above 0"),
     (lambda: cyclic_bounds((1.0, 0.0, 0.0), 2.0 * NORMAL, 1.0), "length of the normal: must lie"),
@@ -144,7 +144,10 @@ WRONG = [
     (lambda: held_torque(np.eye(3), -1.0, np.eye(3)), "rate_rad_s: must be above 0; received -1"),
     (lambda: air_torque(None, -1.0, 7e6, 1e-3, np.eye(3)), "density_kg_m3: must be at least 0"),
     (lambda: saturation_time(GROWTH, [[math.nan, 0.0, 0.0]]), "half_spaces: must be finite"),
-    (lambda: growth_of(Held(1e-3, NORMAL, np.ones((2, 3)))), "instants of a revolution: must be"),
+    (
+        lambda: momentum_growth(Held(1e-3, NORMAL, np.ones((2, 3)))),
+        "instants of a revolution: must be",
+    ),
 ]
 
 
@@ -160,7 +163,7 @@ def test_a_run_into_a_singular_point_is_one_line():
     with pytest.raises(
         RuntimeError, match=r"^motion: must stay away from the singular points"
     ) as caught:
-        path_of(problem, (1.0, 0.0, 0.0, math.pi), [0.0, 5.0, 40.0])
+        follow_path(problem, (1.0, 0.0, 0.0, math.pi), [0.0, 5.0, 40.0])
     assert "between u = 5 and 40" in str(caught.value) and one_line(caught.value)
 
 
@@ -172,7 +175,7 @@ def test_a_motion_too_fast_for_its_points_is_one_line():
     problem = ClosedMotion(compile_rates(law.rates), case)
     for error, integrate in (
         (ValueError, lambda: evolve(law, case, start, u, rtol=1e-8)),
-        (RuntimeError, lambda: path_of(problem, start, u, rtol=1e-8)),
+        (RuntimeError, lambda: follow_path(problem, start, u, rtol=1e-8)),
     ):
         with pytest.raises(error) as caught:
             integrate()
@@ -181,7 +184,7 @@ def test_a_motion_too_fast_for_its_points_is_one_line():
 
 
 def test_without_momentum_there_are_no_angles():
-    found = slow_of(
+    found = slow_variables(
         SPINNER, [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, 0.1, 0.0, 0.2]]
     )
     assert found.l[0] == 0.0

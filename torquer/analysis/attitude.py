@@ -9,7 +9,7 @@ from torquer.analysis.series import Variables, angle_deg
 from torquer.computer.laws.pointing import HeldAttitude
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.control import Control
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 
 class AttitudeError(NamedTuple):
@@ -28,12 +28,12 @@ class AttitudeError(NamedTuple):
         return np.linalg.norm(self.error_deg, axis=1)
 
 
-def attitude_error_of(result: xr.Dataset) -> AttitudeError | None:
+def find_attitude_error(result: xr.Dataset) -> AttitudeError | None:
     """Error relative to the attitude that built-in laws held, from the first record on.
 
     None if there was no such law, or if laws held different attitudes.
     """
-    return attitude_error_in(result, scenario_of(result).control)
+    return attitude_error_in(result, flown_scenario(result).control)
 
 
 def attitude_error_in(result: Variables, control: Control) -> AttitudeError | None:

@@ -10,7 +10,7 @@ from torquer.environment.ephemeris import ModelErrors, model_errors
 from torquer.environment.light import light_along
 from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.along import (
@@ -23,7 +23,7 @@ from torquer.spacecraft.disturbance.along import (
     held_along,
 )
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE
-from torquer.spacecraft.disturbance.unmodelled import harmonics_of
+from torquer.spacecraft.disturbance.unmodelled import harmonic_torque
 
 #: Names of the torques as tables show them, in their order.
 NAMES = {
@@ -59,15 +59,15 @@ class Budget(NamedTuple):
         return np.sum([*self.disturbance.values(), np.zeros((len(self.t_s), 3))], axis=0)
 
 
-def budget_of_run(result: xr.Dataset) -> Budget:
+def budget_along_run(result: xr.Dataset) -> Budget:
     """The budget of a run, along its recorded motion."""
     r, b = result["position_inertial"].values, result["b_inertial"].values
     q, omega = result["q_body_to_inertial"].values, result["omega_body"].values
     t_s, dipole = result["time"].values, result["dipole_body"].values
-    return _budget(scenario_of(result), t_s, r, b, q, omega, dipole)
+    return _budget(flown_scenario(result), t_s, r, b, q, omega, dipole)
 
 
-def budget_of_held_attitude(scenario: Scenario) -> Budget:
+def budget_while_held(scenario: Scenario) -> Budget:
     """The budget of a satellite that holds its initial attitude for the length of the run.
 
     The attitude is held in the frame of `initial.reference`, without the initial rate.
@@ -127,7 +127,7 @@ def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray
     if scenario.disturbance and scenario.disturbance.suspension:
         found["suspension"] = acting_along(packed.acting[-2], along)
     if scenario.disturbance and scenario.disturbance.unmodelled:
-        found["unmodelled"] = _unmodelled(scenario, steps, along)
+        found["unmodelled"] = _unmodelled_torque(scenario, steps, along)
     if craft.coils and any(craft.coils.residual_dipole_a_m2):
         dipole = np.tile(craft.coils.residual_dipole_a_m2, (len(steps), 1))
         of_coils = dipole_along(dipole, along)
@@ -137,13 +137,13 @@ def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray
     return found
 
 
-def _unmodelled(scenario: Scenario, steps: np.ndarray, along: Along) -> np.ndarray:
+def _unmodelled_torque(scenario: Scenario, steps: np.ndarray, along: Along) -> np.ndarray:
     """The torque with the coefficients that hold at each instant."""
     cells = coefficients_along(scenario.unmodelled_torque(), scenario.seed, steps)
     jumps = np.flatnonzero(np.any(np.diff(cells, axis=0) != 0.0, axis=1)) + 1
     spans = zip([0, *jumps], [*jumps, len(steps)], strict=True)
     parts = [
-        acting_along(harmonics_of(1.0, cells[first]), along.rows(slice(first, last)))
+        acting_along(harmonic_torque(1.0, cells[first]), along.rows(slice(first, last)))
         for first, last in spans
     ]
     return np.concatenate(parts)
@@ -185,7 +185,7 @@ class Row(NamedTuple):
     share: float | None
 
 
-def rows_of(budget: Budget) -> dict[str, Row]:
+def budget_rows(budget: Budget) -> dict[str, Row]:
     """The table, by key of `NAMES`: each disturbance torque, their sum, the coils' own torque."""
     torques = {**budget.disturbance, "all": budget.total}
     if budget.control is not None:
@@ -227,7 +227,7 @@ def as_plain(budget: Budget) -> dict:
         }
     return {
         "duration_s": float(budget.t_s[-1]),
-        "torques": {name: row._asdict() for name, row in rows_of(budget).items()},
+        "torques": {name: row._asdict() for name, row in budget_rows(budget).items()},
         "coils_across_field": available,
         "models_on_board": None if budget.models is None else models_as_plain(budget.models),
     }

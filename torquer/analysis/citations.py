@@ -60,10 +60,10 @@ def citations(of: Scenario | xr.Dataset) -> str:
 
     `of`: a `Scenario`, or the result of a run or campaign; ValueError for anything else.
     """
-    return "\n\n".join(source.as_bibtex() for source in sources_of(of)) + "\n"
+    return "\n\n".join(source.as_bibtex() for source in select_sources(of)) + "\n"
 
 
-def sources_of(of: Scenario | xr.Dataset) -> list[Source]:
+def select_sources(of: Scenario | xr.Dataset) -> list[Source]:
     """The sources to cite, torquer first, then in the order of the scenario's tables."""
     table = source_table()
     uses: dict[str, list[str]] = {OWN: []}
@@ -76,7 +76,7 @@ def sources_of(of: Scenario | xr.Dataset) -> list[Source]:
 
 def cited_in_words(of: Scenario | xr.Dataset) -> dict[str, str]:
     """References in plain text by their keys, for summaries."""
-    return {source.key: source.in_words() for source in sources_of(of)}
+    return {source.key: source.in_words() for source in select_sources(of)}
 
 
 @cache

@@ -6,17 +6,17 @@ import xarray as xr
 from torquer.analysis.attitude import orbital_axes
 from torquer.environment.orbit.circular import Circular
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 
-def conserved_of(result: xr.Dataset) -> dict[str, np.ndarray]:
+def conserved_quantities(result: xr.Dataset) -> dict[str, np.ndarray]:
     """The conserved quantities of a run at its n records, by name; {} if there are none.
 
     Without external torques `momentum` (n, 3) [N m s, inertial] and, without reaction wheels,
     `energy` (n,) [J]; with the gravity gradient alone, on a circular orbit and without reaction
     wheels, the `jacobi_integral` (n,) [J].
     """
-    scenario = scenario_of(result)
+    scenario = flown_scenario(result)
     if not _has_no_torque_but_gravity(scenario, result):
         return {}
     if scenario.environment.gravity_gradient:
@@ -28,7 +28,7 @@ def conserved_of(result: xr.Dataset) -> dict[str, np.ndarray]:
     return found
 
 
-def drifts_of(found: dict[str, np.ndarray]) -> dict[str, float]:
+def relative_drifts(found: dict[str, np.ndarray]) -> dict[str, float]:
     """Greatest change since the start, relative to the greatest magnitude, by name."""
     drifts = {}
     for name, values in found.items():
@@ -60,7 +60,7 @@ def _jacobi_integral(result: xr.Dataset) -> np.ndarray:
     """
     from scipy.spatial.transform import Rotation
 
-    scenario = scenario_of(result)
+    scenario = flown_scenario(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
     axes = orbital_axes(result["position_inertial"].values, result["velocity_inertial"].values)
     normal, up = axes.apply([0.0, 1.0, 0.0]), axes.apply([0.0, 0.0, 1.0])
@@ -75,5 +75,5 @@ def _jacobi_integral(result: xr.Dataset) -> np.ndarray:
 
 def _form(result: xr.Dataset, v: np.ndarray) -> np.ndarray:
     """v.J v of vectors (n, 3) in body axes."""
-    inertia = np.asarray(scenario_of(result).spacecraft.body.inertia_kg_m2)
+    inertia = np.asarray(flown_scenario(result).spacecraft.body.inertia_kg_m2)
     return np.sum(v * (v @ inertia), axis=1)

@@ -1,6 +1,6 @@
 """Quantities derived from a result: angles, rates in degrees, speeds in rpm, modes.
 
-Each function gives an `xarray.DataArray` over the time of the result, with its unit; `derived_of`
+Each function gives an `xarray.DataArray` over the time of the result, with its unit; `derive`
 gives all of them that apply, as one data set. `result.torquer` has them as methods.
 """
 
@@ -11,40 +11,40 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import attitude_error_of, body_axes_from_vertical_deg
-from torquer.analysis.mode_use import regions_of
+from torquer.analysis.attitude import body_axes_from_vertical_deg, find_attitude_error
+from torquer.analysis.mode_use import find_regions
 from torquer.analysis.series import angle_deg
 from torquer.base.validate import unit_rows
 from torquer.maths.geometry.attitudes import to_body
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 _RPM_PER_RAD_S = 30.0 / np.pi
 
 
-def rate_of(result: xr.Dataset) -> xr.DataArray:
+def rate_size(result: xr.Dataset) -> xr.DataArray:
     """Size of the absolute angular velocity [deg/s] over `time`."""
     size = np.degrees(np.linalg.norm(result["omega_body"].values, axis=1))
     return _over_time(result, size, "deg/s", "absolute angular velocity")
 
 
-def rate_body_of(result: xr.Dataset) -> xr.DataArray:
+def body_rate(result: xr.Dataset) -> xr.DataArray:
     """Absolute angular velocity [deg/s] in body axes over `time`, `axis`."""
     omega = np.degrees(result["omega_body"].values)
     return _by_axis(result, omega, "deg/s", "absolute angular velocity in body axes")
 
 
-def rate_orbital_of(result: xr.Dataset) -> xr.DataArray:
+def orbital_rate(result: xr.Dataset) -> xr.DataArray:
     """Angular velocity relative to the orbital frame [deg/s] in body axes over `time`, `axis`."""
     omega = np.degrees(result["omega_orbital"].values)
     return _by_axis(result, omega, "deg/s", "angular velocity relative to the orbital frame")
 
 
-def attitude_error_angle_of(result: xr.Dataset) -> xr.DataArray:
+def attitude_error_angle(result: xr.Dataset) -> xr.DataArray:
     """Angle [deg] from the attitude that the laws held, over `time`.
 
     ValueError where no built-in law held one attitude.
     """
-    error = attitude_error_of(result)
+    error = find_attitude_error(result)
     if error is None:
         raise ValueError(
             "attitude error: a built-in law must have held one attitude; received a run without"
@@ -52,7 +52,7 @@ def attitude_error_angle_of(result: xr.Dataset) -> xr.DataArray:
     return _over_time(result, error.angle_deg, "deg", "angle of the attitude error")
 
 
-def sun_angle_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
+def angle_from_sun(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
     """Angle [deg] of a body axis from the direction to the Sun, over `time`.
 
     `axis`: a direction in body axes, of any length; left out: the angles of x, y and z, over
@@ -68,7 +68,7 @@ def sun_angle_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.
     return _over_time(result, angle_deg(np.broadcast_to(along, sun.shape), sun), "deg", meaning)
 
 
-def nutation_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
+def nutation_angle(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
     """Angle [deg] of the angular momentum from a body axis, over `time`.
 
     `axis`: a direction in body axes; left out: the principal axis of the greatest moment, in the
@@ -76,7 +76,7 @@ def nutation_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.D
     """
     momentum = to_body(result["q_body_to_inertial"].values, result["momentum_inertial"].values)
     if axis is None:
-        moments, axes = scenario_of(result).spacecraft.body.principal()
+        moments, axes = flown_scenario(result).spacecraft.body.principal()
         along = np.asarray(axes)[:, int(np.argmax(moments))]
         along = along if momentum[-1] @ along >= 0.0 else -along
     else:
@@ -85,13 +85,13 @@ def nutation_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.D
     return _over_time(result, angle, "deg", "nutation: angle of the momentum from a body axis")
 
 
-def vertical_angle_of(result: xr.Dataset) -> xr.DataArray:
+def angle_from_vertical(result: xr.Dataset) -> xr.DataArray:
     """Angles [deg] of the body's x, y and z axes from the local vertical, over `time`, `axis`."""
     angles = body_axes_from_vertical_deg(result)
     return _by_axis(result, angles, "deg", "angle from the local vertical")
 
 
-def wheel_speed_of(result: xr.Dataset) -> xr.DataArray:
+def wheel_speeds(result: xr.Dataset) -> xr.DataArray:
     """Speed of each wheel relative to the body [rpm] over `time`, `wheel`.
 
     ValueError for a satellite without wheels.
@@ -102,12 +102,12 @@ def wheel_speed_of(result: xr.Dataset) -> xr.DataArray:
     return speed.assign_attrs(units="rpm", long_name="speed relative to the body")
 
 
-def mode_of(result: xr.Dataset, region: str | None = None) -> xr.DataArray:
+def mode_over_time(result: xr.Dataset, region: str | None = None) -> xr.DataArray:
     """Name of the state of a region of modes, over `time`; a single region need not be named.
 
     ValueError for a run whose laws always work, and for an unknown region.
     """
-    found = {each.name: each for each in regions_of(result)}
+    found = {each.name: each for each in find_regions(result)}
     name = next(iter(found), None) if region is None and len(found) == 1 else region
     if name not in found:
         known = ", ".join(found) or "none: the laws of this run always work"
@@ -116,22 +116,24 @@ def mode_of(result: xr.Dataset, region: str | None = None) -> xr.DataArray:
     return _over_time(result, states[found[name].numbers], "", f"state of the region {name}")
 
 
-def derived_of(result: xr.Dataset) -> xr.Dataset:
+def derive(result: xr.Dataset) -> xr.Dataset:
     """All that applies to the run, as one data set over its time, with units."""
     makers = {
-        "rate": rate_of,
-        "rate_body": rate_body_of,
-        "rate_orbital": rate_orbital_of,
-        "sun_angle": sun_angle_of,
-        "nutation": nutation_of,
-        "vertical_angle": vertical_angle_of,
+        "rate": rate_size,
+        "rate_body": body_rate,
+        "rate_orbital": orbital_rate,
+        "sun_angle": angle_from_sun,
+        "nutation": nutation_angle,
+        "vertical_angle": angle_from_vertical,
     }
-    if attitude_error_of(result) is not None:
-        makers["attitude_error"] = attitude_error_angle_of
+    if find_attitude_error(result) is not None:
+        makers["attitude_error"] = attitude_error_angle
     if "wheel_speed" in result:
-        makers["wheel_speed"] = wheel_speed_of
+        makers["wheel_speed"] = wheel_speeds
     found = {name: make(result) for name, make in makers.items()}
-    found |= {f"mode_{each.name}": mode_of(result, each.name) for each in regions_of(result)}
+    found |= {
+        f"mode_{each.name}": mode_over_time(result, each.name) for each in find_regions(result)
+    }
     return xr.Dataset(found)
 
 

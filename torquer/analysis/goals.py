@@ -34,14 +34,14 @@ class Goal(NamedTuple):
 NAMED = "[mission]"
 
 
-def goals_of(scenario: Scenario) -> list[Goal]:
+def find_goals(scenario: Scenario) -> list[Goal]:
     """The goals of a scenario; none for uncontrolled motion."""
     if scenario.mission is not None:
-        return _named(scenario.mission)
+        return _name_limit(scenario.mission)
     return _usual(scenario)
 
 
-def _named(mission: Mission) -> list[Goal]:
+def _name_limit(mission: Mission) -> list[Goal]:
     limits = (
         ("rate", mission.rate_below_deg_s, "deg/s"),
         ("rate relative to the orbital frame", mission.rate_orbital_below_deg_s, "deg/s"),
@@ -62,7 +62,7 @@ def _usual(scenario: Scenario) -> list[Goal]:
     """
     laws = _last_laws(scenario)
     if laws and len(held_attitudes(scenario.control)) == 1:
-        by_wheels = any(law.drives_wheels for law in map(_law_of, laws) if law is not None)
+        by_wheels = any(law.drives_wheels for law in map(_only_law, laws) if law is not None)
         limit = HELD_BY_WHEELS_DEG if by_wheels else HELD_BY_COILS_DEG
         why = f"usual for an attitude held by {'wheels' if by_wheels else 'coils'}"
         return [Goal("attitude error", limit, "deg", why)]
@@ -79,7 +79,7 @@ def _usual(scenario: Scenario) -> list[Goal]:
     return []
 
 
-def _law_of(spec):
+def _only_law(spec):
     return None if spec.kind in ("user", "given_in_python") else spec.law()
 
 
@@ -94,7 +94,7 @@ def _last_laws(scenario: Scenario) -> list:
     return [laws[name] for name in (used[-1] if used else ())]
 
 
-def signal_of(goal: Goal, part: Variables, scenario: Scenario) -> np.ndarray | None:
+def goal_signal(goal: Goal, part: Variables, scenario: Scenario) -> np.ndarray | None:
     """The signal of a goal at the records of a scenario's run; None where it does not exist."""
     if goal.signal == "rate":
         return np.degrees(np.linalg.norm(part["omega_body"].values, axis=1))
@@ -103,10 +103,10 @@ def signal_of(goal: Goal, part: Variables, scenario: Scenario) -> np.ndarray | N
     if goal.signal == "attitude error":
         error = attitude_error_in(part, scenario.control)
         return None if error is None else error.angle_deg
-    return angle_of_axis_deg(part, goal.axis, goal.target)
+    return angle_from_axis_deg(part, goal.axis, goal.target)
 
 
-def angle_of_axis_deg(part: Variables, axis, target=None) -> np.ndarray:
+def angle_from_axis_deg(part: Variables, axis, target=None) -> np.ndarray:
     """Angle [deg] of an axis of the body from a direction in J, or from the Sun if that is None."""
     pointed = to_reference(part["q_body_to_inertial"].values, axis)
     wanted = part["sun_inertial"].values if target is None else np.broadcast_to(target, (1, 3))

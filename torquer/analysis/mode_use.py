@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 
 class StateUse(NamedTuple):
@@ -48,9 +48,9 @@ class RegionRecord(NamedTuple):
         return (np.bincount(counted, minlength=len(self.states)) / len(counted)).tolist()
 
 
-def regions_of(result: xr.Dataset) -> list[RegionRecord]:
+def find_regions(result: xr.Dataset) -> list[RegionRecord]:
     """Regions of a run with modes or a scheme; none for laws that always work."""
-    modes = scenario_of(result).control.named().modes
+    modes = flown_scenario(result).control.named().modes
     return [
         RegionRecord(name, tuple(region.states), result[f"mode_{name}"].values)
         for name, region in (modes.regions.items() if modes else ())
@@ -60,7 +60,7 @@ def regions_of(result: xr.Dataset) -> list[RegionRecord]:
 def state_uses(result: xr.Dataset) -> dict[str, dict[str, StateUse]]:
     """Use of every state, by region and state."""
     found, first = {}, 0
-    for region in regions_of(result):
+    for region in find_regions(result):
         here = slice(first, first + len(region.states))
         entries, entered = (result[f"mode_{key}"].values[here] for key in ("entries", "entered"))
         uses = zip(entries, entered, region.shares(), strict=True)

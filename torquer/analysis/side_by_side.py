@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.base.time import utc_at
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 #: Attributes of a result that belong to its run alone: coordinates of the joined runs.
 _OF_A_RUN = ("scenario", "seed", "ended", "how_it_ended", "laws", "versions", "processor",
@@ -26,7 +26,7 @@ def concat(
     `names` of the runs; left out: those of their scenarios, numbered where two are the same.
     Variables that all runs have are kept; they are NaN at times that a run did not record.
     `scenario`, `seed`, `laws`, `ended` and `versions` become coordinates along `dim`:
-    `run_of(joined, name)` gives a run back as it was. ValueError for no results.
+    `pick_run(joined, name)` gives a run back as it was. ValueError for no results.
     """
     results = list(results)
     if not results:
@@ -34,7 +34,7 @@ def concat(
     shared = [
         name for name in results[0].data_vars if _stacks(name) and all(name in r for r in results)
     ]
-    named = xr.DataArray(names_of(results, names), dims=(dim,), name=dim)
+    named = xr.DataArray(distinct_names(results, names), dims=(dim,), name=dim)
     parts = [result[shared].drop_vars("utc") for result in results]
     joined = xr.concat(parts, named, join="outer", combine_attrs="override", coords="minimal",
                        compat="override")  # fmt: skip
@@ -48,7 +48,7 @@ def _stacks(name) -> bool:
     return name != "checkpoint"
 
 
-def run_of(joined: xr.Dataset, name: str, dim: str = "run") -> xr.Dataset:
+def pick_run(joined: xr.Dataset, name: str, dim: str = "run") -> xr.Dataset:
     """A run of `concat`, with its scenario, seed and laws as attributes again.
 
     It can be analysed and drawn, but not resumed: the state of the loop is not in it.
@@ -62,12 +62,12 @@ def run_of(joined: xr.Dataset, name: str, dim: str = "run") -> xr.Dataset:
     one = one.drop_vars([dim, *attributes], errors="ignore").isel(time=flown)
     one = one.assign_attrs({**joined.attrs, **attributes})
     states = {name: one[name].astype(np.int64) for name in one if "flag_values" in one[name].attrs}
-    start = scenario_of(one).start
+    start = flown_scenario(one).start
     utc = utc_at(start, one["time"].values).astype("datetime64[ns]")
     return one.assign(states).assign_coords(utc=("time", utc))
 
 
-def names_of(results: Sequence[xr.Dataset], names: Sequence[str] | None = None) -> list[str]:
+def distinct_names(results: Sequence[xr.Dataset], names: Sequence[str] | None = None) -> list[str]:
     """A name for each run, no two the same."""
     if names is not None:
         given = list(map(str, names))
@@ -76,7 +76,7 @@ def names_of(results: Sequence[xr.Dataset], names: Sequence[str] | None = None) 
                 f"names: must be {len(results)} different names; received {', '.join(given)}"
             )
         return given
-    own = [scenario_of(result).name for result in results]
+    own = [flown_scenario(result).name for result in results]
     if len(set(own)) == len(own):
         return own
     return [f"{name} {k}" for k, name in enumerate(own, 1)]

@@ -6,15 +6,15 @@ from html import escape
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.analysis.citations import cited_in_words
-from torquer.analysis.conserved import conserved_of, drifts_of
-from torquer.analysis.goals import Goal, goals_of
+from torquer.analysis.conserved import conserved_quantities, relative_drifts
+from torquer.analysis.goals import Goal, find_goals
 from torquer.analysis.mode_use import state_uses
-from torquer.analysis.summary_rows import rows_of
-from torquer.analysis.verdict import judged_series, stays_from, verdict_of
-from torquer.analysis.wheel_use import AT_LIMIT, wheels_of, zero_crossings
-from torquer.simulation.results.dataset import COMPLETE, laws_of, scenario_of
+from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.verdict import judge_run, judged_series, stays_from
+from torquer.analysis.wheel_use import AT_LIMIT, recorded_wheels, zero_crossings
+from torquer.simulation.results.dataset import COMPLETE, flown_laws, flown_scenario
 
 #: Number of records in memory at a time.
 _PART = 1 << 18
@@ -29,7 +29,7 @@ class Summary(dict):
         """The rows in aligned columns; the plain dictionary after keys were taken out."""
         if not {"scenario", "verdict"} <= self.keys():
             return repr(self)
-        rows = rows_of(self)
+        rows = summary_rows(self)
         wide = max(len(label) for label, _ in rows)
         return "\n".join([self["scenario"], *(f"{label:{wide}}  {value}" for label, value in rows)])
 
@@ -37,21 +37,23 @@ class Summary(dict):
         """The rows as a table of a notebook."""
         if not {"scenario", "verdict"} <= self.keys():
             return f"<pre>{escape(repr(self))}</pre>"
-        cells = (f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in rows_of(self))
+        cells = (
+            f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in summary_rows(self)
+        )
         return f"<table><caption>{escape(self['scenario'])}</caption>{''.join(cells)}</table>"
 
 
-def summary_of(result: xr.Dataset) -> Summary:
+def summarise(result: xr.Dataset) -> Summary:
     """Summary as plain data: value by key, unit in the key. Printed, it is a table."""
-    scenario = scenario_of(result)
+    scenario = flown_scenario(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
-    goals = goals_of(scenario)
-    t, found = result["time"].values, _joined(_series_of(part, goals) for part in _parts(result))
+    goals = find_goals(scenario)
+    t, found = result["time"].values, _join(_needed_series(part, goals) for part in _parts(result))
     rate, momentum, angle = found["rate"], found["momentum"], found.get("angle")
     found_numbers = {
         "scenario": scenario.name,
         "ended": result.attrs["ended"],
-        "verdict": verdict_of(scenario, goals, t, found, result.attrs["ended"] == COMPLETE),
+        "verdict": judge_run(scenario, goals, t, found, result.attrs["ended"] == COMPLETE),
         "simulated_s": float(t[-1]),
         "revolutions": float(t[-1] * omega0 / (2.0 * np.pi)),
         "orbital_rate_deg_s": float(np.degrees(omega0)),
@@ -59,19 +61,19 @@ def summary_of(result: xr.Dataset) -> Summary:
         "final_rate_deg_s": float(np.degrees(rate[-1])),
         "final_rate_orbital_rates": float(rate[-1] / omega0),
         **_times_below(t, rate, omega0),
-        **_of_coils(result, scenario.spacecraft.coils),
+        **_summarise_coils(result, scenario.spacecraft.coils),
         "initial_momentum_n_m_s": float(momentum[0]),
         "momentum_left_n_m_s": float(momentum[-1]),
-        **_of_wheels(t, found),
-        **_of_attitude(t, angle, 2.0 * np.pi / omega0),
-        **_of_steps(result),
-        **_of_conserved(found),
+        **_summarise_wheels(t, found),
+        **_summarise_attitude(t, angle, 2.0 * np.pi / omega0),
+        **_summarise_steps(result),
+        **_summarise_conserved(found),
         "table_relative_error": float(result.attrs["table_relative_error"]),
         "laws": {
             key: {"name": law["name"], "runs_as": law["runs_as"]}
-            for key, law in laws_of(result).items()
+            for key, law in flown_laws(result).items()
         },
-        **_of_modes(result),
+        **_summarise_modes(result),
         "seed": int(result.attrs["seed"]),
         "versions": json.loads(result.attrs["versions"]),
         "cite": cited_in_words(result),
@@ -79,7 +81,7 @@ def summary_of(result: xr.Dataset) -> Summary:
     return Summary(found_numbers)
 
 
-def _of_steps(result) -> dict:
+def _summarise_steps(result) -> dict:
     """Error and length of adaptive steps; numerical damping and lag of RK4; error measured."""
     measured = {}
     if "integration_error_measured" in result:
@@ -101,14 +103,14 @@ def _of_steps(result) -> dict:
     }
 
 
-def _of_conserved(found: dict[str, np.ndarray]) -> dict:
+def _summarise_conserved(found: dict[str, np.ndarray]) -> dict:
     """Relative drift of what the motion conserves."""
     kept = {key: values for key, values in found.items() if key.startswith(_CONSERVED)}
-    drifts = drifts_of(kept)
+    drifts = relative_drifts(kept)
     return {f"{key.removeprefix(_CONSERVED)}_drift": drift for key, drift in drifts.items()}
 
 
-def _of_modes(result) -> dict:
+def _summarise_modes(result) -> dict:
     """Use of every state by region, where there are modes or a scheme."""
     uses = state_uses(result)
     if not uses:
@@ -116,7 +118,7 @@ def _of_modes(result) -> dict:
     return {"modes": {name: {s: use._asdict() for s, use in u.items()} for name, u in uses.items()}}
 
 
-def _of_coils(result, coils) -> dict:
+def _summarise_coils(result, coils) -> dict:
     """Use of the coils, if there are any."""
     if coils is None:
         return {}
@@ -134,16 +136,16 @@ def _parts(result: xr.Dataset):
         yield result.isel(time=slice(first, first + _PART))
 
 
-def _series_of(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]:
+def _needed_series(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]:
     """The series that the summary needs."""
     found = {
         "rate": np.linalg.norm(part["omega_body"].values, axis=1),
         "momentum": np.linalg.norm(part["momentum_inertial"].values, axis=1),
     }
-    found |= {_CONSERVED + name: values for name, values in conserved_of(part).items()}
-    scenario = scenario_of(part)
+    found |= {_CONSERVED + name: values for name, values in conserved_quantities(part).items()}
+    scenario = flown_scenario(part)
     found |= judged_series(part, scenario, goals)
-    error, wheels = attitude_error_of(part), wheels_of(part, scenario)
+    error, wheels = find_attitude_error(part), recorded_wheels(part, scenario)
     if error is not None:
         found["angle"] = error.angle_deg
     if wheels is not None:
@@ -156,12 +158,12 @@ def _series_of(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]:
     return found
 
 
-def _joined(parts) -> dict[str, np.ndarray]:
+def _join(parts) -> dict[str, np.ndarray]:
     parts = list(parts)
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _of_wheels(t, found: dict[str, np.ndarray]) -> dict:
+def _summarise_wheels(t, found: dict[str, np.ndarray]) -> dict:
     """Peak shares of the wheels' limits, and their momentum at the end."""
     if "share" not in found:
         return {}
@@ -180,7 +182,7 @@ def _of_wheels(t, found: dict[str, np.ndarray]) -> dict:
     }
 
 
-def _of_attitude(t, angle, revolution_s: float) -> dict:
+def _summarise_attitude(t, angle, revolution_s: float) -> dict:
     """Attitude errors, if a law held an attitude."""
     if angle is None:
         return {}

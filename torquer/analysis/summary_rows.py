@@ -41,19 +41,17 @@ _ROWS = (
 )
 
 
-def rows_of(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
+def summary_rows(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
     """Label and value with unit for every row that applies to the satellite.
 
     The verdict and its limits come first, unless they are shown elsewhere.
     """
-    first = _rows_of_verdict(summary) if verdict else []
-    rows = [
-        (label, _shown(summary[key], key, unit)) for label, key, unit in _ROWS if key in summary
-    ]
-    return [*first, *rows, *_rows_of_modes(summary.get("modes", {}))]
+    first = _verdict_rows(summary) if verdict else []
+    rows = [(label, _show(summary[key], key, unit)) for label, key, unit in _ROWS if key in summary]
+    return [*first, *rows, *_mode_rows(summary.get("modes", {}))]
 
 
-def _rows_of_verdict(summary: dict) -> list[tuple[str, str]]:
+def _verdict_rows(summary: dict) -> list[tuple[str, str]]:
     """Whether the run met its goals: the verdict, and every limit."""
     verdict = summary["verdict"]
     rows = [("Verdict", verdict["headline"])]
@@ -67,7 +65,7 @@ def _rows_of_verdict(summary: dict) -> list[tuple[str, str]]:
     return rows
 
 
-def _rows_of_modes(modes: dict) -> list[tuple[str, str]]:
+def _mode_rows(modes: dict) -> list[tuple[str, str]]:
     """Share of the time that each region spent in its states, the largest first."""
     rows, unchanged = [], {}
     for region, uses in modes.items():
@@ -92,10 +90,10 @@ def unchanged_in_words(modes: dict) -> str:
 
 def time_or_never(t_s: float | None) -> str:
     """A time [s] in words."""
-    return "never" if t_s is None else _shown(t_s, "", "s")
+    return "never" if t_s is None else _show(t_s, "", "s")
 
 
-def _shown(value, key: str, unit: str) -> str:
+def _show(value, key: str, unit: str) -> str:
     if value is None:
         return (
             "needs spacecraft.coils.power_at_limit_w"

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from torquer.analysis.goals import NAMED, Goal, signal_of
+from torquer.analysis.goals import NAMED, Goal, goal_signal
 from torquer.analysis.series import Variables
-from torquer.analysis.wheel_use import AT_LIMIT, wheels_of
+from torquer.analysis.wheel_use import AT_LIMIT, recorded_wheels
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
 
@@ -14,7 +14,7 @@ _WORTH_TELLING = 0.005
 _MUCH = 0.5
 
 
-def verdict_of(
+def judge_run(
     scenario: Scenario, goals: list[Goal], t, found: dict[str, np.ndarray], complete: bool
 ) -> dict:
     """Verdict as plain data; `done` is None without a limit to judge by.
@@ -27,7 +27,7 @@ def verdict_of(
     revolution_s = 2.0 * np.pi / scenario.orbit.rate_rad_s(scenario.start)
     within_s = scenario.mission.within_s if scenario.mission else None
     judged = [
-        _judged(goal, t, found[f"goal {n}"], revolution_s, within_s)
+        _judge(goal, t, found[f"goal {n}"], revolution_s, within_s)
         for n, goal in enumerate(goals)
         if f"goal {n}" in found
     ]
@@ -41,7 +41,7 @@ def verdict_of(
         "headline": _headline(judged, done, settled, complete),
         "settled_s": settled,
         "goals": judged,
-        "limits_met": [*limits_met(t, found, settled), *_unused(judged, found)],
+        "limits_met": [*limits_met(t, found, settled), *_unused_coils(judged, found)],
     }
 
 
@@ -49,11 +49,11 @@ def judged_series(part: Variables, scenario: Scenario, goals: list[Goal]) -> dic
     """The series that `verdict_of` judges, from the variables of a run or of a part of it."""
     found = {}
     for n, goal in enumerate(goals):
-        if (signal := signal_of(goal, part, scenario)) is not None:
+        if (signal := goal_signal(goal, part, scenario)) is not None:
             found[f"goal {n}"] = signal
     if scenario.spacecraft.coils is not None:
         found["coil_share"] = _coil_share(part, scenario.spacecraft.coils)
-    wheels = wheels_of(part, scenario)
+    wheels = recorded_wheels(part, scenario)
     if wheels is not None:
         found["share"] = wheels.momentum_shares.max(axis=1)
         found["torque_share"] = wheels.torque_shares.max(axis=1)
@@ -67,7 +67,7 @@ def _coil_share(part: Variables, coils: Coils) -> np.ndarray:
     return np.max(np.abs(each) / np.broadcast_to(coils.limit_a_m2, len(coils.axes)), axis=1)
 
 
-def _judged(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -> dict:
+def _judge(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -> dict:
     """When a signal came below its limit and stayed, and how it was after that."""
     below = signal < goal.below
     first = float(t[np.argmax(below)]) if below.any() else None
@@ -110,7 +110,7 @@ def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[s
     return lines
 
 
-def _unused(judged: list[dict], found: dict[str, np.ndarray]) -> list[str]:
+def _unused_coils(judged: list[dict], found: dict[str, np.ndarray]) -> list[str]:
     """Coils that had much in reserve all the time, where a goal was missed."""
     if "coil_share" not in found or all(each["done"] for each in judged):
         return []

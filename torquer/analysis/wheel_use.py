@@ -102,7 +102,7 @@ def zero_crossings(spin_sign: np.ndarray) -> int:
     return sum(int(np.count_nonzero(sign[1:] != sign[:-1])) for sign in signs)
 
 
-def wheels_of(result: Variables, scenario: Scenario) -> FlownWheels | None:
+def recorded_wheels(result: Variables, scenario: Scenario) -> FlownWheels | None:
     """The wheels of a result; None for a satellite without wheels."""
     if scenario.spacecraft.wheels is None:
         return None

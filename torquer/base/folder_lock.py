@@ -15,13 +15,13 @@ _NAME = ".claimed"
 
 
 @contextlib.contextmanager
-def claimed(out: Path, option: str = "--out") -> Iterator[None]:
+def claim(out: Path, option: str = "--out") -> Iterator[None]:
     """Hold the folder for this process within the block; the system releases it with the process.
 
     ValueError if another process has it.
     """
     path = out / _NAME
-    file = _locked(path)
+    file = _try_lock(path)
     if file is None:
         raise ValueError(f"{option}: must not be in use by another run; received {out}")
     try:
@@ -34,7 +34,7 @@ def claimed(out: Path, option: str = "--out") -> Iterator[None]:
         file.close()
 
 
-def _locked(path: Path):
+def _try_lock(path: Path):
     """The file, open and locked; None if another process has locked it."""
     while True:
         if path.is_symlink():

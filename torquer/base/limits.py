@@ -103,7 +103,7 @@ def positive(size_of: str = "") -> Range:
     return Range("be a positive number", lambda value: 0.0 < value < math.inf, size_of)
 
 
-def _ranges_of(kind: type) -> list[tuple[str, Range]]:
+def _stated_ranges(kind: type) -> list[tuple[str, Range]]:
     """Ranges that the fields of a class state, however its annotations are kept."""
     hints = get_type_hints(kind, include_extras=True)
     return [
@@ -132,7 +132,7 @@ def texts_below_fields(kind: type) -> dict[str, str]:
     return texts
 
 
-def _words_of(hint) -> list[str]:
+def _range_words(hint) -> list[str]:
     """What a field's annotation says in words: its range, or where else that stands."""
     metadata = getattr(hint, "__metadata__", ())
     return [each.in_words for each in metadata if hasattr(each, "in_words")]
@@ -151,7 +151,7 @@ class _Help(NamedTuple):
     def __get__(self, _, kind: type) -> str:
         hints = get_type_hints(kind, include_extras=True)
         keys = (
-            " ".join([f"    {name}:", _in_python(text), *_words_of(hints[name])])
+            " ".join([f"    {name}:", _in_python(text), *_range_words(hints[name])])
             for name, text in texts_below_fields(kind).items()
         )
         return "\n".join([inspect.cleandoc(self.own), "", "Keys:", *keys])
@@ -163,7 +163,7 @@ def request(kind: type[T]) -> type[T]:
 
     `help` of it also lists the keys, with the strings below the fields and the ranges.
     """
-    further, ranges = getattr(kind, "__post_init__", None), _ranges_of(kind)
+    further, ranges = getattr(kind, "__post_init__", None), _stated_ranges(kind)
 
     def check(self) -> None:
         for name, each in ranges:
@@ -178,6 +178,6 @@ def request(kind: type[T]) -> type[T]:
     return made
 
 
-def given(spec, *keys: str) -> dict:
+def given_values(spec, *keys: str) -> dict:
     """Values, by name, of those of the named fields of a request that are not None."""
     return {key: value for key in keys if (value := getattr(spec, key)) is not None}

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from torquer.compile.engine import bits_of, float_of, inlined, kernel
+from torquer.compile.engine import bits_float, float_bits, inlined, kernel
 
 _LOW = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)
@@ -57,15 +57,15 @@ def philox(c0, c1, c2, c3, k0, k1):
 @inlined
 def _part_of_one(word):
     """A 32-bit word over 2^32."""
-    return float_of(_ONE | (word << np.uint64(20))) - 1.0
+    return bits_float(_ONE | (word << np.uint64(20))) - 1.0
 
 
 @inlined
 def _log(u):
     """Natural logarithm of a number above 0: of its mantissa by the series of 2 artanh(s)."""
-    bits = bits_of(u) + _TO_SQRT_2
-    exponent = float_of((bits >> _MANTISSA_BITS) | _2_52) - _EXPONENT_OF_ONE
-    mantissa = float_of((bits & _MANTISSA) + _SQRT_HALF)
+    bits = float_bits(u) + _TO_SQRT_2
+    exponent = bits_float((bits >> _MANTISSA_BITS) | _2_52) - _EXPONENT_OF_ONE
+    mantissa = bits_float((bits & _MANTISSA) + _SQRT_HALF)
     s = (mantissa - 1.0) / (mantissa + 1.0)
     z = s * s
     high = 1.0 / 11.0 + z * (1.0 / 13.0 + z * (1.0 / 15.0 + z * (1.0 / 17.0 + z / 19.0)))
@@ -105,7 +105,7 @@ def normal3(seed, stream, index):
 
 
 @inlined
-def drawn(sigma, seed, stream, sample):
+def draw(sigma, seed, stream, sample):
     """Three standard normal numbers for an error of standard deviation sigma; zeros without one."""
     if sigma == 0.0:
         return (0.0, 0.0, 0.0)

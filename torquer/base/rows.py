@@ -25,7 +25,7 @@ class Row(NamedTuple):
     text: str = ""
 
 
-def data_of(rows: Sequence[Row]) -> dict:
+def as_data(rows: Sequence[Row]) -> dict:
     """Values by key, nested, for JSON."""
     data: dict = {}
     for row in rows:
@@ -38,12 +38,12 @@ def data_of(rows: Sequence[Row]) -> dict:
     return data
 
 
-def text_of(table: Sequence[Sequence[Row]], width: int = 12, first: int = 0) -> list[str]:
+def as_text(table: Sequence[Sequence[Row]], width: int = 12, first: int = 0) -> list[str]:
     """A table, one line an entry, below labels and units; "-" for what an entry lacks.
 
     `first`: width of the first column if that holds words, which stand at its left.
     """
-    cells = _cells_of(table)
+    cells = _cells(table)
     widths = [f"<{first}" if first else f">{width}", *[f">{width}"] * (len(cells[0]) - 1)]
     return [
         "".join(f"{cell:{each}}" for cell, each in zip(line, widths, strict=True))
@@ -52,9 +52,9 @@ def text_of(table: Sequence[Sequence[Row]], width: int = 12, first: int = 0) -> 
     ]
 
 
-def html_of(table: Sequence[Sequence[Row]], notes: Sequence[str] = ()) -> str:
+def as_html(table: Sequence[Sequence[Row]], notes: Sequence[str] = ()) -> str:
     """The table for notebooks, with notes below it."""
-    labels, units, *rest = _cells_of(table)
+    labels, units, *rest = _cells(table)
     head = [
         f"{label} [{unit}]" if unit else label for label, unit in zip(labels, units, strict=True)
     ]
@@ -67,7 +67,7 @@ def _line(tag: str, cells: Sequence[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-def _cells_of(table: Sequence[Sequence[Row]]) -> list[list[str]]:
+def _cells(table: Sequence[Sequence[Row]]) -> list[list[str]]:
     """Labels, units and the texts of each entry."""
     units = {row.label: row.unit for rows in table for row in rows if row.text}
     texts = ({row.label: row.text for row in rows if row.text} for rows in table)

@@ -82,7 +82,7 @@ def _truth(value):
     return value
 
 
-def _check_of(schema: dict, key: str):
+def _check_before(schema: dict, key: str):
     """The check that goes before pydantic's own."""
     if schema["type"] != "float":
         return _whole_number if schema["type"] == "int" else _truth
@@ -115,7 +115,7 @@ def _with_checks(schema, key: str = ""):
     if kind == "function-before" and _is_checked(schema):
         return schema
     if isinstance(kind, str) and kind in ("float", "int", "bool"):
-        return no_info_before_validator_function(_check_of(schema, key), schema)
+        return no_info_before_validator_function(_check_before(schema, key), schema)
     return {k: part if k in _NO_SCHEMA else _with_checks(part, key) for k, part in schema.items()}
 
 
@@ -161,6 +161,6 @@ def as_data(value):
 AnySpec = TypeVar("AnySpec", bound=Spec)
 
 
-def checked(spec: AnySpec) -> AnySpec:
+def check_spec(spec: AnySpec) -> AnySpec:
     """The spec, checked again: it may have been changed or made behind pydantic's back."""
     return type(spec).model_validate(as_data(spec))

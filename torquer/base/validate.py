@@ -69,7 +69,7 @@ RANGES = {
 
 
 @cache
-def range_of(key: str) -> Range:
+def quantity_range(key: str) -> Range:
     """The range of the quantity that a key holds."""
     endings = (ending for ending in RANGES if f"_{key}".endswith(f"_{ending}") or not ending)
     return RANGES[max(endings, key=len)]
@@ -81,7 +81,7 @@ def out_of_range(key: str, value: float, low: float | None = None) -> str:
     `low`: 0 for a quantity that is not negative; only of such the least size is asked, as of
     others a rounding error may be left where 0 is meant.
     """
-    least, greatest = range_of(key)
+    least, greatest = quantity_range(key)
     if abs(value) > greatest:
         return f"at most {greatest:g}" if low == 0.0 else f"within -{greatest:g}..{greatest:g}"
     if low == 0.0 and 0.0 < value < least:

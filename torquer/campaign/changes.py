@@ -37,7 +37,7 @@ def _product(own: np.ndarray, deviations: np.ndarray) -> np.ndarray:
     return own * np.exp(deviations).reshape(-1, *(1,) * (own.ndim - 1))
 
 
-def _turned(own: np.ndarray, deviations: np.ndarray) -> np.ndarray:
+def _turn(own: np.ndarray, deviations: np.ndarray) -> np.ndarray:
     """Quaternions (body to reference) times rotations, by their vectors in the body [rad]."""
     turned = [
         multiply(tuple(q), from_rotation_vector(tuple(turn)))
@@ -70,6 +70,6 @@ CHANGES = {
     "number": Change(1, (), _sum),
     "vector": Change(3, (3,), _sum),
     "factor": Change(1, None, _product),
-    "rotation": Change(3, (4,), _turned),
+    "rotation": Change(3, (4,), _turn),
     "inertia": Change(6, (3, 3), _with_mass),
 }

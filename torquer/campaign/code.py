@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from torquer.campaign.spec import Campaign
-from torquer.scenario.explain import name_of
+from torquer.scenario.explain import key_name
 
 #: The key of a law's file; no other key of a scenario names a file.
 _FILE = "file"
@@ -33,18 +33,18 @@ def with_files(key: str, variation, change: Callable):
         return variation
     names_file = re.findall(r"[^.\[\]]+", key)[-1:] == [_FILE]
     place = ("campaign", "vary", key, "values")
-    return {**variation, "values": _changed(variation["values"], place, names_file, change)}
+    return {**variation, "values": _change(variation["values"], place, names_file, change)}
 
 
-def _changed(value, place: tuple, is_file: bool, change: Callable):
+def _change(value, place: tuple, is_file: bool, change: Callable):
     """The value with the files in it changed; `is_file`: whether a text here is one."""
     if isinstance(value, Mapping):
         return {
-            key: _changed(each, (*place, str(key)), key == _FILE, change)
+            key: _change(each, (*place, str(key)), key == _FILE, change)
             for key, each in value.items()
         }
     if isinstance(value, list | tuple):
-        return [_changed(each, (*place, n), is_file, change) for n, each in enumerate(value)]
+        return [_change(each, (*place, n), is_file, change) for n, each in enumerate(value)]
     if is_file and isinstance(value, str | Path):
-        return change(name_of(place), value)
+        return change(key_name(place), value)
     return value

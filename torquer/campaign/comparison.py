@@ -17,12 +17,12 @@ from torquer.campaign.contents import (
     definition,
     end_s,
     independent,
-    inputs_of,
-    members_of,
+    member_inputs,
+    member_numbers,
+    member_outcomes,
     missing_as_worst,
-    name_of,
-    outcomes_of,
-    restricted,
+    restrict_times,
+    scenario_name,
     succeeded_in,
 )
 from torquer.campaign.statistics import Interval, mean_interval, number, plain, rate_interval
@@ -36,12 +36,12 @@ def comparison(a: xr.Dataset, b: xr.Dataset, confidence: float = 0.95) -> dict:
     names = [name for name in summaries[0]["outcomes"] if name in summaries[1]["outcomes"]]
     if not names:
         raise ValueError(
-            f"campaigns: must have a common outcome; received {', '.join(outcomes_of(a))} and "
-            f"{', '.join(outcomes_of(b))}"
+            f"campaigns: must have a common outcome; received {', '.join(member_outcomes(a))} and "
+            f"{', '.join(member_outcomes(b))}"
         )
     rows = paired_rows(a, b)
     return {
-        "names": [name_of(a), name_of(b)],
+        "names": [scenario_name(a), scenario_name(b)],
         "confidence": confidence,
         "pairs": 0 if rows is None else len(rows[0]),
         "summaries": list(summaries),
@@ -52,8 +52,8 @@ def comparison(a: xr.Dataset, b: xr.Dataset, confidence: float = 0.95) -> dict:
 
 def paired_rows(a: xr.Dataset, b: xr.Dataset) -> tuple[np.ndarray, np.ndarray] | None:
     """Rows of the members in both campaigns; None unless they had the same inputs in both."""
-    _, first, second = np.intersect1d(members_of(a), members_of(b), return_indices=True)
-    ours, theirs = inputs_of(a), inputs_of(b)
+    _, first, second = np.intersect1d(member_numbers(a), member_numbers(b), return_indices=True)
+    ours, theirs = member_inputs(a), member_inputs(b)
     if not ours and "seed" in a and "seed" in b:  # members differ by their noise only
         ours, theirs = {"seed": a["seed"].values}, {"seed": b["seed"].values}
     if len(first) < 2 or not ours or ours.keys() != theirs.keys():
@@ -78,8 +78,8 @@ def _outcome(a, b, name: str, rows, confidence: float) -> dict:
     """The difference of the means, and of the restricted means of times."""
     return {
         "same_definition": definition(a, name) == definition(b, name),
-        **_difference(outcomes_of(a)[name], outcomes_of(b)[name], rows, confidence),
-        "restricted": _restricted(a, b, name, rows, confidence),
+        **_difference(member_outcomes(a)[name], member_outcomes(b)[name], rows, confidence),
+        "restricted": _restrict(a, b, name, rows, confidence),
         "test": _rank_test(missing_as_worst(a, name), missing_as_worst(b, name), rows),
     }
 
@@ -96,11 +96,11 @@ def _difference(one: np.ndarray, other: np.ndarray, rows, confidence: float) -> 
     return {"difference": number(difference), "interval": plain(interval)}
 
 
-def _restricted(a, b, name: str, rows, confidence: float) -> dict | None:
+def _restrict(a, b, name: str, rows, confidence: float) -> dict | None:
     """The difference of the restricted means; None for an outcome that is not a time in both."""
     ends = [end for end in (end_s(a), end_s(b)) if end is not None]
     end = min(ends) if len(ends) == 2 else None
-    one, other = restricted(a, name, end), restricted(b, name, end)
+    one, other = restrict_times(a, name, end), restrict_times(b, name, end)
     if one is None or other is None:
         return None
     return {"end_s": end, **_difference(one, other, rows, confidence)}

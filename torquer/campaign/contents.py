@@ -22,25 +22,25 @@ _UNITS = {
 }
 
 
-def table_of(result: xr.Dataset) -> dict:
+def campaign_table(result: xr.Dataset) -> dict:
     """The table `[campaign]` as plain data."""
     return json.loads(result.attrs["campaign"])
 
 
-def name_of(result: xr.Dataset) -> str:
+def scenario_name(result: xr.Dataset) -> str:
     """The scenario's name."""
     return str(json.loads(result.attrs["scenario"]).get("name", ""))
 
 
 def groups_in(result: xr.Dataset) -> list[str]:
     """Names of what is drawn independently: keys that vary, and groups of correlated keys."""
-    table = table_of(result)
+    table = campaign_table(result)
     return [*table["vary"], *(", ".join(each["keys"]) for each in table["correlated"])]
 
 
 def is_design(result: xr.Dataset) -> bool:
     """Whether members are those of Saltelli's design, for Sobol's indices."""
-    return table_of(result).get("sampling") == "saltelli"
+    return campaign_table(result).get("sampling") == "saltelli"
 
 
 def independent(result: xr.Dataset) -> xr.Dataset:
@@ -50,20 +50,20 @@ def independent(result: xr.Dataset) -> xr.Dataset:
     """
     if not is_design(result):
         return result
-    return result.isel(member=members_of(result) % (len(groups_in(result)) + 2) < 2)
+    return result.isel(member=member_numbers(result) % (len(groups_in(result)) + 2) < 2)
 
 
-def members_of(result: xr.Dataset) -> np.ndarray:
+def member_numbers(result: xr.Dataset) -> np.ndarray:
     """The members' numbers [n]."""
     return np.asarray(result["member"].values, dtype=np.int64)
 
 
-def inputs_of(result: xr.Dataset) -> dict[str, np.ndarray | list]:
+def member_inputs(result: xr.Dataset) -> dict[str, np.ndarray | list]:
     """The members' values at each key that varies, as `columns_of` takes them; times in seconds."""
     return {key: _plain(values) for key, values in _by_role(result, "input").items()}
 
 
-def outcomes_of(result: xr.Dataset) -> dict[str, np.ndarray]:
+def member_outcomes(result: xr.Dataset) -> dict[str, np.ndarray]:
     """Outcomes [n] by name; missing ones NaN."""
     return {name: each.astype(float) for name, each in _by_role(result, "outcome").items()}
 
@@ -103,21 +103,21 @@ def definition(result: xr.Dataset, name: str) -> tuple[object, dict]:
     """An outcome's signal, a name or a table, and what is taken of it."""
     attrs = result[name].attrs
     what = json.loads(attrs.get("what") or "null") or {}
-    return json.loads(attrs.get("signal") or "null"), _given(what)
+    return json.loads(attrs.get("signal") or "null"), _drop_missing(what)
 
 
-def _given(table: Mapping) -> dict:
+def _drop_missing(table: Mapping) -> dict:
     return {key: value for key, value in table.items() if value is not None}
 
 
-def unit_of(result: xr.Dataset, name: str) -> str:
+def outcome_unit(result: xr.Dataset, name: str) -> str:
     """Unit of an outcome."""
     signal, what = definition(result, name)
     units = [_UNITS_OF_WHAT[key] for key in what if key in _UNITS_OF_WHAT]
-    return units[0] if units else unit_of_signal(signal)
+    return units[0] if units else signal_unit(signal)
 
 
-def unit_of_signal(signal) -> str:
+def signal_unit(signal) -> str:
     """Unit of a signal; that of an axis is an angle."""
     return _UNITS.get(signal, "") if isinstance(signal, str) else "deg"
 
@@ -134,16 +134,16 @@ def end_s(result: xr.Dataset) -> float | None:
     return float(result["time"].values[-1])
 
 
-def bounds_of(result: xr.Dataset, name: str) -> tuple[float, float]:
+def outcome_bounds(result: xr.Dataset, name: str) -> tuple[float, float]:
     """Least and greatest value that an outcome can have."""
     if name not in result or "signal" not in result[name].attrs:
         return -math.inf, math.inf
     if is_time(result, name):
         return 0.0, math.inf if (end := end_s(result)) is None else end
-    return 0.0, _GREATEST.get(unit_of(result, name), math.inf)
+    return 0.0, _GREATEST.get(outcome_unit(result, name), math.inf)
 
 
-def restricted(result: xr.Dataset, name: str, end: float | None) -> np.ndarray | None:
+def restrict_times(result: xr.Dataset, name: str, end: float | None) -> np.ndarray | None:
     """Times [n], those that come later than `end` [s] or never counted as `end`.
 
     Their mean is the restricted mean. None for an outcome that is not a time; NaN for a member
@@ -181,7 +181,7 @@ def least_is_worst(result: xr.Dataset, name: str) -> bool:
 
     By its condition of success if there is one; else only for a fraction of time below a value.
     """
-    condition = _given((table_of(result).get("success") or {}).get(name) or {})
+    condition = _drop_missing((campaign_table(result).get("success") or {}).get(name) or {})
     if condition:
         return "above" in condition
     return "part_below" in definition(result, name)[1]

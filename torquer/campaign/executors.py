@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from torquer.campaign.fleet import Fleet
-from torquer.campaign.store import dataset_of
+from torquer.campaign.store import chunk_dataset
 
 #: How often Dask tries a chunk again whose worker was lost.
 _RETRIES = 5
@@ -34,11 +34,11 @@ def chunk_elsewhere(pickled: bytes, first: int, last: int):
     `pickled`: the scenario, the campaign, and the export that flies or None. Text would lose which
     keys were given, and times.
     """
-    return _here(_fleet_of(pickled), first, last)
+    return _here(_prepare_fleet(pickled), first, last)
 
 
 @functools.lru_cache(maxsize=2)
-def _fleet_of(pickled: bytes) -> Fleet:
+def _prepare_fleet(pickled: bytes) -> Fleet:
     """Prepared once in a process, for all its chunks."""
     return Fleet(*pickle.loads(pickled))
 
@@ -142,7 +142,7 @@ def end_with_parent() -> None:
 
 
 def _here(fleet: Fleet, first: int, last: int):
-    return dataset_of(fleet, fleet.fly(np.arange(first, last)))
+    return chunk_dataset(fleet, fleet.fly(np.arange(first, last)))
 
 
 @contextlib.contextmanager

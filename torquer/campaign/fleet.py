@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.campaign.outcomes import TOTALS, needs_sun, signals_of, taken_of
-from torquer.campaign.sampling import Drawn, changes_of, draw, member_seeds
+from torquer.campaign.outcomes import TOTALS, needs_sun, outcome_signals, take_outcomes
+from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
 from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.compile.lanes import LANES
@@ -80,7 +80,7 @@ class Fleet:
         for key in self.campaign.varied_keys:
             if key in _MOTION_KEYS:
                 continue
-            for member in self._tried(key):
+            for member in self._try_key(key):
                 try:
                     prepare(member, piece=self._first_piece, library=self._library)
                 except OtherComputer:
@@ -92,13 +92,13 @@ class Fleet:
                 except ValueError:  # by itself it may be no scenario
                     continue
 
-    def _tried(self, key: str) -> Iterator[Scenario]:
+    def _try_key(self, key: str) -> Iterator[Scenario]:
         """Some members as far as they are scenarios, each with its value of one key alone."""
         members = np.linspace(0, self.campaign.runs - 1, _TRIED).astype(int)
         values = draw(self.campaign, self.scenario, members)[key]
         for row in range(_TRIED):
             with contextlib.suppress(ValueError):
-                yield with_values(self.scenario, changes_of({key: values}, row))
+                yield with_values(self.scenario, as_changes({key: values}, row))
 
     def _side_by_side(self, varied: list[str]) -> tuple[Lanes | None, str]:
         """Lanes for the members; None, and the reason, if all must be flown one by one.
@@ -123,7 +123,7 @@ class Fleet:
         """Whether at least one of some members fits into lanes if it differs only at a key."""
         if key in _MOTION_KEYS:
             return True
-        members = list(self._tried(key))
+        members = list(self._try_key(key))
         if len(members) < _TRIED:  # by itself it may be no scenario
             return True
         for member in members:
@@ -156,7 +156,7 @@ class Fleet:
 
     def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> None:
         """Fly all members, alone those that do not fit into lanes or that end early there."""
-        found = {row: self._numbers_of(lanes, chunk, row) for row in range(len(chunk.members))}
+        found = {row: self._member_numbers(lanes, chunk, row) for row in range(len(chunk.members))}
         fitting = {row: numbers for row, numbers in found.items() if numbers is not None}
         rows = np.array([*fitting], int)
         for first in range(0, len(rows), LANES):
@@ -172,7 +172,7 @@ class Fleet:
         energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
         return Flown(self.t_s, motion[..., :4], motion[..., 4:], r, v, b, sun, energy, peak)
 
-    def _numbers_of(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
+    def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
         """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
         if _MOTION_KEYS.issuperset(chunk.drawn):
             motion = self._first_motion(chunk, row)
@@ -189,7 +189,7 @@ class Fleet:
     def _first_motion(self, chunk: Chunk, row: int) -> np.ndarray | None:
         """Initial attitude and rate of a member; None if they cannot be flown."""
         own = self.scenario.initial.model_dump(exclude_unset=True)
-        for key, value in changes_of(chunk.drawn, row).items():
+        for key, value in as_changes(chunk.drawn, row).items():
             own[key.removeprefix("initial.")] = value
         try:
             return InitialMotion.model_validate(own).motion(*self._start)
@@ -205,7 +205,7 @@ class Fleet:
 
     def _scenario_of(self, chunk: Chunk, row: int) -> Scenario:
         own = {"name": f"{self.scenario.name}-{chunk.members[row]}", "seed": int(chunk.seeds[row])}
-        return with_values(self.scenario, {**own, **changes_of(chunk.drawn, row)})
+        return with_values(self.scenario, {**own, **as_changes(chunk.drawn, row)})
 
     def _prepared(self, chunk: Chunk, row: int) -> Run | None:
         """A member's run; None, with the reason in its row, if it cannot be flown."""
@@ -257,8 +257,8 @@ class Fleet:
     def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
         """Put outcomes and signals of some members into their rows."""
         outcomes = self.campaign.outcomes
-        signals = signals_of(outcomes, self.scenario, flown)
-        for name, values in taken_of(outcomes, signals, flown).items():
+        signals = outcome_signals(outcomes, self.scenario, flown)
+        for name, values in take_outcomes(outcomes, signals, flown).items():
             chunk.outcomes[name][rows] = values
         if np.array_equal(flown.t_s, self.t_s):
             for name, values in signals.items():

@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from torquer.base.cores import cores
-from torquer.base.spec import checked
+from torquer.base.spec import check_spec
 from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
 from torquer.campaign.load import check_campaign
 from torquer.campaign.spec import SUCCESS, Campaign
 from torquer.campaign.statistics import is_enough
 from torquer.campaign.store import (
-    attributes_of,
+    campaign_attributes,
     finish_file,
     is_there,
-    joined,
-    loaded,
+    join_chunks,
+    load_members,
     put_chunk,
 )
 from torquer.compile.lanes import LANES
@@ -75,7 +75,7 @@ def fly_campaign(
     KeyboardInterrupt ends the campaign; what has been written is kept.
     """
     with noted_signals().raising():
-        check_campaign(campaign, checked(scenario))
+        check_campaign(campaign, check_spec(scenario))
     path = None if to is None else Path(to)
     if path is not None and not resume:
         _check_free(path)
@@ -86,16 +86,16 @@ def fly_campaign(
         with signals.raising():
             fleet = Fleet(scenario, campaign, computer)
             known = _Known(campaign)
-            for data in loaded(path, fleet) if path is not None else ():
+            for data in load_members(path, fleet) if path is not None else ():
                 known.add(data)
         if fleet.why_not_in_lanes:
             text = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(text, OneByOne, stacklevel=2)
         with pool(fleet, workers, where) as fliers:
-            parts = _flown(known, fliers, path, progress)
+            parts = _fly(known, fliers, path, progress)
     if path is not None:
-        return finish_file(path, known.members, attributes_of(fleet))
-    return joined(parts, attributes_of(fleet)).isel(member=slice(0, known.members))
+        return finish_file(path, known.members, campaign_attributes(fleet))
+    return join_chunks(parts, campaign_attributes(fleet)).isel(member=slice(0, known.members))
 
 
 def _check_free(path: Path) -> None:
@@ -132,13 +132,13 @@ class _Known:
             return
         name = "succeeded" if self._stop.outcome == SUCCESS else self._stop.outcome
         self._values[members] = data[name].values
-        for last in self._ends_of_chunks():
+        for last in self._chunk_ends():
             self._looked_at = last
             if is_enough(self._stop, self._values[:last]):
                 self.members = last
                 return
 
-    def _ends_of_chunks(self) -> Iterator[int]:
+    def _chunk_ends(self) -> Iterator[int]:
         """Numbers of members at the ends of chunks up to which all members are there."""
         for first in range(self._looked_at, self.runs, CHUNK):
             last = min(first + CHUNK, self.runs)
@@ -158,7 +158,7 @@ def _spans(known: _Known) -> Iterator[tuple[int, int]]:
             yield first + int(missing[0]), last
 
 
-def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
+def _fly(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
     """Chunks in order, unless they go to a file, once all are flown, or enough of them."""
     spans = _spans(known)
     lost: list[tuple[int, int]] = []

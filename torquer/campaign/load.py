@@ -9,17 +9,17 @@ from torquer.analysis.attitude import held_attitudes
 from torquer.base.spec import Spec
 from torquer.campaign.code import with_files
 from torquer.campaign.outcomes import check_outcomes
-from torquer.campaign.sampling import Drawn, changes_of, draw, values_of
+from torquer.campaign.sampling import Drawn, as_changes, draw, draw_values
 from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
 from torquer.campaign.variation import Variation
 from torquer.scenario.change import with_values
-from torquer.scenario.explain import name_of, validated
+from torquer.scenario.explain import key_name, validate_tables
 from torquer.scenario.load import (
     ScenarioError,
-    data_of,
     name_after,
+    parse_toml,
+    read_text,
     scenario_from_data,
-    text_of,
     whole_path,
 )
 from torquer.scenario.spec import Scenario
@@ -39,7 +39,7 @@ class _File(Spec):
 def load_campaign(path) -> tuple[Scenario, Campaign]:
     """The scenario of a TOML file and the campaign in its table `[campaign]`."""
     path = Path(path)
-    data = {"name": name_after(path), **data_of(text_of(path, "scenario"), "scenario")}
+    data = {"name": name_after(path), **parse_toml(read_text(path, "scenario"), "scenario")}
     scenario = scenario_from_data(data, path.parent)
     if "campaign" not in data:
         raise ScenarioError(
@@ -58,7 +58,7 @@ def campaign_from_data(table: dict, scenario: Scenario, folder: Path = Path()) -
         data = with_flat_keys(table)
     except ValueError as error:
         raise ScenarioError(f"campaign.{error}") from None
-    campaign = validated(_File, {"campaign": _with_whole_paths(data, folder)}).campaign
+    campaign = validate_tables(_File, {"campaign": _with_whole_paths(data, folder)}).campaign
     check_campaign(campaign, scenario)
     return campaign
 
@@ -87,7 +87,7 @@ def check_campaign(campaign: Campaign, scenario: Scenario) -> None:
     first = np.arange(min(_TRIED, campaign.runs))
     for drawn, rows in (
         (draw(campaign, scenario, first), len(first)),
-        (values_of(campaign, scenario, units := _ends(campaign)), len(units)),
+        (draw_values(campaign, scenario, units := _ends(campaign)), len(units)),
     ):
         for row in range(rows):
             member = _member(campaign, scenario, drawn, row)
@@ -99,13 +99,13 @@ def _ends(campaign: Campaign) -> np.ndarray:
     lists = [len(each.values) for each in campaign.vary.values() if each.values is not None]
     rows = np.arange(2 + min(max(lists, default=0), _MOST_VALUES))
     rare = 0.5 / campaign.runs
-    columns = [_ends_of(variation, rows, rare) for variation in campaign.vary.values()]
+    columns = [_rare_ends(variation, rows, rare) for variation in campaign.vary.values()]
     for together in campaign.correlated:
         columns += [_low_and_high(rows, rare)] * together.unit_numbers
     return np.column_stack(columns) if columns else np.empty((len(rows), 0))
 
 
-def _ends_of(variation: Variation, rows: np.ndarray, rare: float) -> np.ndarray:
+def _rare_ends(variation: Variation, rows: np.ndarray, rare: float) -> np.ndarray:
     """Unit numbers [n, variation.unit_numbers]."""
     if variation.values is not None:
         count = len(variation.values)
@@ -122,7 +122,7 @@ def _low_and_high(rows: np.ndarray, low: float) -> np.ndarray:
 def _member(campaign: Campaign, scenario: Scenario, drawn: Drawn, row: int) -> Scenario:
     """The scenario of a row; ScenarioError in terms of the campaign."""
     try:
-        return with_values(scenario, changes_of(drawn, row))
+        return with_values(scenario, as_changes(drawn, row))
     except ScenarioError as error:
         keys = [*drawn]
         lines = [_text(line, keys, campaign) for line in str(error).split("\n")]
@@ -136,7 +136,7 @@ def _text(line: str, keys: list[str], campaign: Campaign) -> str:
         changed = "initial.quaternion" if key == ATTITUDE else key
         if about == changed or about.startswith((f"{changed}.", f"{changed}[")):
             table = "vary" if key in campaign.vary else "correlated"
-            return f"{name_of(('campaign', table, key))}{about.removeprefix(changed)}: {rest}"
+            return f"{key_name(('campaign', table, key))}{about.removeprefix(changed)}: {rest}"
     return f"campaign.vary: members must be scenarios that can be flown; received {line}"
 
 

@@ -106,7 +106,7 @@ def stays_from(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
     return np.where(holds[-1], t_s[np.minimum(first, len(t_s) - 1)], np.nan)
 
 
-def _kind_of_signal(value) -> str:
+def _signal_kind(value) -> str:
     return "of an axis" if isinstance(value, Mapping | Axis) else "by name"
 
 
@@ -115,7 +115,7 @@ class Outcome(Spec):
 
     signal: Annotated[
         Annotated[_Name, Tag("by name")] | Annotated[Axis, Tag("of an axis")],
-        Discriminator(_kind_of_signal),
+        Discriminator(_signal_kind),
     ]
     """Source of the number: 'rate_deg_s' (absolute rate), 'rate_orbital_deg_s' (relative to the
     orbital frame), 'attitude_error_deg' (from the attitude that the scenario's laws hold), a
@@ -204,16 +204,16 @@ class _Signals:
         """A signal (r, n)."""
         key = signal if isinstance(signal, str) else signal.model_dump_json()
         if key not in self.known:
-            self.known[key] = self._computed(signal)
+            self.known[key] = self._compute(signal)
         return self.known[key]
 
-    def _computed(self, signal) -> np.ndarray:
+    def _compute(self, signal) -> np.ndarray:
         if isinstance(signal, Axis):
             return angle_to(signal, self.flown)
         return SIGNALS[signal](self.scenario, self.flown)
 
 
-def signals_of(
+def outcome_signals(
     outcomes: Mapping[str, Outcome], scenario: Scenario, flown: Flown
 ) -> dict[str, np.ndarray]:
     """The signals (r, n) of outcomes by the outcomes' names, none for totals.
@@ -228,7 +228,7 @@ def signals_of(
     }
 
 
-def taken_of(
+def take_outcomes(
     outcomes: Mapping[str, Outcome], signals: Mapping[str, np.ndarray], flown: Flown
 ) -> dict[str, np.ndarray]:
     """Outcomes of n members by name, (n,) each; NaN where one has no value."""
@@ -241,7 +241,7 @@ def taken_of(
     return found
 
 
-def succeeded(
+def evaluate_success(
     success: Mapping[str, Threshold], found: Mapping[str, np.ndarray]
 ) -> np.ndarray | None:
     """Which members fulfil all conditions [n]; None where there are no conditions."""

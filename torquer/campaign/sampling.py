@@ -12,13 +12,13 @@ from torquer.campaign.changes import CHANGES
 from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.campaign.unit_numbers import (
     checked_members,
-    of_noise,
+    noise_numbers,
     random_words,
     unit_numbers,
 )
 from torquer.campaign.variation import Correlated, Variation, as_numbers
 from torquer.scenario.change import value_at, with_values
-from torquer.scenario.explain import ScenarioError, name_of
+from torquer.scenario.explain import ScenarioError, key_name
 from torquer.scenario.spec import Scenario
 
 #: What members have at a key: numbers [n], vectors [n, k], or other values.
@@ -31,10 +31,10 @@ def draw(campaign: Campaign, scenario: Scenario, members) -> Drawn:
     They do not depend on which members are asked for together. For "initial.attitude" they are
     quaternions (x, y, z, w). `values` and times come as lists, all others as arrays.
     """
-    return values_of(campaign, scenario, unit_numbers(campaign, members))
+    return draw_values(campaign, scenario, unit_numbers(campaign, members))
 
 
-def values_of(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Drawn:
+def draw_values(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Drawn:
     """Values of each key from unit numbers [n, campaign.unit_numbers]."""
     drawn: Drawn = {}
     first = 0
@@ -63,13 +63,13 @@ def _change(drawn: Drawn, together: Correlated, rows: np.ndarray, scenario: Scen
     for key, name in zip(together.keys, together.changes or (), strict=True):
         change = CHANGES[name]
         last = first + change.numbers
-        own = drawn[key] if key in drawn else _repeated(key, name, scenario, len(rows))
+        own = drawn[key] if key in drawn else _repeat(key, name, scenario, len(rows))
         with np.errstate(over="ignore"):  # the scenario refuses what is not finite
             drawn[key] = change.of(np.asarray(own, dtype=float), rows[:, first:last])
         first = last
 
 
-def _repeated(key: str, name: str, scenario: Scenario, count: int) -> np.ndarray:
+def _repeat(key: str, name: str, scenario: Scenario, count: int) -> np.ndarray:
     """A scenario's own value for each of some members, of the shape that a change takes."""
     place = ("campaign", "correlated", key)
     if key == ATTITUDE:
@@ -81,7 +81,7 @@ def _repeated(key: str, name: str, scenario: Scenario, count: int) -> np.ndarray
     shape = CHANGES[name].shape
     if shape not in (None, own.shape):
         raise ScenarioError(
-            f"{name_of(place)}: must have a value of shape {shape} for a change by {name!r}; "
+            f"{key_name(place)}: must have a value of shape {shape} for a change by {name!r}; "
             f"received {own.tolist()}"
         )
     return np.repeat(own[None], count, axis=0)
@@ -97,7 +97,7 @@ def _own_numbers(place: tuple, key: str, scenario: Scenario) -> np.ndarray:
         numbers = np.empty(0)
     if not numbers.size:
         raise ScenarioError(
-            f"{name_of(place)}: must apply to numbers that the scenario gives; received "
+            f"{key_name(place)}: must apply to numbers that the scenario gives; received "
             f"{'nothing' if own is None else repr(own)}"
         )
     return numbers
@@ -108,13 +108,13 @@ def _values(variation: Variation, units: np.ndarray):
     return _FORMS[variation.form](variation, units)
 
 
-def _of_list(variation: Variation, units: np.ndarray) -> list:
+def _draw_from_list(variation: Variation, units: np.ndarray) -> list:
     values = variation.values
     places = np.minimum((units[:, 0] * len(values)).astype(int), len(values) - 1)
     return [values[place] for place in places]
 
 
-def _shaped(variation: Variation, units: np.ndarray) -> np.ndarray:
+def _shape(variation: Variation, units: np.ndarray) -> np.ndarray:
     """Unit numbers [n, k] of a vector; [n] of a number."""
     return units[:, 0] if variation.length is None else units
 
@@ -123,7 +123,7 @@ def _uniform(variation: Variation, units: np.ndarray):
     low, high = variation.uniform
     if isinstance(low, datetime):
         return [low + u * (high - low) for u in units[:, 0].tolist()]
-    return _between(low, high, _shaped(variation, units))
+    return _between(low, high, _shape(variation, units))
 
 
 def _between(low, high, u: np.ndarray) -> np.ndarray:
@@ -133,13 +133,13 @@ def _between(low, high, u: np.ndarray) -> np.ndarray:
 
 def _log_uniform(variation: Variation, units: np.ndarray) -> np.ndarray:
     low, high = map(np.asarray, variation.log_uniform)
-    between = np.exp(_between(np.log(low), np.log(high), _shaped(variation, units)))
+    between = np.exp(_between(np.log(low), np.log(high), _shape(variation, units)))
     return np.clip(between, low, high)
 
 
 def _normal(variation: Variation, units: np.ndarray) -> np.ndarray:
     mean, sigma = variation.normal.mean, variation.normal.sigma
-    return np.asarray(mean) + np.asarray(sigma) * ndtri(_shaped(variation, units))
+    return np.asarray(mean) + np.asarray(sigma) * ndtri(_shape(variation, units))
 
 
 def _truncated_normal(variation: Variation, units: np.ndarray) -> np.ndarray:
@@ -149,7 +149,7 @@ def _truncated_normal(variation: Variation, units: np.ndarray) -> np.ndarray:
     mean, sigma = np.asarray(cut.mean), cut.sigma
     low = np.asarray(-np.inf if cut.low is None else cut.low)
     high = np.asarray(np.inf if cut.high is None else cut.high)
-    standard = truncnorm.ppf(_shaped(variation, units), (low - mean) / sigma, (high - mean) / sigma)
+    standard = truncnorm.ppf(_shape(variation, units), (low - mean) / sigma, (high - mean) / sigma)
     return np.clip(mean + sigma * standard, low, high)
 
 
@@ -176,7 +176,7 @@ def _rotation(variation: Variation, units: np.ndarray) -> np.ndarray:
 
 
 _FORMS = {
-    "values": _of_list,
+    "values": _draw_from_list,
     "uniform": _uniform,
     "log_uniform": _log_uniform,
     "normal": _normal,
@@ -200,9 +200,9 @@ def _normal_together(together: Correlated, units: np.ndarray) -> np.ndarray:
 def member_seeds(campaign: Campaign, members) -> np.ndarray:
     """Seeds (0 to 2^63 - 1) of the noise of members [n], independent of the values that vary.
 
-    See `of_noise` for members that share theirs.
+    See `noise_numbers` for members that share theirs.
     """
-    members = of_noise(campaign, checked_members(members))
+    members = noise_numbers(campaign, checked_members(members))
     words = random_words(campaign.seed, "seed of the noise", members)
     return (words >> np.uint64(1)).astype(np.int64)
 
@@ -212,7 +212,7 @@ def member_seed(campaign: Campaign, member: int) -> int:
     return int(member_seeds(campaign, [member])[0])
 
 
-def changes_of(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
+def as_changes(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
     """Values by the scenario's keys, as `with_values` takes them, from one row of drawn values."""
     changes: dict[str, Any] = {}
     for key, values in drawn.items():
@@ -227,4 +227,4 @@ def changes_of(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
 def member_scenario(scenario: Scenario, campaign: Campaign, member: int) -> Scenario:
     """The scenario of one member, to be flown alone."""
     own = {"name": f"{scenario.name}-{member}", "seed": member_seed(campaign, member)}
-    return with_values(scenario, own | changes_of(draw(campaign, scenario, [member]), 0))
+    return with_values(scenario, own | as_changes(draw(campaign, scenario, [member]), 0))

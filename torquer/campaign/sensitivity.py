@@ -17,8 +17,8 @@ from torquer.campaign.contents import (
     end_s,
     groups_in,
     is_design,
-    outcomes_of,
-    restricted,
+    member_outcomes,
+    restrict_times,
     succeeded_in,
 )
 from torquer.campaign.spec import SUCCESS
@@ -36,7 +36,7 @@ def sobol_indices(f_a, f_b, f_ab) -> tuple[np.ndarray, np.ndarray]:
 
     `f_ab`: [g, n]. A. Saltelli et al. (2010), table 2, (b) and, by M. Jansen, (f).
     """
-    first, total = np.split(_of_means(_terms(f_a, f_b, f_ab).mean(axis=1)), 2)
+    first, total = np.split(_indices_from_means(_terms(f_a, f_b, f_ab).mean(axis=1)), 2)
     return first, total
 
 
@@ -50,7 +50,7 @@ def _terms(f_a: np.ndarray, f_b: np.ndarray, f_ab: np.ndarray) -> np.ndarray:
     return np.vstack([*both, f_b * change, 0.5 * change**2])
 
 
-def _of_means(means: np.ndarray) -> np.ndarray:
+def _indices_from_means(means: np.ndarray) -> np.ndarray:
     """Indices, first-order ones and then total ones [..., 2 g], from the means of the terms."""
     variance = means[..., 1] - means[..., 0] ** 2
     varies = variance > _ROUNDING * means[..., 1]
@@ -63,7 +63,7 @@ def intervals(f_a, f_b, f_ab, confidence: float = 0.95) -> list[Interval]:
     points = terms.shape[1]
     drawn = (rng.integers(points, size=points) for _ in range(_RESAMPLES))
     counts = (np.bincount(each, minlength=points) for each in drawn)
-    found = _of_means(np.array([terms @ each / points for each in counts]))
+    found = _indices_from_means(np.array([terms @ each / points for each in counts]))
     tail = 0.5 * (1.0 - confidence)
     low, high = np.nanquantile(found, (tail, 1.0 - tail), axis=0)
     return [Interval(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]
@@ -73,9 +73,9 @@ def sensitivity(result: xr.Dataset, confidence: float = 0.95) -> dict | None:
     """Indices of each outcome, and of success, as plain data; None without such a design."""
     if not is_design(result):
         return None
-    names, outcomes, end = groups_in(result), outcomes_of(result), end_s(result)
+    names, outcomes, end = groups_in(result), member_outcomes(result), end_s(result)
     for name in outcomes:
-        if (times := restricted(result, name, end)) is not None:
+        if (times := restrict_times(result, name, end)) is not None:
             outcomes[name] = times
     succeeded = succeeded_in(result)
     if succeeded is not None:

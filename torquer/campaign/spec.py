@@ -42,12 +42,12 @@ class Stop(Spec):
     """Number of members to fly before the campaign may end."""
 
 
-def _flattened(table: Mapping, place: str = "") -> dict[str, Any]:
+def _flatten(table: Mapping, place: str = "") -> dict[str, Any]:
     """The table with nested tables, as TOML makes them of dotted keys, turned into dotted keys."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
         here = f"{place}{key}"
-        found = _flattened(value, f"{here}.") if _holds_keys(value) else {here: value}
+        found = _flatten(value, f"{here}.") if _holds_keys(value) else {here: value}
         for again in flat.keys() & found.keys():
             raise ValueError(f'vary."{again}": must be given once; received it twice')
         flat |= found
@@ -64,7 +64,7 @@ def _holds_keys(value) -> bool:
 def with_flat_keys(data):
     """A campaign's plain data with the keys that vary as the scenario's dotted keys."""
     if isinstance(data, Mapping) and isinstance(data.get("vary"), Mapping):
-        return {**data, "vary": _flattened(data["vary"])}
+        return {**data, "vary": _flatten(data["vary"])}
     return data
 
 
@@ -272,10 +272,10 @@ class Campaign(Spec):
         """In notebooks: what varies, and what was given as the text of a campaign's table."""
         from html import escape
 
-        from torquer.scenario.toml_text import toml_of
+        from torquer.scenario.toml_text import to_toml
 
         given = self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
-        text = toml_of({"campaign": given})
+        text = to_toml({"campaign": given})
         return f"<p>{escape(self.in_words)}</p><pre>{escape(text)}</pre>"
 
     @property

@@ -57,7 +57,7 @@ def mean_interval(
     values, confidence: float = 0.95, bounds: tuple[float, float] = (-math.inf, math.inf)
 ) -> Interval:
     """Student's interval of the mean of the values that are not missing, within their bounds."""
-    known = _known(values)
+    known = _finite(values)
     if len(known) < 2:
         return Interval(-math.inf, math.inf)
     t = float(stats.t.isf(0.5 * (1.0 - confidence), len(known) - 1))
@@ -65,12 +65,12 @@ def mean_interval(
     return Interval(max(mean - half, bounds[0]), min(mean + half, bounds[1]))
 
 
-def _known(values) -> np.ndarray:
+def _finite(values) -> np.ndarray:
     values = np.asarray(values, dtype=float)
     return values[np.isfinite(values)]
 
 
-def _ordered(values) -> np.ndarray:
+def _order(values) -> np.ndarray:
     """The values in order, those that are missing as infinite."""
     values = np.asarray(values, dtype=float)
     return np.sort(np.where(np.isnan(values), np.inf, values))
@@ -78,7 +78,7 @@ def _ordered(values) -> np.ndarray:
 
 def quantile(values, part: float) -> float:
     """The least value that a fraction (0..1) of all values does not exceed: one of the values."""
-    ordered = _ordered(values)
+    ordered = _order(values)
     if not len(ordered):
         return math.nan
     place = math.ceil(part * len(ordered) - 1e-9) - 1
@@ -91,7 +91,7 @@ def quantile_interval(values, part: float, confidence: float = 0.95) -> Interval
     The number of values below the quantile is binomial, whatever their distribution. An end is
     infinite if there are too few members for one. H. David, H. Nagaraja, 'Order Statistics', 7.1.
     """
-    ordered = _ordered(values)
+    ordered = _order(values)
     n, tail = len(ordered), 0.5 * (1.0 - confidence)
     # order statistics from 1: the lower one is above the quantile if so few values are below it
     low = int(stats.binom.ppf(tail, n, part)) if n else 0
@@ -127,7 +127,7 @@ def rank_correlations(
     `inputs`: what `draw` gives; for the names of their numbers see `columns_of`. Outcomes and
     inputs that do not vary are left out.
     """
-    columns = {name: _ranks(values) for name, values in columns_of(inputs).items()}
+    columns = {name: _ranks(values) for name, values in as_columns(inputs).items()}
     columns = {name: ranks for name, ranks in columns.items() if ranks.any()}
     found = {}
     for name, values in outcomes.items():
@@ -158,7 +158,7 @@ def chance_correlation(members: int, confidence: float = 0.95) -> float:
     return t / math.sqrt(members - 2 + t * t)
 
 
-def columns_of(inputs: Mapping[str, Sequence | np.ndarray]) -> dict[str, np.ndarray]:
+def as_columns(inputs: Mapping[str, Sequence | np.ndarray]) -> dict[str, np.ndarray]:
     """Numbers [n] by name of what members drew.
 
     For a vector its components `key[0]`, ..., its magnitude `|key|` and its direction cosines
@@ -170,7 +170,9 @@ def columns_of(inputs: Mapping[str, Sequence | np.ndarray]) -> dict[str, np.ndar
     for key, values in inputs.items():
         numbers = _as_numbers(values)
         if numbers is not None:
-            columns |= _of_attitudes(key, numbers) if key == ATTITUDE else _of(key, numbers)
+            columns |= (
+                _direction_cosines(key, numbers) if key == ATTITUDE else _columns(key, numbers)
+            )
     return columns
 
 
@@ -187,7 +189,7 @@ def _as_numbers(values) -> np.ndarray | None:
     return numbers.astype(float) if numbers.dtype.kind in "biuf" else None
 
 
-def _of(key: str, numbers: np.ndarray) -> dict[str, np.ndarray]:
+def _columns(key: str, numbers: np.ndarray) -> dict[str, np.ndarray]:
     """Columns of numbers [n], vectors [n, k] or matrices."""
     if numbers.ndim == 1:
         return {key: numbers}
@@ -200,7 +202,7 @@ def _of(key: str, numbers: np.ndarray) -> dict[str, np.ndarray]:
     return components | {f"|{key}|": size} | cosines
 
 
-def _of_attitudes(key: str, quaternions: np.ndarray) -> dict[str, np.ndarray]:
+def _direction_cosines(key: str, quaternions: np.ndarray) -> dict[str, np.ndarray]:
     """Direction cosines: unlike a quaternion's components they have one sign only."""
     matrices = dcm_body_to_reference(quaternions)
     return {f"{key}[{i}][{j}]": matrices[:, i, j] for i in range(3) for j in range(3)}

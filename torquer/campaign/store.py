@@ -19,10 +19,10 @@ import numpy as np
 
 from torquer.base.validate import as_storable
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
-from torquer.campaign.outcomes import succeeded
+from torquer.campaign.outcomes import evaluate_success
 from torquer.simulation.results.dataset import law_attributes, versions
-from torquer.simulation.results.file import load, own_folder, save, understood
-from torquer.simulation.results.restore import check_version, of_one_run, scenario_in
+from torquer.simulation.results.file import explain_errors, load, own_folder, save
+from torquer.simulation.results.restore import are_one_run, check_version, scenario_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 _CHUNK = re.compile(r"\d{12}\.nc")
 
 
-def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
+def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     """Inputs and outcomes of members, one row each."""
     import xarray as xr
 
-    from torquer.campaign.contents import unit_of, unit_of_signal
-    from torquer.scenario.keys import unit_of as unit_of_key
+    from torquer.campaign.contents import outcome_unit, signal_unit
+    from torquer.scenario.keys import key_unit as unit_of_key
 
     campaign = fleet.campaign
     variables: dict = {"seed": ("member", chunk.seeds, {"long_name": "seed of the noise"})}
@@ -51,18 +51,18 @@ def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
         if name in chunk.series:
             named = outcome.signal if isinstance(outcome.signal, str) else definition["signal"]
             dims, about = ("member", "time"), {"role": "series", "long_name": named}
-            about["units"] = unit_of_signal(outcome.signal)
+            about["units"] = signal_unit(outcome.signal)
             variables[f"series.{name}"] = (dims, chunk.series[name], about)
-    holds = succeeded(campaign.success, chunk.outcomes)
+    holds = evaluate_success(campaign.success, chunk.outcomes)
     if holds is not None:
         variables["succeeded"] = ("member", holds.astype(np.int8), {"role": "success"})
     how = [COMPLETE if text == COMPLETE else FAILED for text in chunk.ended]
     variables["how_it_ended"] = ("member", np.array(how))
     variables["ended"] = ("member", np.array([*map(as_storable, chunk.ended)]))
     coordinates = {"member": chunk.members, "time": ("time", fleet.t_s[fleet.kept], {"units": "s"})}
-    made = xr.Dataset(variables, coordinates, attributes_of(fleet))
+    made = xr.Dataset(variables, coordinates, campaign_attributes(fleet))
     for name in campaign.outcomes:
-        made[name].attrs["units"] = unit_of(made, name)
+        made[name].attrs["units"] = outcome_unit(made, name)
     return made
 
 
@@ -88,7 +88,7 @@ def _as_array(values) -> np.ndarray:
     return np.array([json.dumps(value, default=str) for value in values])
 
 
-def attributes_of(fleet: Fleet) -> dict[str, str]:
+def campaign_attributes(fleet: Fleet) -> dict[str, str]:
     """What is flown, by which laws and which versions."""
     return {
         "scenario": fleet.scenario.model_dump_json(exclude_unset=True),
@@ -133,7 +133,7 @@ def chunks_there(path: Path) -> dict[int, Path]:
     return found
 
 
-def loaded(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
+def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
     """Members that have been flown, file by file; ValueError for one that cannot be continued."""
     alike: list = []
     for file in files_there(path):
@@ -142,7 +142,7 @@ def loaded(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
             raise ValueError(f"to: must be the file of a campaign; received {file}")
         said = [data.attrs.get(key) for key in ("campaign", "scenario", "versions", "laws")]
         if said != alike:  # else it has been checked with a file before it
-            with understood(file):
+            with explain_errors(file):
                 _check_same(file, data, fleet)
             alike = said
         for name in {"seed", "how_it_ended", "ended", *fleet.campaign.outcomes} - data.keys():
@@ -174,7 +174,7 @@ def files_there(path: Path) -> list[Path]:
     return [*([path] if path.exists() else []), *chunks_there(path).values()]
 
 
-def joined(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset:
+def join_chunks(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset:
     """Chunks as one dataset, in the order of the members."""
     import xarray as xr
 
@@ -193,7 +193,7 @@ def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.D
     parts = [load(file) for file in files_there(path)]
     if path.exists():
         members = max(members, parts[0].sizes["member"])
-    whole = joined(parts, attributes)
+    whole = join_chunks(parts, attributes)
     whole = whole.isel(member=np.unique(whole["member"].values, return_index=True)[1])
     whole = whole.isel(member=whole["member"].values < members)
     missing = np.setdiff1d(np.arange(members), whole["member"].values)
@@ -211,9 +211,9 @@ def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.D
 def _check_same(path: Path, began: xr.Dataset, fleet: Fleet) -> None:
     """ValueError unless a campaign can continue with the members of a file."""
     check_version(began)
-    if not of_one_run(scenario_in(began), fleet.scenario):
+    if not are_one_run(scenario_in(began), fleet.scenario):
         raise ValueError(f"scenario: must be the one {path} was started with; received another")
-    now = attributes_of(fleet)
+    now = campaign_attributes(fleet)
     _check_table(path, *(json.loads(each["campaign"]) for each in (began.attrs, now)))
     _check_laws(path, *(json.loads(each.get("laws", "{}")) for each in (began.attrs, now)))
 

@@ -11,22 +11,22 @@ import xarray as xr
 
 from torquer.analysis.citations import cited_in_words
 from torquer.campaign.contents import (
-    bounds_of,
+    campaign_table,
     end_s,
     failed_in,
     in_words,
     independent,
-    inputs_of,
     least_is_worst,
-    members_of,
+    member_inputs,
+    member_numbers,
+    member_outcomes,
     missing_as_worst,
-    name_of,
-    outcomes_of,
+    outcome_bounds,
+    outcome_unit,
     reasons_in,
-    restricted,
+    restrict_times,
+    scenario_name,
     succeeded_in,
-    table_of,
-    unit_of,
 )
 from torquer.campaign.sensitivity import sensitivity
 from torquer.campaign.spec import SUCCESS
@@ -53,8 +53,8 @@ def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
     pairs = correlations(own)
     chance = chance_correlation(own.sizes["member"], confidence)
     return {
-        "name": name_of(result),
-        "runs": table_of(result).get("runs"),
+        "name": scenario_name(result),
+        "runs": campaign_table(result).get("runs"),
         "members": len(failed),
         "independent": own.sizes["member"],
         "failed": int(failed.sum()),
@@ -62,7 +62,7 @@ def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
         "confidence": confidence,
         "success": _success(own, confidence),
         "stop": _stop(own),
-        "outcomes": {name: _outcome(own, name, confidence) for name in outcomes_of(own)},
+        "outcomes": {name: _outcome(own, name, confidence) for name in member_outcomes(own)},
         "chance_correlation": chance,
         "correlations_computed": sum(map(len, pairs.values())),
         "correlations": _above(pairs, chance),
@@ -73,7 +73,7 @@ def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
 
 def _failures(result: xr.Dataset, failed: np.ndarray) -> list[dict]:
     """The first members that failed, and why."""
-    members, reasons = members_of(result), reasons_in(result)
+    members, reasons = member_numbers(result), reasons_in(result)
     rows = np.flatnonzero(failed)[:NAMED].tolist()
     return [{"member": int(members[row]), "reason": reasons[row]} for row in rows]
 
@@ -83,7 +83,7 @@ def _success(result: xr.Dataset, confidence: float) -> dict | None:
     if succeeded is None:
         return None
     count, members = int(succeeded.sum()), len(succeeded)
-    others = members_of(result)[~succeeded & ~failed_in(result)]
+    others = member_numbers(result)[~succeeded & ~failed_in(result)]
     return {
         "succeeded": count,
         "rate": count / members if members else None,
@@ -94,8 +94,8 @@ def _success(result: xr.Dataset, confidence: float) -> dict | None:
 
 def _stop(result: xr.Dataset) -> str | None:
     """Why all runs were flown although the campaign has a stopping rule; None if that is plain."""
-    name = (table_of(result).get("stop") or {}).get("outcome")
-    values = outcomes_of(result).get(name, np.zeros(0))
+    name = (campaign_table(result).get("stop") or {}).get("outcome")
+    values = member_outcomes(result).get(name, np.zeros(0))
     missing = int(np.isnan(values).sum())
     if not missing:
         return None
@@ -103,13 +103,13 @@ def _stop(result: xr.Dataset) -> str | None:
 
 
 def _outcome(result: xr.Dataset, name: str, confidence: float) -> dict:
-    values, ranked = outcomes_of(result)[name], missing_as_worst(result, name)
+    values, ranked = member_outcomes(result)[name], missing_as_worst(result, name)
     return {
         "definition": in_words(result, name),
-        "unit": unit_of(result, name),
+        "unit": outcome_unit(result, name),
         "members": len(values),
         "missing": int(np.isnan(values).sum()),
-        **_mean(values, confidence, bounds_of(result, name)),
+        **_mean(values, confidence, outcome_bounds(result, name)),
         "restricted_mean": _restricted_mean(result, name, confidence),
         "quantiles": {
             f"{part:g}": {
@@ -135,16 +135,16 @@ def _mean(values: np.ndarray, confidence: float, bounds: tuple[float, float]) ->
 def _restricted_mean(result: xr.Dataset, name: str, confidence: float) -> dict | None:
     """Restricted mean of a time, None for other outcomes."""
     end = end_s(result)
-    values = restricted(result, name, end)
+    values = restrict_times(result, name, end)
     if values is None:
         return None
-    return {"end_s": end, **_mean(values, confidence, bounds_of(result, name))}
+    return {"end_s": end, **_mean(values, confidence, outcome_bounds(result, name))}
 
 
 def worst_members(result: xr.Dataset, name: str, count: int = NAMED) -> list[dict]:
     """Members whose runs did not fail with the worst values of an outcome, the worst first."""
     rows = np.flatnonzero(~failed_in(result))
-    members, ranked = members_of(result)[rows], missing_as_worst(result, name)[rows]
+    members, ranked = member_numbers(result)[rows], missing_as_worst(result, name)[rows]
     badness = -ranked if least_is_worst(result, name) else ranked
     order = np.argsort(-badness, kind="stable")[:count]
     return [{"member": int(members[k]), "value": number(ranked[k])} for k in order]
@@ -157,11 +157,11 @@ def correlations(result: xr.Dataset) -> dict[str, dict[str, float]]:
     """
     if chance_correlation(result.sizes["member"]) >= 1.0:
         return {}
-    outcomes = {name: missing_as_worst(result, name) for name in outcomes_of(result)}
+    outcomes = {name: missing_as_worst(result, name) for name in member_outcomes(result)}
     succeeded = succeeded_in(result)
     if succeeded is not None:
         outcomes[SUCCESS] = succeeded.astype(float)
-    return rank_correlations(inputs_of(result), outcomes)
+    return rank_correlations(member_inputs(result), outcomes)
 
 
 def _above(pairs: dict[str, dict[str, float]], chance: float) -> list[dict]:

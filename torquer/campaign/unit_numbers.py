@@ -60,11 +60,11 @@ def _stream(name: str) -> tuple[int, int]:
 def _random(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     """Independent members; the name of a key selects its stream, whatever other keys vary."""
     streams = campaign.groups.items()
-    columns = [_of_stream(campaign.seed, f"vary {name}", members, n) for name, n in streams]
+    columns = [_stream_numbers(campaign.seed, f"vary {name}", members, n) for name, n in streams]
     return np.hstack(columns)
 
 
-def _of_stream(seed: int, name: str, members: np.ndarray, count: int) -> np.ndarray:
+def _stream_numbers(seed: int, name: str, members: np.ndarray, count: int) -> np.ndarray:
     """Numbers [n, count] in the middle of 2^52 cells: never 0 or 1, whose quantiles are infinite.
 
     (53 bits would leave no room for the half.)
@@ -115,7 +115,7 @@ def _saltelli(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     return np.where(of_b, halves[:, count:], halves[:, :count])
 
 
-def of_noise(campaign: Campaign, members: np.ndarray) -> np.ndarray:
+def noise_numbers(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     """Numbers of the members whose noise members have: usually their own.
 
     In a point of Saltelli's design it is that of A, for all but B: what differs between A and

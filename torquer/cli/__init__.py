@@ -19,7 +19,7 @@ def main(arguments: list[str] | None = None) -> None:
         gc.set_threshold(*_GARBAGE)
     let_streams_take_any_text()
     try:
-        with process.interrupts_of_imports():
+        with process.interrupt_imports():
             from torquer.cli.answer import answer
 
             code = answer(arguments)

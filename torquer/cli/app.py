@@ -7,7 +7,7 @@ from pathlib import Path
 from cyclopts import App, Parameter
 
 import torquer
-from torquer.cli.examples import examples_of
+from torquer.cli.examples import show_examples
 from torquer.cli.options import as_written
 
 #: Groups of commands that are no command themselves.
@@ -62,7 +62,7 @@ COMMANDS = {
 }
 
 
-def help_of(file: str, function: str) -> str:
+def read_help(file: str, function: str) -> str:
     """The docstring of a command, read from its file: importing the command takes longer."""
     source = (Path(__file__).parent / "commands" / f"{file}.py").read_text(encoding="utf-8")
     found = re.search(rf'^def {function}\(.*?\n    """(.*?)"""', source, re.S | re.M)
@@ -72,7 +72,7 @@ def help_of(file: str, function: str) -> str:
 app = App(
     name="torquer",
     help="Satellite attitude control with magnetorquers and reaction wheels.",
-    help_epilogue=examples_of(""),
+    help_epilogue=show_examples(""),
     version=torquer.__version__,
     version_flags=["--version"],
     # no --no-X for each flag X
@@ -80,15 +80,15 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 for _name, _help in GROUPS.items():
-    _epilogue = examples_of(_name)
+    _epilogue = show_examples(_name)
     app.command(App(name=_name, help=_help, help_epilogue=_epilogue, version_flags=[]))
 for _words, _place in COMMANDS.items():
     *_group, _name = _words.split()
     _file, _target, *_default = _place.split(":")
-    _keys = {} if _default else {"help_epilogue": examples_of(_words)}
+    _keys = {} if _default else {"help_epilogue": show_examples(_words)}
     (app[_group[0]] if _group else app).command(
         f"torquer.cli.commands.{_file}:{_target}",
         name=_name,
-        help=help_of(_file, _default[0] if _default else _target),
+        help=read_help(_file, _default[0] if _default else _target),
         **_keys,
     )

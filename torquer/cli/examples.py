@@ -169,6 +169,6 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
 }
 
 
-def examples_of(words: str) -> str:
+def show_examples(words: str) -> str:
     """The examples below the help of a command: the format is Markdown, a line each."""
     return "\n".join(["Examples:", "", *(f"    {line}" for line in EXAMPLES[words])])

@@ -36,7 +36,7 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
     return scenario
 
 
-def code_of(scenario: Scenario, campaign: Campaign | None = None) -> dict[str, Path]:
+def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str, Path]:
     """Python files that a run of the scenario, or any member of a campaign, executes, by key."""
     control = scenario.control
     laws = {control.key_of(name): law for name, law in control.named().laws.items()}
@@ -57,7 +57,7 @@ def check_code(
 ) -> None:
     """ValueError for a law's file if none is allowed, or none in its place."""
     folder = path.resolve().parent
-    for key, file in code_of(scenario, campaign).items():
+    for key, file in find_code(scenario, campaign).items():
         if code.no_user_code:
             raise ValueError(f"{key}: must not be given with --no-user-code; received {file}")
         if not (code.code_from_anywhere or file.resolve().is_relative_to(folder)):

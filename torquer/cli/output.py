@@ -87,7 +87,7 @@ def print_error(text: str) -> None:
                 print(f"error: {line}", file=sys.stderr)
 
 
-def interrupted(out: Path, what: str, there: bool) -> str:
+def describe_interrupt(out: Path, what: str, there: bool) -> str:
     """What to say of an interrupt; `there`: whether `what` has been written into the folder."""
     kept = f"{what} are in {out}: continue with --resume" if there else "nothing was computed yet"
     return f"interrupted; {kept}"

@@ -13,7 +13,7 @@ own_process = False
 
 
 @contextlib.contextmanager
-def interrupts_of_imports():
+def interrupt_imports():
     """Within the block an interrupt during an import ends the process at once.
 
     An exception there may be mistaken for a missing module or be replaced by another. After the

@@ -23,7 +23,7 @@ from torquer.compile.numba_private import (
     cgutils,
     code_address,
     infer_getattr,
-    kept,
+    keep_compiled,
     lower_getattr_generic,
     rare_collections,
     wrapper_address,
@@ -113,12 +113,12 @@ class _ViewModel(models.PrimitiveModel):
         super().__init__(manager, of_type, _WORD.as_pointer())
 
 
-def _shown(of_type):
+def _show(of_type):
     """Type of a part of a record as it is read: records in it are views again."""
     if isinstance(of_type, types.BaseNamedTuple):
         return _View(of_type)
     if isinstance(of_type, types.BaseTuple):
-        return types.BaseTuple.from_types(tuple(map(_shown, of_type)))
+        return types.BaseTuple.from_types(tuple(map(_show, of_type)))
     return of_type
 
 
@@ -152,7 +152,7 @@ class _Reader:
             return self.builder.gep(self.words, [_WORD(place)])
         if isinstance(of_type, types.BaseTuple):
             parts = [self.read(part) for part in of_type]
-            made = of_type if self.whole else _shown(of_type)
+            made = of_type if self.whole else _show(of_type)
             return self.context.make_tuple(self.builder, made, parts)
         if isinstance(of_type, types.Array):
             return self._array(of_type)
@@ -189,7 +189,7 @@ class _ViewAttributes(AttributeTemplate):
 
     def generic_resolve(self, view, name):
         fields = view.record.fields
-        return _shown(view.record[fields.index(name)]) if name in fields else None
+        return _show(view.record[fields.index(name)]) if name in fields else None
 
 
 @lower_getattr_generic(_View)
@@ -249,7 +249,7 @@ class Entry:
         self._numbers = numbers
         self._known: dict[int, tuple[int, Callable]] = {}
         if COMPILED:
-            self.kernel = kept(numba.njit(**_ENTRY)(function))
+            self.kernel = keep_compiled(numba.njit(**_ENTRY)(function))
             self._type = ctypes.CFUNCTYPE(*[ctypes.c_int64] * (numbers + 2))
 
     def _compiled(self, arguments: Arguments) -> tuple[int, Callable]:

@@ -28,14 +28,14 @@ _NUMBERS = ir.DoubleType().as_pointer()
 _WORD = ir.IntType(64)
 
 
-def built(sources: Sequence[Path], headers: Sequence[Path], must: str) -> Path:
+def build_library(sources: Sequence[Path], headers: Sequence[Path], must: str) -> Path:
     """The shared library of C sources; compiled by `cc`, or what CC names, unless it is there.
 
     `must`: what must hold of the sources; it begins the message of the ValueError.
     """
     compiler = shlex.split(os.environ.get("CC") or "cc")
     mark = hashlib.sha256(" ".join((*compiler, *FLAGS)).encode())
-    mark.update(_answered([*compiler, "--version"], must).encode())
+    mark.update(_run_command([*compiler, "--version"], must).encode())
     for path in (*sources, *headers):
         mark.update(path.name.encode() + path.read_bytes())
     folder = (FOLDER or Path(tempfile.mkdtemp())) / "c"
@@ -46,14 +46,16 @@ def built(sources: Sequence[Path], headers: Sequence[Path], must: str) -> Path:
     made = folder / f"{library.stem}.{os.getpid()}"  # renamed when whole: others may build it, too
     included = [f"-I{folder}" for folder in dict.fromkeys(path.parent for path in headers)]
     try:
-        _answered([*compiler, *FLAGS, *included, "-o", str(made), *map(str, sources), "-lm"], must)
+        _run_command(
+            [*compiler, *FLAGS, *included, "-o", str(made), *map(str, sources), "-lm"], must
+        )
         made.replace(library)
     finally:
         made.unlink(missing_ok=True)
     return library
 
 
-def _answered(command: list[str], must: str) -> str:
+def _run_command(command: list[str], must: str) -> str:
     """What a command prints; ValueError of one line if it fails."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace")
@@ -94,5 +96,5 @@ def _call_c(typing_context, address, arrays):
 
 
 @overload(call_c, jit_options=INLINED_OPTIONS)
-def _overload_of_call_c(address, arrays):
+def _overload_call_c(address, arrays):
     return lambda address, arrays: _call_c(address, arrays)

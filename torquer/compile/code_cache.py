@@ -18,7 +18,7 @@ import numba
 
 from torquer.compile.private_folder import is_ours, is_private
 from torquer.compile.ready import ready_folder
-from torquer.compile.sources import are_edited, kernel_sources, key_of, mark_of
+from torquer.compile.sources import are_edited, hash_sources, kernel_sources, mark_files
 
 _SEAL_BYTES = 32
 
@@ -87,7 +87,7 @@ def _folder() -> Path | None:
 _sources = kernel_sources()
 _edited = are_edited(_sources)
 #: Digest of the sources.
-SOURCES = key_of(_sources)
+SOURCES = hash_sources(_sources)
 FOLDER = _folder()
 READY, _reason = (None, "") if _edited else ready_folder(SOURCES)
 if _reason:
@@ -96,7 +96,7 @@ if FOLDER or READY:
     numba.config.CACHE_DIR = str(FOLDER or READY / SOURCES)
 
 
-def seal_of(path: str, content: bytes | memoryview) -> bytes:
+def seal_file(path: str, content: bytes | memoryview) -> bytes:
     """Digest of the content of a file and of its place in the cache, which may be moved whole."""
     whole = Path(path)
     root = READY if READY and whole.is_relative_to(READY) else FOLDER.parent if FOLDER else None
@@ -115,18 +115,18 @@ def is_sound(path: str) -> bool:
     except OSError as error:
         tell(f"compiling again: {error}")
         return False
-    if seal_of(path, content[:-_SEAL_BYTES]) == content[-_SEAL_BYTES:]:
+    if seal_file(path, content[:-_SEAL_BYTES]) == content[-_SEAL_BYTES:]:
         return True
     tell(f"compiled code in {os.path.dirname(path)} is damaged: compiling again")
     return False
 
 
 @contextlib.contextmanager
-def cache_of(files: Iterable[Path]) -> Iterator[None]:
+def user_cache(files: Iterable[Path]) -> Iterator[None]:
     """Compile, within the block, into a cache folder named by the content of the user's files."""
     usual = numba.config.CACHE_DIR
     if FOLDER:
-        numba.config.CACHE_DIR = str(Path(usual) / f"user-{mark_of(files)}")
+        numba.config.CACHE_DIR = str(Path(usual) / f"user-{mark_files(files)}")
     try:
         yield
     finally:

@@ -129,12 +129,12 @@ def without_reference_counts(value):
     return value
 
 
-def bits_of(number):
+def float_bits(number):
     """The bits of a float64, as a uint64."""
     return np.float64(number).view(np.uint64)
 
 
-def float_of(bits):
+def bits_float(bits):
     """The float64 of these bits."""
     return np.uint64(bits).view(np.float64)
 
@@ -143,7 +143,7 @@ def float_of(bits):
 def _overload() -> None:
     from torquer.compile import overloads
 
-    overloads.overload_functions(without_reference_counts, bits_of, float_of)
+    overloads.overload_functions(without_reference_counts, float_bits, bits_float)
 
 
 def caller(signature):

@@ -63,7 +63,7 @@ class Parts(NamedTuple):
 SHARED, LEFT_OUT = "shared", "left out"
 
 
-def rows_of(array: np.ndarray) -> Rows:
+def lane_rows(array: np.ndarray) -> Rows:
     """How an array of numbers, or of records of numbers, stands in a lane."""
     if array.dtype.names is None:
         return Rows(array.shape, 1)
@@ -89,7 +89,7 @@ class _LaneModel(models.PrimitiveModel):
         super().__init__(manager, of_type, ir.DoubleType().as_pointer())
 
 
-def _type_of(kind):
+def _cell_type(kind):
     return types.float64 if kind is None else _Lane(kind)
 
 
@@ -97,14 +97,14 @@ def _field(kind: Fields, name: str):
     return next(((place, of) for field, place, of in kind.fields if field == name), None)
 
 
-def _moved(builder, pointer, place):
+def _move(builder, pointer, place):
     """Pointer to a cell of the same lane; `place`: a number or a value."""
     if isinstance(place, int):
         return builder.gep(pointer, [_INT(place * LANES)])
     return builder.gep(pointer, [builder.mul(place, _INT(LANES))])
 
 
-def _shown(builder, pointer, kind):
+def _show(builder, pointer, kind):
     return builder.load(pointer) if kind is None else pointer
 
 
@@ -116,7 +116,7 @@ class _LaneAttributes(AttributeTemplate):
         if isinstance(lane.kind, Rows):
             return types.UniTuple(types.intp, len(lane.kind.shape)) if name == "shape" else None
         found = _field(lane.kind, name)
-        return None if found is None else _type_of(found[1])
+        return None if found is None else _cell_type(found[1])
 
 
 @lower_getattr_generic(_Lane)
@@ -125,7 +125,7 @@ def _get_attribute(context, builder, lane, pointer, name):
         numbers = [_INT(count) for count in lane.kind.shape]
         return context.make_tuple(builder, types.UniTuple(types.intp, len(numbers)), numbers)
     place, kind = _field(lane.kind, name)
-    return _shown(builder, _moved(builder, pointer, place), kind)
+    return _show(builder, _move(builder, pointer, place), kind)
 
 
 @lower_setattr_generic(_Lane)
@@ -133,7 +133,7 @@ def _set_attribute(context, builder, of_call, arguments, name):
     lane, given = of_call.args
     place, _ = _field(lane.kind, name)
     number = context.cast(builder, arguments[1], given, types.float64)
-    builder.store(number, _moved(builder, arguments[0], place))
+    builder.store(number, _move(builder, arguments[0], place))
 
 
 def _is_place(lane, index) -> bool:
@@ -161,7 +161,7 @@ class _GetElement(AbstractTemplate):
     def generic(self, arguments, _):
         if _is_place(*arguments):
             lane, index = arguments
-            return signature_of(_type_of(_at(lane.kind, index)), lane, _as_place(index))
+            return signature_of(_cell_type(_at(lane.kind, index)), lane, _as_place(index))
 
 
 @infer_global(operator.setitem)
@@ -185,10 +185,10 @@ def _length(context, builder, of_call, arguments):
 
 
 def _element(builder, kind: Rows, pointer, index):
-    return _moved(builder, pointer, builder.mul(index, _INT(kind.size)))
+    return _move(builder, pointer, builder.mul(index, _INT(kind.size)))
 
 
-def _of_two(builder, kind: Rows, index):
+def _index_two(builder, kind: Rows, index):
     row, column = (builder.extract_value(index, k) for k in range(2))
     return builder.add(builder.mul(row, _INT(kind.shape[1])), column)
 
@@ -199,13 +199,13 @@ def _get_of_row(context, builder, of_call, arguments):
     if len(kind.shape) == 2:
         index = builder.mul(index, _INT(kind.shape[1]))
     found = _at(kind, of_call.args[1])
-    return _shown(builder, _element(builder, kind, pointer, index), found)
+    return _show(builder, _element(builder, kind, pointer, index), found)
 
 
 @lower_builtin(operator.getitem, _Lane, types.UniTuple)
 def _get_of_two(context, builder, of_call, arguments):
     kind = of_call.args[0].kind
-    place = _of_two(builder, kind, arguments[1])
+    place = _index_two(builder, kind, arguments[1])
     return builder.load(_element(builder, kind, arguments[0], place))
 
 
@@ -219,7 +219,7 @@ def _set_of_row(context, builder, of_call, arguments):
 @lower_builtin(operator.setitem, _Lane, types.UniTuple, types.float64)
 def _set_of_two(context, builder, of_call, arguments):
     kind, (pointer, index, value) = of_call.args[0].kind, arguments
-    builder.store(value, _element(builder, kind, pointer, _of_two(builder, kind, index)))
+    builder.store(value, _element(builder, kind, pointer, _index_two(builder, kind, index)))
     return context.get_dummy_value()
 
 
@@ -234,7 +234,7 @@ def lane_maker(kind):
     def lane_at(typing_context, cells, first, lane):
         def build(context, builder, of_call, arguments):
             pointer = _pointer(context, builder, of_call.args[0], arguments[0])
-            pointer = _moved(builder, pointer, arguments[1])
+            pointer = _move(builder, pointer, arguments[1])
             return builder.gep(pointer, [arguments[2]])
 
         return _Lane(kind)(cells, types.intp, types.intp), build
@@ -321,9 +321,9 @@ def _tuple_with(context, builder, pointer, shared, made, part, value):
     if part == LEFT_OUT:
         return context.make_tuple(builder, made, ())
     if isinstance(part, int):
-        return builder.load(_moved(builder, pointer, part))
+        return builder.load(_move(builder, pointer, part))
     if not isinstance(part, Parts):
-        return _moved(builder, pointer, part[0])
+        return _move(builder, pointer, part[0])
     inner = [
         _tuple_with(context, builder, pointer, t, m, p, builder.extract_value(value, k))
         for k, (t, m, p) in enumerate(zip(shared, made, part.parts, strict=True))

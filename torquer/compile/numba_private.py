@@ -53,7 +53,7 @@ from numba.core.typing.templates import (
 from numba.experimental.function_type import _get_wrapper_address
 
 from torquer.compile import sources
-from torquer.compile.code_cache import FOLDER, READY, SOURCES, is_sound, seal_of, tell
+from torquer.compile.code_cache import FOLDER, READY, SOURCES, is_sound, seal_file, tell
 from torquer.compile.ready import GENERIC
 from torquer.compile.when_compiling import FOR_KERNELS, LOOP_OPTIONS, numba_is_loaded
 
@@ -130,7 +130,7 @@ class PartCompiler(Compiler):
 INLINED_OPTIONS: Any = {**LOOP_OPTIONS, "pipeline_class": PartCompiler}
 
 
-def rebuilt(target_context, payload) -> CompileResult:
+def rebuild(target_context, payload) -> CompileResult:
     """A part from what the disk keeps of it, as `CompileResult._rebuild` does for whole code."""
     kept, described, environment, signature, objectmode, lifted, text, initial, referenced = payload
     for each in initial:
@@ -201,7 +201,7 @@ class _SealedFile(IndexDataCacheFile):
         yield content
         with super()._open_for_write(filepath) as file:
             file.write(content.getvalue())
-            file.write(seal_of(filepath, content.getbuffer()))
+            file.write(seal_file(filepath, content.getbuffer()))
 
 
 @functools.cache
@@ -236,7 +236,7 @@ class _Files(CompileResultCacheImpl):
 
 class _FilesOfParts(_Files):
     def rebuild(self, target_context, payload):
-        return rebuilt(target_context, payload)
+        return rebuild(target_context, payload)
 
 
 class _SealedCache(FunctionCache):
@@ -299,7 +299,7 @@ def _closes_over_kernels(plain) -> bool:
     return any(hasattr(part, "_numba_type_") for part in inner)
 
 
-def kept(function):
+def keep_compiled(function):
     """A function of Numba, not compiled yet, whose compiled code is kept on the disk.
 
     That of a notebook's cell, which has no file, is compiled in every process; so is a closure over
@@ -358,14 +358,14 @@ def give_dispatcher(to) -> None:
     """Make the dispatcher of a `Kernel`, unless another thread was first."""
     with global_compiler_lock:
         if to._dispatcher is None:
-            to._dispatcher = _dispatcher_of(to.py_func, to.targetoptions, to._is_on_disk)
+            to._dispatcher = _make_dispatcher(to.py_func, to.targetoptions, to._is_on_disk)
 
 
-def _dispatcher_of(function: Callable, options: dict, on_disk: bool) -> CPUDispatcher:
+def _make_dispatcher(function: Callable, options: dict, on_disk: bool) -> CPUDispatcher:
     if options.get("inline") == "always":  # its code becomes part of every caller: one form only
         return CPUDispatcher(function, targetoptions=options)
     made = _Dispatcher(function, targetoptions=options)
-    return kept(made) if on_disk else made
+    return keep_compiled(made) if on_disk else made
 
 
 def code_address(dispatcher, signature) -> int:

@@ -26,10 +26,10 @@ def kernel_sources() -> dict[Path, bytes]:
 
 def source_key(of_compiler: bool = True) -> str:
     """Hash of every source file that can hold a kernel and, unless left out, of Numba's version."""
-    return key_of(kernel_sources(), of_compiler)
+    return hash_sources(kernel_sources(), of_compiler)
 
 
-def key_of(sources: Mapping[Path, bytes], of_compiler: bool = True) -> str:
+def hash_sources(sources: Mapping[Path, bytes], of_compiler: bool = True) -> str:
     """`source_key` of sources that have been read."""
     digest = hashlib.sha256()
     if of_compiler:
@@ -57,7 +57,7 @@ def is_own(function) -> bool:
     return Path(function.__code__.co_filename).resolve().is_relative_to(PACKAGE)
 
 
-def mark_of(files: Iterable[Path]) -> str:
+def mark_files(files: Iterable[Path]) -> str:
     """Hash of the names and the content of files."""
     digest = hashlib.sha256()
     for path in files:

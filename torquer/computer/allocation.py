@@ -16,9 +16,9 @@ from torquer.spacecraft.wheel_array.allocation import WheelSet, least_squares, w
 from torquer.spacecraft.wheel_array.steering import (
     Steering,
     lose,
+    make_steering,
     steer,
     steer_nearest,
-    steering_of,
 )
 
 
@@ -94,10 +94,10 @@ def switch_off_motors(state, rotors):
         state.motor[k] = rotors[k].motor = 0.0
 
 
-def allocation_of(wheels: ReactionWheels, step_s: float, driven: bool = True) -> Allocation:
+def make_allocation(wheels: ReactionWheels, step_s: float, driven: bool = True) -> Allocation:
     """Constants of the allocation; `driven`: whether a law drives the wheels."""
     return Allocation(
-        steering=steering_of(wheels.array(), wheels.minimum_speed_fraction),
+        steering=make_steering(wheels.array(), wheels.minimum_speed_fraction),
         noticed_from=wheels.noticed_from_step(step_s),
         driven=driven,
         by_least_squares=wheels.allocation == "least_squares",

@@ -25,9 +25,9 @@ from torquer.computer.interface import (
     UNKNOWN_ESTIMATE,
     Command,
     Estimate,
-    inputs_of,
     nothing_known,
     put_estimate,
+    read_inputs,
 )
 from torquer.computer.modes.table import (
     AXIS_OFF,
@@ -107,11 +107,11 @@ class Board(NamedTuple):
 
 
 def _switch_modes(table, state, known):
-    return switch_modes(table, state, inputs_of(known[0]))
+    return switch_modes(table, state, read_inputs(known[0]))
 
 
 def _check(table, state, known):
-    check(table, state, inputs_of(known[0]))
+    check(table, state, read_inputs(known[0]))
     return True
 
 
@@ -242,7 +242,7 @@ def is_informed(block, known):
 
 
 @inlined
-def command_of(computer, board, number):
+def run_law(computer, board, number):
     """The command of a law; none while what it needs of the estimate is not known."""
     block = computer.law_blocks[number]
     if not is_informed(block, board.known[0]):
@@ -272,7 +272,7 @@ def switch(computer, board):
 
 
 @inlined
-def allowed(chosen, dipole):
+def allow_dipole(chosen, dipole):
     """The part of a dipole that the modes let the coils make, whatever a law asks of the others."""
     x, y, z = dipole
     on = chosen.coils > 0.0
@@ -306,11 +306,11 @@ def command_by_modes(computer, board):
         for place in range(state.first_action, state.after_action):
             action = table.actions[place]
             if action.kind == LAW and not is_off(table, board.modes, action.index):
-                command = command_of(computer, board, action.index)
+                command = run_law(computer, board, action.index)
                 dipole = add_scaled(dipole, action.value, command.dipole_a_m2)
                 torque = add_scaled(torque, action.value, command.torque_n_m)
     torque = torque if board.chosen[0].wheels > 0.0 else (0.0, 0.0, 0.0)
-    return Command(allowed(board.chosen[0], dipole), torque)
+    return Command(allow_dipole(board.chosen[0], dipole), torque)
 
 
 @inlined
@@ -323,7 +323,7 @@ def control_step(computer, board):
         return command_by_modes(computer, board)
     dipole, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for number in range(computer.law_blocks.shape[0]):
-        command = command_of(computer, board, number)
+        command = run_law(computer, board, number)
         dipole = add(dipole, command.dipole_a_m2)
         torque = add(torque, command.torque_n_m)
     return Command(dipole, torque)
@@ -372,7 +372,7 @@ class Blocks(NamedTuple):
         return all(block.compiled for block in self.all())
 
 
-def computer_of(
+def make_computer(
     blocks: Blocks, estimator: int, modes: ModeTable, is_flown: bool = True
 ) -> Computer:
     """The computer for the loop; blocks in plain Python are left to a host.
@@ -421,7 +421,7 @@ def _switch(checked: bool) -> np.ndarray | tuple:
     return addresses([plugin.first_class(f, _SWITCH, "modes: must compile") for f in functions])
 
 
-def places_of(blocks: Blocks) -> dict[str, tuple[int, int]]:
+def parameter_places(blocks: Blocks) -> dict[str, tuple[int, int]]:
     """Where each parameter of a law stands on the board: `law.parameter` -> first place, count."""
     places, first = {}, 0
     for name, block in blocks.by_key().items():

@@ -172,7 +172,7 @@ def nothing_known() -> np.ndarray:
 
 
 @inlined
-def estimate_of(k):
+def read_estimate(k):
     """The estimate in the record."""
     return Estimate(
         k.estimate_s,
@@ -181,12 +181,12 @@ def estimate_of(k):
         (k.estimate_bias_x, k.estimate_bias_y, k.estimate_bias_z),
         k.sigma_rad,
         k.sigma_rad_s,
-        isolated_of(k),
+        read_isolated(k),
     )
 
 
 @inlined
-def isolated_of(k):
+def read_isolated(k):
     """Which sensors the estimate in the record does not use."""
     return (
         k.isolated_b,
@@ -224,7 +224,7 @@ def put_ephemeris(k, e):
 
 
 @inlined
-def inputs_of(k):
+def read_inputs(k):
     """The record as inputs; what a function does not use is not read."""
     return Inputs(
         k.t_s,
@@ -240,7 +240,7 @@ def inputs_of(k):
         ReadingTimes(
             k.b_s, k.b_rate_s, k.omega_s, k.sun_s, k.q_s, k.wheels_s, k.nadir_s, k.cells_s
         ),
-        estimate_of(k),
+        read_estimate(k),
         Ephemeris(
             (k.position_x, k.position_y, k.position_z),
             (k.velocity_x, k.velocity_y, k.velocity_z),

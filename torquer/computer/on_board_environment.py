@@ -24,10 +24,10 @@ from torquer.maths.geometry.vec3 import (
     mat_t_vec,
     mat_vec,
     put_vector,
+    read_vector,
     scale,
     sub,
     unit,
-    vector_of,
 )
 
 _YEAR_DAYS = 365.25
@@ -143,7 +143,7 @@ def _put(cells, e):
 @kernel
 def _given_along(models, elements, t_s, r, v, out):
     for k in range(t_s.size):
-        position, velocity = vector_of(r[k]), vector_of(v[k])
+        position, velocity = read_vector(r[k]), read_vector(v[k])
         _put(out[k], given_ephemeris(models, elements[0], t_s[k], position, velocity))
 
 

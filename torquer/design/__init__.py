@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     )
     from torquer.design.three_axis_answer import ThreeAxisAnswer as ThreeAxisAnswer
     from torquer.design.three_axis_gains import three_axis as three_axis
-    from torquer.design.wheel_design import report_of as report_of
+    from torquer.design.wheel_design import analyse as analyse
     from torquer.design.wheel_file import WheelDesign as WheelDesign, load_wheels as load_wheels
     from torquer.design.wheel_report import WheelReport as WheelReport, wheels as wheels
-    from torquer.design.wheel_sweep import sweep_of as sweep_of
+    from torquer.design.wheel_sweep import sweep_angle as sweep_angle
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

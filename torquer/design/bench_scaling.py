@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from torquer.base.rows import Row, data_of, html_of
+from torquer.base.rows import Row, as_data, as_html
 from torquer.design.requests import BenchRequest
 
 #: What coils do by each of the two laws of scaling.
@@ -56,7 +56,7 @@ class TimeInOrbit:
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
-        return data_of([row for line in self.table() for row in line])
+        return as_data([row for line in self.table() for row in line])
 
     def lines(self) -> list[str]:
         """The answer as text."""
@@ -66,7 +66,7 @@ class TimeInOrbit:
         ]
 
     def _repr_html_(self) -> str:
-        return html_of(self.table())
+        return as_html(self.table())
 
 
 def bench(request: BenchRequest) -> TimeInOrbit:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from torquer.base.limits import RequestError
-from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.design.requests import CoilRequest
 
 #: Permeability of free space [H/m].
@@ -64,7 +64,7 @@ class Coil(NamedTuple):
 FILLING = 0.6
 
 
-def power_of(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> float:
+def coil_power(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> float:
     """Power [W] with which a coil of a mass [kg] has a dipole [A m^2]: (d/4) sqrt(P M/(g rho)).
 
     The introduction of MAG has it without a number.
@@ -88,7 +88,7 @@ def inductance_h(turns: int, diameter_m: float, bundle_m: float) -> float:
     return turns**2 * _MU_0 * radius * (math.log(8.0 * radius / section) - 1.75)
 
 
-def coil_of(
+def wind_coil(
     dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor, awg: int
 ) -> Coil:
     """The coil of whole turns of a gauge that comes nearest to a mass, at its dipole.
@@ -123,7 +123,7 @@ def coil_of(
     )  # fmt: skip
 
 
-def gauges_of(
+def fitting_gauges(
     dipole: float,
     diameter_m: float,
     mass_kg: float,
@@ -138,7 +138,7 @@ def gauges_of(
     coils, why = [], None
     for awg in GAUGES:
         try:
-            coils.append(coil_of(dipole, diameter_m, mass_kg, conductor, awg))
+            coils.append(wind_coil(dipole, diameter_m, mass_kg, conductor, awg))
         except RequestError as error:
             why = error
     if why and not coils:
@@ -176,7 +176,7 @@ class CoilSizes:
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
-        coils = [data_of(row) for row in self.table()]
+        coils = [as_data(row) for row in self.table()]
         return {"power_w": self.power_w, "metal": self.request.metal, "coils": coils}
 
     def lines(self) -> list[str]:
@@ -187,11 +187,11 @@ class CoilSizes:
             f"{asked.dipole_a_m2:g} A m^2, turns of {asked.diameter_m:g} m, {asked.mass_kg:g} kg "
             f"of wire at {asked.temperature_c:g} deg C: {shares}",
             f"wire of {asked.metal}:",
-            *text_of(self.table(), 10),
+            *as_text(self.table(), 10),
         ]
 
     def _repr_html_(self) -> str:
-        return html_of(self.table(), self.lines()[:1])
+        return as_html(self.table(), self.lines()[:1])
 
 
 def _row(coil: Coil) -> list[Row]:
@@ -226,6 +226,6 @@ def coil(request: CoilRequest) -> CoilSizes:
     metals = {name: metal.at(request.temperature_c) for name, metal in CONDUCTORS.items()}
     return CoilSizes(
         request,
-        {name: power_of(*sizes, metal) for name, metal in metals.items()},
-        gauges_of(*sizes, metals[request.metal], request.voltage_v, request.current_a),
+        {name: coil_power(*sizes, metal) for name, metal in metals.items()},
+        fitting_gauges(*sizes, metals[request.metal], request.voltage_v, request.current_a),
     )

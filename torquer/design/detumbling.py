@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torquer.analysis.notes.bdot_notes import BDOT, most_gain, sampling_of, tumbling_of
+from torquer.analysis.notes.bdot_notes import BDOT, as_tumbling, law_sampling, most_gain
 from torquer.base.limits import RequestError
 from torquer.design.gain_flights import Releases, fly_gains
 from torquer.design.gain_sweep import ANY, SAFE, GainSweep, Wanted
@@ -59,10 +59,10 @@ def detumble(
 
 def _case(scenario: Scenario, request: DetumbleRequest) -> GainSweep:
     """The case of a scenario, without flights."""
-    own, wanted = _law_of(scenario), _wanted(scenario, request)
-    sampling = sampling_of(scenario, own or ANY)
+    own, wanted = _bdot_law(scenario), _choose_gain(scenario, request)
+    sampling = law_sampling(scenario, own or ANY)
     _check_rate(wanted, sampling)
-    tumbling = tumbling_of(scenario, own or ANY)
+    tumbling = as_tumbling(scenario, own or ANY)
     most = most_gain(scenario, sampling, float(tumbling.fields_t.max()))
     turning = _turning_gain(scenario, tumbling)
     gain = min(knee_gain(tumbling, *wanted[:2]), turning, SAFE * most)
@@ -90,7 +90,7 @@ def _turning_gain(scenario: Scenario, tumbling: Tumbling) -> float:
     return turning_gain(least, field_t, rate, inclination, tumbling.duty)
 
 
-def _law_of(scenario: Scenario):
+def _bdot_law(scenario: Scenario):
     """The scenario's law if it is of B-dot's kind; None if it has none."""
     laws, modes = scenario.control.named()
     specs = list(laws.values())
@@ -105,7 +105,7 @@ def _law_of(scenario: Scenario):
     return specs[0]
 
 
-def _wanted(scenario: Scenario, request: DetumbleRequest) -> Wanted:
+def _choose_gain(scenario: Scenario, request: DetumbleRequest) -> Wanted:
     mission, orbital = scenario.mission, scenario.orbit.rate_rad_s(scenario.start)
     tip_off = request.tip_off_deg_s or float(np.linalg.norm(scenario.initial.rate_deg_s))
     below = request.rate_below_deg_s or (mission and mission.rate_below_deg_s)

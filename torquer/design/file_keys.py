@@ -6,7 +6,7 @@ from functools import cache
 from torquer.campaign.spec import Campaign
 from torquer.design.wheel_file import WheelDesign
 from torquer.scenario.described import Table
-from torquer.scenario.keys import describe, tables_of
+from torquer.scenario.keys import describe, spec_tables
 from torquer.scenario.load import scenario_schema
 from torquer.scenario.spec import Scenario
 
@@ -16,13 +16,13 @@ PLACE = "campaign"
 @cache
 def file_tables() -> list[Table]:
     """All tables of a file."""
-    return [*tables_of(Scenario), *tables_of(Campaign, PLACE)]
+    return [*spec_tables(Scenario), *spec_tables(Campaign, PLACE)]
 
 
 @cache
 def design_tables() -> list[Table]:
     """All tables of a file of `torquer wheels`."""
-    return tables_of(WheelDesign)
+    return spec_tables(WheelDesign)
 
 
 def own_design_tables() -> list[Table]:

@@ -82,7 +82,7 @@ def fly_gains(
             if progress:
                 done = len(flown) * releases.times + len(parts)
                 progress(done * releases.runs, total * releases.runs)
-        flown.append(_joined(law.values()["gain"], parts))
+        flown.append(_join(law.values()["gain"], parts))
     return flown
 
 
@@ -107,7 +107,7 @@ def _campaign(releases: Releases, below_deg_s: float) -> Campaign:
     return Campaign.model_validate({"runs": releases.runs, "vary": vary, "outcomes": outcomes})
 
 
-def _joined(gain: float, parts) -> GainFlights:
+def _join(gain: float, parts) -> GainFlights:
     columns = (
         np.concatenate([part[name].values for part in parts])
         for name in ("settled_s", "energy_j", "peak_a_m2")
@@ -116,7 +116,7 @@ def _joined(gain: float, parts) -> GainFlights:
     return GainFlights(gain, np.where(np.isnan(settled), np.inf, settled), energy, peak)
 
 
-def chosen(flights: Sequence[GainFlights], within_s: float | None, most: float) -> GainFlights:
+def choose(flights: Sequence[GainFlights], within_s: float | None, most: float) -> GainFlights:
     """The least gain that does best, of those up to `most` (the least of all, if none is).
 
     With `within_s`: as many releases settle by then as with any gain. Without it: as many settle as

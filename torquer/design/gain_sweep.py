@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.statistics import number, rate_interval
 from torquer.computer.laws.bdot import Bdot
-from torquer.design.gain_flights import GainFlights, chosen
+from torquer.design.gain_flights import GainFlights, choose
 from torquer.scenario.spec import Scenario
 from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
 from torquer.theory.slow.gains import Sampling, sampling_limit_rad_s
@@ -69,7 +69,7 @@ class GainSweep:
     @property
     def chosen(self) -> GainFlights:
         """The flights with the gain chosen."""
-        return chosen(self.flights, self.wanted.within_s, SAFE * self.most_gain)
+        return choose(self.flights, self.wanted.within_s, SAFE * self.most_gain)
 
     @property
     def reads_rate(self) -> bool:
@@ -125,17 +125,17 @@ class GainSweep:
             "theory_gain_a_m2_s_per_t": self.theory_gain,
             "overshoot_gain_a_m2_s_per_t": number(self.most_gain),
             "revolutions": self.revolutions,
-            "flights": [data_of(row) for row in self.table()],
+            "flights": [as_data(row) for row in self.table()],
             "notes": self.notes(),
         }
 
     def lines(self) -> list[str]:
         """The answer as text."""
         notes = (f"note: {note}" for note in self.notes())
-        return [*text_of(self.table(), 11), *self.verdict(), *notes]
+        return [*as_text(self.table(), 11), *self.verdict(), *notes]
 
     def _repr_html_(self) -> str:
-        return html_of(self.table(), [*self.verdict(), *self.notes()])
+        return as_html(self.table(), [*self.verdict(), *self.notes()])
 
     def verdict(self) -> list[str]:
         """The gain chosen, by which rule, and what is known of how many stop."""

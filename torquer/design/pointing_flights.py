@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.campaign.outcomes import stays_from
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.spec import Campaign
@@ -36,7 +36,7 @@ def fly_releases(
     errors = []
     for number in range(count):
         result = simulate(member_scenario(scenario, campaign, number))
-        errors.append(np.linalg.norm(attitude_error_of(result).error_deg, axis=1))
+        errors.append(np.linalg.norm(find_attitude_error(result).error_deg, axis=1))
         if progress:
             progress(number + 1, count)
     return PointingFlights(result.time.values, np.array(errors))

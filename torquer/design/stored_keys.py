@@ -16,7 +16,7 @@ FILE = Path(__file__).with_name("stored_tables.json")
 
 
 @cache
-def _stored() -> dict[str, list[Table]]:
+def _store() -> dict[str, list[Table]]:
     """The tables of scenario files, and below DESIGN those that only wheel designs have."""
     lists = json.loads(FILE.read_text(encoding="utf-8"))
     return {
@@ -28,12 +28,12 @@ def _stored() -> dict[str, list[Table]]:
 
 def file_tables() -> list[Table]:
     """All tables of a scenario file."""
-    return _stored()["scenario"]
+    return _store()["scenario"]
 
 
 def all_tables() -> list[Table]:
     """All tables of scenario files, and below DESIGN those that only wheel designs have."""
-    return [table for tables in _stored().values() for table in tables]
+    return [table for tables in _store().values() for table in tables]
 
 
 def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
@@ -58,8 +58,8 @@ def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
     ]
     if not tables and not keys:
         word = asked[-1] if asked else ""
-        near = difflib.get_close_matches(word, _known(), n=3, cutoff=0.7)
-        near = near or [key for key in _known() if word and word in key.split("_")][:3]
+        near = difflib.get_close_matches(word, _read_stored(), n=3, cutoff=0.7)
+        near = near or [key for key in _read_stored() if word and word in key.split("_")][:3]
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
         raise ValueError(
             "KEY: must be a key or table of scenario files or wheel designs; received "
@@ -68,7 +68,7 @@ def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
     return tables, keys
 
 
-def _known() -> list[str]:
+def _read_stored() -> list[str]:
     keys = [key.name for table in all_tables() for key in table.keys]
     kinds = [table.kind for table in all_tables() if table.kind]
     return list(dict.fromkeys([*keys, *kinds]))

@@ -3,7 +3,7 @@
 import math
 from dataclasses import asdict, dataclass
 
-from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture
 from torquer.design.law_table import law_toml
 from torquer.scenario.spec import Scenario
@@ -74,17 +74,17 @@ class ThreeAxisAnswer:
             "strengths": dict(zip(("formula", "refined"), self.design.strengths, strict=True)),
             "gains_found": bool(search.value > 0.0),
             "grid_spacing": float(search.spacing.max()),
-            "candidates": {name: data_of(row) for name, row in rows},
+            "candidates": {name: as_data(row) for name, row in rows},
             "notes": [*self.case_notes],
         }
 
     def lines(self) -> list[str]:
         """The answer as text."""
-        return [self._headline(), *text_of(self.table()), *self._words(),
+        return [self._headline(), *as_text(self.table()), *self._words(),
                 *(f"note: {note}" for note in self.notes())]  # fmt: skip
 
     def _repr_html_(self) -> str:
-        return html_of(self.table(), [self._headline(), *self._words(), *self.notes()])
+        return as_html(self.table(), [self._headline(), *self._words(), *self.notes()])
 
     def notes(self) -> list[str]:
         """What is left out, and what is doubtful of each law."""
@@ -124,7 +124,7 @@ class ThreeAxisAnswer:
                 "refined: no gains within the coils' limit are stable with a gain margin of "
                 f"{self.task.gain_margin:g}; these grow most slowly"
             )
-        return [*lines, *(_captured(name, found) for name, found in self.captures.items())]
+        return [*lines, *(_capture(name, found) for name, found in self.captures.items())]
 
     def tables(self) -> dict[str, str]:
         """Each designed law by name, as the TOML table of a scenario."""
@@ -163,7 +163,7 @@ def _error_rows(each: Candidate) -> list[Row]:
     ]
 
 
-def _captured(name: str, found: Capture | None) -> str:
+def _capture(name: str, found: Capture | None) -> str:
     """The result in one line."""
     if found is None:
         return f"{name}: captures nothing"

@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from torquer.base.limits import RequestError, given
+from torquer.base.limits import RequestError, given_values
 from torquer.campaign.capture import capture
 from torquer.computer.blocks.law import Law
 from torquer.computer.estimation.sensors import SensorReadings
@@ -16,7 +16,7 @@ from torquer.design.three_axis_answer import ThreeAxisAnswer
 from torquer.maths.geometry.vec3 import scale
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.scenario.spec import Scenario
-from torquer.theory.three_axis.gain_search import DesignTask, assessed, design_gains
+from torquer.theory.three_axis.gain_search import DesignTask, assess, design_gains
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.response import Noise, Offsets
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
@@ -50,9 +50,9 @@ def three_axis(
     """
     own = None
     if scenario is None:
-        scenario = scenario_of(request)
+        scenario = scenario_from_request(request)
     else:
-        for key in given(request, *_PLACES):
+        for key in given_values(request, *_PLACES):
             raise RequestError(key, "must not be given with SCENARIO; received both")
         own = _own_law(scenario.control)
     task, notes = _task(scenario, request)
@@ -66,7 +66,7 @@ def _answer(scenario: Scenario, request: ThreeAxisRequest, task, notes, own) -> 
     design, captures = design_gains(task), {}
     candidates = dict(design.candidates)
     if own is not None:
-        candidates["own"] = assessed(task, own)
+        candidates["own"] = assess(task, own)
     if request.capture_runs is not None:
         starts = request.capture_runs, request.capture_rate_deg_s, request.capture_within_deg
         captures = {
@@ -77,9 +77,9 @@ def _answer(scenario: Scenario, request: ThreeAxisRequest, task, notes, own) -> 
     )
 
 
-def scenario_of(request: ThreeAxisRequest) -> Scenario:
+def scenario_from_request(request: ThreeAxisRequest) -> Scenario:
     """A scenario made from the keys of a request; errors name them."""
-    named = given(request, *_PLACES)
+    named = given_values(request, *_PLACES)
     for key in _NEEDED:
         if key not in named:
             raise RequestError(key, "must be given (or SCENARIO); received nothing")
@@ -97,10 +97,10 @@ def scenario_of(request: ThreeAxisRequest) -> Scenario:
     try:
         return scenario_from_data(data)
     except ScenarioError as error:
-        raise _of_request(str(error)) from None
+        raise _as_request_error(str(error)) from None
 
 
-def _of_request(text: str) -> RequestError:
+def _as_request_error(text: str) -> RequestError:
     """A mistake of the scenario as one of the request."""
     keys = []
     for key, place in _PLACES.items():

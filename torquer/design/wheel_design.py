@@ -22,7 +22,7 @@ from torquer.spacecraft.wheel_array.failures import (
     least_squares_half_spaces,
 )
 from torquer.spacecraft.wheel_array.layout import WheelArray
-from torquer.spacecraft.wheel_array.rates import rate_about, required, worst_case
+from torquer.spacecraft.wheel_array.rates import rate_about, required_momenta, worst_case
 from torquer.theory.slow.wheel_accumulation import Growth, cyclic_bounds, saturation_time
 
 METHODS = ("minimax", "least_squares")
@@ -32,7 +32,7 @@ _HOUR, _DAY = 3600.0, 86400.0
 _VECTORS = 20_000
 
 
-def report_of(design: WheelDesign) -> dict:
+def analyse(design: WheelDesign) -> dict:
     """All results; parts that were not requested are None."""
     array, inertia = design.wheels.array(), np.array(design.body.inertia_kg_m2)
     growth = design.accumulation and design.accumulation.growth(inertia)
@@ -113,9 +113,11 @@ def demand_shares(design: WheelDesign, array: WheelArray, inertia) -> dict[str, 
     demand, held = design.demand, momentum_envelope(array)
     shares = {}
     if demand.rate_deg_s is not None:
-        shares["rate"] = greatest_share(held, required(inertia, math.radians(demand.rate_deg_s)))
+        shares["rate"] = greatest_share(
+            held, required_momenta(inertia, math.radians(demand.rate_deg_s))
+        )
     if demand.acceleration_deg_s2 is not None:
-        needed = required(inertia, math.radians(demand.acceleration_deg_s2))
+        needed = required_momenta(inertia, math.radians(demand.acceleration_deg_s2))
         shares["acceleration"] = greatest_share(torque_envelope(array), needed)
     if demand.momentum_n_m_s is not None:
         shares["momentum"] = greatest_share(held, Box(np.array(demand.momentum_n_m_s)))
@@ -200,25 +202,25 @@ def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
     body's.
     """
     array = design.wheels.array()
-    label, count = _angles_of(design.wheels.layout), array.count
+    label, count = _describe_angles(design.wheels.layout), array.count
     found = [("given", label, np.array(array.axes))]
     if _only_given(array):
         return found
     moments, turn = _principal(np.array(design.body.inertia_kg_m2))
-    found.append(("balanced rates", *_turned(_pyramid(count, _balanced(count, moments)), turn)))
+    found.append(("balanced rates", *_turn(_pyramid(count, _balance(count, moments)), turn)))
     best = search.find_layout(
         lambda p: _pyramid(count, p)[1], search.greatest_worst_rate(moments),
         *(([1.0] * _free(count)), [89.0] * _free(count)), starts=6,
     )  # fmt: skip
     name = "best worst-case rate" if best.is_optimal else "good worst-case rate"
-    found.append((name, *_turned(_pyramid(count, best.parameters), turn)))
+    found.append((name, *_turn(_pyramid(count, best.parameters), turn)))
     if design.demand.momentum_n_m_s is not None:
         least = angles.least_four_sided if count == 4 else angles.least_regular
         found.append(("minimum momentum", *_pyramid(count, least(design.demand.momentum_n_m_s))))
     return [*found, ("maximum volume", *_greatest_volume(count))]
 
 
-def _angles_of(given) -> str:
+def _describe_angles(given) -> str:
     """The angles of a layout in words; its kind where it has none."""
     angles = (key for key in type(given).model_fields if key.endswith("_deg"))
     text = ", ".join(f"{key.removesuffix('_deg')} {getattr(given, key):.1f}" for key in angles)
@@ -239,7 +241,7 @@ def _principal(inertia) -> tuple[np.ndarray, np.ndarray]:
     return moments[list(order)], axes[:, order] * np.sign(np.diag(axes[:, order]))
 
 
-def _turned(pyramid: tuple[str, np.ndarray], turn) -> tuple[str, np.ndarray]:
+def _turn(pyramid: tuple[str, np.ndarray], turn) -> tuple[str, np.ndarray]:
     """A pyramid on the principal axes, in the body frame."""
     label, axes = pyramid
     return (label, axes) if np.all(turn == np.eye(3)) else (f"{label} *", axes @ turn.T)
@@ -250,7 +252,7 @@ def _free(count: int) -> int:
     return 2 if count == 4 else 1
 
 
-def _balanced(count: int, moments):
+def _balance(count: int, moments):
     return angles.balanced_four_sided(moments) if count == 4 else angles.balanced_regular(
         count, moments
     )  # fmt: skip

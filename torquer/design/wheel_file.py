@@ -12,13 +12,13 @@ from pydantic import Field, model_validator
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.base.spec import Spec, Vector
 from torquer.environment.orbit.kepler import FARTHEST_KM, mean_motion
-from torquer.scenario.explain import validated
+from torquer.scenario.explain import validate_tables
 from torquer.scenario.load import (
     ScenarioError,
-    data_of,
     name_after,
+    parse_toml,
+    read_text,
     scenario_from_data,
-    text_of,
 )
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
@@ -30,8 +30,8 @@ from torquer.theory.slow.wheel_accumulation import (
     Growth,
     Held,
     air_torque,
-    growth_of,
     held_torque,
+    momentum_growth,
     orbital_axes,
 )
 
@@ -91,7 +91,7 @@ class Accumulation(Spec):
             given = self.inclination_deg
             tilt = None if given is None else math.radians(given)
             torque += air_torque(surface, self.density_kg_m3, self.radius_m, rate, axes, tilt)
-        return growth_of(Held(rate, axes[2], torque))
+        return momentum_growth(Held(rate, axes[2], torque))
 
 
 class WheelDesign(Spec):
@@ -129,7 +129,7 @@ class WheelDesign(Spec):
 def load_wheels(path) -> WheelDesign:
     """The design, or the scenario, of a TOML file; `ScenarioError` with one line per mistake."""
     path = Path(path)
-    return wheels_from_text(text_of(path, "design"), name_after(path), path.parent)
+    return wheels_from_text(read_text(path, "design"), name_after(path), path.parent)
 
 
 def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> WheelDesign:
@@ -137,11 +137,13 @@ def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> 
 
     `name` is used where the text gives none; files that a scenario names are in `folder`.
     """
-    data = {"name": name, **data_of(text, "design")}
-    return _of_scenario(data, folder) if "spacecraft" in data else validated(WheelDesign, data)
+    data = {"name": name, **parse_toml(text, "design")}
+    return (
+        _from_scenario(data, folder) if "spacecraft" in data else validate_tables(WheelDesign, data)
+    )
 
 
-def _of_scenario(data: dict, folder: Path) -> WheelDesign:
+def _from_scenario(data: dict, folder: Path) -> WheelDesign:
     """The wheels and the body of a scenario."""
     scenario = scenario_from_data(data, folder)
     craft = scenario.spacecraft
@@ -149,4 +151,4 @@ def _of_scenario(data: dict, folder: Path) -> WheelDesign:
         raise ScenarioError("spacecraft.wheels: must be given for a wheel design; received none")
     wheels = {key: getattr(craft.wheels, key) for key in Wheels.model_fields}
     texts = {"name": scenario.name, "description": scenario.description}
-    return validated(WheelDesign, {"wheels": wheels, "body": craft.body, **texts})
+    return validate_tables(WheelDesign, {"wheels": wheels, "body": craft.body, **texts})

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from torquer.base.limits import RequestError
-from torquer.base.rows import Row, html_of
+from torquer.base.rows import Row, as_html
 from torquer.design.requests import WheelsRequest
-from torquer.design.wheel_design import report_of
+from torquer.design.wheel_design import analyse
 from torquer.design.wheel_file import WheelDesign
-from torquer.design.wheel_sweep import Sweep, angles_of, as_plain, sweep_of
+from torquer.design.wheel_sweep import Sweep, as_plain, sweep_angle, sweepable_angles
 from torquer.design.wheel_tables import failure_rows, layout_rows, summary_rows, sweep_rows
 
 #: A sweep as it is written, with the number of points behind it or without.
@@ -53,7 +53,7 @@ class WheelReport:
 
 def _html(head, rows, *notes: str) -> str:
     entries = (zip(head, row, strict=True) for row in rows)
-    return html_of([[Row("", name, text=text) for name, text in each] for each in entries], notes)
+    return as_html([[Row("", name, text=text) for name, text in each] for each in entries], notes)
 
 
 def wheels(design: WheelDesign, asked: WheelsRequest | None = None) -> WheelReport:
@@ -67,8 +67,8 @@ def wheels(design: WheelDesign, asked: WheelsRequest | None = None) -> WheelRepo
     report.
     """
     text = asked.sweep if asked else None
-    swept = None if text is None else sweep_of(design, *swept_angle(design, text))
-    return WheelReport(design, report_of(design), swept)
+    swept = None if text is None else sweep_angle(design, *swept_angle(design, text))
+    return WheelReport(design, analyse(design), swept)
 
 
 def swept_angle(design: WheelDesign, text: str) -> tuple[str, list[float]]:
@@ -76,7 +76,7 @@ def swept_angle(design: WheelDesign, text: str) -> tuple[str, list[float]]:
 
     `RequestError` for a key other than an angle of the design's layout, and for bad numbers.
     """
-    angles = angles_of(design)
+    angles = sweepable_angles(design)
     if not angles:
         kind = design.wheels.layout.kind
         raise RequestError("sweep", f"must name an angle of the layout; {kind} has none")

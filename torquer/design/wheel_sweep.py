@@ -48,12 +48,12 @@ class Sweep(NamedTuple):
         return max(self.points, key=lambda point: point.whole.rate_deg_s)
 
 
-def angles_of(design: WheelDesign) -> list[str]:
+def sweepable_angles(design: WheelDesign) -> list[str]:
     """The keys of the layout that can be swept; empty for a layout without angles."""
     return [key for key in type(design.wheels.layout).model_fields if key.endswith("_deg")]
 
 
-def sweep_of(design: WheelDesign, key: str, values_deg: Sequence[float]) -> Sweep:
+def sweep_angle(design: WheelDesign, key: str, values_deg: Sequence[float]) -> Sweep:
     """The design at increasing values of an angle of its layout, one of `angles_of`.
 
     The angle of the highest rate is added as a point.

@@ -29,7 +29,7 @@ def summary_rows(report: dict) -> list[tuple[str, str]]:
                 _along(torque["acceleration_deg_s2"], torque["worst_acceleration_deg_s2"]),
             ),
         ]
-    rows += [(f"Demand: {k}", _met(v)) for k, v in report["demand"].items()]
+    rows += [(f"Demand: {k}", _describe_demand(v)) for k, v in report["demand"].items()]
     if report["only_given_layout"]:
         rows.append(("Other layouts", f"not compared: {report['only_given_layout']}"))
     return rows + _method_rows(report) + _accumulation_rows(report["accumulation"])
@@ -40,7 +40,7 @@ def _along(by_axis: dict, worst: float) -> str:
     return f"{along}; any direction {worst:.4g}"
 
 
-def _met(found: dict) -> str:
+def _describe_demand(found: dict) -> str:
     if found["share"] is None:
         return "NOT MET: unreachable at any scale"
     return f"{'met' if found['met'] else 'NOT MET'}: {found['share']:.0%} of the array's capability"

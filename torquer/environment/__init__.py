@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from torquer.environment.sun import (
         ECLIPSES as ECLIPSES,
         Shadow as Shadow,
-        shadow_of as shadow_of,
+        find_shadow as find_shadow,
         sun_position as sun_position,
         sunlit_fraction as sunlit_fraction,
     )

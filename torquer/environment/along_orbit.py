@@ -18,7 +18,7 @@ from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcr
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
 from torquer.environment.orbit import AnyOrbit
-from torquer.environment.sun import Shadow, shadow_of, sun_position, sunlit_fraction
+from torquer.environment.sun import Shadow, find_shadow, sun_position, sunlit_fraction
 from torquer.environment.table import (
     DEGREE,
     NotSmooth,
@@ -133,8 +133,8 @@ class OrbitEnvironment:
         """The Earth's shadow; the pole drifts by 1e-4 rad a year, which moves it by 2 m."""
         model = self.environment.eclipse
         if model != "oblate":
-            return shadow_of(model)
-        return shadow_of(model, self.dcm_to_ecef(np.zeros(1))[0, 2])
+            return find_shadow(model)
+        return find_shadow(model, self.dcm_to_ecef(np.zeros(1))[0, 2])
 
     def sample(self, t_s: np.ndarray) -> np.ndarray:
         """Position, field and gravity-gradient vector [n, 9], as the table holds them.

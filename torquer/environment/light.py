@@ -13,7 +13,7 @@ from torquer.base.conventions import ASTRONOMICAL_UNIT_M
 from torquer.compile.engine import inlined, kernel
 from torquer.environment.sun import Shadow, sunlit_fraction_at
 from torquer.environment.table import Table, lookup3
-from torquer.maths.geometry.vec3 import dot, put_vector, scale, sub, vector_of
+from torquer.maths.geometry.vec3 import dot, put_vector, read_vector, scale, sub
 
 #: Pressure of sunlight at 1 au [Pa]: 1361 W/m^2 (G. Kopp, J. Lean, 2011) by the speed of light.
 PRESSURE_AT_1_AU_PA = 1361.0 / 299792458.0
@@ -42,7 +42,7 @@ def light_at(shadow, r_m, sun_m):
 @kernel
 def _fill_light(shadow, r_m, sun_m, out):
     for k in range(out.shape[0]):
-        put_vector(out[k], light_at(shadow, vector_of(r_m[k]), vector_of(sun_m[k])))
+        put_vector(out[k], light_at(shadow, read_vector(r_m[k]), read_vector(sun_m[k])))
 
 
 def light_along(shadow: Shadow, r_m: np.ndarray, sun_m: np.ndarray) -> np.ndarray:
@@ -83,7 +83,7 @@ def _edge(shadow, orbit, sun, early, late):
             late = middle
 
 
-def edges_of(
+def shadow_edges(
     shadow: Shadow, orbit: Table, sun: Table, start_s: float, duration_s: float, period_s: float
 ) -> np.ndarray:
     """Instants [s] at which a satellite crosses an edge of shadow or penumbra, in order.

@@ -24,7 +24,7 @@ class LocalEnvironment(NamedTuple):
 
 
 @inlined
-def _turned(q, v_inertial):
+def _turn(q, v_inertial):
     if len(v_inertial) == 0:
         return ()
     return rotate_inverse(q, v_inertial)
@@ -36,7 +36,7 @@ def in_body(local, q):
     return LocalEnvironment(
         rotate_inverse(q, local.b_t),
         rotate_inverse(q, local.gravity_gradient),
-        _turned(q, local.flow),
-        _turned(q, local.light),
+        _turn(q, local.flow),
+        _turn(q, local.light),
         local.orbit_angle,
     )

@@ -16,7 +16,7 @@ from torquer.compile.engine import kernel
 from torquer.environment.earth import rotation
 from torquer.environment.earth.apparent_sun import apparent_sun_gcrf
 from torquer.environment.earth.rotation import check_mode
-from torquer.maths.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub, vector_of
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, read_vector, sub
 
 #: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder, no shadow.
 ECLIPSES = ("conical", "oblate", "cylindrical", "none")
@@ -39,7 +39,7 @@ class Shadow(NamedTuple):
     pole: tuple
 
 
-def shadow_of(model: str = "conical", pole=(0.0, 0.0, 1.0)) -> Shadow:
+def find_shadow(model: str = "conical", pole=(0.0, 0.0, 1.0)) -> Shadow:
     """The shadow by its model's name; `ValueError` for an unknown one."""
     if model not in ECLIPSES:
         raise ValueError(f"eclipse: must be one of {', '.join(ECLIPSES)}; received {model!r}")
@@ -71,7 +71,7 @@ def sunlit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
     0 in the cylinder behind the Earth, 1 elsewhere. "none": 1 everywhere. All in one inertial
     frame.
     """
-    shadow = shadow_of(shadow) if isinstance(shadow, str) else shadow
+    shadow = find_shadow(shadow) if isinstance(shadow, str) else shadow
     r, sun = np.broadcast_arrays(np.atleast_2d(r_m), np.atleast_2d(sun_m))
     r, sun = (np.ascontiguousarray(x, np.float64) for x in (r, sun))
     out = np.empty(len(r))
@@ -98,7 +98,7 @@ def sunlit_fraction_at(shadow, r, sun):
     pole = shadow.pole
     r = add_scaled(r, shadow.oblateness * dot(r, pole), pole)
     sun = add_scaled(sun, shadow.oblateness * dot(sun, pole), pole)
-    side = _side_of_penumbra(shadow.radius_m, r, sun)
+    side = _penumbra_side(shadow.radius_m, r, sun)
     if side != 0.0:
         return max(side, 0.0)
     to_sun = sub(sun, r)
@@ -109,7 +109,7 @@ def sunlit_fraction_at(shadow, r, sun):
 
 
 @kernel
-def _side_of_penumbra(radius, r, sun):
+def _penumbra_side(radius, r, sun):
     """1 in full sunlight, -1 in the umbra, 0 near the penumbra: the discs must be compared."""
     behind = -dot(r, sun) / norm(sun)
     square = dot(r, r)
@@ -141,4 +141,4 @@ def _overlap(a, b, c):
 @kernel
 def _sunlit_fractions(shadow, r, sun, out):
     for i in range(out.size):
-        out[i] = sunlit_fraction_at(shadow, vector_of(r[i]), vector_of(sun[i]))
+        out[i] = sunlit_fraction_at(shadow, read_vector(r[i]), read_vector(sun[i]))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         Satellite as Satellite,
         SatelliteTable as SatelliteTable,
         load_ground as load_ground,
-        satellite_of as satellite_of,
+        make_satellite as make_satellite,
     )
     from torquer.ground.live import Live as Live
     from torquer.ground.recording import import_recording as import_recording

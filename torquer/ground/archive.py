@@ -249,7 +249,7 @@ def dictionary_in(db: sqlite3.Connection) -> Dictionary:
     return Dictionary.model_validate_json(text)
 
 
-def quoted(names: Sequence[str]) -> str:
+def quote_names(names: Sequence[str]) -> str:
     """Names of columns for a statement; those of a dictionary need no escapes."""
     return ", ".join(f'"{name}"' for name in names)
 
@@ -275,4 +275,4 @@ def _kind(field: Field) -> str:
 def _insert(packet: Packet) -> str:
     names = ("_time_ms", "_received_ms", "_quality", "_status", "_digest", *packet.names)
     marks = ", ".join("?" * len(names))
-    return f'INSERT OR IGNORE INTO "{packet.name}" ({quoted(names)}) VALUES ({marks})'
+    return f'INSERT OR IGNORE INTO "{packet.name}" ({quote_names(names)}) VALUES ({marks})'

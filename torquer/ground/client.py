@@ -98,13 +98,13 @@ class RunningGround:
         except urllib.error.HTTPError as error:
             with error:
                 text = error.read().decode("utf-8", "replace")
-            raise ValueError(_line_of(text)) from None
+            raise ValueError(_describe_answer(text)) from None
         except OSError as error:
             why = getattr(error, "reason", error)
             raise RequestError("folder", f"must be that of a running ground; {why}") from None
 
 
-def _line_of(answer: str) -> str:
+def _describe_answer(answer: str) -> str:
     try:
         return str(json.loads(answer)["error"])
     except (ValueError, KeyError, TypeError):

@@ -21,11 +21,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from torquer.computer.names import Names
-from torquer.flight.packets.commands import ANSWERS, Sent, numbers_of
+from torquer.flight.packets.commands import ANSWERS, Sent, command_numbers
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Uplink
-from torquer.flight.packets.reasons import Reason, text_of_code
-from torquer.ground.archive import EPOCH_MS, Archive, quoted
+from torquer.flight.packets.reasons import Reason, describe_code
+from torquer.ground.archive import EPOCH_MS, Archive, quote_names
 from torquer.scenario.explain import ScenarioError
 
 #: Time after which an answer is no longer waited for [ms]; of a delayed command, after its
@@ -85,7 +85,7 @@ class Commands:
             raise ScenarioError(f"command: must wait until fewer than {MOST_OPEN} are on their way")
         for sent in commands:
             _execution_time_s(sent, clock_ms)
-            numbers_of(sent, self._dictionary, self._names)
+            command_numbers(sent, self._dictionary, self._names)
 
     def order(self, sent: Sent, by: str, now_ms: int, clock_ms: int | None) -> dict:
         """Take a command, to be sent `sent.at_s` from now; the command as `shown` gives it.
@@ -94,7 +94,7 @@ class Commands:
         one line for what cannot be sent.
         """
         self.check([sent], clock_ms)
-        numbers = numbers_of(sent, self._dictionary, self._names)
+        numbers = command_numbers(sent, self._dictionary, self._names)
         execute_s = _execution_time_s(sent, clock_ms)
         packet = self._dictionary.up[sent.command].id
         row = {
@@ -110,7 +110,7 @@ class Commands:
         with self._archive.writing() as db:
             marks = ", ".join("?" * len(row))
             made = db.execute(
-                f"INSERT INTO _commands ({quoted([*row])}) VALUES ({marks})", [*row.values()]
+                f"INSERT INTO _commands ({quote_names([*row])}) VALUES ({marks})", [*row.values()]
             )
         number = made.lastrowid or 0
         self._open[number] = _Open(
@@ -149,7 +149,7 @@ class Commands:
         if not self._has_answers:
             return None
         key, code = (int(values["command_id"]), int(values["command_time"])), int(values["code"])
-        number, doubt = self._number_of(key, now_ms)
+        number, doubt = self._find_number(key, now_ms)
         if number is None:
             return None
         if code == Reason.WAITING:
@@ -159,7 +159,7 @@ class Commands:
         self._open.pop(number, None)
         state, reason = EXECUTED, ""
         if not values["accepted"]:
-            state, reason = REFUSED, text_of_code(code)
+            state, reason = REFUSED, describe_code(code)
         reason = "; ".join(filter(None, (reason, doubt)))
         return self._change(number, state=state, answered_ms=now_ms, reason=reason)
 
@@ -172,8 +172,8 @@ class Commands:
 
     def shown(self, number: int) -> dict:
         """A command as users see it."""
-        statement = f"SELECT {quoted(_COLUMNS)} FROM _commands WHERE id = ?"
-        return _shown(self._archive.read(statement, number)[0])
+        statement = f"SELECT {quote_names(_COLUMNS)} FROM _commands WHERE id = ?"
+        return _as_shown(self._archive.read(statement, number)[0])
 
     def _busy(self, waiting: _Open) -> bool:
         """Whether its answer could be dropped on board, or taken for that of an equal command."""
@@ -182,7 +182,7 @@ class Commands:
         is_full = waiting.asks and unanswered >= ANSWERS
         return is_full or any(each.key == waiting.key for each in on_way)
 
-    def _number_of(self, key: tuple[int, int], now_ms: int) -> tuple[int | None, str]:
+    def _find_number(self, key: tuple[int, int], now_ms: int) -> tuple[int | None, str]:
         """The command that an answer names, and whether it may be another one's.
 
         One on its way, else the last equal one without an answer.
@@ -205,10 +205,10 @@ class Commands:
         return self.shown(number)
 
 
-def listed(db: sqlite3.Connection, size: int) -> list[dict]:
+def list_commands(db: sqlite3.Connection, size: int) -> list[dict]:
     """The last commands of an archive, newest first."""
-    statement = f"SELECT {quoted(_COLUMNS)} FROM _commands ORDER BY id DESC LIMIT ?"
-    return [_shown(row) for row in db.execute(statement, (size,))]
+    statement = f"SELECT {quote_names(_COLUMNS)} FROM _commands ORDER BY id DESC LIMIT ?"
+    return [_as_shown(row) for row in db.execute(statement, (size,))]
 
 
 def has_answers(dictionary: Dictionary) -> bool:
@@ -217,7 +217,7 @@ def has_answers(dictionary: Dictionary) -> bool:
     return packet is not None and set(_ANSWER) <= set(packet.names)
 
 
-def _shown(row: tuple) -> dict:
+def _as_shown(row: tuple) -> dict:
     found = dict(zip(_COLUMNS, row, strict=True))
     execute_s = found.pop("execute_s")
     return found | {

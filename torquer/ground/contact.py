@@ -13,7 +13,7 @@ from typing import NamedTuple
 from torquer.flight.link import Link, connect
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
-from torquer.flight.packets.station import station_of
+from torquer.flight.packets.station import make_station
 from torquer.ground.archive import SUSPECT, Archive, Row, RowMaker
 from torquer.ground.commands import Commands
 from torquer.ground.file import Satellite
@@ -69,10 +69,10 @@ class Contact:
         self.clock_ms: int | None = None
         self._clock_s = 0.0  # when it was heard of
         self.link: Link = connect(satellite.link, self.dictionary)
-        self._station, self._maker = station_of(satellite.software), RowMaker(self.dictionary)
+        self._station, self._maker = make_station(satellite.software), RowMaker(self.dictionary)
         self._judge, self._frames = Judge(self._station), 0
         self._is_open_to_all = satellite.software.keys.are_known
-        self._heard_s, self._was_connected, self._rejected = -math.inf, False, 0
+        self._heard_s, self._was_connected, self._reject = -math.inf, False, 0
         self.archive.put([], {UP: max(self.archive.counter(UP), counters.commands)})
         protection = self._station.protection
         if protection is not None and not (counters.new_telemetry or self._is_open_to_all):
@@ -196,21 +196,21 @@ class Contact:
         if protection is None:
             return
         rejected = protection.telemetry.rejected["replayed"]
-        if rejected == self._rejected:
+        if rejected == self._reject:
             return
         if self._is_open_to_all:
             protection.telemetry.counters = dict.fromkeys(protection.telemetry.counters, 0)
             self.note(
                 "info", "telemetry counts from the beginning: a restarted satellite, or a replay"
             )
-        elif self._rejected == 0:
+        elif self._reject == 0:
             self.note(
                 "alarm",
                 "telemetry is rejected: its counter is not above the last accepted one. Frames are "
                 "replayed, or the satellite has lost its memory; `torquer ground "
                 "--new-telemetry` accepts that once",
             )
-        self._rejected = rejected
+        self._reject = rejected
 
     def _report(self) -> None:
         """State of the link, and commands whose answers are late."""

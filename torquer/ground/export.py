@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.flight.packets.dictionary import TYPES, Field, Packet
-from torquer.flight.packets.received import attributes_of
-from torquer.ground.archive import dictionary_in, quoted, read_only
+from torquer.flight.packets.received import field_attributes
+from torquer.ground.archive import dictionary_in, quote_names, read_only
 
 #: Rows that are written at a time.
 _PART = 65_536
@@ -90,7 +90,7 @@ def _columns(packet: Packet) -> list[_Column]:
         _Column(f"status{end}", "_status", "u1", None, {"long_name": "0 INFO, 1 ALARM, 2 STOP"}),
     ]
     return own + [
-        _Column(name, name, *_kind(field), _without_unknown(attributes_of(field)))
+        _Column(name, name, *_kind(field), _without_unknown(field_attributes(field)))
         for name, field, _ in packet.numbers()
     ]
 
@@ -114,7 +114,7 @@ def _parts(db: sqlite3.Connection, packet: Packet, span: tuple[int, int]) -> Ite
     """The columns of the rows, a stretch at a time, in order of time."""
     sources = [column.source for column in _columns(packet)]
     rows = db.execute(
-        f'SELECT {quoted(sources)} FROM "{packet.name}" WHERE _time_ms BETWEEN ? AND ? '
+        f'SELECT {quote_names(sources)} FROM "{packet.name}" WHERE _time_ms BETWEEN ? AND ? '
         "ORDER BY _time_ms, _digest",
         span,
     )
@@ -135,7 +135,7 @@ def _write_netcdf(path: Path, about: dict, columns: list[_Column], parts: Iterab
             end = count + len(part[0])
             file.resize_dimension("frame", end)
             for column, values in zip(columns, part, strict=True):
-                file.variables[column.name][count:end] = _filled(column, values)
+                file.variables[column.name][count:end] = _fill(column, values)
             count = end
     return count
 
@@ -152,7 +152,7 @@ def _add_variable(file, column: _Column) -> None:
         variable.attrs[key] = np.array(value) if isinstance(value, list) else value
 
 
-def _filled(column: _Column, values: tuple) -> np.ndarray:
+def _fill(column: _Column, values: tuple) -> np.ndarray:
     if column.type == "str":
         return np.array(values, dtype=object)
     return np.array([column.fill if v is None else v for v in values], dtype=column.type)

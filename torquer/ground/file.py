@@ -17,8 +17,8 @@ from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import Name
 from torquer.flight.packets.software_file import SpaceLink, load_link
-from torquer.scenario.explain import validated
-from torquer.scenario.toml_text import data_of, text_of
+from torquer.scenario.explain import validate_tables
+from torquer.scenario.toml_text import parse_toml, read_text
 
 if TYPE_CHECKING:
     from torquer.scenario.spec import Scenario
@@ -63,7 +63,7 @@ def load_ground(path: Path) -> GroundFile:
 
     `ScenarioError` with one line for each mistake.
     """
-    file = validated(GroundFile, data_of(text_of(path, "ground"), "ground"))
+    file = validate_tables(GroundFile, parse_toml(read_text(path, "ground"), "ground"))
     folder = path.parent
     tables = {
         key: table.model_copy(
@@ -78,7 +78,7 @@ def load_ground(path: Path) -> GroundFile:
     return file.model_copy(update={"satellites": tables})
 
 
-def satellite_of(key: str, table: SatelliteTable) -> Satellite:
+def make_satellite(key: str, table: SatelliteTable) -> Satellite:
     """A satellite with its packets, keys and names; `ScenarioError` for wrong files.
 
     Only one with a scenario needs what simulates satellites.
@@ -87,9 +87,9 @@ def satellite_of(key: str, table: SatelliteTable) -> Satellite:
     if table.scenario is None:
         return Satellite(key, table.link, software, None, _NO_NAMES)
     from torquer.scenario.load import load_scenario
-    from torquer.simulation.outside.directed import names_of
-    from torquer.simulation.setup.prepare import blocks_of
+    from torquer.simulation.outside.directed import computer_names
+    from torquer.simulation.setup.prepare import make_blocks
 
     scenario = load_scenario(table.scenario)
-    names = names_of(scenario, blocks_of(scenario))
+    names = computer_names(scenario, make_blocks(scenario))
     return Satellite(key, table.link, software, scenario, names)

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from torquer.flight.packets.dictionary import Dictionary
-from torquer.flight.packets.reasons import Reason, text_of_code
-from torquer.ground.archive import quoted
+from torquer.flight.packets.reasons import Reason, describe_code
+from torquer.ground.archive import quote_names
 
 #: Columns of time that an interval may be of.
 TIMES = {"time": "_time_ms", "received": "_received_ms"}
@@ -70,7 +70,7 @@ def latest(
     """
     at = TIMES[by]
     rows = db.execute(
-        f'SELECT _time_ms, _received_ms, _quality, {quoted(numbers)} FROM "{packet}" '
+        f'SELECT _time_ms, _received_ms, _quality, {quote_names(numbers)} FROM "{packet}" '
         f"WHERE {at} BETWEEN ? AND ? ORDER BY {at} DESC LIMIT ?",
         (start_ms, end_ms, size),
     )
@@ -103,10 +103,10 @@ def log(
                 (start_ms, end_ms, size),
             )
         ]
-    return sorted(found, key=_received)[-size:]
+    return sorted(found, key=_reception)[-size:]
 
 
-def _received(entry: dict) -> int:
+def _reception(entry: dict) -> int:
     return entry["time_ms"] if entry["received_ms"] is None else entry["received_ms"]
 
 
@@ -138,7 +138,7 @@ def satellite_entry(
     """An entry of the satellite's error log in words; `values`: of the packet `event`, by name."""
     number, code, argument = (values[name] for name in _EVENT)
     modules = {id_: name for name, id_ in dictionary.modules.items()}
-    doc, _, what = text_of_code(code).partition("; argument: ")
+    doc, _, what = describe_code(code).partition("; argument: ")
     if argument or what:
         doc += f"; {what or 'argument'}: {argument}"
     return {

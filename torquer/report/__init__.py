@@ -16,9 +16,9 @@ def write_report(
     """
     from torquer.report.flight.page import write_page
     from torquer.report.flight.panels import pictures
-    from torquer.report.flight.view import view_of
+    from torquer.report.flight.view import make_view
 
-    view = view_of(result)
+    view = make_view(result)
     shown = pictures(view)
     folder = Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
@@ -36,11 +36,11 @@ def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
     from torquer.computer.modes.diagram import svg
     from torquer.report.common.side_by_side import done_side_by_side
     from torquer.report.flight.page import write_page
-    from torquer.report.flight.png import figures_of
+    from torquer.report.flight.png import picture_functions
     from torquer.simulation.results.file import own_folder, put
 
     own_folder(folder)
-    figures = figures_of(shown)
+    figures = picture_functions(shown)
     paths = {name: folder / f"{name}.png" for name in figures}
     draw = [partial(_draw, figure_of, view, paths[name]) for name, figure_of in figures.items()]
     if modes := view.scenario.control.named().modes:
@@ -53,6 +53,6 @@ def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
 
 
 def _draw(figure_of: Callable, view, path: Path) -> None:
-    from torquer.report.common.figure import saved
+    from torquer.report.common.figure import save_figure
 
-    saved(figure_of(view), path)
+    save_figure(figure_of(view), path)

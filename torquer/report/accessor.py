@@ -18,10 +18,10 @@ import xarray as xr
 
 from torquer.analysis import derived
 from torquer.analysis.citations import citations
-from torquer.analysis.summary import summary_of
-from torquer.analysis.summary_rows import rows_of
+from torquer.analysis.summary import summarise
+from torquer.analysis.summary_rows import summary_rows
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import laws_of, scenario_of
+from torquer.simulation.results.dataset import flown_laws, flown_scenario
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,28 +53,28 @@ class Torquer:
     @property
     def scenario(self) -> Scenario:
         """The scenario that was flown."""
-        return scenario_of(self._result)
+        return flown_scenario(self._result)
 
     @property
     def laws(self) -> dict[str, dict]:
-        """Laws and estimators that were flown, as `torquer.laws_of` gives them."""
-        return laws_of(self._result)
+        """Laws and estimators that were flown, as `torquer.flown_laws` gives them."""
+        return flown_laws(self._result)
 
     @property
     def summary(self) -> dict:
-        """The key numbers, as `torquer.summary_of` gives them."""
-        return summary_of(self._result)
+        """The key numbers, as `torquer.summarise` gives them."""
+        return summarise(self._result)
 
-    rate = _method(derived.rate_of)
-    rate_body = _method(derived.rate_body_of)
-    rate_orbital = _method(derived.rate_orbital_of)
-    attitude_error = _method(derived.attitude_error_angle_of)
-    sun_angle = _method(derived.sun_angle_of)
-    nutation = _method(derived.nutation_of)
-    vertical_angle = _method(derived.vertical_angle_of)
-    wheel_speed = _method(derived.wheel_speed_of)
-    mode = _method(derived.mode_of)
-    derived = _method(derived.derived_of)
+    rate = _method(derived.rate_size)
+    rate_body = _method(derived.body_rate)
+    rate_orbital = _method(derived.orbital_rate)
+    attitude_error = _method(derived.attitude_error_angle)
+    sun_angle = _method(derived.angle_from_sun)
+    nutation = _method(derived.nutation_angle)
+    vertical_angle = _method(derived.angle_from_vertical)
+    wheel_speed = _method(derived.wheel_speeds)
+    mode = _method(derived.mode_over_time)
+    derived = _method(derived.derive)
     citations = _method(citations)
 
     @property
@@ -83,13 +83,13 @@ class Torquer:
         return Plots(self._result)
 
     def _repr_html_(self) -> str:
-        from torquer.report.common.figure import png_of
+        from torquer.report.common.figure import encode_png
 
         rows = "".join(
             f"<tr><th>{escape(label)}</th><td>{escape(value)}</td></tr>"
-            for label, value in rows_of(self.summary)
+            for label, value in summary_rows(self.summary)
         )
-        picture = base64.b64encode(png_of(self.plot.overview())).decode("ascii")
+        picture = base64.b64encode(encode_png(self.plot.overview())).decode("ascii")
         return (
             f"<h4>{escape(self.scenario.name)}</h4><table>{rows}</table>"
             f'<img alt="Overview of the run" src="data:image/png;base64,{picture}">'
@@ -105,11 +105,11 @@ class Plots:
     @cached_property
     def _drawn(self) -> tuple:
         from torquer.report.flight.panels import pictures
-        from torquer.report.flight.png import figures_of
-        from torquer.report.flight.view import view_of
+        from torquer.report.flight.png import picture_functions
+        from torquer.report.flight.view import make_view
 
-        view = view_of(self._result)
-        return view, figures_of(pictures(view))
+        view = make_view(self._result)
+        return view, picture_functions(pictures(view))
 
     def __getattr__(self, name: str) -> Callable[[], Figure]:
         if name.startswith("_"):

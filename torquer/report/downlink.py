@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import FAINT, legend_at_left, saved, stacked
+from torquer.report.common.figure import FAINT, legend_at_left, save_figure, stack_panels
 from torquer.report.common.scales import Clock, clock_for
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def draw_downlink(tables: dict[str, xr.Dataset], name: str, path: Path) -> Path:
     t_s = extended["received_s"].values
     clock = clock_for(float(np.ptp(t_s)))
     t = t_s / clock.seconds
-    figure, panels = stacked(f"{name}: what came down", 6, 11.0, sharex=True)
+    figure, panels = stack_panels(f"{name}: what came down", 6, 11.0, sharex=True)
     modes, rate, angle, sun, field, command = panels
     _draw_modes(modes, extended, t)
     _draw_rates(rate, extended, t)
@@ -42,7 +42,7 @@ def draw_downlink(tables: dict[str, xr.Dataset], name: str, path: Path) -> Path:
         axes.margins(x=0)
         _mark(axes, tables, clock)
     command.set_xlabel(f"time of reception [{clock.unit}]", fontsize=10)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _draw_modes(axes, extended, t) -> None:
@@ -74,11 +74,11 @@ def _draw_rates(axes, extended, t) -> None:
 
 
 def _draw_angles(axes, extended, t) -> None:
-    vector = np.stack([_known(extended[f"q_orbital_{k}"]) for k in range(3)])
+    vector = np.stack([_known_numbers(extended[f"q_orbital_{k}"]) for k in range(3)])
     sine = np.minimum(np.linalg.norm(vector, axis=0), 1.0)
     angle = np.degrees(2.0 * np.arcsin(sine))
     axes.semilogy(t, np.maximum(angle, 1e-2), color=BLUE, lw=0.9, label="to the orbital frame")
-    axes.semilogy(t, _known(extended["sigma"]), color=GREY, lw=0.9, label="stated error")
+    axes.semilogy(t, _known_numbers(extended["sigma"]), color=GREY, lw=0.9, label="stated error")
     axes.set_ylabel("attitude [deg]", fontsize=9)
     legend_at_left(axes, 2, 8)
 
@@ -96,7 +96,9 @@ def _draw_sun(axes, extended, t) -> None:
 
 def _draw_vector(axes, extended, name: str, t, factor: float, words: str) -> None:
     for axis, colour in zip("xyz", (BLUE, ORANGE, GREEN), strict=True):
-        axes.plot(t, factor * _known(extended[f"{name}_{axis}"]), color=colour, lw=0.7, label=axis)
+        axes.plot(
+            t, factor * _known_numbers(extended[f"{name}_{axis}"]), color=colour, lw=0.7, label=axis
+        )
     axes.set_ylabel(words, fontsize=9)
     legend_at_left(axes, 3, 8)
 
@@ -114,11 +116,13 @@ def _mark(axes, tables, clock: Clock) -> None:
 
 
 def _norm(extended, name: str) -> np.ndarray:
-    found = np.linalg.norm(np.stack([_known(extended[f"{name}_{axis}"]) for axis in "xyz"]), axis=0)
+    found = np.linalg.norm(
+        np.stack([_known_numbers(extended[f"{name}_{axis}"]) for axis in "xyz"]), axis=0
+    )
     return np.maximum(found, 1e-4)
 
 
-def _known(values) -> np.ndarray:
+def _known_numbers(values) -> np.ndarray:
     """The numbers, NaN for the lowest one of a signed field, which means unknown."""
     found = values.values.astype(float)
     lowest = values.attrs.get("unknown", -np.inf)

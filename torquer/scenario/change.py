@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from torquer.base.spec import Spec, as_data
-from torquer.scenario.explain import ScenarioError, validated
+from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.known_keys import suggestion
 
 S = TypeVar("S", bound=Spec)
@@ -18,23 +18,23 @@ def with_values(scenario: S, values: Mapping[str, Any]) -> S:
 
     All other values have been checked already; only how they fit with these is checked again.
     """
-    data = _opened(scenario)
+    data = _open_file(scenario)
     for key, value in values.items():
-        table, last = _place_of(data, key)
+        table, last = _find_place(data, key)
         table[last] = as_data(value)
-    return validated(type(scenario), data)
+    return validate_tables(type(scenario), data)
 
 
 def value_at(scenario: Spec, key: str):
     """The value at a dotted key, as plain data."""
-    table, last = _place_of(as_data(scenario), key)
+    table, last = _find_place(as_data(scenario), key)
     if isinstance(table, dict) and last not in table:
         text = suggestion(str(last), [str(name) for name in table])
         raise ScenarioError(f"{key}: must be a known key; received {key!r}{text}")
     return table[last]
 
 
-def _place_of(data: dict, key: str):
+def _find_place(data: dict, key: str):
     """The table or list that holds a dotted key, and the key's last word or number."""
     names = [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]
     table, place = data, ""
@@ -54,11 +54,11 @@ def _within(table, name, place: str):
     if not isinstance(inner, BaseModel | Mapping | list | tuple):
         received = "no such key" if inner is None else repr(inner)
         raise ScenarioError(f"{here}: must be a table to change a key in it; received {received}")
-    table[name] = inner = _opened(inner)
+    table[name] = inner = _open_file(inner)
     return inner, here
 
 
-def _opened(table):
+def _open_file(table):
     """A table or list that may be changed; the specs in it stay as they are.
 
     Those that were not given become plain data: only given keys of a spec are stored, and of one

@@ -11,8 +11,8 @@ from torquer.base.validate import storable_name
 from torquer.computer.estimation import AnyEstimator
 from torquer.computer.estimation.sensors import SensorReadings
 from torquer.computer.laws import AnyLaw, OnlyLaw
-from torquer.computer.modes.packing import must_be_one_of
-from torquer.computer.modes.scheme import modes_of
+from torquer.computer.modes.packing import check_choice
+from torquer.computer.modes.scheme import as_modes
 from torquer.computer.modes.spec import Modes
 from torquer.computer.scheme import Scheme
 from torquer.environment.ephemeris import EphemerisModels
@@ -131,17 +131,17 @@ class Control(Spec):
         known = {*_ESTIMATORS_KNOWN, *self.estimators}
         for state in self.modes.states():
             if state.estimator is not None:
-                must_be_one_of("modes: a state's estimator", sorted(known), state.estimator)
+                check_choice("modes: a state's estimator", sorted(known), state.estimator)
             for name in state.laws:
-                must_be_one_of("modes: a state's law", self.laws, name)
+                check_choice("modes: a state's law", self.laws, name)
             for name in state.laws_off:
-                must_be_one_of("modes: a law that a state switches off", self.laws, name)
+                check_choice("modes: a law that a state switches off", self.laws, name)
         return self
 
     def named(self) -> "Program":
         """Laws by name and mode table; those of a scheme."""
         if isinstance(self.law, Scheme):
-            modes, laws = modes_of(self.law)
+            modes, laws = as_modes(self.law)
             return Program(laws, modes)
         return Program({"law": self.law} if self.law is not None else self.laws, self.modes)
 

@@ -43,15 +43,15 @@ class ScenarioError(ValueError):
     """Errors in a file: one line each."""
 
     def __init__(self, text: str):
-        super().__init__("\n".join(map(_shortened, text.split("\n"))))
+        super().__init__("\n".join(map(_shorten, text.split("\n"))))
 
 
-def _shortened(line: str) -> str:
+def _shorten(line: str) -> str:
     """A line without the middle of a value that fills pages."""
     return line if len(line) <= _LONGEST_LINE else f"{line[: _LONGEST_LINE // 2]} ... {line[-100:]}"
 
 
-def validated(spec: type[M], data: dict) -> M:
+def validate_tables(spec: type[M], data: dict) -> M:
     """The spec of a file's tables; `ScenarioError` with one line per mistake.
 
     What is computed for it is a few numbers, which needs no compiler.
@@ -120,7 +120,7 @@ def _strangeness(mistakes: list) -> tuple[int, int]:
     return len(mistakes), strange
 
 
-def name_of(keys: tuple) -> str:
+def key_name(keys: tuple) -> str:
     """Keys as the user writes them: `spacecraft.coils.limit_a_m2[1]`; odd ones in quotes."""
     shown = ""
     for key in keys:
@@ -135,8 +135,8 @@ def name_of(keys: tuple) -> str:
 
 def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
     """The error; the package's own check may report several, a line each."""
-    key, kind, context = name_of(keys), mistake["type"], mistake.get("ctx", {})
-    received = _shown(mistake["input"])
+    key, kind, context = key_name(keys), mistake["type"], mistake.get("ctx", {})
+    received = _quote(mistake["input"])
     if kind == "value_error":
         return "\n".join(_own_line(keys, line) for line in str(context["error"]).split("\n"))
     if kind == "missing":
@@ -153,7 +153,7 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
         return f"{key}: must have {context['max_length']} values; received {received}"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = mistake["input"].get("kind")
-        received = "nothing" if given is None else _shown(given)
+        received = "nothing" if given is None else _quote(given)
         known = _kinds_at(keys) or re.findall(r"'([^']+)'", context.get("expected_tags", ""))
         near = difflib.get_close_matches(str(given), known, 1)
         text = f" (did you mean {near[0]}?)" if near else ""
@@ -200,13 +200,13 @@ def _own_line(keys: tuple, text: str) -> str:
     """The line of the package's own check, 'name: what must hold', led by the whole key."""
     name, _, rest = text.partition(": ")
     if not rest:
-        return f"{name_of(keys)}: {text}"
+        return f"{key_name(keys)}: {text}"
     words = name.split()
     if words[-1].rpartition(".")[2] in keys:
-        return f"{name_of(keys)}: {rest}"
+        return f"{key_name(keys)}: {rest}"
     if len(words) > 1:
-        return f"{name_of(keys)}: {text}"
-    return f"{name_of((*keys, *_words(name)))}: {rest}"
+        return f"{key_name(keys)}: {text}"
+    return f"{key_name((*keys, *_words(name)))}: {rest}"
 
 
 def _words(name: str) -> list[str]:
@@ -214,7 +214,7 @@ def _words(name: str) -> list[str]:
     return [quoted or plain for quoted, plain in re.findall(r'"([^"]*)"|([^."]+)', name)]
 
 
-def _shown(value) -> str:
+def _quote(value) -> str:
     try:
         shown = repr(value)
     except ValueError:  # Python does not write out the longest integers

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, model_validator
 from torquer.base.spec import Spec, Vector
 from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
-from torquer.maths.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
+from torquer.maths.geometry.quaternion import from_dcm, multiply, normalise, rotate_inverse
 from torquer.maths.geometry.vec3 import as_matrix, as_vector
 
 
@@ -45,7 +45,7 @@ class InitialMotion(Spec):
     def attitude(self):
         """Quaternion (body to `reference`), however the attitude is given."""
         if self.quaternion is not None:
-            return normalised(tuple(self.quaternion))
+            return normalise(tuple(self.quaternion))
         return euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
 
     def motion(self, r_m, v_m_s) -> np.ndarray:

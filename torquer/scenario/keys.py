@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from torquer.base.validate import RANGES, range_of
+from torquer.base.validate import RANGES, quantity_range
 from torquer.scenario.described import Key, Table
 
 #: Units by how a key ends; the longest ending counts, as in `torquer.base.validate.RANGES`.
@@ -37,31 +37,31 @@ _BOUNDS = {"gt": "> {}", "ge": "≥ {}", "lt": "< {}", "le": "≤ {}"}
 _NUMBERS = (float, int)
 
 
-def unit_of(key: str) -> str:
+def key_unit(key: str) -> str:
     """Unit of what a key holds, "" for a pure number."""
     if key in _UNITS_OF_KEYS:
         return _UNITS_OF_KEYS[key]
-    return UNITS.get(_ending_of(key), "")
+    return UNITS.get(_key_ending(key), "")
 
 
-def words_of(key: str) -> str:
+def key_words(key: str) -> str:
     """A key in words, without its unit."""
-    return key.removesuffix(f"_{_ending_of(key)}").replace("_", " ")
+    return key.removesuffix(f"_{_key_ending(key)}").replace("_", " ")
 
 
-def _ending_of(key: str) -> str:
+def _key_ending(key: str) -> str:
     """The end of a key that names its unit, "" if none does."""
     return max((each for each in UNITS if f"_{key}".endswith(f"_{each}")), key=len, default="")
 
 
-def keys_of(spec: type[BaseModel]) -> list[Key]:
+def spec_keys(spec: type[BaseModel]) -> list[Key]:
     """The keys of a spec, `kind` first, the rest in the order of its fields."""
     fields = sorted(spec.model_fields.items(), key=lambda field: field[0] != "kind")
     return [
         Key(
             name,
-            description_of(spec, name),
-            unit_of(name) if _holds(field.annotation, float) else "",
+            key_description(spec, name),
+            key_unit(name) if _holds(field.annotation, float) else "",
             _values(name, field),
             "" if name == "kind" else _default(field),
         )
@@ -69,7 +69,7 @@ def keys_of(spec: type[BaseModel]) -> list[Key]:
     ]
 
 
-def description_of(spec: type[BaseModel], key: str) -> str:
+def key_description(spec: type[BaseModel], key: str) -> str:
     """The text below the field of a key, in the spec or the one that it inherits the key from."""
     for parent in spec.__mro__:
         if key in inspect.get_annotations(parent):
@@ -168,7 +168,7 @@ def _bounds(metadata) -> list[str]:
     ]
 
 
-def bounds_of(field: FieldInfo) -> tuple[float | None, float | None]:
+def key_bounds(field: FieldInfo) -> tuple[float | None, float | None]:
     """Least and greatest value of a number or of the numbers of a list; None: no bound."""
     found = [*field.metadata]
     for part in _parts(field.annotation):
@@ -186,7 +186,7 @@ def _range(key: str, field: FieldInfo, bounds: list[str]) -> list[str]:
     """The greatest size that the quantity of a key may have, where the key has no bound itself."""
     if any("≤" in bound or "<" in bound for bound in bounds) or not _holds(field.annotation, float):
         return []
-    greatest = range_of(key).greatest
+    greatest = quantity_range(key).greatest
     if greatest >= RANGES["km"].greatest:
         return []
     return [f"≤ {greatest:g}" if bounds else f"within ±{greatest:g}"]
@@ -246,13 +246,13 @@ def _is_spec(kind) -> bool:
 # ------------------------------------------------------------------ all tables of a file
 
 
-def tables_of(spec: type[BaseModel], place: str = "") -> list[Table]:
+def spec_tables(spec: type[BaseModel], place: str = "") -> list[Table]:
     """All tables below a spec that stands at a place, each once, with the places where it may be.
 
     Names of the author's choice are NAME, elements of lists [].
     """
     return [
-        Table(places, _kind_of(each), inspect.getdoc(each) or "", keys_of(each))
+        Table(places, _only_kind(each), inspect.getdoc(each) or "", spec_keys(each))
         for each, places in specs_below(spec, place).items()
     ]
 
@@ -264,7 +264,7 @@ def specs_below(spec: type[BaseModel], place: str = "") -> dict[type[BaseModel],
     return found
 
 
-def _kind_of(spec: type[BaseModel]) -> str:
+def _only_kind(spec: type[BaseModel]) -> str:
     """The only kind of a spec, "" for one without or with a choice of kinds."""
     field = spec.model_fields.get("kind")
     kinds = get_args(field.annotation) if field else ()
@@ -298,6 +298,6 @@ def describe(schema: dict, spec: type[BaseModel]) -> None:
     """Add to a JSON schema of a spec the description and unit of every key in it."""
     for each in specs_below(spec):
         table = schema if each is spec else schema["$defs"][each.__name__]
-        for key in keys_of(each):
+        for key in spec_keys(each):
             unit = f" [{key.unit}]" if key.unit else ""
             table["properties"][key.name]["description"] = key.description + unit

@@ -7,9 +7,9 @@ import sys
 import tomllib
 from pathlib import Path
 
-from torquer.scenario.explain import ScenarioError, name_of, validated
+from torquer.scenario.explain import ScenarioError, key_name, validate_tables
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import data_of, text_of
+from torquer.scenario.toml_text import parse_toml, read_text
 
 _PRESETS = Path(__file__).with_name("presets")
 
@@ -17,13 +17,13 @@ _PRESETS = Path(__file__).with_name("presets")
 def load_scenario(path) -> Scenario:
     """The scenario of a TOML file; paths in it are relative to its folder."""
     path = Path(path)
-    text = text_of(path, "scenario")
+    text = read_text(path, "scenario")
     return scenario_from_text(text, name_after(path), path.parent)
 
 
 def scenario_from_text(text: str, name: str = "run", folder: Path = Path()) -> Scenario:
     """The scenario of a TOML text. `name` is used where the text gives none."""
-    return scenario_from_data({"name": name, **data_of(text, "scenario")}, folder)
+    return scenario_from_data({"name": name, **parse_toml(text, "scenario")}, folder)
 
 
 def name_after(path: Path) -> str:
@@ -37,7 +37,7 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
         raise ScenarioError("spacecraft: must be given; received a file of `torquer wheels`")
     data = with_presets(_without_campaign(data))
     _find_law_files(data, folder)
-    return validated(Scenario, data)
+    return validate_tables(Scenario, data)
 
 
 def _without_campaign(data: dict) -> dict:
@@ -52,7 +52,7 @@ def _without_campaign(data: dict) -> dict:
 
 
 @functools.cache
-def _shipped() -> dict[str, tuple[str, dict]]:
+def _read_shipped() -> dict[str, tuple[str, dict]]:
     """What each shipped preset fits, and its keys, by name; read once, not to be changed."""
     files = sorted(_PRESETS.glob("*.toml"))
     tables = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in files}
@@ -64,7 +64,7 @@ def presets(table: str | None = None) -> dict[str, dict]:
 
     They are shared: to be read, not changed.
     """
-    return {name: keys for name, (fits, keys) in _shipped().items() if table in (None, fits)}
+    return {name: keys for name, (fits, keys) in _read_shipped().items() if table in (None, fits)}
 
 
 def with_presets(table: dict, place: tuple = ()) -> dict:
@@ -78,7 +78,7 @@ def with_presets(table: dict, place: tuple = ()) -> dict:
         return own
     fitting = presets(_fits(place))
     if name not in list(fitting):
-        where, fit = name_of((*place, "preset")), ", ".join(fitting)
+        where, fit = key_name((*place, "preset")), ", ".join(fitting)
         must = f"be one of {fit}" if fit else "not be given: none fits this table"
         raise ScenarioError(f"{where}: must {must}; received {name!r}")
     return copy.deepcopy(fitting[name]) | own

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.maths.geometry.vec3 import as_symmetric, as_vector
-from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN, damping_of_steps
+from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN, rk4_damping
 from torquer.spacecraft.frequencies import nutation_square
 from torquer.spacecraft.wheel_array.layout import total_momentum
 
@@ -60,7 +60,7 @@ def check_step(speeds: Speeds, step_s: float) -> None:
 
 def lost_amplitude(speed: float, step_s: float, duration_s: float) -> float:
     """Fraction of the amplitude of an oscillation [rad/s] that RK4 damps out in a run."""
-    return -math.expm1(-damping_of_steps(speed * speed, step_s, duration_s / step_s))
+    return -math.expm1(-rk4_damping(speed * speed, step_s, duration_s / step_s))
 
 
 def step_that_keeps(part: float, speed: float, duration_s: float) -> float:

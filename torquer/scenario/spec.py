@@ -442,9 +442,9 @@ class Scenario(Spec):
         """In notebooks: what was given, as the text of a scenario file."""
         from html import escape
 
-        from torquer.scenario.toml_text import toml_of
+        from torquer.scenario.toml_text import to_toml
 
-        text = toml_of(self.model_dump(mode="json", exclude_unset=True, exclude_none=True))
+        text = to_toml(self.model_dump(mode="json", exclude_unset=True, exclude_none=True))
         return f"<pre>{escape(text)}</pre>"
 
     def orbit_environment(self) -> OrbitEnvironment:

@@ -16,7 +16,7 @@ _PLAIN_LIST = re.compile(r'\[\n\s+([^\[\]{}"\n]+(?:\n\s+[^\[\]{}"\n]+)*),\n\s*\]
 _LIST_OF_LISTS = re.compile(r"\[\n\s+(\[[^\[\]\n]*\](?:,\n\s+\[[^\[\]\n]*\])*),\n\s*\]")
 
 
-def text_of(path: Path, what: str) -> str:
+def read_text(path: Path, what: str) -> str:
     """The text of a file; `what` it must be, in the message."""
     try:
         return limited_text(path)
@@ -27,7 +27,7 @@ def text_of(path: Path, what: str) -> str:
         ) from None
 
 
-def data_of(text: str, what: str) -> dict:
+def parse_toml(text: str, what: str) -> dict:
     """What a TOML text holds; `what` it must be, in the message."""
     try:
         deep = has_deep_key(text)
@@ -53,13 +53,13 @@ def _within_levels(data: dict) -> bool:
     return not level
 
 
-def toml_of(data: dict, widest: int = 80) -> str:
+def to_toml(data: dict, widest: int = 80) -> str:
     """A scenario's plain data as TOML text; keys without a value are left out.
 
     Lists of numbers that fit within `widest` characters are put on one line. No text has a line
     break, so none is affected.
     """
-    text = tomli_w.dumps(_given(data))
+    text = tomli_w.dumps(_drop_none(data))
     for pattern in (_PLAIN_LIST, _LIST_OF_LISTS):
         text = pattern.sub(lambda found: _in_one_line(found, widest), text)
     return text
@@ -67,7 +67,7 @@ def toml_of(data: dict, widest: int = 80) -> str:
 
 def toml_from_data(data: dict) -> str:
     """A scenario's data as JSON holds them as TOML text, without comments."""
-    return toml_of(_with_times(data))
+    return to_toml(_with_times(data))
 
 
 def _with_times(data: dict) -> dict:
@@ -78,11 +78,11 @@ def _with_times(data: dict) -> dict:
         return data
 
 
-def _given(value):
+def _drop_none(value):
     """The data without keys that have no value."""
     if isinstance(value, dict):
-        return {key: _given(each) for key, each in value.items() if each is not None}
-    return [_given(each) for each in value] if isinstance(value, list) else value
+        return {key: _drop_none(each) for key, each in value.items() if each is not None}
+    return [_drop_none(each) for each in value] if isinstance(value, list) else value
 
 
 def _in_one_line(found: re.Match, widest: int) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Inertia, Spec, Vector
-from torquer.base.validate import range_of
+from torquer.base.validate import quantity_range
 from torquer.compile.engine import inlined
 from torquer.environment.earth.gravity import gravity_gradient_torque
 from torquer.maths.geometry.motion import Motion
@@ -100,7 +100,9 @@ class Body(Spec):
 
     @model_validator(mode="after")
     def _nutation_can_be_followed(self):
-        greatest = math.radians(range_of("rate_deg_s").greatest) * float(self.principal()[0][0])
+        greatest = math.radians(quantity_range("rate_deg_s").greatest) * float(
+            self.principal()[0][0]
+        )
         if math.dist(self.wheel_momentum_n_m_s, (0.0, 0.0, 0.0)) > greatest:
             raise ValueError(
                 f"wheel_momentum_n_m_s: must be at most {greatest:.3g} N m s for this inertia, or "

@@ -61,7 +61,7 @@ class Failures(NamedTuple):
 
 
 @inlined
-def matrix_of(failure):
+def failure_matrix(failure):
     """Matrix (rows) that a failure applies to the components of a reading."""
     f = failure
     return ((f.xx, f.xy, f.xz), (f.yx, f.yy, f.yz), (f.zx, f.zy, f.zz))
@@ -70,11 +70,11 @@ def matrix_of(failure):
 @inlined
 def changed_vector(failure, reading):
     """The three components of a reading with axes exchanged or reversed, as a failure says."""
-    return mat_vec(matrix_of(failure), reading)
+    return mat_vec(failure_matrix(failure), reading)
 
 
 @inlined
-def error_of(failure, noise_sample):
+def failure_error(failure, noise_sample):
     """Error that a failure adds to a reading; `noise_sample`: three standard normal numbers."""
     constant = (failure.error_x, failure.error_y, failure.error_z)
     return add_scaled(constant, failure.sigma, noise_sample)

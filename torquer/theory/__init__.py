@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from torquer.theory.averaged.latex import law_latex as law_latex
     from torquer.theory.averaged.requests import LawRequest as LawRequest
     from torquer.theory.magneto_gyro.accuracy import (
+        follow_revolution as follow_revolution,
         noise_error as noise_error,
-        revolution_of as revolution_of,
         steady_motion as steady_motion,
     )
     from torquer.theory.magneto_gyro.along_orbit import (
@@ -138,9 +138,9 @@ if TYPE_CHECKING:
     )
     from torquer.theory.slow.equilibria import (
         Equilibrium as Equilibrium,
+        evolution_rates as evolution_rates,
         find_equilibria as find_equilibria,
-        rates_of_evolution as rates_of_evolution,
-        rates_of_law as rates_of_law,
+        law_rates as law_rates,
         tends_to as tends_to,
     )
     from torquer.theory.slow.evolution import EVOLUTIONS as EVOLUTIONS
@@ -153,14 +153,14 @@ if TYPE_CHECKING:
     from torquer.theory.slow.full_motion import (
         Fast as Fast,
         by_euler as by_euler,
+        full_state as full_state,
         osculating as osculating,
-        slow_of as slow_of,
-        state_of as state_of,
+        slow_variables as slow_variables,
     )
     from torquer.theory.slow.gain_and_time import (
         design_table as design_table,
+        gain_at as gain_at,
         gain_for as gain_for,
-        gain_of as gain_of,
         slow_time as slow_time,
         times_over_directions as times_over_directions,
     )
@@ -185,8 +185,8 @@ if TYPE_CHECKING:
     from torquer.theory.slow.slow_motion import (
         evolve as evolve,
         evolve_law as evolve_law,
-        map_of_evolution as map_of_evolution,
-        map_of_law as map_of_law,
+        map_evolution as map_evolution,
+        map_law as map_law,
     )
     from torquer.theory.slow.slow_result import SlowMotion as SlowMotion
     from torquer.theory.slow.spinner import Spinner as Spinner
@@ -205,8 +205,8 @@ if TYPE_CHECKING:
         Held as Held,
         air_torque as air_torque,
         cyclic_bounds as cyclic_bounds,
-        growth_of as growth_of,
         held_torque as held_torque,
+        momentum_growth as momentum_growth,
         momentum_under as momentum_under,
         orbital_axes as orbital_axes,
         saturation_time as saturation_time,
@@ -229,13 +229,13 @@ if TYPE_CHECKING:
         lqr_law as lqr_law,
     )
     from torquer.theory.three_axis.floquet import (
+        exact_stability as exact_stability,
         stability_chart as stability_chart,
-        stability_of as stability_of,
     )
     from torquer.theory.three_axis.gain_search import (
         DesignTask as DesignTask,
         ThreeAxisDesign as ThreeAxisDesign,
-        assessed as assessed,
+        assess as assess,
         coarser as coarser,
         design_gains as design_gains,
     )
@@ -244,7 +244,7 @@ if TYPE_CHECKING:
         Margins as Margins,
         best_factors as best_factors,
         degrees_with_margin as degrees_with_margin,
-        margins_of as margins_of,
+        find_margins as find_margins,
         mixed_family as mixed_family,
     )
     from torquer.theory.three_axis.periodic_lqr import (

@@ -73,7 +73,7 @@ class Algebra:
             value.subs({s: sympy.Symbol(str(s)) for s in value.free_symbols})
         )
 
-    def reduced(self, element):
+    def reduce(self, element):
         """Reduced: without squares of sines and products with a reciprocal."""
         pairs = [(self.place[str(s)], self.place[f"per_{s}"]) for s in DIVISORS]
         found = self.ring.zero
@@ -103,13 +103,13 @@ class Algebra:
                 rest[at_c] = rest[at_s] = 0
                 key = tuple(rest)
                 found[key] = found.get(key, 0) + coefficient * self.ring.domain.from_sympy(
-                    _mean_of(a, b)
+                    _mean_powers(a, b)
                 )
         return self.ring(found)
 
     def root(self, square):
         """Square root of an element that reduces to one square term."""
-        terms = self.reduced(square).terms()
+        terms = self.reduce(square).terms()
         powers, coefficient = terms[0]
         number = sympy.sqrt(sympy.Rational(str(coefficient)))
         if len(terms) > 1 or any(n % 2 for n in powers) or not number.is_rational:
@@ -119,7 +119,7 @@ class Algebra:
 
     def printed(self, element):
         """The element as a formula in functions of the slow angles and p."""
-        expression = self.reduced(element).as_expr()
+        expression = self.reduce(element).as_expr()
         for name, angle in SLOW_ANGLES.items():
             c, s = (sympy.Symbol(f"{kind}_{name}") for kind in "cs")
             expression = expression.subs({c: sympy.cos(angle), s: sympy.sin(angle)})
@@ -151,7 +151,7 @@ class Root:
         return inverse * algebra.of(other) / coefficient
 
 
-def _mean_of(a, b) -> sympy.Rational:
+def _mean_powers(a, b) -> sympy.Rational:
     """Mean of cos^a sin^b over a turn, a and b even."""
     double = sympy.factorial2
     return double(a - 1) * double(b - 1) / double(a + b)
@@ -169,12 +169,12 @@ def _times(rows, vector):
     return tuple(sum(x * v for x, v in zip(row, vector, strict=True)) for row in rows)
 
 
-def _transposed(rows):
+def _transpose(rows):
     return tuple(zip(*rows, strict=True))
 
 
 def _product(one, other):
-    return _transposed([_times(one, column) for column in _transposed(other)])
+    return _transpose([_times(one, column) for column in _transpose(other)])
 
 
 def _about(axis, turn, ring):
@@ -196,7 +196,7 @@ def on_symbols(function, algebra, known=None):
     rebuilt = FunctionType(plain.__code__, names, plain.__name__, plain.__defaults__)
     known[plain] = rebuilt
     instead = {
-        "rotate_inverse": lambda q, v: _times(_transposed(q.rows), v),
+        "rotate_inverse": lambda q, v: _times(_transpose(q.rows), v),
         "rotate": lambda q, v: _times(q.rows, v),
     }
     for name in plain.__code__.co_names:
@@ -224,13 +224,13 @@ def _mean_torque(law: Law, algebra: Algebra, parameters):
     models = (b_z, [ring.zero] * 3, [algebra.of(s) for s in sun])
     inputs = on_symbols(exact_inputs, algebra)(ring.zero, Attitude(dcm), omega, models)
     m = on_symbols(law.function, algebra)(inputs, parameters, [])
-    m = [algebra.reduced(algebra.ring.one * x) for x in m]
-    torque = _times(to_l, _cross(m, [algebra.reduced(x) for x in inputs.b_body_t]))
+    m = [algebra.reduce(algebra.ring.one * x) for x in m]
+    torque = _times(to_l, _cross(m, [algebra.reduce(x) for x in inputs.b_body_t]))
     c, s = turn("psi")
     for x in (*torque, torque[1] * c - torque[0] * s):
         for name in ("psi", "phi", "chi"):
             x = algebra.mean(x, name)
-        yield algebra.reduced(x)
+        yield algebra.reduce(x)
 
 
 def _in_ring(algebra: Algebra, value):

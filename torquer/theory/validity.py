@@ -52,7 +52,7 @@ def within(limit: Limit, value) -> None:
         raise ValueError(f"{limit.name}: {limit.must}{why}; received {off.flat[0]:.9g}")
 
 
-def passed(*pairs: tuple[Limit, float]) -> tuple[str, ...]:
+def broken_limits(*pairs: tuple[Limit, float]) -> tuple[str, ...]:
     """A line for each (limit, number) that is outside, in this order."""
     return tuple(
         f"{limit.name} = {value:.3g}: {limit.must} ({limit.why})"

@@ -18,7 +18,7 @@ def orbit_environment(kind):
     return OrbitEnvironment(environment, orbit, parse_utc("2020-03-01T00:00:00Z", "start"))
 
 
-def test_a_dipoles_lines_have_one_parameter_and_stay_in_their_meridian():
+def test_dipole_lines_have_one_parameter_and_stay_in_their_meridian():
     """r = L cos^2(latitude), at one longitude; Source of the closed form: any textbook."""
     place = orbit_environment("direct_dipole")
     r, v = place.state(T)

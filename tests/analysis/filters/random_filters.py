@@ -12,7 +12,7 @@ import sys
 import numpy as np
 
 from torquer.analysis.filters.filter_check import check_filter, fly_filter
-from torquer.analysis.filters.filter_members import Start, members_of
+from torquer.analysis.filters.filter_members import Start, make_members
 from torquer.scenario.load import scenario_from_data
 
 CHECKED, FLOWN = 16, 32
@@ -130,7 +130,7 @@ def corrupted(rng, data) -> list[str]:
 def truth(scenario) -> tuple[bool, float, float]:
     """(Whether the filter is false, rms error over stated, share of instants beyond 4 sigma)."""
     other = scenario.replace("seed", scenario.seed + 10**6)
-    flown = fly_filter(members_of(other, FLOWN, START))
+    flown = fly_filter(make_members(other, FLOWN, START))
     later = flown.t_s >= 0.1 * flown.t_s[-1]
     error = np.sum(flown.errors[:, later, :3] ** 2, axis=2)
     stated = np.einsum("rkii->rk", flown.covariance[:, later, :3, :3])

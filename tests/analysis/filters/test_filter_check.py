@@ -7,7 +7,7 @@ from slow_cases import slow_after
 
 from torquer import simulate
 from torquer.analysis.filters.filter_check import as_plain, check_filter, fly_filter
-from torquer.analysis.filters.filter_members import members_of
+from torquer.analysis.filters.filter_members import make_members
 from torquer.analysis.filters.filter_statistics import (
     FilterRuns,
     autocorrelation,
@@ -41,7 +41,7 @@ def drawn(runs=50, samples=400, n=4, factor=1.0):
     return FilterRuns(t_s, errors, covariance, {}, nothing, nothing, nothing, [NOT_FLOWN])
 
 
-def test_consistent_errors_lie_in_the_band_at_95_percent_of_instants():
+def test_consistent_errors_lie_in_band_at_95_percent_of_instants():
     found = consistency(nees(drawn()), 4)
     assert found.consistent and found.inside == pytest.approx(0.95, abs=0.035)
     assert found.overall == pytest.approx(1.0, abs=0.02)
@@ -110,7 +110,7 @@ def scenario(estimator, **changes):
 def test_expected_accuracy_is_that_of_monte_carlo(estimator):
     """Within 10 %, in light and shadow: 200 runs tell it to 3 % at an instant."""
     flown = scenario(estimator, record_s=20.0)
-    runs = fly_filter(members_of(flown, 200))
+    runs = fly_filter(make_members(flown, 200))
     one = simulate(flown.replace("simulation.record_s", 1.0))
     own = (one[name].values for name in ("time", "q_body_to_inertial", "omega_body"))
     expected = expected_accuracy(flown, Motion(*own, np.zeros((len(one.time), 3))))
@@ -175,11 +175,11 @@ def breaks(inputs, parameters, memory):
         "control.law", {"kind": "user", "file": str(tmp_path / "breaks.py")}
     )
     with pytest.raises(ValueError, match=r"seed \d+: law breaks: .* at t = 100 s"):
-        fly_filter(members_of(breaks, 1))
+        fly_filter(make_members(breaks, 1))
 
 
 @WHOLE_RUNS
-def test_single_runs_that_lose_their_way_are_found_by_what_they_reject():
+def test_lost_single_runs_are_found_by_their_rejected_readings():
     """By the Sun and a gyro the turn about the Sun is known ever less: in a few runs of a
     revolution it is so wrong that readings are rejected for minutes. The means do not show it."""
     sun = {**without(GYRO, "magnetometer_noise_nt"), "sensors": ["sun"]}
@@ -243,7 +243,7 @@ def test_a_gyro_read_at_uneven_steps_is_found_out():
 
 def test_records_between_control_cycles_are_refused():
     with pytest.raises(ValueError, match=r"simulation.record_s: must be .* the control cycle = 8"):
-        fly_filter(members_of(with_windows(GYRO, record_s=12.0), 2))
+        fly_filter(make_members(with_windows(GYRO, record_s=12.0), 2))
 
 
 def test_95_percent_of_whole_errors():

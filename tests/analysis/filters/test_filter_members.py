@@ -5,7 +5,7 @@ import pytest
 from filter_cases import DYNAMICS, GYRO, SCENARIO
 from scipy.spatial.transform import Rotation
 
-from torquer.analysis.filters.filter_members import AS_STATED, Start, drawn_of, members_of
+from torquer.analysis.filters.filter_members import AS_STATED, Start, make_members, what_runs_draw
 from torquer.scenario.load import scenario_from_data
 
 RUNS = 300
@@ -27,14 +27,14 @@ def scenario(estimator=GYRO, spacecraft=None, initial=None):
 
 def starts(flown, start=Start(), runs=RUNS):  # noqa: B008  a tuple
     """Turns (runs, 3) [deg] of the initial attitudes from the scenario's, and rates (runs, 3)."""
-    members = list(members_of(flown, runs, start))
+    members = list(make_members(flown, runs, start))
     q = [member.initial.motion((7e6, 0.0, 0.0), (0.0, 7e3, 0.0))[:4] for member in members]
     own = flown.initial.motion((7e6, 0.0, 0.0), (0.0, 7e3, 0.0))[:4]
     turns = (Rotation.from_quat(own).inv() * Rotation.from_quat(q)).as_rotvec(degrees=True)
     return turns, np.array([member.initial.rate_deg_s for member in members])
 
 
-def test_an_inertial_attitude_becomes_any_and_the_rate_spreads_by_the_orbital_rate():
+def test_inertial_members_take_any_attitude_and_spread_by_orbital_rate():
     """Of attitudes that are all equally likely, half are turned by more than 132 deg
     (the angle a at which (a - sin a)/pi is a half)."""
     flown = scenario()
@@ -46,7 +46,7 @@ def test_an_inertial_attitude_becomes_any_and_the_rate_spreads_by_the_orbital_ra
     assert rates.mean(axis=0) == pytest.approx(flown.initial.rate_deg_s, abs=4e-3 * 3.0)
 
 
-def test_a_held_attitude_stays_near_and_a_fast_rate_spreads_by_a_tenth():
+def test_held_attitude_stays_near_and_fast_rate_spreads_a_tenth():
     held = {"reference": "orbital", "euler_deg": [0.0, 30.0, 0.0], "rate_deg_s": [0.0, 6.0, 8.0]}
     turns, rates = starts(scenario(initial=held))
     assert turns.std(axis=0) == pytest.approx(3 * [5.0], rel=0.12)
@@ -59,7 +59,7 @@ def test_the_rate_is_one_that_the_filter_believes_possible():
     assert spread == pytest.approx(3 * [0.01], rel=0.12)
 
 
-def test_a_start_can_be_given_and_the_scenarios_own_be_kept():
+def test_start_may_be_given_and_the_scenarios_own_kept():
     turns, rates = starts(scenario(), Start(2.0, 0.3))
     assert turns.std(axis=0) == pytest.approx(3 * [2.0], rel=0.12)
     assert rates.std(axis=0) == pytest.approx(3 * [0.3], rel=0.12)
@@ -67,7 +67,7 @@ def test_a_start_can_be_given_and_the_scenarios_own_be_kept():
     assert np.abs(turns).max() < 1e-6 and np.ptp(rates, axis=0).max() == 0.0
 
 
-def test_errors_of_sensors_are_drawn_of_the_size_that_the_scenario_states():
+def test_sensor_errors_are_drawn_of_the_stated_size():
     """Those that are states of the filter: of the size that it believes."""
     wrong = {
         "magnetometer": {"scale_error": [0.003, 0.0, -0.004], "bias_nt": [100.0, 0.0, 0.0]},
@@ -75,7 +75,7 @@ def test_errors_of_sensors_are_drawn_of_the_size_that_the_scenario_states():
         "sun_sensors": {"bias_deg": [[0.1, 0.0, 0.0]] * 6},
     }
     flown = scenario(GYRO | {"magnetometer_bias_sigma_nt": 300.0}, wrong)
-    members = list(members_of(flown, RUNS))
+    members = list(make_members(flown, RUNS))
 
     def rms(sensor, key):
         craft = (member.spacecraft for member in members)
@@ -91,12 +91,12 @@ def test_errors_of_sensors_are_drawn_of_the_size_that_the_scenario_states():
 
 
 def test_what_is_drawn_is_said():
-    said = [each.in_words for each in drawn_of(scenario(), Start())]
+    said = [each.in_words for each in what_runs_draw(scenario(), Start())]
     assert said == ["gyro bias (0.05 deg/s)", "any attitude", "rate (0.0627 deg/s)"]
-    said = [each.in_words for each in drawn_of(scenario(), Start(3.0, 0.0))]
+    said = [each.in_words for each in what_runs_draw(scenario(), Start(3.0, 0.0))]
     assert said == ["gyro bias (0.05 deg/s)", "attitude (3 deg)"]
     wrong = scenario(spacecraft={"gyro": {"scale_error": [0.01, 0.01, 0.01]}})
-    assert "gyro scale (0.01)" in [each.in_words for each in drawn_of(wrong)]
+    assert "gyro scale (0.01)" in [each.in_words for each in what_runs_draw(wrong)]
 
 
 def test_a_dipole_among_the_states_needs_no_coils():
@@ -104,12 +104,12 @@ def test_a_dipole_among_the_states_needs_no_coils():
     estimator = DYNAMICS | {"dipole_sigma_a_m2": 0.05}
     data = {**SCENARIO, "spacecraft": craft, "control": {"estimator": estimator}}
     data["control"]["law"] = {"kind": "off"}
-    (member,) = members_of(scenario_from_data(data), 1)
+    (member,) = make_members(scenario_from_data(data), 1)
     assert member.spacecraft.coils is None
 
 
 def test_the_same_run_has_the_same_errors_whatever_the_start():
     """So that the effect of a start can be distinguished from chance."""
-    one, other = (next(members_of(scenario(), 1, start)) for start in (AS_STATED, Start()))
+    one, other = (next(make_members(scenario(), 1, start)) for start in (AS_STATED, Start()))
     assert one.seed == other.seed
     assert one.spacecraft.gyro.bias_deg_s == other.spacecraft.gyro.bias_deg_s

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from filter_cases import GYRO, without
 
-from torquer.analysis.filters.filter_check import _checks_of_errors
+from torquer.analysis.filters.filter_check import _check_errors
 from torquer.analysis.filters.filter_statistics import FilterRuns
-from torquer.analysis.filters.filter_verdict import Check, verdict_of
+from torquer.analysis.filters.filter_verdict import Check, judge_filter
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
 
 SPEC = KalmanGyro.model_validate(GYRO)
@@ -23,7 +23,7 @@ def runs(factor=1.0, sigma_deg=1.0, known=20, count=20):
 
 
 def verdict(flown, *others, spec=SPEC):
-    return verdict_of(spec, flown, [*_checks_of_errors(flown), *others])
+    return judge_filter(spec, flown, [*_check_errors(flown), *others])
 
 
 def test_errors_as_stated_are_consistent():
@@ -60,7 +60,7 @@ def test_who_states_more_than_lost_does_not_know():
 
 def test_runs_that_never_start_are_reported_with_the_reason():
     flown = runs(known=0)
-    assert list(_checks_of_errors(flown)) == []
+    assert list(_check_errors(flown)) == []
     word, text = verdict(flown)
     assert word == "never started"
     assert text.startswith("never started: it needs a reading of the field and one of the Sun")
@@ -94,7 +94,7 @@ def test_errors_that_make_up_for_each_other_do_not_pass():
     flown = runs()
     flown.errors[:, ::2] *= np.sqrt(1.9)
     flown.errors[:, 1::2] *= np.sqrt(0.1)
-    checks = list(_checks_of_errors(flown))
+    checks = list(_check_errors(flown))
     assert all(check.low < check.value < check.high for check in checks)
     assert not any(check.passed for check in checks)
     word, text = verdict(flown)

@@ -11,7 +11,7 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, without
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import band, consistency, nees, nis
 from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.compile import engine
@@ -72,7 +72,7 @@ def scenario(name, wrong=None, failures=(), **changes):
 def through_the_umbra(name, wrong=None, runs=RUNS):
     """A revolution: statistics of errors and innovations, in the light and in the umbra."""
     flown = scenario(name, wrong, duration_s=5760.0, record_s=30.0)
-    found = fly_filter(members_of(flown, runs))
+    found = fly_filter(make_members(flown, runs))
     seen = expected_accuracy(flown).sun_seen[:: round(30.0 / flown.control.sample_s)]
     dark, n = ~seen[: len(found.t_s)], found.errors.shape[-1]
     values = nees(found)
@@ -91,7 +91,7 @@ def after_a_restart(name, runs=RUNS):
     flown = scenario(name, wrong, silent, duration_s=3000.0, record_s=20.0)
     one = flown.replace("control.estimator.record_covariance", True)
     starts = simulate(one)["estimator.starts"].values[-2]
-    found = fly_filter(members_of(flown, runs))
+    found = fly_filter(make_members(flown, runs))
     after = slice(1320 // 20, None)
     return starts, consistency(nees(found)[:, after], found.errors.shape[-1])
 
@@ -99,7 +99,7 @@ def after_a_restart(name, runs=RUNS):
 def for_a_day(name, runs=RUNS):
     """24 h: statistics of the errors, the greatest of attitude over its sigma and in degrees."""
     flown = scenario(name, duration_s=86400.0, record_s=240.0)
-    found = fly_filter(members_of(flown, runs))
+    found = fly_filter(make_members(flown, runs))
     whole = np.degrees(np.linalg.norm(found.errors[..., :3], axis=2))
     return (
         consistency(nees(found), found.errors.shape[-1]),
@@ -159,7 +159,7 @@ def alone(kind, sensors=("magnetometer",), duration_s=6000.0, **keys):
 def from_anywhere(flown, runs, rate_deg_s=0.0, turning_with="orbital"):
     """Attitudes and directions of the rate that are equally likely."""
     rng = np.random.default_rng(1)
-    for member in members_of(flown, runs):
+    for member in make_members(flown, runs):
         q, axis = rng.normal(size=4), rng.normal(size=3)
         initial = {
             "reference": "orbital", "quaternion": list(q / np.linalg.norm(q)),

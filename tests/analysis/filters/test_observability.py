@@ -65,13 +65,13 @@ def test_the_gramian_is_the_information_that_the_covariance_gains(estimator):
     assert difference(estimator, 1.0) < 2e-3
 
 
-def test_without_a_gyro_they_differ_by_the_first_order_of_the_step():
+def test_kernel_and_gramian_differ_to_first_order_without_gyro():
     """The kernel lets a torque act on the attitude from the next step on only."""
     one, half = (difference(FULL_DYNAMICS, sample_s) for sample_s in (1.0, 0.5))
     assert half == pytest.approx(0.5 * one, rel=0.1) and one < 0.02
 
 
-def test_one_direction_at_one_instant_leaves_the_turn_about_it_unknown():
+def test_one_direction_at_one_instant_leaves_turn_about_it_unknown():
     """Two readings of the field: about the field nothing is known, across it its noise says how
     much, and the gyro's bias not at all."""
     field = {**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]}
@@ -84,7 +84,7 @@ def test_one_direction_at_one_instant_leaves_the_turn_about_it_unknown():
     assert found.singular[0, -1] < 1e-3
 
 
-def test_field_alone_has_gaps_that_the_sun_closes_while_it_is_seen():
+def test_visible_sun_closes_the_gaps_of_the_field_alone():
     """Of two minutes, lit until about 1500 s, then in the umbra."""
     both = observability(scenario(GYRO), 120.0)
     alone = observability(

@@ -6,10 +6,10 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO
 from scipy.stats import ncx2
 
 from torquer import simulate
-from torquer.analysis.budget import as_plain, budget_of_held_attitude, budget_of_run
-from torquer.analysis.filters.filter_check import check_filter, fly_filter, members_of
+from torquer.analysis.budget import as_plain, budget_along_run, budget_while_held
+from torquer.analysis.filters.filter_check import check_filter, fly_filter, make_members
 from torquer.analysis.filters.linear_covariance import Motion, error_95_rad, expected_accuracy
-from torquer.analysis.filters.sensor_sets import as_plain as sets_as_plain, expected_of
+from torquer.analysis.filters.sensor_sets import as_plain as sets_as_plain, expect_accuracy
 from torquer.analysis.filters.systematic import systematic_error
 from torquer.analysis.notes.filter_notes import filter_notes
 from torquer.compile import engine
@@ -53,7 +53,7 @@ def motion_of(flown):
 def test_the_systematic_error_is_the_mean_of_monte_carlo(estimator, ephemeris):
     """In units of the scatter of a mean of 40 runs, and much greater than it."""
     runs, flown = 40, scenario(estimator, ephemeris, record_s=20.0)
-    errors = fly_filter(members_of(flown, runs)).errors[..., :3]
+    errors = fly_filter(make_members(flown, runs)).errors[..., :3]
     motion = motion_of(flown)
     expected = expected_accuracy(flown, motion)
     found = systematic_error(flown, expected, motion)[::20][: errors.shape[1]]
@@ -68,12 +68,12 @@ def test_models_that_are_the_truth_cause_no_error():
     honest = scenario(GYRO, {}, duration_s=60.0)
     expected = expected_accuracy(honest)
     assert not systematic_error(honest, expected).any()
-    assert expected_of(honest, "all").systematic_deg == 0.0
+    assert expect_accuracy(honest, "all").systematic_deg == 0.0
 
 
 def test_the_expected_error_has_the_part_that_models_cause():
     honest, coarse = (
-        expected_of(scenario(GYRO, models, duration_s=1400.0), "all") for models in ({}, COARSE)
+        expect_accuracy(scenario(GYRO, models, duration_s=1400.0), "all") for models in ({}, COARSE)
     )
     assert coarse.light_deg > honest.light_deg
     assert coarse.light_deg >= coarse.systematic_deg > 0.03
@@ -109,7 +109,7 @@ def test_a_filter_that_trusts_a_coarse_field_is_found_out():
     ].passed
 
 
-def test_a_noise_that_leaves_no_room_for_the_models_is_noted():
+def test_noise_without_room_for_model_errors_is_noted():
     assert filter_notes(scenario(GYRO, {})) == []
     (note,) = filter_notes(scenario(GYRO, COARSE))
     models = scenario(GYRO, COARSE).model_errors()
@@ -122,12 +122,12 @@ def test_a_noise_that_leaves_no_room_for_the_models_is_noted():
 
 def test_the_budget_has_the_errors_of_the_models_on_board():
     off = scenario(GYRO, {"along_track_error_m": 1e4})
-    budget = budget_of_held_attitude(off)
+    budget = budget_while_held(off)
     plain = as_plain(budget)["models_on_board"]
     assert plain["position_km"] == pytest.approx(10.0, rel=1e-5)
     assert 0.0 < plain["strength_nt"] < plain["field_nt"]
     assert f"{plain['field_nt']:.3g} nT" in models_in_words(budget.models)
-    same = as_plain(budget_of_held_attitude(scenario(GYRO, {})))
+    same = as_plain(budget_while_held(scenario(GYRO, {})))
     assert same["models_on_board"] is None and models_in_words(None) == ""
 
 
@@ -135,7 +135,7 @@ def test_the_budget_has_the_errors_of_the_models_on_board():
 def test_the_budget_of_a_run_has_what_its_result_says():
     result = simulate(scenario(GYRO, COARSE, duration_s=600.0))
     off = np.linalg.norm(result.b_believed.values - result.b_inertial.values, axis=1)
-    assert budget_of_run(result).models.field_t == pytest.approx(np.sqrt(np.mean(off**2)))
+    assert budget_along_run(result).models.field_t == pytest.approx(np.sqrt(np.mean(off**2)))
 
 
 #: Numerical orbits: without air, and low with much of it.
@@ -148,7 +148,7 @@ DRAG = {"mass_kg": 4.0, "area_m2": 0.03, "atmosphere": {"kind": "exponential"}}
 
 @WHOLE_RUNS
 @pytest.mark.parametrize(("name", "drag"), [("550 km", None), ("450 km", DRAG)])
-def test_two_line_elements_on_board_are_worse_the_older_they_are(name, drag):
+def test_older_two_line_elements_on_board_are_worse(name, drag):
     """Half a kilometre to a kilometre at their epoch, as is said of published ones, and more of it
     in a week; nearly all of the growth is along the track."""
     orbit = {"kind": "numerical", "start": {"kind": "circular", **ORBITS[name]}, "drag": drag}

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from torquer.analysis.notes.bdot_notes import tumbling_of
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.bdot_notes import as_tumbling
+from torquer.analysis.notes.notes import write_notes
 from torquer.theory.slow.detumbling import detumbling_time_s
 from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 
@@ -28,12 +28,12 @@ def notes_with(make):
     """Notes of the plain scenario with changes, but for those on the length of the step."""
     return lambda *changes: [
         note
-        for note in notes_of(make({k: v for each in changes for k, v in each.items()}))
+        for note in write_notes(make({k: v for each in changes for k, v in each.items()}))
         if "within one step" not in note and "RK4 with a step of" not in note
     ]
 
 
-def test_a_rate_above_the_limit_is_reported_with_the_rate_that_it_is_driven_to(notes_with):
+def test_rate_above_limit_is_reported_with_the_rate_it_reaches(notes_with):
     assert notes_with(law()) == []
     (note,) = notes_with(law(), WINDOW, rate(31.0))
     assert note == (
@@ -103,7 +103,7 @@ def test_late_readings_in_a_measurement_window(notes_with):
     assert "differences over 3 s, 3 s old, held for 3 s" in note
 
 
-def test_laws_of_modes_are_reported_by_name_with_their_greatest_gain(make, notes_with):
+def test_mode_laws_are_reported_by_name_with_their_greatest_gain(make, notes_with):
     """The first works at the start; the gain of the second is set, and its command multiplied."""
     least = float(make().spacecraft.body.principal()[0][0])
     greatest = bdot_greatest_gain(least, 5e-5, 2.0, lag_s=0.5)
@@ -137,7 +137,7 @@ def test_nutation_damping_gets_a_note_about_precession(notes_with, kind):
     assert notes_with(law(kind), HELD, round_body, spin) == []
 
 
-def test_the_first_laws_of_a_scheme_are_reported_and_no_later_ones(notes_with):
+def test_only_the_first_laws_of_a_scheme_are_reported(notes_with):
     first = {"kind": "bdot", "gain_a_m2_s_per_t": 1e4}
     until = {"until": {"at_most_s": 100.0}}
     scheme = {"control.law": {"kind": "scheme", "stages": [{"laws": [first], **until}]}}
@@ -146,7 +146,7 @@ def test_the_first_laws_of_a_scheme_are_reported_and_no_later_ones(notes_with):
     assert notes_with({"control.law": {"kind": "scheme", "stages": stages}}, HELD, rate(40.0)) == []
 
 
-def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(notes_with):
+def test_orbital_frame_rate_counts_as_an_absolute_one(notes_with):
     """Along the orbit normal, X2, the orbital rate adds; the other way it takes off."""
     limit = math.degrees(sampling_limit_rad_s(2.0, 2.0, 0.5))
     frame = {"initial.euler_deg": [0.0] * 3, "initial.reference": "orbital",
@@ -156,7 +156,7 @@ def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(notes_wi
         assert f"deg/s is {side} the" in note
 
 
-def test_too_low_a_gain_is_reported_from_an_e_fold_of_a_day_on(make, notes_with):
+def test_too_low_gain_is_reported_from_one_e_fold_daily(make, notes_with):
     least = float(make().spacecraft.body.principal()[0][0])
     weakest = least / (86400.0 * 5e-5**2)
     (note,) = notes_with(law(gain=1.01 * weakest))
@@ -167,12 +167,12 @@ def test_too_low_a_gain_is_reported_from_an_e_fold_of_a_day_on(make, notes_with)
     assert "takes 71.3 h or more" in note
 
 
-def test_a_gain_that_leaves_the_coils_idle_and_brakes_too_late_is_noted(make, notes_with):
+def test_gain_that_idles_the_coils_and_brakes_late_is_noted(make, notes_with):
     """Ten times the gain is ten times as fast here: the coils stay below their limits."""
     goal = {"simulation.duration_s": 18000.0, "mission": {"rate_below_deg_s": 0.3}}
     scenario = make(law(gain=1e5) | goal)
     omega = np.radians(scenario.initial.rate_deg_s)
-    case = tumbling_of(scenario, scenario.control.law)
+    case = as_tumbling(scenario, scenario.control.law)
     needed_s = detumbling_time_s(case, 1e5, float(np.linalg.norm(omega)), math.radians(0.3))
     assert needed_s > 18000.0
     (note,) = notes_with(law(gain=1e5), goal)
@@ -244,14 +244,14 @@ def test_what_is_reported_as_safe_is_braked_in_nutation_too():
     assert 0.0 < least < 0.05  # so the margin is not a wasteful one
 
 
-def test_coils_that_follow_no_command_have_no_limit_of_the_gain(notes_with):
+def test_coils_that_follow_no_command_have_no_gain_limit(notes_with):
     """Beyond 1e9 holds the map of a cycle is rounding: no note on the gain, and no error either."""
     slow = {"spacecraft.coils.lag_s": 1e10, "initial.rate_deg_s": [0.0, 0.0, 0.0]}
     (note,) = notes_with(law(), slow)
     assert note.startswith("spacecraft.coils.lag_s of 1e+10 s is longer than the 1 s")
 
 
-def test_the_precession_of_nutation_damping_has_the_momentum_of_the_wheels(notes_with):
+def test_nutation_damping_precession_includes_the_wheel_momentum(notes_with):
     wheels = {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 20.0,
               "torque_limit_n_m": 0.1, "speed_limit_rpm": 6000.0,
               "initial_speed_rpm": [0.0, 0.0, 360.0]}  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from torquer.analysis.notes.disturbance_notes import disturbance_notes
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.notes import write_notes
 
 #: Nothing to remark: coils of 3 A m^2, sensors on all sides.
 SOUND = {
@@ -64,7 +64,7 @@ def test_doubtful_values_are_reported(make, key, value, expected):
     scenario = make(SOUND).replace(key, value)
     (note,) = disturbance_notes(scenario)
     assert expected in note and "\n" not in note
-    assert note in notes_of(scenario)
+    assert note in write_notes(scenario)
 
 
 def test_the_size_of_the_unmodelled_torque_is_its_rms(make):

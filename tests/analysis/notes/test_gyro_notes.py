@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.analysis.notes.gyro_notes import damping_left, gyro_notes
 from torquer.scenario.load import load_scenario
 from torquer.simulation.setup.simulate import simulate
@@ -58,7 +58,7 @@ def test_what_is_said(key, value, note):
 def test_holds_that_leave_no_damping_do_not_brake(hold_s, brakes):
     scenario = EXAMPLE.replace("control.sample_s", hold_s).replace("simulation.revolutions", 16.0)
     assert (notes("control.sample_s", hold_s) == []) == brakes
-    error = np.linalg.norm(attitude_error_of(simulate(scenario)).error_deg[-50:], axis=1)
+    error = np.linalg.norm(find_attitude_error(simulate(scenario)).error_deg[-50:], axis=1)
     assert error.max() < 1.0 if brakes else error.max() > 30.0
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.notes import write_notes
 
 HOLD = {
     "kind": "wheel_pd",
@@ -30,7 +30,7 @@ WELL = {
 @pytest.fixture
 def notes_with(make):
     """Notes of the good scenario with changes."""
-    return lambda changes=(): notes_of(make(WELL | dict(changes)))
+    return lambda changes=(): write_notes(make(WELL | dict(changes)))
 
 
 def test_nothing_is_said_where_all_is_well(notes_with):
@@ -147,7 +147,7 @@ def test_unstable_laws_are_reported(make, bandwidth, damping, hold_s):
         WELL | {"control.law": law, "control.sample_s": hold_s, "simulation.step_s": 0.5}
     )
     root = fall(2.0 * damping * bandwidth, bandwidth**2, hold_s)
-    said = any("unstable with torques held for" in note for note in notes_of(scenario))
+    said = any("unstable with torques held for" in note for note in write_notes(scenario))
     if abs(root - 1.0) > 1e-6:
         assert said is (root > 1.0)
 
@@ -285,7 +285,7 @@ def test_turns_for_which_the_wheels_lack_momentum_or_torque(notes_with, kind):
 
 
 @pytest.mark.parametrize("damping", [0.7, 1.0, 1.4])
-def test_the_torque_at_the_end_of_a_turn_is_not_above_what_is_said(damping):
+def test_torque_at_end_of_turn_stays_within_stated_bound(damping):
     """x'' + 2 zeta x' + x = 0 from x = 2 zeta, x' = -1, where spring and damper balance."""
     t = np.linspace(0.0, 30.0, 30001)
     roots = np.roots([1.0, 2.0 * damping, 1.0]).astype(complex) + np.array([0.0, 1e-9])

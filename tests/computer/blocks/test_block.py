@@ -100,7 +100,7 @@ def test_places_in_arrays_are_those_of_the_names():
     assert record.last_t.tolist() == [1.0, 2.0, 3.0]
 
 
-def test_blocks_of_other_numbers_are_compiled_once_and_of_another_shape_again():
+def test_new_numbers_reuse_compiled_blocks_and_new_shapes_recompile():
     @torquer.law(parameters={"axis": (1.0, 2.0, 3.0)})
     def law(inputs, parameters, memory):
         return (parameters.axis[0], parameters.axis[1], float(len(parameters.axis)))
@@ -142,7 +142,7 @@ def test_one_function_may_have_parameters_of_several_types(call):
     assert answer(call, two)[0] == (2.0, 1.0, 0.0)
 
 
-def test_a_law_may_answer_with_a_dipole_a_torque_or_a_command():
+def test_law_may_answer_with_dipole_torque_or_command():
     def three(inputs, parameters, memory):
         return inputs.b_body_t
 

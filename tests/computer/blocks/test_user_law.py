@@ -91,7 +91,7 @@ def test_parameters_may_be_any_real_numbers():
     assert packed.dtype == np.float64 and packed.tolist() == [1.0, 2.0, 0.5, 0.25, 3.0]
 
 
-def test_a_function_without_the_decorator_is_a_law_in_plain_python(tmp_path):
+def test_undecorated_function_is_a_law_in_plain_python(tmp_path):
     def own(inputs, parameters, memory):
         return (memory.size, 0.0, 0.0)
 
@@ -294,7 +294,7 @@ def test_a_law_may_return_an_array_of_three(tmp_path):
 
 @pytest.mark.skipif(not engine.COMPILED, reason="the compiler reports what does not compile")
 @pytest.mark.parametrize("expression", NUMPY_THAT_DOES_NOT)
-def test_the_error_of_a_law_says_what_works_instead_of_numpy(tmp_path, expression):
+def test_law_error_says_what_works_instead_of_numpy(tmp_path, expression):
     file = with_numpy(tmp_path, expression)
     with pytest.raises(ValueError) as caught:
         load_law(file)
@@ -405,7 +405,7 @@ def in_a_process(script, *arguments):
     return done.stdout.split()
 
 
-def test_a_second_process_takes_the_compiled_law_from_the_cache_and_notices_an_edit(tmp_path):
+def test_second_process_reuses_the_cached_law_and_notices_an_edit(tmp_path):
     text = "from gains import K\n" + HEAD + BODY + "return (K * SIGN, 0.0, 0.0)\n\nSIGN = 1.0\n"
     written(tmp_path, "K = 2.0\n", "gains.py")
     file = written(tmp_path, text)
@@ -436,7 +436,7 @@ print(compiled(mine)(inputs(), mine.pack(), mine.first_memory()).dipole_a_m2[0])
 """
 
 
-def test_a_law_in_a_script_notices_an_edit_of_a_file_next_to_it(tmp_path):
+def test_script_law_notices_an_edit_of_a_neighbouring_file(tmp_path):
     script = written(tmp_path, SCRIPT, "script.py")
     run = (
         f"import runpy, sys; sys.path.insert(0, {str(tmp_path)!r}); runpy.run_path({str(script)!r})"

@@ -105,7 +105,7 @@ def test_estimating_brings_more_than_considering(checked):
     assert error("estimated") < 0.3 * error("considered") < 0.3 * error("ignored")
 
 
-def test_an_even_rotation_does_not_reveal_what_the_gyro_has_besides_a_bias():
+def test_even_rotation_reveals_only_the_bias_of_the_gyro():
     """Errors of six parameters are one constant error of the rate; at rest, the turn of the
     magnetometer about the field and one of its scale factors stay unknown, too."""
     at_rest, turning = (

@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.compile.engine import kernel
-from torquer.computer.estimation.covariance import States, forget, slices_of, update
+from torquer.computer.estimation.covariance import States, forget, state_slices, update
 from torquer.computer.estimation.kalman_gyro import GyroParameters, propagate_covariance
 from torquer.computer.estimation.measurements.measurement import (
     Sensing,
@@ -95,7 +95,7 @@ def test_states_stand_one_after_another(has):
     """Those that have a variance at the start; forgetting gives them this one and nothing else."""
     prior = States(9.0, *(k + 1.0 if each else 0.0 for k, each in enumerate(has)))
     first = [3 * (1 + sum(has[:k])) if each else 0 for k, each in enumerate(has)]
-    assert slices_of(prior) == (0, *first)
+    assert state_slices(prior) == (0, *first)
     n = 3 * (1 + sum(has))
     p, states = spread(n, np.random.default_rng(1)), np.ones(n - 3)
     expected = np.diag(np.repeat([v for v in prior if v], 3))

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 import torquer
 from torquer import simulate
 from torquer.compile import engine
-from torquer.computer.computer import computer_of
+from torquer.computer.computer import make_computer
 from torquer.computer.estimation import ESTIMATORS, AnyEstimator
 from torquer.computer.interface import UNKNOWN_ESTIMATE
 from torquer.computer.laws import LAWS, AnyLaw
@@ -169,7 +169,7 @@ def expected_of(kind, estimator) -> str:
     return ""
 
 
-def test_laws_that_need_what_an_estimator_does_not_give_are_rejected(make):
+def test_laws_needing_more_than_an_estimator_gives_are_rejected(make):
     expected, found = {}, {}
     for kind, estimator in itertools.product(LAW_SPECS, ESTIMATORS):
         law, keys = {"kind": kind, **EXAMPLES[kind]}, {"kind": estimator, **KEYS[estimator]}
@@ -198,7 +198,7 @@ def needs_the_attitude(inputs, parameters, memory):
     return (x, y, z)
 
 
-def test_a_law_is_not_called_while_the_estimate_lacks_what_it_needs():
+def test_law_is_not_called_while_the_estimate_is_insufficient():
     laws = {"rate": needs_the_rate, "attitude": needs_the_attitude}
     q, omega = (0.5, 0.5, 0.5, 0.5), (1.0, 2.0, 3.0)
     unknown = UNKNOWN_ESTIMATE.q_body_to_inertial
@@ -220,7 +220,7 @@ def test_what_a_law_may_need_is_reported():
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-def test_without_an_estimator_a_law_sees_the_readings_and_no_estimate(make):
+def test_law_without_estimator_sees_readings_and_no_estimate(make):
     @torquer.law(log={"known": "1"})
     def looking(inputs, parameters, memory):
         omega, q = inputs.estimate.omega_body_rad_s, inputs.estimate.q_body_to_inertial
@@ -247,7 +247,7 @@ def test_an_estimator_in_plain_python_gives_the_same_run(make):
     blocks = hosted.blocks._replace(
         estimators={"estimator": dataclasses.replace(plain, compiled=False)}
     )
-    computer = computer_of(blocks, hosted.plan.computer.estimator, hosted.plan.computer.modes)
+    computer = make_computer(blocks, hosted.plan.computer.estimator, hosted.plan.computer.modes)
     hosted.host = Host(computer, hosted.state.board, blocks)
     hosted.plan = hosted.plan._replace(computer=hosted.host.computer)
     for each in (run, hosted):

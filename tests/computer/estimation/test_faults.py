@@ -122,7 +122,7 @@ def test_no_value_of_a_reading_makes_the_attitude_unknown(sensor, kind):
     assert error_deg(result)[UMBRA_S:].max() < 2.0
 
 
-def test_without_readings_of_the_gyro_the_last_rate_is_held_and_trusted_less():
+def test_last_rate_is_held_and_trusted_less_without_gyro_readings():
     quiet = flown("gyro", {"kind": "nan", "from_s": UMBRA_S, "until_s": UMBRA_S + 60.0})
     sigma = np.degrees(quiet["attitude_sigma"].values)
     assert sigma[2055] > 3.0 * sigma[2000]
@@ -152,7 +152,7 @@ def test_directions_that_contradict_each_other_start_nothing():
     assert reason == "the angle between two directions is not that of the models"
 
 
-def test_a_sensor_that_contradicts_the_others_is_isolated_and_used_again():
+def test_contradictory_sensor_is_isolated_and_used_again():
     """The magnetometer's axes turned by 20 deg for a while: the angle to the Sun shows it."""
     scenario = scenario_from_data({**SCENARIO, "seed": 5})
     estimator = scenario.control.estimator.estimator()

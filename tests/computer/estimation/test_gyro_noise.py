@@ -23,7 +23,7 @@ def test_units():
     }
 
 
-def test_noise_of_the_filter_has_the_allan_deviation_of_the_sheet():
+def test_filter_noise_has_the_datasheet_allan_deviation():
     """Readings of 1 Hz by the filter's model: short averages by the angle random walk, those over
     the bridged time by the bias instability."""
     sheet = {"angle_random_walk_deg_sqrt_h": 0.3, "bias_instability_deg_h": 20.0}

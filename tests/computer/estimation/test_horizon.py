@@ -7,7 +7,7 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, SPACECRAFT, without
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.analysis.filters.observability import observability
@@ -53,9 +53,9 @@ def stated_deg(result):
 
 @COMPILED
 @pytest.mark.parametrize("estimator", [WITH_GYRO, WITHOUT_GYRO], ids=["gyro", "dynamics"])
-def test_errors_are_as_large_as_stated_from_the_first_reading_on(estimator):
+def test_errors_have_their_stated_size_from_the_first_reading(estimator):
     """In light and umbra: it needs no Sun."""
-    runs = fly_filter(members_of(scenario(estimator, record_s=20.0, duration_s=2400.0), 60))
+    runs = fly_filter(make_members(scenario(estimator, record_s=20.0, duration_s=2400.0), 60))
     assert np.isfinite(runs.errors[:, 0, 0]).all()
     for states in (3, 6):
         found = consistency(nees(runs, states), states)
@@ -64,11 +64,11 @@ def test_errors_are_as_large_as_stated_from_the_first_reading_on(estimator):
 
 
 @COMPILED
-def test_an_uneven_horizon_that_the_filter_does_not_know_shows_in_its_errors():
+def test_uneven_horizon_unknown_to_the_filter_shows_in_errors():
     """8 km are 0.07 deg, at every reading the same; a noise that includes it is honest again."""
     precise = {"noise_deg": 0.05, "horizon_km": 8.0}
     ignored = scenario(WITH_GYRO | {"horizon_noise_deg": 0.05}, precise, record_s=20.0)
-    runs = fly_filter(members_of(ignored, 40))
+    runs = fly_filter(make_members(ignored, 40))
     assert consistency(nees(runs, 3), 3).overall > 2.0
 
 

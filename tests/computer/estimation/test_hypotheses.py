@@ -14,7 +14,7 @@ from scipy.stats import multivariate_normal
 from slow_cases import slow_after
 
 from torquer import resume, simulate
-from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import nees
 from torquer.compile import engine
 from torquer.computer.estimation import hypotheses
@@ -53,7 +53,7 @@ def scenario(estimator, initial=None, **changes):
 def from_anywhere(estimator, runs):
     """The same flight from attitudes and directions of the rate that are equally likely."""
     rng = np.random.default_rng(28)
-    for number, member in enumerate(members_of(scenario(estimator), runs)):
+    for number, member in enumerate(make_members(scenario(estimator), runs)):
         axis = rng.normal(size=3)
         rate = RATES_DEG_S[number % len(RATES_DEG_S)] * axis / np.linalg.norm(axis)
         q = rng.normal(size=4)
@@ -259,7 +259,7 @@ def test_a_split_changes_neither_mean_nor_covariance(kind):
 
 @ONE
 @pytest.mark.parametrize("variance", [100.0, math.nan])
-def test_a_filter_that_knows_nothing_any_more_starts_as_at_first(kind, variance):
+def test_filter_that_lost_all_knowledge_starts_as_at_first(kind, variance):
     """A wrong field model made the attitude uncertain by 1e18 deg, at last not a number.
 
     What the filter stated itself is not taken over from the step before.
@@ -287,7 +287,7 @@ import math, runpy, sys
 
 tests = runpy.run_path(sys.argv[1])
 tests["test_every_hypothesis_at_the_start_fits_the_reading"]("kalman_dynamics")
-tests["test_a_filter_that_knows_nothing_any_more_starts_as_at_first"]("kalman_dynamics", math.nan)
+tests["test_filter_that_lost_all_knowledge_starts_as_at_first"]("kalman_dynamics", math.nan)
 """
 
 

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.compile import engine
-from torquer.computer.blocks.plugin import plain_of
-from torquer.computer.estimation.kalman_dynamics import linearised
+from torquer.computer.blocks.plugin import plain_function
+from torquer.computer.estimation.kalman_dynamics import linearise
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 
@@ -90,7 +90,7 @@ def test_errors_are_as_large_as_the_filter_says(estimator, states):
     """40 runs of 40 minutes, half of them in the shadow."""
     changes = {} if states == 6 else {"coils": {"limit_a_m2": 3.2}}
     runs = fly_filter(
-        members_of(scenario(estimator, changes, duration_s=2400.0, record_s=20.0), 40)
+        make_members(scenario(estimator, changes, duration_s=2400.0, record_s=20.0), 40)
     )
     found = consistency(nees(runs), states)
     assert found.consistent and found.inside > 0.8
@@ -102,7 +102,7 @@ def test_errors_are_as_large_as_the_filter_says(estimator, states):
 @pytest.mark.parametrize("key", ["torque_noise_n_m_sqrt_s", "magnetometer_noise_nt"])
 def test_noise_wrong_by_ten_is_found_out(key, factor):
     wrong = DYNAMICS | {key: factor * DYNAMICS[key]}
-    runs = fly_filter(members_of(scenario(wrong, duration_s=2400.0, record_s=20.0), 40))
+    runs = fly_filter(make_members(scenario(wrong, duration_s=2400.0, record_s=20.0), 40))
     assert not consistency(nees(runs), 6).consistent
 
 
@@ -122,7 +122,7 @@ def test_wheels_are_known_by_their_tachometers():
         "bandwidth_rad_s": 0.02, "euler_deg": [40.0, 0.0, 0.0],
     }  # fmt: skip
     changed = scenario(DYNAMICS, {"wheels": WHEELS}, law, duration_s=1200.0, record_s=20.0)
-    runs = fly_filter(members_of(changed, 30))
+    runs = fly_filter(make_members(changed, 30))
     found = consistency(nees(runs), 6)
     assert found.consistent and found.inside > 0.8
 
@@ -137,7 +137,7 @@ def test_coils_are_known_by_their_command(polarity):
     wrong way round the same statistics fail."""
     coils = {"limit_a_m2": 0.3, "polarity": polarity}
     changed = scenario(DYNAMICS, {"coils": coils} | GYRO, BDOT, duration_s=1200.0, record_s=20.0)
-    found = consistency(nees(fly_filter(members_of(changed, 30))), 6)
+    found = consistency(nees(fly_filter(make_members(changed, 30))), 6)
     assert (found.consistent and found.inside > 0.8) == (polarity == (1, 1, 1))
 
 
@@ -156,7 +156,7 @@ def test_coils_and_wheels_are_known_together():
     del data["control"]["law"]
     data["control"]["laws"] = laws
     flown = scenario_from_data(data)
-    found = consistency(nees(fly_filter(members_of(flown, 30))), 6)
+    found = consistency(nees(fly_filter(make_members(flown, 30))), 6)
     assert found.consistent and found.inside > 0.8
 
 
@@ -170,7 +170,7 @@ def test_the_magnetometer_alone_finds_the_attitude_in_an_orbit():
     assert np.quantile(error[95:-1], 0.95) < 5.0
 
 
-def test_an_error_of_the_rate_turns_the_attitude_by_its_integral():
+def test_rate_error_turns_the_attitude_by_its_integral():
     """To the square of the turn; the rate of a sphere stays as it is, and so does its error."""
     omega, dt = np.array([0.006, -0.004, 0.007]), 1.0
     one, zero = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -178,7 +178,7 @@ def test_an_error_of_the_rate_turns_the_attitude_by_its_integral():
         SimpleNamespace(inertia=one, inverse=one),
         SimpleNamespace(gravity=zero, b=zero),
     )
-    own = plain_of(linearised)
+    own = plain_function(linearise)
     found = own(sphere, (0.0, 0.0, 0.0, 1.0), tuple(omega), zero, around, zero, dt)
     parts = np.linspace(0.5e-3, 1.0 - 0.5e-3, 1000)
     exact = np.mean([Rotation.from_rotvec(-omega * dt * s).as_matrix() for s in parts], axis=0)

@@ -13,10 +13,10 @@ from filter_twin import GyroTwin
 from scipy.spatial.transform import Rotation
 
 from torquer import resume, simulate
-from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import autocorrelation, consistency, nees, nis
 from torquer.compile import engine
-from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.estimation.kalman_gyro import keep_reading
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
@@ -70,7 +70,7 @@ def test_estimates_are_those_of_the_twin():
 
 
 def flown(runs, estimator=GYRO, control=None, **changes):
-    return fly_filter(members_of(scenario(estimator, control, **changes), runs))
+    return fly_filter(make_members(scenario(estimator, control, **changes), runs))
 
 
 def test_errors_are_as_large_as_the_filter_says():
@@ -147,7 +147,7 @@ def test_the_magnetometer_bias_is_found():
     assert np.all(sigma < 60e-9)
 
 
-def test_what_is_lost_in_the_shadow_is_found_again_by_triad():
+def test_triad_recovers_what_is_lost_in_the_shadow():
     """A gyro of 0.3 deg/sqrt(s), a magnetometer of 500 nT: lost, started again, consistent."""
     noise = {"magnetometer_noise_nt": 500.0, "angle_random_walk_deg_sqrt_s": 0.3}
     estimator = GYRO | noise | {"lost_sigma_deg": 3.0, "record_covariance": True}
@@ -155,7 +155,7 @@ def test_what_is_lost_in_the_shadow_is_found_again_by_triad():
     changed = changed.replace("spacecraft.magnetometer.noise_nt", 500.0)
     changed = changed.replace("spacecraft.gyro.noise_deg_s", 0.3)
     changed = changed.replace("initial.rate_deg_s", [0.0, 0.0, 0.0])
-    runs = fly_filter(members_of(changed, 40))
+    runs = fly_filter(make_members(changed, 40))
     result = simulate(changed)
     assert result["estimator.starts"].values[-2] > 1
     after = slice(int(3700 / 20), None)
@@ -179,7 +179,7 @@ def test_sound_readings_are_refused_as_rarely_as_said():
     assert result["estimator.rejected"].values[-2] <= 1
 
 
-def test_readings_at_their_own_times_are_taken_once_and_as_of_their_time():
+def test_each_reading_is_used_once_as_of_its_own_time():
     """Magnetometer every 4 s and 3 s late, Sun sensors every 5 s: still consistent."""
     late = scenario(duration_s=1400.0, record_s=20.0)
     late = late.replace("spacecraft.magnetometer.sample_s", 4.0)
@@ -192,7 +192,7 @@ def test_readings_at_their_own_times_are_taken_once_and_as_of_their_time():
     assert seen[10:1390].mean() == pytest.approx(0.25, abs=0.002)
     seen = np.isfinite(result["estimator.innovation_sun"].values[:, 0])
     assert seen[10:1390].mean() == pytest.approx(0.2, abs=0.002)
-    runs = fly_filter(members_of(late, 40))
+    runs = fly_filter(make_members(late, 40))
     assert consistency(nees(runs)[:, 2:], 6).consistent
 
 
@@ -266,6 +266,6 @@ def test_a_reading_is_kept_once():
     memory = SimpleNamespace(gyro_s=np.arange(1.0, 4.0), gyro_rad_s=np.arange(9.0).reshape(3, 3))
     inputs = SimpleNamespace(omega_body_rad_s=(0.1, 0.2, 0.3), read_at=SimpleNamespace(gyro_s=4.0))
     for _ in range(3):
-        plain_of(keep_reading)(inputs, memory)
+        plain_function(keep_reading)(inputs, memory)
         assert memory.gyro_s.tolist() == [2.0, 3.0, 4.0]
         assert memory.gyro_rad_s.tolist() == [[3.0, 4.0, 5.0], [6.0, 7.0, 8.0], [0.1, 0.2, 0.3]]

@@ -53,7 +53,7 @@ def test_a_rotation_across_the_field_is_found_whatever_its_size(turn, angle, int
 
 @MANY
 @given(st.floats(3.2, 6.2))
-def test_more_than_half_a_turn_is_taken_for_the_shorter_one(angle):
+def test_more_than_half_a_turn_reads_as_the_shorter(angle):
     omega = np.cross(B, (0.0, 0.0, 1.0))
     omega *= angle / np.linalg.norm(omega)
     estimating = Estimating()
@@ -63,7 +63,7 @@ def test_more_than_half_a_turn_is_taken_for_the_shorter_one(angle):
     assert found.omega_body_rad_s == pytest.approx(expected, rel=1e-9)
 
 
-def test_of_any_slow_rotation_the_part_across_the_field_is_found_to_the_first_power_of_the_angle():
+def test_slow_rate_across_field_is_found_to_first_order():
     errors = []
     for interval_s in (0.4, 0.2, 0.1):
         omega, estimating = np.array([0.05, 0.1, -0.08]), Estimating()
@@ -84,7 +84,7 @@ def test_a_rotation_about_the_field_is_not_seen():
 
 
 @pytest.mark.parametrize("axis", np.eye(3))
-def test_a_field_along_an_axis_that_has_not_turned_is_no_rate(axis):
+def test_field_along_an_unturned_axis_is_no_rate(axis):
     """The product of the two readings is zero to the last bit."""
     estimating = Estimating()
     estimating(0.0, 3e-5 * axis)
@@ -129,7 +129,7 @@ def test_between_two_readings_the_estimate_stays_and_grows_old():
     assert later.t_s == 2.0 and later.omega_body_rad_s != estimate.omega_body_rad_s
 
 
-def test_a_late_reading_is_of_the_time_when_it_was_taken():
+def test_late_reading_belongs_to_the_time_it_was_taken():
     omega = np.cross(B, (0.0, 0.0, 1.0)) * 1e3
     estimating = Estimating()
     estimating(1.5, steady_field(omega, 0.0), read_s=0.0)
@@ -146,7 +146,7 @@ def test_readings_are_apart_by_the_interval_or_more():
 
 
 @pytest.mark.parametrize("wrong", [ZERO, (math.nan,) * 3, (math.inf, 0.0, 0.0)])
-def test_where_the_field_is_zero_or_not_of_finite_numbers_the_rate_is_unknown(wrong):
+def test_rate_is_unknown_where_field_is_zero_or_non_finite(wrong):
     estimating = Estimating()
     for t_s, b, known in ((0, B, False), (1, B, True), (2, wrong, False), (3, B, False), (4, B, 1)):
         found = estimating(t_s, b).omega_body_rad_s

@@ -14,14 +14,14 @@ from slow_cases import slow_after
 
 import torquer
 from torquer import simulate
-from torquer.analysis.filters.filter_check import members_of, true_states
+from torquer.analysis.filters.filter_check import make_members, true_states
 from torquer.analysis.filters.filter_statistics import FilterRuns, consistency, nees
 from torquer.analysis.filters.linear_covariance import Motion
-from torquer.analysis.filters.smoothing import accuracy_of, smoothed
+from torquer.analysis.filters.smoothing import measure_accuracy, smooth_run
 from torquer.compile import engine
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 BOTH = pytest.mark.parametrize("estimator", [GYRO, DYNAMICS], ids=["gyro", "dynamics"])
@@ -51,7 +51,7 @@ def scenario(estimator=GYRO, control=None, **changes):
 def revolution():
     """A revolution with a gyro, and smoothed."""
     result = simulate(scenario(GYRO | {"record_covariance": True}, duration_s=5700.0))
-    return result, smoothed(result)
+    return result, smooth_run(result)
 
 
 def test_it_is_the_fixed_interval_smoother_of_the_textbook():
@@ -65,7 +65,7 @@ def test_it_is_the_fixed_interval_smoother_of_the_textbook():
         sensor, name = key.split(".")
         quiet = quiet.replace(f"spacecraft.{key}", 0.1 * SCENARIO["spacecraft"][sensor][name])
     result = simulate(quiet)
-    found = smoothed(result)
+    found = smooth_run(result)
     names = ("q_estimated", "gyro_bias_estimated", "estimator.covariance", "omega_measured")
     q, bias, p, omega = (result[name].values[:300] for name in names)
     later = q[299], bias[299], p[299]
@@ -118,7 +118,7 @@ def smoother_runs(results):
     """
     errors, covariance, counts, motions = [], [], [], []
     for result in results:
-        scenario, found = scenario_of(result), smoothed(result)
+        scenario, found = flown_scenario(result), smooth_run(result)
         steps = result.sel(time=found["time"])
         t_s, omega, q = (
             steps[name].values for name in ("time", "omega_body", "q_body_to_inertial")
@@ -143,7 +143,7 @@ def smoother_runs(results):
 )
 def test_errors_are_as_large_as_the_smoother_says(estimator):
     """40 runs of 40 minutes, the last third in the shadow: NEES of attitude and of all states."""
-    members = members_of(scenario(estimator, duration_s=2400.0), 40)
+    members = make_members(scenario(estimator, duration_s=2400.0), 40)
     runs = smoother_runs(simulate(member) for member in members)
     for states in (3, runs.errors.shape[-1]):
         found = consistency(nees(runs, states), states)
@@ -154,7 +154,7 @@ def test_errors_are_as_large_as_the_smoother_says(estimator):
 def test_nothing_is_less_certain_afterwards(estimator):
     """No variance of any combination of errors grows, to rounding; at the end nothing changes."""
     result = simulate(scenario(estimator | {"record_covariance": True}, duration_s=3000.0))
-    found = smoothed(result)
+    found = smooth_run(result)
     filtered, own = result["estimator.covariance"].values[:-1], found["covariance_smoothed"].values
     sigma = np.sqrt(np.einsum("kii->ki", filtered))
     scale = sigma[:, :, None] * sigma[:, None, :]
@@ -181,7 +181,7 @@ def test_the_eclipse_gains_most(revolution):
         )
     ]  # fmt: skip
     assert stated[0] < 0.5 * stated[1]
-    accuracy = accuracy_of(result, found)
+    accuracy = measure_accuracy(result, found)
     assert accuracy.smoothed_greatest_deg < 0.5 * accuracy.filter_greatest_deg
     assert accuracy.smoothed_deg == pytest.approx(accuracy.smoothed_sigma_deg, rel=0.3)
 
@@ -197,7 +197,7 @@ def test_the_rate_is_the_gyros_less_the_smoothed_bias(revolution):
 
 def test_the_rate_without_a_gyro_is_better_afterwards():
     result = simulate(scenario(DYNAMICS, duration_s=1200.0))
-    found, true = smoothed(result), result["omega_body"].values[:-1]
+    found, true = smooth_run(result), result["omega_body"].values[:-1]
     error = [
         np.sqrt(np.mean((each - true) ** 2))
         for each in (found["omega_smoothed"].values, result["omega_estimated"].values[:-1])
@@ -206,7 +206,7 @@ def test_the_rate_without_a_gyro_is_better_afterwards():
     assert error[0] < 1.3 * np.sqrt(np.mean(found["rate_sigma_smoothed"].values ** 2))
 
 
-def test_before_the_start_nothing_is_known_and_a_restart_cuts_the_attitude():
+def test_nothing_is_known_before_start_and_restarts_cut_attitude():
     """Both sensors are silent at first, and again until the filter is lost."""
     silent = [
         {"kind": "silent", "from_s": 0.0, "until_s": 50.0},
@@ -221,7 +221,7 @@ def test_before_the_start_nothing_is_known_and_a_restart_cuts_the_attitude():
         lost = lost.replace(f"spacecraft.{name}.failures", keys["failures"])
     result = simulate(lost)
     assert result["estimator.starts"].values[-2] > 1
-    found = smoothed(result)
+    found = smooth_run(result)
     known = np.isfinite(found["q_smoothed"].values[:, 0])
     assert np.array_equal(known, np.isfinite(result["q_estimated"].values[:-1, 0]))
     assert not known[:50].any() and known[51:].all()
@@ -232,7 +232,7 @@ def test_before_the_start_nothing_is_known_and_a_restart_cuts_the_attitude():
 def test_steps_at_which_another_estimator_works_are_left_out():
     """TRIAD hands over after 3 s; at the very first step the modes have chosen nothing yet."""
     result = simulate(scenario(GYRO, HANDED_OVER, duration_s=300.0))
-    found = smoothed(result)
+    found = smooth_run(result)
     known = np.isfinite(found["q_smoothed"].values[:, 0])
     assert known[0] and not known[1:3].any() and known[10:].all()
     assert np.isfinite(result["q_estimated"].values[:3]).all()
@@ -249,37 +249,37 @@ def test_coils_wheels_and_late_readings_change_nothing():
         "initial_speed_rpm": 1500.0, "speed_noise_rpm": 0.1,
     }  # fmt: skip
     result = simulate(late.replace("spacecraft.wheels", wheels))
-    found = smoothed(result)
+    found = smooth_run(result)
     assert np.abs(result["coil_dipole_on_board"].values).max() > 0.01
     assert np.isfinite(found["q_smoothed"].values[10:]).all()
     sigma = found["attitude_sigma_smoothed"].values, result["attitude_sigma"].values[:-1]
     assert np.all(sigma[0][10:-10] < sigma[1][10:-10])
 
 
-def test_a_result_from_a_file_is_smoothed_to_the_same_bits(tmp_path):
+def test_result_from_a_file_is_smoothed_bit_identically(tmp_path):
     result = simulate(scenario(duration_s=120.0))
     torquer.save(result, tmp_path / "result.nc")
-    assert smoothed(torquer.load(tmp_path / "result.nc")).identical(smoothed(result))
+    assert smooth_run(torquer.load(tmp_path / "result.nc")).identical(smooth_run(result))
 
 
-def test_a_run_that_was_interrupted_is_smoothed_to_the_same_bits():
+def test_interrupted_run_is_smoothed_bit_identically():
     whole = simulate(scenario(duration_s=120.0))
     parts = torquer.resume(simulate(scenario(duration_s=120.0), until_s=47.0))
-    assert smoothed(parts).identical(smoothed(whole))
+    assert smooth_run(parts).identical(smooth_run(whole))
 
 
 def test_what_cannot_be_smoothed_is_refused():
     plain = scenario(duration_s=60.0)
     without = simulate(plain.replace("simulation.record_inputs", False))
     with pytest.raises(ValueError, match=r"record_inputs: must be true in a run that"):
-        smoothed(without)
+        smooth_run(without)
     coarse = simulate(plain.replace("simulation.record_s", 10.0))
     with pytest.raises(ValueError, match=r"record_s: must be 1 s, to have .* received 10 s"):
-        smoothed(coarse)
+        smooth_run(coarse)
     triad = {"kind": "triad", "magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.1}
     with pytest.raises(ValueError, match=r"control.estimator.kind: must be .*received 'triad'"):
-        smoothed(simulate(scenario(triad, duration_s=60.0)))
+        smooth_run(simulate(scenario(triad, duration_s=60.0)))
     other = simulate(plain)
     other["b_measured"][20] *= 1.1
     with pytest.raises(ValueError, match=r"received one with others from t = 20 s on"):
-        smoothed(other)
+        smooth_run(other)

@@ -8,7 +8,7 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, SPACECRAFT, with
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees
 from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.analysis.filters.observability import observability
@@ -16,7 +16,7 @@ from torquer.analysis.filters.sensor_sets import sensor_sets
 from torquer.compile import engine
 from torquer.computer.estimation.isolation import CONTRADICTS, STUCK
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
-from torquer.computer.estimation.measurements.star_tracker import of_attitude
+from torquer.computer.estimation.measurements.star_tracker import measure_attitude
 from torquer.computer.estimation.starts import NOT_STARTED
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
@@ -69,7 +69,7 @@ def test_the_measurement_is_the_turn_scaled_to_one_variance():
     sensing, boresight = spec.sensing(), np.array(STARS["star_tracker_boresight"])
     q, turn = Rotation.from_rotvec([0.3, -1.2, 0.7]), np.array([0.002, -0.001, 0.0015])
     read = q * Rotation.from_rotvec(turn)
-    m = of_attitude(tuple(q.as_quat()), tuple(read.as_quat()), sensing, 0.0, 0.0)
+    m = measure_attitude(tuple(q.as_quat()), tuple(read.as_quat()), sensing, 0.0, 0.0)
     along = boresight * (turn @ boresight)
     sigma = np.radians([0.02, 0.1])
     square = np.sum((turn - along) ** 2) / sigma[0] ** 2 + np.sum(along**2) / sigma[1] ** 2
@@ -79,8 +79,8 @@ def test_the_measurement_is_the_turn_scaled_to_one_variance():
 
 @COMPILED
 @pytest.mark.parametrize("estimator", [GYRO_ALONE, DYNAMICS_ALONE], ids=["gyro", "dynamics"])
-def test_errors_are_as_large_as_stated_from_the_first_reading_on(estimator):
-    runs = fly_filter(members_of(scenario(estimator, record_s=20.0), 60))
+def test_errors_have_their_stated_size_from_the_first_reading(estimator):
+    runs = fly_filter(make_members(scenario(estimator, record_s=20.0), 60))
     assert np.isfinite(runs.errors[:, 0, 0]).all()
     for states in (3, 6):
         found = consistency(nees(runs, states), states)
@@ -93,7 +93,7 @@ def test_errors_are_as_large_as_stated_from_the_first_reading_on(estimator):
 @COMPILED
 def test_a_late_reading_is_taken_as_of_its_time():
     late = scenario(tracker={"sample_s": 4.0, "delay_s": 2.0}, record_s=20.0)
-    runs = fly_filter(members_of(late.replace("initial.rate_deg_s", [1.0, -0.6, 0.8]), 40))
+    runs = fly_filter(make_members(late.replace("initial.rate_deg_s", [1.0, -0.6, 0.8]), 40))
     assert consistency(nees(runs)[:, 2:], 6).consistent
 
 

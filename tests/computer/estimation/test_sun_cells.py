@@ -8,7 +8,7 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, SPACECRAFT, with
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
-from torquer.analysis.filters.filter_check import fly_filter, members_of
+from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.analysis.filters.observability import observability
@@ -16,7 +16,7 @@ from torquer.analysis.notes.filter_notes import filter_notes
 from torquer.compile import engine
 from torquer.computer.estimation.isolation import CONTRADICTS
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
-from torquer.computer.estimation.measurements.sun_cells import of_cell
+from torquer.computer.estimation.measurements.sun_cells import measure_cell
 from torquer.computer.estimation.starts import NOT_STARTED
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
@@ -72,7 +72,7 @@ def test_the_measurement_is_the_derivative_of_the_signal():
             body = q * Rotation.from_rotvec(a)
             return normal @ body.inv().apply(sun) + max(normal @ body.inv().apply(earth), 0.0)
 
-        m = of_cell(
+        m = measure_cell(
             tuple(q.as_quat()), row, signal(np.zeros(3)), tuple(sun), tuple(earth), sensing, 0.0
         )
         assert m.z[0] == pytest.approx(0.0, abs=1e-15)
@@ -84,9 +84,9 @@ def test_the_measurement_is_the_derivative_of_the_signal():
 
 @COMPILED
 @pytest.mark.parametrize("estimator", [WITH_GYRO, WITHOUT_GYRO], ids=["gyro", "dynamics"])
-def test_errors_are_as_large_as_stated_with_the_light_of_the_earth(estimator):
+def test_errors_have_their_stated_size_under_earth_light(estimator):
     """In light and umbra."""
-    runs = fly_filter(members_of(scenario(estimator, record_s=20.0, duration_s=2400.0), 60))
+    runs = fly_filter(make_members(scenario(estimator, record_s=20.0, duration_s=2400.0), 60))
     assert np.isfinite(runs.errors[:, 5, 0]).mean() > 0.9
     for states in (3, 6):
         found = consistency(nees(runs, states), states)
@@ -95,9 +95,9 @@ def test_errors_are_as_large_as_stated_with_the_light_of_the_earth(estimator):
 
 
 @COMPILED
-def test_light_of_the_earth_that_is_ignored_shows_in_the_errors():
+def test_ignored_earth_light_shows_in_the_errors():
     ignored = WITH_GYRO | {"cell_albedo": 0.0}
-    runs = fly_filter(members_of(scenario(ignored, record_s=20.0, duration_s=1200.0), 20))
+    runs = fly_filter(make_members(scenario(ignored, record_s=20.0, duration_s=1200.0), 20))
     assert consistency(nees(runs, 3), 3).overall > 3.0
 
 
@@ -163,7 +163,7 @@ def test_mistakes_are_reported():
         scenario(cells={"scale_error": [0.1, 0.2]})
 
 
-def test_a_scenario_that_ignores_the_light_of_the_earth_is_noted():
+def test_scenario_that_ignores_earth_light_is_noted():
     assert filter_notes(scenario()) == []
     (note,) = filter_notes(scenario(WITH_GYRO | {"cell_albedo": 0.0}))
     assert "see an Earth of albedo 0.3" in note

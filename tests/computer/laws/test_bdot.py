@@ -51,7 +51,7 @@ def test_rate_form_is_the_formula_and_its_torque_only_brakes(b, omega, gain):
 
 @MANY
 @given(fields, rates, gains)
-def test_torque_takes_out_the_rate_across_the_field_and_leaves_the_rate_along_it(b, omega, gain):
+def test_torque_removes_only_the_rate_across_the_field(b, omega, gain):
     """-k (B^2 omega - B (B.omega)), as the module says."""
     torque = np.cross(bdot_rate(inputs(b=b, omega=omega), Gain(gain), ()), b)
     expected = -gain * (np.dot(b, b) * np.array(omega) - np.array(b) * np.dot(b, omega))
@@ -61,7 +61,7 @@ def test_torque_takes_out_the_rate_across_the_field_and_leaves_the_rate_along_it
 
 @MANY
 @given(fields, rates, gains)
-def test_derivative_form_is_the_formula_and_in_a_steady_field_the_rate_form(b, omega, gain):
+def test_derivative_follows_its_formula_and_rate_form_in_steady_field(b, omega, gain):
     b_rate = tuple(-np.cross(omega, b))
     m = bdot_derivative(inputs(b=b, b_rate=b_rate, omega=omega), Gain(gain), ())
     assert m == pytest.approx(-gain * np.array(b_rate), abs=0.0)
@@ -91,7 +91,7 @@ def test_a_constant_bias_cancels_in_the_difference(before, b, bias, gain):
     assert answer(bias) == pytest.approx(answer(ZERO), abs=1e-19 * gain)
 
 
-def test_difference_tends_to_the_derivative_with_the_first_power_of_the_interval():
+def test_difference_tends_linearly_to_the_derivative_with_the_interval():
     b0, omega, gain = np.array([2e-5, -1e-5, 3e-5]), np.array([0.02, 0.05, -0.03]), 1e5
 
     def field(t):  # a steady field seen from the turning body

@@ -80,7 +80,7 @@ def test_pitch_nutation_and_the_wheels_momentum_come_to_rest_together():
 
 
 @FLIGHT
-def test_the_wheels_momentum_returns_to_the_bias_at_the_rate_of_the_gain():
+def test_wheel_momentum_returns_to_bias_at_the_gains_rate():
     for excess in (0.03, -0.03):
         result = simulate(flight(excess=excess))
         t, error = result["time"].values, result["law.momentum_error_n_m_s"].values
@@ -107,7 +107,7 @@ def test_nutation_decays_by_the_field_across_the_pitch_axis():
 
 @FLIGHT
 @pytest.mark.parametrize("integral_time_s", [None, 200.0])
-def test_a_steady_torque_about_pitch_is_passed_on_to_the_coils(integral_time_s):
+def test_steady_pitch_torque_is_passed_on_to_the_coils(integral_time_s):
     """The wheel goes T/u off its bias: there the coils take the torque on, and pitch is held."""
     torque = 1e-5
     result = simulate(

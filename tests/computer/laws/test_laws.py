@@ -12,7 +12,7 @@ from slow_cases import slow_after
 
 from torquer.compile import engine
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.adapter import flat, type_of_inputs
+from torquer.computer.blocks.adapter import find_inputs_type, flat
 from torquer.computer.blocks.law import Law
 from torquer.computer.computer import call_law
 from torquer.computer.interface import KNOWN, UNKNOWN_ESTIMATE, Ephemeris
@@ -110,7 +110,7 @@ def test_kind_is_the_key_and_specs_survive_json(kind):
 
 
 @EVERY
-def test_it_compiles_and_answers_with_finite_commands_to_what_it_drives(kind, example):
+def test_law_compiles_and_answers_with_finite_commands(kind, example):
     law = example(kind)
     assert law.compiled
     for seed in range(3):
@@ -191,7 +191,7 @@ def without(need, row):
 
 
 @EVERY
-def test_it_uses_what_it_says_that_it_needs_and_nothing_else(kind, example):
+def test_law_uses_exactly_the_inputs_it_declares(kind, example):
     """What a law does not need may be unknown: the same command. What it needs may not."""
     if kind == "user":  # the decorator takes attitude and rate for granted
         pytest.skip("says nothing of what it takes from the estimate")
@@ -214,12 +214,12 @@ BY_VALUE = ["bdot_rate", "three_axis"]
 
 @pytest.mark.skipif(not engine.COMPILED, reason="in plain Python the inputs are one object")
 @pytest.mark.parametrize("kind", slow_after(2, sorted(LAWS, key=lambda kind: kind not in BY_VALUE)))
-def test_inputs_by_value_give_the_same_as_the_record_of_the_loop(kind, example):
+def test_inputs_by_value_match_the_record_of_the_loop(kind, example):
     law, rows = example(kind), readings(12)
     assert law.in_loop().signature().args[0] == numba.from_dtype(KNOWN)[::1]
     whole, kept = answers(compiled(law), law, rows)
     by_value = law.compile()
-    assert by_value.signature().args[0] == type_of_inputs()
+    assert by_value.signature().args[0] == find_inputs_type()
     found, memory = answers(by_value.compiled, law, rows)
     assert np.array_equal(found, whole) and np.array_equal(memory, kept)
 

@@ -81,7 +81,7 @@ def always(**more):
 
 @pytest.mark.parametrize("form", ["field", "text"])
 @pytest.mark.parametrize("tau", TAUS)
-def test_the_flown_stage_2_is_the_controller_of_the_exact_model(form, tau):
+def test_flown_stage_2_is_the_controller_of_the_exact_model(form, tau):
     gains = Stage2Gains(*np.random.default_rng(7).uniform(-3.0, 3.0, 15))
     b = field(tau)
     law = spec(gains, **(of_text(b) if form == "text" else {})).law()
@@ -112,7 +112,7 @@ def test_the_flown_stage_2_is_the_controller_of_the_exact_model(form, tau):
 
 
 @pytest.mark.parametrize("tau", TAUS)
-def test_the_flown_stage_1_is_the_controller_of_the_exact_model(tau):
+def test_flown_stage_1_is_the_controller_of_the_exact_model(tau):
     law = spec([1.0] * 15, filter_damping=0.6).law()
     frequency = 0.02 / RATE
     loop = STAGE_1.with_parameters(

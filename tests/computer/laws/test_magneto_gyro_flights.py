@@ -11,12 +11,12 @@ from law_cases import compiled, inputs
 from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.computer.laws.magneto_gyro.kernel import MEMORY
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.load import load_scenario
 from torquer.simulation.setup.simulate import simulate
-from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.accuracy import follow_revolution, noise_error, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import field_along, model_error
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
@@ -72,7 +72,7 @@ def fly(changes, orbits=12.0):
     for key, value in changes.items():
         scenario = scenario.replace(key, value)
     result = simulate(scenario)
-    return Flown(result, result.time.values / PERIOD_S, attitude_error_of(result).error_deg)
+    return Flown(result, result.time.values / PERIOD_S, find_attitude_error(result).error_deg)
 
 
 def tip_off(seed, rate_deg_s=3.0):
@@ -111,7 +111,7 @@ def test_the_law_knows_the_attitude_and_the_rate():
     assert np.all(turning.logged("angles_rad") == 0.0)
 
 
-def test_the_satellites_own_dipole_is_learned_exactly_in_an_exact_field():
+def test_satellite_dipole_is_learned_exactly_in_an_exact_field():
     flown = fly(EXACT, 14.0)
     begun = flown.orbits[np.argmax(flown.logged("stage") == 2.0)]
     off = np.linalg.norm(flown.logged("residual_dipole_a_m2") - RESIDUAL, axis=1)
@@ -122,7 +122,7 @@ def test_the_satellites_own_dipole_is_learned_exactly_in_an_exact_field():
     assert flown.rms_deg(after=13.0).max() < 1e-3
 
 
-def test_with_errors_of_the_field_model_the_orbits_mean_of_the_dipole_is_right():
+def test_learned_mean_dipole_is_right_despite_field_model_errors():
     flown = fly({}, 25.0)
     found, records = flown.logged("residual_dipole_a_m2", after=10.0), round(PERIOD_S / 20.0)
     means = np.array([np.convolve(c, np.full(records, 1 / records), "valid") for c in found.T])
@@ -130,7 +130,7 @@ def test_with_errors_of_the_field_model_the_orbits_mean_of_the_dipole_is_right()
     assert off.max() < 0.05
 
 
-def test_a_bias_of_the_magnetometer_tilts_by_less_than_half_a_degree():
+def test_magnetometer_bias_tilts_by_less_than_half_a_degree():
     flown = fly({"spacecraft.magnetometer.bias_nt": (100.0, -100.0, 100.0)}, 20.0)
     assert 0.15 < flown.rms_deg(after=10.0).max() < 0.5
 
@@ -145,7 +145,7 @@ def strength(flown):
 
 
 def loop(gains=GAINS, form="field"):
-    return revolution_of(
+    return follow_revolution(
         stage_2_loop(CRAFT.satellite(), CRAFT.gyrostat, gains, normal=-0.1, form=form)
     )
 
@@ -172,7 +172,7 @@ def test_the_exact_model_predicts_what_a_constant_torque_does(axis, size_n_m):
     assert flown.rms_deg(after=15.0)[axis] == pytest.approx(want, rel=0.2)
 
 
-def test_the_exact_model_predicts_what_the_field_model_on_board_leaves():
+def test_exact_model_predicts_the_residual_of_the_on_board_field():
     scenario = EXAMPLE.replace("spacecraft.magnetometer.noise_nt", 0.0)
     along = field_along(scenario.orbit_environment(), scenario.believed_environment())
     assert along.strength_t == pytest.approx(strength(fly(NEARLY, 15.0)), rel=1e-3)
@@ -223,7 +223,7 @@ def test_gains_by_the_frozen_model_alone_fail_in_flight():
 
 
 @pytest.mark.parametrize(("stiffness", "holds"), [(-0.6, False), (0.7, False), (3.0, True)])
-def test_stage_1_needs_a_wheel_that_makes_h_positive_and_not_small(stiffness, holds):
+def test_stage_1_needs_a_wheel_with_h_clearly_positive(stiffness, holds):
     """Near h = 0.7 the frozen model is stable, but not the exact one with gravity gradient."""
     wheel = CRAFT.wheel_at(stiffness)
     satellite = CRAFT.with_wheel(wheel).satellite()
@@ -255,7 +255,7 @@ def test_the_field_turns_by_at_most_about_three_orbital_rates():
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_stage_1_alone_comes_to_rest_in_the_orbital_frame_and_points_by_degrees(seed):
+def test_stage_1_alone_rests_in_orbital_frame_within_degrees(seed):
     flown = fly({**tip_off(seed), **STAGE_1_ALONE}, 12.0)
     rate = np.degrees(np.linalg.norm(flown.result.omega_orbital.values, axis=1))
     late = flown.orbits > 10.0
@@ -282,7 +282,7 @@ def test_stage_1_brakes_below_the_frequency_of_its_filters_alone(rate_deg_s, bra
 
 
 @pytest.mark.parametrize("actuate_s", [3.0, 9.0])
-def test_it_points_with_the_coils_off_while_the_field_is_read(actuate_s):
+def test_pointing_works_with_coils_off_during_field_readings(actuate_s):
     """Intervals between calls differ; the estimator has the mean dipole of each."""
     windows = {"measure_s": 1.0, "actuate_s": actuate_s}
     law = LAW.model_copy(update={"coil_duty": actuate_s / (1.0 + actuate_s)})
@@ -293,9 +293,7 @@ def test_it_points_with_the_coils_off_while_the_field_is_read(actuate_s):
 
 @SEEDS
 @pytest.mark.parametrize(("eccentricity", "most_deg"), [(0.02, 0.1), (0.05, 0.2)])
-def test_an_eccentric_orbit_leaves_an_error_that_grows_with_the_eccentricity(
-    seeds, eccentricity, most_deg
-):
+def test_eccentric_orbit_error_grows_with_eccentricity(seeds, eccentricity, most_deg):
     """The law has the mean rate, the frame turns unevenly: about 2.4 deg of pitch per unit of e."""
     orbit = {"kind": "kepler", "semi_major_axis_km": 7208.0, "eccentricity": eccentricity,
              "inclination_deg": 98.8, "mean_anomaly_deg": 0.0}  # fmt: skip
@@ -320,14 +318,14 @@ def remembered(calls_s):
     return {name: part for name, part in found.items() if not name.endswith("_s")}
 
 
-def test_after_a_gap_between_calls_all_is_as_at_the_first_call():
+def test_gap_between_calls_resets_all_to_the_first_call():
     """Ten minutes in which another law was at work; half a minute is none."""
     assert remembered((0.0, 1.0, 601.0)) == remembered((601.0,))
     assert remembered((0.0, 1.0, 31.0)) != remembered((31.0,))
     assert remembered((0.0, 60.0, 120.0)) != remembered((120.0,))  # calls a minute apart
 
 
-def test_a_wrong_magnetometer_brings_back_stage_1_and_then_it_points_again():
+def test_wrong_magnetometer_brings_back_stage_1_until_it_points_again():
     """Readings with the wrong sign for two hours: the mean angle calls stage 1, later stage 2."""
     failure = {"kind": "reversed", "from_s": 45_000.0, "until_s": 52_000.0}
     flown = fly({"spacecraft.magnetometer.failures": [failure]}, 15.0)
@@ -353,9 +351,7 @@ def test_after_an_orbit_without_the_magnetometer_it_points_again(seeds, kind):
 
 @SEEDS
 @pytest.mark.parametrize(("coil", "holds"), [(0, False), (2, True)])
-def test_without_the_coil_along_roll_it_does_not_hold_without_that_along_yaw_it_does(
-    seeds, coil, holds
-):
+def test_loss_of_roll_coil_breaks_pointing_but_yaw_coil_not(seeds, coil, holds):
     """A pitch error of 0.7 deg (rms) is left without the coil along yaw."""
     failures = [{"coil": coil, "kind": "dead", "from_s": 9.0 * PERIOD_S}]
     for seed in seeds:
@@ -372,7 +368,7 @@ def test_a_microsatellite_points_from_tip_off(seeds):
         for key, value in tip_off(seed, 5.0).items():
             scenario = scenario.replace(key, value)
         result = simulate(scenario.replace("simulation.revolutions", 10.0))
-        error = attitude_error_of(result).error_deg
+        error = find_attitude_error(result).error_deg
         orbits = result.time.values / example.orbit.period_s
         assert np.linalg.norm(error[orbits > 5.0], axis=1).max() < 1.0, seed
         rms = np.sqrt(np.mean(error[orbits > 6.0] ** 2, axis=0))
@@ -381,7 +377,7 @@ def test_a_microsatellite_points_from_tip_off(seeds):
 
 
 @pytest.mark.parametrize(("coils", "threshold"), [("each_coil", 30.0), ("nearest_angle", 60.0)])
-def test_relay_coils_leave_a_cycle_in_stage_1_that_grows_with_their_threshold(coils, threshold):
+def test_relay_limit_cycle_of_stage_1_grows_with_its_threshold(coils, threshold):
     errors = []
     for each in (threshold, 2.0 * threshold):
         keys = {"coils": coils, "relay_threshold_a_m2": each, "relay_dipole_a_m2": 250.0}

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.computer.laws.off import Off
 from torquer.scenario.load import load_scenario
 from torquer.simulation.setup.simulate import simulate
@@ -47,7 +47,7 @@ def error_deg(seed, orbits, from_s=0.0, **wheels):
     for key, value in changes.items():
         scenario = scenario.replace(key, value)
     result = simulate(scenario, laws={"wheel": hold_wheel.with_parameters(from_s=from_s)})
-    size = np.linalg.norm(attitude_error_of(result).error_deg, axis=1)
+    size = np.linalg.norm(find_attitude_error(result).error_deg, axis=1)
     return result.time.values / PERIOD_S, size
 
 

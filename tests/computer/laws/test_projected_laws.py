@@ -18,7 +18,7 @@ from torquer.computer.laws import AnyLaw
 from torquer.computer.laws.projected_pd import ProjectedPd
 from torquer.computer.laws.sliding_mode import SlidingMode
 from torquer.computer.laws.three_axis import ThreeAxis
-from torquer.theory import mean_projection, stability_of
+from torquer.theory import exact_stability, mean_projection
 
 RADIUS_M = 7e6
 N = math.sqrt(MU_EARTH_M3_S2 / RADIUS_M**3)
@@ -68,7 +68,7 @@ def state_off(turn_deg=(40.0, -60.0, 30.0), rate=(1e-3, -2e-3, 1.5e-3), t_s=0.0)
 
 
 @pytest.mark.parametrize("kind", SPECS)
-def test_the_torque_is_across_the_field_and_does_not_depend_on_its_strength(kind):
+def test_torque_is_across_the_field_and_independent_of_its_strength(kind):
     law, state = SPECS[kind](**KEYS[kind]).law(), state_off()
     for b in (np.array(B), 3.0 * np.array(B)):
         m = dipole(law, 0.0, *state, tuple(b))
@@ -79,7 +79,7 @@ def test_the_torque_is_across_the_field_and_does_not_depend_on_its_strength(kind
         assert torque == pytest.approx(across, rel=1e-9, abs=1e-9 * np.linalg.norm(asked))
 
 
-def test_pd_is_the_law_of_the_text_at_the_field_s_strength():
+def test_pd_is_the_published_law_at_the_fields_strength():
     """(4.1.7), less the part along B: k = k_v/B^2, k_a = k_p/(4 e4 B^2)."""
     attitude, omega = state_off()
     square, e4 = np.dot(B, B), math.cos(math.radians(np.linalg.norm([40.0, 60.0, 30.0])) / 2.0)
@@ -102,7 +102,7 @@ def test_the_spring_takes_the_short_way_round():
 
 
 @pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (30.0, -40.0, 70.0)])
-def test_weighted_by_the_mean_projection_coils_give_all_in_the_mean(angles):
+def test_weighting_by_mean_projection_gives_full_torque_on_average(angles):
     """In an inertial attitude J theta'' + k_v theta' + k_p/2 theta = 0 on the average, any J."""
     held = hold(50.0, inertia=(1.2, 1.2, 1.2), euler_deg=angles)
     b = held.free(np.linspace(0.0, held.period, 64, endpoint=False)).b_body_t
@@ -111,7 +111,7 @@ def test_weighted_by_the_mean_projection_coils_give_all_in_the_mean(angles):
     k_v, k_p = 0.3 * held.rate_rad_s * 1.2, 0.2 * held.rate_rad_s**2 * 1.2
     keys = {"reference": "inertial", "euler_deg": angles, "mean_projection": mean.tolist()}
     law = ProjectedPd(rate_gain_n_m_s=k_v, angle_gain_n_m=k_p, **keys).law()
-    found = stability_of(held.with_law(law))
+    found = exact_stability(held.with_law(law))
     roots = np.roots([1.0, 0.3, 0.1])
     assert found.averaged_degree == pytest.approx(-roots.real.max(), rel=1e-9)
     assert found.degree == pytest.approx(found.averaged_degree, rel=0.1)
@@ -157,7 +157,7 @@ def test_a_whole_torque_takes_the_distance_from_the_manifold_out():
     assert np.array(found) == pytest.approx(expected, abs=1e-6 * np.linalg.norm(found[0]))
 
 
-def test_on_the_manifold_the_angle_falls_as_the_reduced_equation_says():
+def test_manifold_angle_falls_as_the_reduced_equation_says():
     """da/dt = -kappa sin(a/2): tan(a/4) falls with kappa/2."""
     law, turn = SlidingMode(**KEYS["sliding_mode"]).law(), np.array([70.0, -90.0, 60.0])
     angle = math.radians(np.linalg.norm(turn))
@@ -167,7 +167,7 @@ def test_on_the_manifold_the_angle_falls_as_the_reduced_equation_says():
     assert quarter == pytest.approx(math.tan(angle / 4.0) * np.exp(-1e-3 * times), rel=1e-6)
 
 
-def test_at_the_equilibrium_sliding_mode_asks_for_what_gravity_does_only():
+def test_sliding_mode_at_equilibrium_asks_only_for_gravity_torque():
     aligned = {**KEYS["sliding_mode"], "inertia_kg_m2": [1.4, 1.6, 0.9]}
     at_rest = state_off((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     whole = whole_torque(SlidingMode(**aligned).law(), 0.0, *at_rest)

@@ -53,7 +53,7 @@ def test_rate_form_is_the_formula(omega, sun, b, model_sun, gain):
 
 @MANY
 @given(vectors, vectors, gains)
-def test_with_the_field_in_place_of_the_sun_it_is_b_dot(omega, b, gain):
+def test_s_dot_with_field_for_sun_is_b_dot(omega, b, gain):
     """SDOT 1.5: S = B, alpha = 0 makes it (1.14), here per unit of the field's strength."""
     row = inputs(b=b, omega=omega, sun=unit(b), model_b=b, model_sun=unit(b))
     expected = np.array(bdot_rate(row, BdotGain(gain), ())) / np.linalg.norm(b)
@@ -71,7 +71,7 @@ def test_difference_form_is_the_formula(first, before, now, gain, dt):
     assert found[2] == pytest.approx(expected, rel=1e-12, abs=1e-13 * gain / dt)
 
 
-def test_difference_tends_to_the_rate_form_with_the_first_power_of_the_interval():
+def test_difference_tends_linearly_to_rate_form_with_the_interval():
     omega, sun, gain = np.array([0.02, 0.05, -0.03]), unit([1.0, -2.0, 0.5]), 1e3
 
     def seen(t):  # a Sun at rest seen from the turning body
@@ -125,7 +125,7 @@ def test_no_difference_is_taken_across_a_gap(gap_s, taken):
     assert np.any(found[4] != 0.0)
 
 
-def test_a_single_call_before_a_gap_is_not_taken_for_an_interval():
+def test_single_call_before_a_gap_is_not_an_interval():
     found = answers(1e3, (0.0, X), (2e3, Y), (2001.0, Z))
     assert np.all(found[:2] == 0.0) and np.any(found[2] != 0.0)
 

@@ -55,7 +55,7 @@ def pointed(target=(0.0, 0.0, 1.0), axis=AXIS, gain=2e5, momentum=0.3):
 
 @MANY
 @given(fields, rates, units)
-def test_nutation_damping_is_b_dot_through_one_coil_and_only_takes_energy(b, omega, axis):
+def test_nutation_damping_is_one_coil_b_dot_and_only_dissipates(b, omega, axis):
     spec = NutationDampingRate(gain_a_m2_s_per_t=3e5, axis=axis)
     m, e3 = answer(spec, row(b, omega)), np.array(spec.axis)
     lever = np.linalg.norm(b) * np.linalg.norm(omega)
@@ -82,7 +82,7 @@ def test_nutation_damping_from_two_readings_and_from_a_search_coil(before, b, ax
 
 @MANY
 @given(fields, units)
-def test_spin_up_is_the_formula_and_its_torque_along_the_axis_never_brakes(b, axis):
+def test_spin_up_follows_its_formula_and_never_brakes_the_axis(b, axis):
     spec = SpinUp(gain_a_m2_per_t=4e4, axis=axis)
     m, e3 = answer(spec, row(b)), np.array(spec.axis)
     size = np.linalg.norm(b)
@@ -108,7 +108,7 @@ def test_spin_up_stops_at_its_target_rate_about_the_axis():
 
 @MANY
 @given(fields, rates, turns, units)
-def test_laws_with_a_target_are_their_formulas_and_leave_the_spin_alone(b, omega, turn, target):
+def test_target_laws_follow_their_formulas_and_leave_the_spin_alone(b, omega, turn, target):
     q, e3 = turn.as_quat(), np.array(AXIS)
     for spec, missing in pointed(target).items():
         m = answer(spec, row(b, omega, q))
@@ -131,7 +131,7 @@ def test_of_a_pure_spin_the_three_pointed_laws_are_one(b, spin, turn, target):
 
 @MANY
 @given(fields, rates, turns)
-def test_the_target_may_be_the_sun_as_the_sensors_see_it(b, omega, turn):
+def test_target_may_be_the_sun_that_the_sensors_see(b, omega, turn):
     target, q = (0.36, 0.48, 0.8), turn.as_quat()
     sun = turn.inv().apply(target)
     for by_star, by_sun in zip(pointed(target), pointed("sun"), strict=True):
@@ -162,7 +162,7 @@ def test_nutation_damping_and_the_first_law_cancel_in_a_precession(ratio):
     assert damping == pytest.approx(-first, rel=1e-9)
 
 
-def test_at_rest_there_is_no_direction_of_momentum_to_take_off():
+def test_body_at_rest_has_no_momentum_direction_to_subtract():
     *_, first, second = pointed((1.0, 0.0, 0.0))
     at_rest = row((1e-5, 2e-5, 3e-5))
     assert answer(first, at_rest).any()
@@ -198,7 +198,7 @@ def test_the_relays_of_spin_up_switch_each_coil_alone():
     assert answer(slanted, row(b)) == pytest.approx([0.1 * 2**0.5, 0.0, 0.0], abs=1e-16)
 
 
-def test_coils_in_relay_mode_leave_the_coils_off_that_a_one_coil_law_does_not_use():
+def test_relay_keeps_coils_off_that_a_one_coil_law_ignores():
     """Their sign is that of nothing wanted: zero, not plus."""
     coils, state = Coils(limit_a_m2=0.8, saturation="relay").pack(), np.zeros(3, COIL_STATE)
     for bx in (1e-5, -1e-5):

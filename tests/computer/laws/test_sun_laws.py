@@ -27,7 +27,7 @@ def called(spec):
 
 @MANY
 @given(field=unit, torque=unit)
-def test_the_torque_is_what_is_wanted_less_its_part_along_the_field(field, torque):
+def test_torque_is_the_wanted_one_less_its_part_along_field(field, torque):
     b = 3e-5 * np.array(field)
     along = b / np.linalg.norm(b)
     made = np.cross(dipole_for(torque, tuple(b)), b)
@@ -80,7 +80,7 @@ def test_panel_tracking_never_turns_the_axis_from_the_sun(sun):
     assert torque @ to_sun >= -1e-18
 
 
-def test_a_difference_without_its_sign_turns_the_axis_past_the_sun():
+def test_unsigned_difference_turns_the_axis_past_the_sun():
     """A body that turns about e3 alone, braked, the Sun at an angle on either side of e1. SDOT has
     the norm of the difference: from one side it drives the axis round by the far side."""
 
@@ -115,7 +115,7 @@ def spun(rates, suns=None, **keys):
     return np.array(found)
 
 
-def test_the_first_step_brings_the_momentum_to_the_axis_and_the_second_to_the_sun():
+def test_momentum_goes_first_to_the_axis_then_to_the_sun():
     """Steps: too slow; spinning; nutation beyond the first angle, within the second; beyond."""
     full = 0.1
     wobble = [(full * np.tan(np.radians(a)) * 1.5, 0.0, full) for a in (0.0, 20.0, 40.0, 20.0)]

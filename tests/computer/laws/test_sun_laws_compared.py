@@ -49,7 +49,7 @@ def test_a_law_reads_the_sensors_that_the_comparison_says(name):
     assert ", ".join(read) == LAWS[name].reads
 
 
-def test_gains_are_those_of_the_laws_and_within_the_ranges_of_the_search():
+def test_gains_are_those_of_laws_and_within_search_ranges():
     assert list(GAINS) == list(LAWS)
     for name, gains in GAINS.items():
         assert list(gains) == list(LAWS[name].ranges)
@@ -70,7 +70,7 @@ def test_every_law_has_the_same_number_of_designs(dimensions):
     assert len({tuple(point) for point in before}) == len(before)
 
 
-def test_of_designs_that_are_equally_fast_the_one_of_least_energy_is_best():
+def test_least_energy_decides_between_equally_fast_designs():
     costs = np.array([[2.0, 9.0], [2.4, 5.0], [2.6, 1.0], [5.0, 0.5]])
     assert compared.best_first(costs).tolist() == [1, 0, 2, 3]
 
@@ -81,7 +81,7 @@ def outcomes(**values):
     return compared.Flown(**{name: none for name in compared.Flown._fields} | values)
 
 
-def test_a_start_that_does_not_stay_is_not_settled_and_counts_in_every_quantile():
+def test_unsettled_start_counts_in_every_quantile():
     """One settles after 1 h, one is late, one was there and left, one was never there."""
     missing = np.nan
     flown = outcomes(
@@ -97,7 +97,7 @@ def test_a_start_that_does_not_stay_is_not_settled_and_counts_in_every_quantile(
     assert cells[1:5] == ["25.0 +- 0.0 %", "not reached", "50.0 %", "75.0 %"]
 
 
-def test_the_standard_error_is_that_of_groups_which_share_an_orbit():
+def test_standard_error_is_that_of_groups_sharing_an_orbit():
     """On one orbit all settle, on the other none: two orbits, not eight starts."""
     settled = np.array([[1] * 4, [0] * 4])
     ones = np.ones((2, 4))
@@ -121,7 +121,7 @@ SHOWN = {
 }
 
 
-def test_the_tutorial_s_table_has_a_row_for_each_law_under_the_script_s_head():
+def test_tutorial_table_has_every_laws_row_under_the_script_head():
     assert list(SHOWN) == list(LAWS)
     assert f"\n{compared.HEAD}\n" in PAGE
 

@@ -40,7 +40,7 @@ def test_at_the_wanted_attitude_it_asks_for_nothing(reference):
     assert m == pytest.approx(np.zeros(3), abs=1e-12)
 
 
-def test_small_errors_meet_a_spring_and_a_damper_across_the_field():
+def test_small_errors_meet_a_spring_and_damper_across_field():
     """M = m x B = -(B^2 - B B.)(k w + 2 k_a phi) to first order in the turn phi."""
     k, k_a = 1e5, 30.0
     spec = ThreeAxis(rate_gain_n_m_s_per_t2=k, angle_gain_n_m_per_t2=k_a, reference="inertial")

@@ -24,7 +24,7 @@ def row(b, h, q=(0.0, 0.0, 0.0, 1.0), omega=ZERO):
 
 @MANY
 @given(b=vectors, h=vectors)
-def test_the_torque_is_the_gain_times_what_lies_across_the_field(b, h):
+def test_torque_is_gain_times_momentum_across_the_field(b, h):
     b, h = 1e-9 * b, 1e-4 * h
     wanted = np.array([0.3, -0.1, 0.2])
     dipole = machine(Unloading(gain_per_s=2e-3, wanted_momentum_n_m_s=wanted))(row(b, h))
@@ -80,7 +80,7 @@ def turning_field(t, rate):
     return 3e-5 * np.array([math.cos(rate * t), math.sin(rate * t), 0.0])
 
 
-def test_momentum_in_a_turning_field_decays_by_the_mean_square_across_it():
+def test_momentum_decays_by_mean_square_across_a_turning_field():
     """Half the gain in the plane in which the field turns, the whole gain along its axis.
 
     The body stands still: the wheels give what the coils take, dh/dt = m x B. The exact motion

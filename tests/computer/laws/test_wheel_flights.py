@@ -76,7 +76,7 @@ def nominal(reference, gravity, eccentricity, seed):
 
 @CASES
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
-def test_lyapunov_function_falls_by_the_rate_gain_times_the_square_of_the_rate(
+def test_lyapunov_function_falls_by_rate_gain_times_rate_squared(
     reference, gravity, eccentricity, seed
 ):
     f = nominal(reference, gravity, eccentricity, seed)

@@ -155,7 +155,7 @@ def test_pd_every_axis_has_the_wanted_polynomial(reference, damping):
         assert roots.real == pytest.approx(np.full(6, -damping * kappa), rel=1e-6)
 
 
-def test_pd_a_constant_torque_is_met_at_the_error_of_the_docstring():
+def test_pd_meets_constant_torque_at_the_error_of_the_docstring():
     kappa, torque = 0.02, np.array([3e-7, -2e-7, 1e-7])
     spec = WheelPd(bandwidth_rad_s=kappa, reference="inertial", inertia_kg_m2=J.tolist())
     error = Rotation.from_rotvec(np.linalg.solve(J, torque) / kappa**2)
@@ -171,7 +171,7 @@ def test_pd_the_wheels_momentum_is_turned_with_the_body(reference):
     assert more == pytest.approx(np.cross(omega, h), abs=1e-14)
 
 
-def test_pd_one_orbital_rate_differs_by_its_difference_from_that_of_the_instant():
+def test_pd_constant_and_instantaneous_orbital_rates_differ_as_the_rates():
     kappa, zeta = 0.02, 0.8
     keys = {"bandwidth_rad_s": kappa, "damping": zeta, "inertia_kg_m2": J.tolist()}
     own, one = WheelPd(**keys), WheelPd(**keys, orbital_rate_rad_s=RATE)

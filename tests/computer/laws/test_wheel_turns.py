@@ -56,7 +56,7 @@ def lyapunov_function(f, x):
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([1e-9, 1e-4, 0.1, 1.5, 1.6, 3.0, math.pi - 1e-6]))
-def test_half_turn_is_that_of_the_turn_from_one_to_the_other(seed, angle):
+def test_half_turn_between_axes_is_exact_at_any_angle(seed, angle):
     """a, turned by x about e, is b; what comes is e sin(x/2), to rounding at any angle."""
     a, across = Rotation.random(random_state=seed).as_matrix()[:2]
     b = math.cos(angle) * a + math.sin(angle) * across
@@ -75,7 +75,7 @@ def test_opposite_directions_have_a_half_turn_all_the_same():
 
 @SPINS
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_lyapunov_function_falls_by_the_gain_times_the_square_of_what_is_damped(spin_deg_s, seed):
+def test_lyapunov_function_falls_by_gain_times_damped_rate_squared(spin_deg_s, seed):
     f, x, h = nominal(spin_deg_s, seed), beginning(seed), 0.02
     v = {n: lyapunov_function(f, stepped(f, x, n * h)) for n in (-2, -1, 1, 2)}
     slope = (8.0 * (v[1] - v[-1]) - (v[2] - v[-2])) / (12.0 * h)
@@ -163,7 +163,7 @@ def away(f, angle_deg, seed=3):
 
 
 @EVERY
-def test_a_large_turn_goes_at_the_greatest_rate_and_takes_the_time_of_it(kind):
+def test_large_turn_goes_at_greatest_rate_in_the_expected_time(kind):
     f = flight(LIMITED[kind](greatest_rate_deg_s=MOST_DEG_S), np.array(J))
     x, h = away(f, 170.0), 0.5
     rates, left = [], []

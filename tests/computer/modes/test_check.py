@@ -12,7 +12,7 @@ from torquer.computer.modes.check import findings
 from torquer.computer.modes.cycles import _back, endless, greatest_rate
 from torquer.computer.modes.explore import Sight, Step
 from torquer.computer.modes.finding import Facts
-from torquer.computer.modes.graph import components, edges_of, reachable
+from torquer.computer.modes.graph import components, find_edges, reachable
 from torquer.computer.modes.spec import Modes, Region
 
 FAST, SLOW = {"signal": "rate_deg_s", "above": 0.7}, {"signal": "rate_deg_s", "below": 0.5}
@@ -74,7 +74,7 @@ def test_coils_and_flags_are_looked_at_one_by_one():
             assert ("never" in kinds) == contradicts, (signal, first, second)  # fmt: skip
 
 
-def test_a_state_without_a_way_out_is_a_trap_unless_it_is_final():
+def test_state_without_exit_is_a_trap_unless_final():
     states = {"a": {"transitions": [{"to": "b", "when": SLOW}]}, "b": {}}
     assert [*found(states=states)] == [("trap", ("b",))]
     states["b"] = {"transitions": [{"to": "b", "at_most_s": 5.0}]}
@@ -124,7 +124,7 @@ def test_times_around_a_cycle_bound_the_switching_rate():
     assert "at least 60 s" in message
 
 
-def test_a_cycle_that_follows_another_region_is_as_slow_as_that():
+def test_cycle_following_another_region_is_as_slow_as_it():
     inside = {"signal": "in_state", "state": "b"}
     follower = {
         "c": {"transitions": [{"to": "d", "when": {**inside, "above": 0.5}}]},
@@ -254,7 +254,7 @@ def flight(seed, count=150, step_s=0.5):
 
 @settings(deadline=None, max_examples=80, derandomize=True)
 @given(regions(), st.integers(0, 10**6))
-def test_no_flight_enters_what_is_unreachable_or_switches_faster_than_the_bound(keys, seed):
+def test_flights_respect_unreachable_states_and_the_switching_bound(keys, seed):
     """A walk is cycles and a path that passes no state twice."""
     flown, rows = Flown(axis=Z, **keys), flight(seed)
     entered = [(rows[i].t_s, flown.now[0]) for i, x in enumerate(rows) if flown(x)]
@@ -275,7 +275,7 @@ def switching_rate(modes, step_s=0.5):
     return max(rates, default=0.0)
 
 
-def test_the_least_time_is_reached_to_a_control_step_per_state():
+def test_least_time_is_met_to_one_control_step_per_state():
     """The hold time of a transition from any state runs since the state it leads to was left."""
     states = {
         "a": {"transitions": [{"to": "b", "at_least_s": 3.0}]},
@@ -290,7 +290,7 @@ def test_the_least_time_is_reached_to_a_control_step_per_state():
     assert all(7.0 <= x <= 7.0 + 3 * step_s for x in np.diff(begins)) and len(begins) == 4
 
 
-def test_hold_times_from_any_state_bound_how_often_not_how_soon():
+def test_hold_times_from_any_state_bound_frequency_not_delay():
     """Several may be due at once, one after the other, but each once in 60 s."""
     ways = [{"to": name, "when": SLOW, "for_s": 60.0} for name in "abc"]
     modes = Modes(states={name: {} for name in "abc"}, transitions=ways)
@@ -305,11 +305,11 @@ def test_components_hold_each_edge_once():
     """Of the complete graph of four states and a loop of its own."""
     ways = [{"to": name, "when": FAST} for name in "abcd"]
     region = Region(states={name: {} for name in "abcd"}, transitions=ways)
-    assert [len(part) for part in components(edges_of(region))] == [12]
+    assert [len(part) for part in components(find_edges(region))] == [12]
     loop = Region(states={"a": {"transitions": [{"to": "a", "when": FAST}]}})
-    assert [len(part) for part in components(edges_of(loop))] == [1]
+    assert [len(part) for part in components(find_edges(loop))] == [1]
     chain = Region(states=two_states(when=SLOW)["states"])
-    assert components(edges_of(chain)) == []
+    assert components(find_edges(chain)) == []
 
 
 def test_a_cycle_holds_at_one_valuation_from_end_to_end():

@@ -112,7 +112,7 @@ def swapped(v):
     return v[[0, 2, 1]]
 
 
-def test_a_gyro_that_is_sound_again_is_not_suspected_for_a_whole_umbra():
+def test_recovered_gyro_is_not_suspected_throughout_the_umbra():
     """The Sun's turn contradicted it last; what is not seen any more blames nobody."""
     flight = Flight()
     flight.fly(300)
@@ -123,7 +123,7 @@ def test_a_gyro_that_is_sound_again_is_not_suspected_for_a_whole_umbra():
     assert flight.suspected_since_s(GYRO) > 180.0
 
 
-def test_sun_sensors_that_see_the_sun_in_the_umbra_are_suspected_only_as_long():
+def test_sun_sensors_are_suspected_only_while_seeing_sun_in_umbra():
     flight = Flight()
     flight.fly(60)
     flight.fly(60, umbra=True, sun_sensors=lambda v: flight.to_body.apply(flight.sun_read()))
@@ -132,7 +132,7 @@ def test_sun_sensors_that_see_the_sun_in_the_umbra_are_suspected_only_as_long():
     assert flight.suspected_since_s(SUN_SENSORS) > 180.0
 
 
-def test_a_magnetometer_found_in_sunlight_is_not_used_in_the_umbra():
+def test_magnetometer_found_bad_in_sunlight_is_unused_in_umbra():
     """Its turn there is not the gyro's fault, nor is it sound because no Sun contradicts it. It is
     forgotten after four hours without a Sun."""
     flight = Flight()
@@ -146,14 +146,14 @@ def test_a_magnetometer_found_in_sunlight_is_not_used_in_the_umbra():
     assert flight.suspected_since_s(MAGNETOMETER) > 120.0
 
 
-def test_wrong_sun_sensors_are_not_the_gyros_fault_between_two_readings_of_the_field():
+def test_wrong_sun_sensors_do_not_incriminate_gyro_between_field_readings():
     flight = Flight()
     flight.fly(200, every={"magnetometer": 3}, sun_sensors=swapped)
     assert flight.suspected_since_s(SUN_SENSORS) == 0.0 and flight.now["liar"] == -2.0
     assert flight.suspected_since_s(GYRO) > 100.0
 
 
-def test_what_was_learned_of_coils_with_a_wrong_field_is_forgotten():
+def test_coil_findings_from_a_wrong_field_are_forgotten():
     """And nothing is learned before it has been sound for half an hour."""
     flight = Flight()
     flight.fly(200, dipole=(1.0, -1.0, 1.0))
@@ -203,7 +203,7 @@ def test_one_long_gap_does_not_hide_the_next():
     assert last_s + 30.0 < flight.state.sensors["failed_s"][MAGNETOMETER] == flight.t_s - 1.0
 
 
-def test_a_blinded_star_tracker_is_not_suspected_but_an_infinite_reading_is():
+def test_blinded_star_tracker_is_not_suspected_but_infinite_reading_is():
     flight, nothing = Flight(), (np.nan, np.nan, np.nan, np.nan)
     for value in nothing * 25:
         flight.known["q_s"] = flight.t_s

@@ -70,7 +70,7 @@ def test_nothing_is_doubtful():
     assert [f.message for f in findings(MODES) if f.is_fault] == []
 
 
-def test_it_detumbles_while_the_rate_is_high_and_a_while_longer(logic):
+def test_detumbling_lasts_while_rate_is_high_and_a_while_longer(logic):
     assert logic.fly(4000, rate_deg_s=2.0) == ["bdot", "detumbling"]
     assert logic.fly(295, rate_deg_s=0.39) == ["bdot", "detumbling"]
     assert logic.fly(2, rate_deg_s=0.41) == ["bdot", "detumbling"]  # the time begins again
@@ -78,7 +78,7 @@ def test_it_detumbles_while_the_rate_is_high_and_a_while_longer(logic):
     assert logic.fly(10, rate_deg_s=0.39)[0] == "waiting"
 
 
-def test_in_the_shadow_damping_goes_on_until_the_sun_is_seen(logic):
+def test_damping_continues_in_shadow_until_the_sun_is_seen(logic):
     assert logic.fly(3000, sun=DARK, rate_deg_s=0.2) == ["waiting", "detumbling"]
     assert logic.fly(12, rate_deg_s=0.2)[0] == "triad"
     assert logic.fly(2, rate_deg_s=0.2, error_deg=100.0) == ["triad", "acquisition"]
@@ -108,7 +108,7 @@ def test_science_ends_at_large_ones(pointing, error_deg, rate_deg_s):
     assert found == ["kalman_mag_dss", "acquisition" if large else "science"]
 
 
-def test_the_gyro_takes_the_place_of_a_sun_that_is_not_seen(pointing):
+def test_gyro_replaces_an_unseen_sun(pointing):
     assert pointing.fly(4, sun=DARK)[0] == "kalman_mag_dss"
     assert pointing.fly(3, sun=DARK) == ["kalman_mag_wrate", "science"]
     assert pointing.fly(2000, sun=DARK) == ["kalman_mag_wrate", "science"]

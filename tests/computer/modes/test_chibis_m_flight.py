@@ -13,7 +13,7 @@ from flown_modes import Flown, reading
 
 from torquer import load_scenario
 from torquer.computer.interface import SENSORS
-from torquer.computer.modes.graph import edges_of
+from torquer.computer.modes.graph import find_edges
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "chibis_m_flight.toml"
 SCENARIO = load_scenario(EXAMPLE)
@@ -278,7 +278,7 @@ def test_no_transition_is_left_out():
     """The tables have no transitions but those that are taken above."""
     of_times = Counter()  # a condition and at_most_s are two ways to take one transition
     for name, region in MODES.regions.items():
-        for edge in edges_of(region) if name not in GUARDS else []:
+        for edge in find_edges(region) if name not in GUARDS else []:
             assert not edge.from_any
             both = bool(edge.transition.when) and edge.transition.at_most_s is not None
             of_times[name, edge.leave, edge.to] += 2 if both else 1
@@ -322,7 +322,7 @@ def test_no_transition_is_left_out():
         ("sun", "sun_lost", {}, {"sun": False}),
     ],
 )
-def test_what_is_on_the_other_side_of_a_limit_leaves_a_state_alone(region, state, others, known):
+def test_state_is_kept_beyond_the_other_side_of_a_limit(region, state, others, known):
     assert Table().left_after_s(region, state, others, known, 4000.0)[1] == state
 
 

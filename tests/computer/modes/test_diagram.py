@@ -10,7 +10,7 @@ from flown_modes import J, Z
 
 from torquer.computer.modes.diagram import mermaid, svg
 from torquer.computer.modes.layout import LETTER, layout
-from torquer.computer.modes.scheme import modes_of
+from torquer.computer.modes.scheme import as_modes
 from torquer.computer.modes.spec import Modes
 from torquer.computer.modes.wording import state_in_words, transition_in_words
 from torquer.computer.scheme import Scheme
@@ -55,7 +55,7 @@ FULL = {
 }  # fmt: skip
 TABLES = {
     "parallel": Modes.model_validate(tomllib.loads(FILE.read_text())),
-    "chain": modes_of(Scheme(axis=Z, inertia_kg_m2=J, stages=STAGES))[0],
+    "chain": as_modes(Scheme(axis=Z, inertia_kg_m2=J, stages=STAGES))[0],
     "full": Modes.model_validate(FULL),
 }
 tables = pytest.mark.parametrize("modes", TABLES.values(), ids=TABLES)
@@ -171,7 +171,7 @@ def test_mermaid_names_states_before_it_uses_them(modes):
     assert len([a for a in arrows if "[*]" not in a]) == count
 
 
-def test_states_that_differ_in_signs_only_have_identifiers_of_their_own():
+def test_states_differing_only_in_signs_have_distinct_identifiers():
     ways = [{"to": "a_b", "at_most_s": 1.0}]
     text = mermaid(
         Modes(states={"a-b": {"transitions": ways}, "a_b": {}, "any_state": {}}, transitions=ways)
@@ -181,7 +181,7 @@ def test_states_that_differ_in_signs_only_have_identifiers_of_their_own():
 
 
 @tables
-def test_the_dot_of_a_start_lies_next_to_its_own_box(modes):
+def test_start_dot_lies_next_to_its_own_box(modes):
     root = ElementTree.fromstring(svg(modes))
     dots = [each for each in root.iter() if each.tag.endswith("circle")]
     starts = [box_of(box) for box in layout(modes).boxes if box.initial]

@@ -92,7 +92,7 @@ def test_the_guard_does_not_trip_on_sound_coils(angle):
     assert rates_deg_s(result)[-1] < 1.0
 
 
-def test_one_coil_of_the_wrong_sign_is_not_found_by_growth():
+def test_growth_guard_misses_one_coil_of_the_wrong_sign():
     """The two others brake as much as it drives: the rate stays, and the guard sees nothing."""
     result = flown(DAMPING + GUARD.format("rate_growth_guard"), polarity="[1, -1, 1]")
     assert entered_s(result, "guard", 1) == np.inf

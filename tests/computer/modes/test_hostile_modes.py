@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hostile_modes import FACTS, TABLES, table_of
 
-from torquer.analysis.notes.mode_notes import facts_of, mode_findings
+from torquer.analysis.notes.mode_notes import mode_facts, mode_findings
 from torquer.computer.modes.check import faults
 from torquer.computer.modes.signals import SIGNALS
 from torquer.computer.modes.spec import Modes, Region, SensorNoise
@@ -57,7 +57,7 @@ def test_presets_of_the_flight_software_are_those_of_the_example():
             assert flown[name.removeprefix(FLIGHT)] == Region.model_validate(preset)
 
 
-def test_regions_with_too_many_choices_at_one_step_are_explored_in_pairs():
+def test_regions_with_too_many_choices_are_explored_in_pairs():
     """Of ten regions with four ways each; what is found then is the same as of a few."""
     limits = {"rate_deg_s": 1.0, "field_nt": 2e4, "sun_in_view": 0.5, "sunlit_fraction": 0.5}
     ways = [
@@ -97,7 +97,7 @@ def test_every_signal_may_have_several_values():
 
 
 def test_the_facts_are_those_of_the_scenario():
-    facts = facts_of(load_scenario(next(p for p in EXAMPLES if p.stem == "chibis_m_day")))
+    facts = mode_facts(load_scenario(next(p for p in EXAMPLES if p.stem == "chibis_m_day")))
     assert facts.step_s == 1.0 and facts.kinds["hold"].startswith("wheel")
     assert facts.drives["damping"] == {"coils"} and facts.drives["hold"] == {"wheels"}
     assert facts.gives["field_rate"] == {"rate"} and facts.gives["none"] == set()

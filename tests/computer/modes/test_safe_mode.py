@@ -59,7 +59,7 @@ def test_sound_it_points_to_the_sun_and_no_guard_trips(sound):
 
 @pytest.mark.parametrize("from_s", [100.0, FROM_S])
 @pytest.mark.parametrize("kind", ["zeros", "stuck", "silent", "reversed"])
-def test_without_a_gyro_the_field_brakes_and_the_sun_sensors_point(sound, kind, from_s):
+def test_field_brakes_and_sun_sensors_point_without_a_gyro(sound, kind, from_s):
     failures = [{"kind": kind, "from_s": from_s}]
     result = simulate(sound.replace("spacecraft.gyro.failures", failures))
     assert entered_s(result, "main", "without_gyro") < from_s + 300.0

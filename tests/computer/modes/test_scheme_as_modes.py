@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from scheme_twin import SchemeTwin
 
 from torquer.computer.laws.recommended import recommended_scheme, standard_scheme
-from torquer.computer.modes.scheme import DONE, modes_of
+from torquer.computer.modes.scheme import DONE, as_modes
 from torquer.computer.scheme import Scheme
 
 UNTIL = {
@@ -75,19 +75,19 @@ def stages_of(scheme, rows):
 @given(schemes, st.integers(0, 10**6))
 def test_it_switches_when_the_scheme_does(scheme, seed):
     rows = flight(seed)
-    flown = Flown(modes_of(scheme)[0])
+    flown = Flown(as_modes(scheme)[0])
     found = flown.states(map(reading_of, rows))
     assert [flown.names.index(name) + 1 for name in found] == stages_of(scheme, rows)
 
 
 @pytest.mark.parametrize("key", ["nutation_below_deg", "momentum_to_target_below_deg"])
-def test_rest_ends_a_hold_of_the_momentum_as_in_the_scheme(key):
+def test_rest_ends_a_momentum_hold_as_in_the_scheme(key):
     """A body at rest has no momentum whose angle could be below anything."""
     until = {key: 30.0, "for_s": 3.0}
     scheme = Scheme(target=Z, inertia_kg_m2=J, stages=[{"laws": OFF, "until": until}])
     spins = [0.1, 0.1, 0.1, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1, 0.1]
     rows = [(float(t), (0.0, 0.0, w), Z, (0.0, 0.0, 0.0, 1.0)) for t, w in enumerate(spins)]
-    found = Flown(modes_of(scheme)[0]).states(map(reading_of, rows))
+    found = Flown(as_modes(scheme)[0]).states(map(reading_of, rows))
     assert found == ["stage_1"] * 8 + ["done"] * 2
     assert stages_of(scheme, rows) == [1] * 8 + [2] * 2
 
@@ -113,7 +113,7 @@ COMMON = {
 
 def laws_of(data):
     """Laws by states, of a scheme given as data."""
-    modes, laws = modes_of(Scheme.model_validate(data))
+    modes, laws = as_modes(Scheme.model_validate(data))
     states = modes.regions["main"].states
     return {name: [laws[law].kind for law in state.laws] for name, state in states.items()}
 
@@ -138,7 +138,7 @@ def test_the_schemes_of_spin_stabilisation_are_mode_tables():
 
 def test_a_recommended_scheme_damps_spins_up_and_turns():
     """Nutation 60 deg, then none for a minute; then a slow and a fast enough spin."""
-    modes, _ = modes_of(Scheme.model_validate(standard_scheme(**COMMON)))
+    modes, _ = as_modes(Scheme.model_validate(standard_scheme(**COMMON)))
 
     def turning(t, angle_deg, spin_deg_s):
         momentum = (math.sin(math.radians(angle_deg)), 0.0, math.cos(math.radians(angle_deg)))
@@ -157,7 +157,7 @@ def test_a_recommended_scheme_damps_spins_up_and_turns():
 def test_each_stage_has_laws_of_its_own():
     """Two of a kind in one stage, and the same again in the next: four memories."""
     stage = {"laws": [DAMPING, DAMPING], "until": {"at_most_s": 5.0}}
-    modes, laws = modes_of(Scheme(stages=[stage, stage]))
+    modes, laws = as_modes(Scheme(stages=[stage, stage]))
     assert [*laws] == [
         "stage_1_nutation_damping_rate", "stage_1_nutation_damping_rate_2",
         "stage_2_nutation_damping_rate", "stage_2_nutation_damping_rate_2",
@@ -168,7 +168,7 @@ def test_each_stage_has_laws_of_its_own():
 @pytest.mark.parametrize("target", ["sun", (1.0, 0.0, 0.0)])
 def test_only_an_angle_to_the_sun_asks_for_its_view(target):
     until = {"axis_to_target_below_deg": 5.0}
-    modes, _ = modes_of(Scheme(target=target, stages=[{"laws": OFF, "until": until}]))
+    modes, _ = as_modes(Scheme(target=target, stages=[{"laws": OFF, "until": until}]))
     (way,) = modes.regions["main"].states["stage_1"].transitions
     signals = [condition.signal for condition in way.when]
     assert signals == ["axis_to_target_deg"] + ["sun_in_view"] * (target == "sun")

@@ -214,7 +214,7 @@ def test_every_signal_says_what_it_is_and_names_its_unit():
         assert name.endswith(endings.get(signal.unit, ""))
 
 
-def test_every_signal_names_what_it_observes_or_looks_at_the_modes_and_the_clock_alone():
+def test_signals_name_an_observation_or_read_modes_and_clock_only():
     devices = {*SENSORS, "coils", "rate", "attitude", "sensor", "estimator"}
     for name, signal in SIGNALS.items():
         assert signal.sources <= devices, name
@@ -236,7 +236,7 @@ def test_a_suspicion_lasts_for_two_minutes(cells, sensor, suspected):
     assert found == [suspected if i == sensor else 0.0 for i in range(6)]
 
 
-def test_a_coil_is_suspected_where_its_effect_is_surely_too_small():
+def test_coil_is_suspected_where_its_effect_is_surely_too_small():
     """Three reversed coils are a magnetometer of the wrong sign; a dipole always there is none."""
     flown = Flown(inertia_kg_m2=J, noise=NOISE, states=STATES)
     now = flown.state.checks[0]
@@ -273,7 +273,7 @@ def test_an_inertial_attitude_needs_no_place():
     assert math.isnan(value("attitude_rate_deg_s", here))
 
 
-def test_both_quaternions_of_an_attitude_are_as_far_from_the_wanted_one():
+def test_both_quaternions_of_an_attitude_have_the_same_error():
     other = SEEN._replace(estimate=SEEN.estimate._replace(q_body_to_inertial=tuple(-x for x in Q)))
     for name in ("attitude_error_deg", "attitude_rate_deg_s"):
         assert value(name, other) == value(name, SEEN)

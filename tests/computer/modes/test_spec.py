@@ -41,7 +41,7 @@ def packed(data):
     return Modes.model_validate(data).pack(LAWS, {"triad": 1}, PARAMETERS)
 
 
-def test_a_table_is_the_same_from_toml_from_python_and_stored():
+def test_table_is_the_same_from_toml_python_and_storage():
     modes = Modes.model_validate(tomllib.loads(TEXT))
     assert Modes.model_validate_json(modes.model_dump_json()) == modes
     data = tomllib.loads(TEXT)

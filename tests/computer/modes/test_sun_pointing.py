@@ -35,7 +35,7 @@ def flown(until_s, sun=lambda t_s: AWAY, rate_deg_s=lambda t_s: 0.6):
     return times, np.array(found).T
 
 
-def test_the_shadow_stops_the_hour_of_the_wrong_way_and_does_not_reset_it():
+def test_shadow_pauses_but_does_not_reset_the_wrong_way_hour():
     """3600 s of sunlight are not full within one orbit's 3400 s: the rest is of the next one."""
     times, (_, _, capture) = flown(20000.0)
     began = times[1:][(capture[1:] == "wrong_way") & (capture[:-1] == "watching")]

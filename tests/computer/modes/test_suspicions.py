@@ -78,7 +78,7 @@ def test_sound_devices_are_not_suspected(rate_deg_s, euler_deg, seed):
     assert suspected_s(flown(rate_deg_s, euler_deg, seed)) == {}
 
 
-def test_a_sound_gyro_with_a_bias_within_the_tolerance_is_not_suspected():
+def test_sound_gyro_with_bias_within_tolerance_is_not_suspected():
     assert suspected_s(flown(gyro__bias_deg_s=(0.02, -0.015, 0.01))) == {}
 
 
@@ -88,7 +88,7 @@ def failure(kind, until_s=1500.0):
 
 @pytest.mark.parametrize("kind", ["silent", "stuck", "zeros"])
 @pytest.mark.parametrize("sensor", SENSORS)
-def test_a_sensor_that_fails_by_itself_is_suspected_and_no_other(sensor, kind):
+def test_sensor_that_fails_alone_is_the_only_one_suspected(sensor, kind):
     """Within a minute, for as long as it fails and two minutes more. Zeros of Sun sensors are none
     of theirs: no Sun is in view."""
     found = suspected_s(flown(**{f"{sensor}__failures": failure(kind)}))
@@ -131,7 +131,7 @@ def test_a_magnetometer_of_the_wrong_direction_is_suspected_in_sunlight(wrong):
     assert not {*AXES, "sun_sensors"} & {*found}
 
 
-def test_a_field_of_the_wrong_sign_shows_in_what_the_coils_do():
+def test_wrong_field_sign_shows_in_what_the_coils_do():
     """It turns as the gyro says. The Sun sensors are suspected until the coils have been tried."""
     found = suspected_s(flown(magnetometer__scale_error=(-2, -2, -2)))
     assert found["magnetometer"][0] < 900.0
@@ -154,7 +154,7 @@ def test_two_reversed_coils_are_found():
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_a_dipole_that_is_always_there_is_a_coil_stuck_on(axis):
+def test_dipole_that_is_always_there_is_a_stuck_coil(axis):
     dead = [0 if i == axis else 1 for i in range(3)]
     stuck = [3.2 if i == axis else 0.0 for i in range(3)]
     found = suspected_s(flown(coils__polarity=dead, coils__residual_dipole_a_m2=stuck))
@@ -189,7 +189,7 @@ def test_a_wheel_of_fixed_momentum_is_part_of_the_momentum():
     assert suspected_s(simulate(with_values(scenario, wheel))) == {}
 
 
-def test_a_bad_coil_is_found_while_the_sun_sensors_contradict_the_field():
+def test_bad_coil_is_found_despite_contradictory_sun_sensors():
     """The directions to the Sun do not turn as the gyro says: it is not the field that is wrong."""
     wrong = [{"kind": "swapped", "axes": "xy"}]
     found = suspected_s(flown(coils__polarity=(1, -1, 1), sun_sensors__failures=wrong))
@@ -210,7 +210,7 @@ def test_a_coil_that_a_mode_switches_off_stays_off_alone():
     assert not dipole[:, 1].any() and dipole[:, 0].any() and dipole[:, 2].any()
 
 
-def test_with_its_sign_changed_b_dot_brakes_by_a_magnetometer_of_the_wrong_sign():
+def test_reversed_b_dot_brakes_with_a_wrong_sign_magnetometer():
     """And drives the rotation without the state that does so."""
     reversed_field = {"spacecraft.magnetometer.scale_error": [-2, -2, -2]}
     state = """

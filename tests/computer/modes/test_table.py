@@ -22,7 +22,7 @@ def rates(deg_s, step_s=1.0):
     return [reading(i * step_s, **spinning(x)) for i, x in enumerate(deg_s)]
 
 
-def test_the_first_evaluation_enters_the_initial_states_and_looks_at_no_condition():
+def test_first_evaluation_enters_initial_states_without_checking_conditions():
     flown = Flown(**two_states(when=SLOW))
     assert flown(reading(5.0, **spinning(0.1))) and flown.now == ["a"]
     assert flown.state.regions["since_s"].tolist() == [5.0]
@@ -75,7 +75,7 @@ def test_hysteresis_keeps_a_condition_true_until_the_signal_is_beyond():
     assert letters(Flown(**two_states(when=slow, for_s=3.0)).states(readings)) == "aaaabb"
 
 
-def test_a_condition_looks_at_the_change_since_its_state_was_entered():
+def test_condition_sees_the_change_since_its_state_was_entered():
     """From the first known value in the state on; entering the state once more restarts it."""
     grown = {"signal": "rate_deg_s", "above": 1.0, "since_entry": True}
     assert (
@@ -136,7 +136,7 @@ def test_timers_of_transitions_from_any_state_go_on():
     assert letters(found) == "aaabbaccc"
 
 
-def test_a_transition_from_any_state_waits_where_it_leads_to_and_then_starts_again():
+def test_any_state_transition_pauses_in_its_target_and_then_restarts():
     states = {"a": {}, "b": {"transitions": [{"to": "a", "at_most_s": 3.0}]}}
     flown = Flown(states=states, transitions=[{"to": "b", "when": SLOW, "for_s": 2.0}])
     assert letters(flown.states(rates([0.1] * 14))) == "aaabbbaaabbbaa"

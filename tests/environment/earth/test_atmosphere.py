@@ -138,7 +138,7 @@ def test_night_density_begins_at_the_standards_120_km_and_falls(f81, above):
 
 
 @pytest.mark.parametrize(("column", "f81"), list(enumerate(STANDARD["columns_F0"])))
-def test_at_the_height_where_two_ranges_meet_the_lower_one_holds(column, f81):
+def test_lower_range_holds_where_two_height_ranges_meet(column, f81):
     gost = Gost(f107=f81, kp=0.0).pack().gost
     polynomials = gost.polynomials.copy()
     polynomials[:, 3:] = 0.0  # no season, no storms; the antapex has no bulge
@@ -176,20 +176,20 @@ def test_more_activity_gives_more_air():
 
 
 def test_kp_of_ap_is_the_standards_table():
-    assert gost_room.kp_of_ap(12.0) == pytest.approx(8 / 3)
-    assert gost_room.kp_of_ap(0.0) == 0.0
-    assert gost_room.kp_of_ap(400.0) == 9.0
-    assert gost_room.kp_of_ap(13.5) == pytest.approx(17 / 6)
+    assert gost_room.kp_from_ap(12.0) == pytest.approx(8 / 3)
+    assert gost_room.kp_from_ap(0.0) == 0.0
+    assert gost_room.kp_from_ap(400.0) == 9.0
+    assert gost_room.kp_from_ap(13.5) == pytest.approx(17 / 6)
     assert Gost(f107=150, ap=12.0).pack().gost.storm == pytest.approx(
         Gost(f107=150, kp=8 / 3).pack().gost.storm
     )
 
 
 def test_f81_weighs_today_twice_as_much_as_the_first_day():
-    assert gost_room.f81_of(np.full(81, 140.0)) == pytest.approx(140.0)
+    assert gost_room.mean_f107(np.full(81, 140.0)) == pytest.approx(140.0)
     first, today = np.eye(81)[0], np.eye(81)[-1]
-    assert gost_room.f81_of(today) == pytest.approx(2.0 * gost_room.f81_of(first))
-    assert gost_room.f81_of(today) == pytest.approx(1.0 / (81 - 0.5 * 81 * 40 / 80.0))
+    assert gost_room.mean_f107(today) == pytest.approx(2.0 * gost_room.mean_f107(first))
+    assert gost_room.mean_f107(today) == pytest.approx(1.0 / (81 - 0.5 * 81 * 40 / 80.0))
 
 
 def test_nrlmsis_and_gost_agree_as_far_as_such_models_do():

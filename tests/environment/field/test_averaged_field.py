@@ -65,7 +65,7 @@ def test_cone_angle_of_known_orbits():
         assert avg.cone_angle(math.pi - i) == pytest.approx(math.pi - avg.cone_angle(i), abs=1e-14)
 
 
-def test_cone_is_wider_than_the_inclination_by_less_than_ten_degrees():
+def test_cone_exceeds_inclination_by_less_than_ten_degrees():
     ahead = np.degrees([avg.cone_angle(i) - i for i in GRID])
     assert ahead.min() >= 0.0
     assert ahead.max() == pytest.approx(9.7356, abs=1e-4)
@@ -74,7 +74,7 @@ def test_cone_is_wider_than_the_inclination_by_less_than_ten_degrees():
 
 @settings(max_examples=50, deadline=None)
 @given(i=INCLINATIONS)
-def test_cone_touches_the_dipole_field_on_the_equator_and_farthest_from_it(i):
+def test_cone_touches_dipole_field_at_and_farthest_from_the_equator(i):
     cone = avg.cone_angle(i)
     for u in (0.0, math.pi / 2.0, math.pi, -math.pi / 2.0):
         assert angle_deg(avg.b_y(1.0, u, cone), direct.b_y(1.0, u, i)) < 1e-12
@@ -132,7 +132,7 @@ def test_both_means_differ_most_on_the_polar_orbit():
 
 @settings(max_examples=50, deadline=None)
 @given(u=ANGLES, i=INCLINATIONS)
-def test_printed_cosine_holds_for_a_cone_as_wide_as_the_inclination(u, i):
+def test_printed_cosine_holds_for_cone_as_wide_as_inclination(u, i):
     dipole = np.array(direct.b_y(1.0, u, i))
     cosine = np.dot(avg.b_y(1.0, u, i), dipole) / np.linalg.norm(dipole)
     assert avg.cos_to_direct_dipole(u, i) == pytest.approx(cosine, abs=1e-14)

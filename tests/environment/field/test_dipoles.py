@@ -48,7 +48,7 @@ def test_circular_forms_are_the_vector_form_in_their_frames(u, i):
     assert direct.strength(1.0, u, i) == pytest.approx(np.linalg.norm(in_y), rel=1e-14)
 
 
-def test_printed_s_form_is_the_y_form_turned_by_the_inclination():
+def test_printed_s_form_is_y_form_turned_by_inclination():
     """FIELD (1.5), derived: B_S = A_YS B_Y collapses to sin i - 3 sin i sin^2 u, cos i."""
     for u, i in RNG.uniform(0.0, 3.0, (50, 2)):
         c, s = math.cos(i), math.sin(i)

@@ -15,7 +15,7 @@ from torquer.environment.field import (
     Wmm2025,
     at_geodetic,
 )
-from torquer.environment.field.at_point import coefficients_of, point_field, yearly_change
+from torquer.environment.field.at_point import coefficients_name, point_field, yearly_change
 
 #: NOAA/NCEI, test values of WMM2025 (public domain): year, km, lat, lon; X, Y, Z, H, F [nT],
 #: I, D [deg]; their rates: X, Y, Z, H, F [nT/yr], I, D [deg/yr].
@@ -76,7 +76,7 @@ def test_igrf_changes_at_the_rate_of_its_own_five_years(year, epoch):
     assert yearly_change(Igrf14(), year, *PLACE) == pytest.approx((b[1] - b[0]) / 5.0, rel=1e-12)
 
 
-def test_at_an_epoch_the_rate_is_that_of_the_years_to_come_and_at_the_last_that_of_the_past():
+def test_rate_at_an_epoch_looks_ahead_except_at_the_last():
     at, after = (yearly_change(Igrf14(), y, *PLACE) for y in (2020.0, 2021.0))
     before = yearly_change(Igrf14(), 2019.9, *PLACE)
     assert np.array_equal(at, after) and not np.allclose(at, before, rtol=1e-3, atol=0.0)
@@ -110,8 +110,8 @@ def test_geocentric_is_another_place():
 def test_models_without_a_date_have_no_rates():
     assert point_field(DirectDipole(), 2025.0, 10.0, 20.0, 0.0).rates is None
     given = TiltedDipole(mu_e_t_km3=7.8e6, tilt_deg=168.3, longitude_deg=20.0)
-    assert coefficients_of(given) is None and coefficients_of(Averaged()) is None
-    assert coefficients_of(TiltedDipole(source="wmm2025")) == "wmm2025"
+    assert coefficients_name(given) is None and coefficients_name(Averaged()) is None
+    assert coefficients_name(TiltedDipole(source="wmm2025")) == "wmm2025"
 
 
 def test_no_direction_where_the_field_is_vertical():

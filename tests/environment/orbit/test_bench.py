@@ -36,7 +36,7 @@ def test_place_is_at_rest_on_the_earth(place):
     assert np.abs(later - earlier - v).max() < 1e-3  # of 390 m
 
 
-def test_field_lies_along_east_north_and_up_of_the_orbital_frame(place):
+def test_field_lies_along_east_north_up_of_orbital_frame(place):
     r, v = place.state(T_S)
     field = place.field(T_S, r, v)
     for b, position, velocity in zip(field, r, v, strict=True):

@@ -18,7 +18,7 @@ from torquer.compile.engine import COMPILED
 from torquer.environment.earth import gravity
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.orbit import Kepler, Numerical, Sgp4, numerical, point_mass
-from torquer.environment.orbit.numerical import epoch_of
+from torquer.environment.orbit.numerical import tle_epoch
 from torquer.maths.geometry.frames import geodetic_from_ecef
 
 START = "2007-09-21T09:10:34Z"
@@ -207,7 +207,7 @@ def test_five_days_of_16_by_16_equal_another_package():
 
 
 @long_run
-def test_reading_between_nodes_is_good_to_a_tenth_of_a_millimetre(monkeypatch):
+def test_interpolation_between_nodes_is_good_to_tenth_of_millimetre(monkeypatch):
     orbit = make(drag=DRAG)
     times = np.linspace(0.0, 6000.0, 777)
     r, v = orbit.state(times, START)
@@ -286,7 +286,7 @@ def test_the_two_rotations_agree_on_the_earth():
 
 def test_a_tle_starts_at_its_own_epoch():
     elements, orbit = Sgp4(tle=CHIBIS), Numerical(start={"kind": "sgp4", "tle": CHIBIS})
-    epoch = epoch_of(elements)
+    epoch = tle_epoch(elements)
     r, v = elements.state([0.0], epoch)
     turn = teme_to_gcrf([0.0], epoch)[0]
     ours = orbit.state([0.0], epoch)
@@ -307,7 +307,7 @@ def test_a_tle_starts_at_its_own_epoch():
 def test_epochs_of_both_centuries(field, year):
     line = CHIBIS[0][:18] + field + CHIBIS[0][32:68]
     digit = (sum(int(c) for c in line if c.isdigit()) + line.count("-")) % 10
-    epoch = epoch_of(Sgp4(tle=(line + str(digit), CHIBIS[1])))
+    epoch = tle_epoch(Sgp4(tle=(line + str(digit), CHIBIS[1])))
     assert epoch.year == year
     assert (epoch.month, epoch.day) == ((2, 29) if year == 2000 else (1, 1))
 
@@ -359,7 +359,7 @@ def test_an_orbit_through_the_ground_is_an_error():
         Numerical(start=down, degree=2).state([7000.0], START)
 
 
-def test_a_fall_through_air_without_a_lower_bound_ends_at_the_surface():
+def test_fall_without_lower_air_bound_ends_at_the_surface():
     drag = {"mass_kg": 1.0, "area_m2": 1.0, "atmosphere": {"kind": "exponential"}}
     start = {"kind": "circular", "altitude_km": 200.0, "inclination_deg": 60.0}
     orbit = Numerical(start=start, degree=2, drag=drag)
@@ -374,7 +374,7 @@ def test_a_fall_through_air_without_a_lower_bound_ends_at_the_surface():
     assert height == pytest.approx(falling * (reached - last_node), rel=0.01)
 
 
-def test_an_orbit_that_ends_otherwise_than_at_a_bound_of_the_air_says_so():
+def test_orbit_ending_elsewhere_than_at_an_air_bound_says_so():
     """Backwards in time drag accelerates: with this one beyond all bounds within 0.05 s."""
     drag = {"mass_kg": 1.0, "area_m2": 1e7, "atmosphere": {"kind": "exponential"}}
     start = {"kind": "circular", "altitude_km": 200.0, "inclination_deg": 60.0}

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.blocks.plugin import plain_function
 from torquer.flight.c99.precision import computing_in
 from torquer.flight.c99.print_c import INCLUDES, function_text, program_text
-from torquer.flight.c99.program import Program, translated
+from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.types import INT, REAL, TIME, Array, Static, Tuple
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
@@ -78,7 +78,7 @@ class InC:
                 program.function(kernel, types).is_public = True
 
         with computing_in(real):
-            self._build(translated(build), kernels, folder, flags)
+            self._build(translate_repeatedly(build), kernels, folder, flags)
 
     def _build(self, program: Program, kernels: dict, folder: Path, flags: tuple[str, ...]):
         self.program = program
@@ -116,7 +116,7 @@ def same_bits(c: InC, kernel, arguments: tuple, cells: list[float]) -> bool | No
     """Whether C and plain Python answer and leave the same bits; None where Python raises."""
     in_python, in_c = np.array(cells), np.array(cells)
     try:
-        expected = plain_of(kernel)(*arguments, in_python)
+        expected = plain_function(kernel)(*arguments, in_python)
     except (ArithmeticError, ValueError):
         return None
     answer = c(kernel, *arguments, in_c)

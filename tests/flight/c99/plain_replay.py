@@ -14,15 +14,17 @@ import numpy as np
 import torquer
 from torquer.compile.engine import records
 from torquer.computer import computer as on_board
-from torquer.flight.c99.computer import on_board_of
-from torquer.flight.c99.recording import _PLACES, mark_of
-from torquer.flight.c99.tables import numbers_of
+from torquer.flight.c99.computer import find_computer
+from torquer.flight.c99.recording import _PLACES, mark_numbers
+from torquer.flight.c99.tables import state_numbers
 
 
 def computer_and_board(scenario):
     """What the control step takes, as plain Python sees it."""
-    parts = on_board_of(scenario)
-    made = on_board.computer_of(parts.blocks, parts.computer["estimator"], parts.computer["modes"])
+    parts = find_computer(scenario)
+    made = on_board.make_computer(
+        parts.blocks, parts.computer["estimator"], parts.computer["modes"]
+    )
     return records(made), records(parts.board)
 
 
@@ -54,7 +56,7 @@ def replay(path: str, file: str) -> int:
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
         if (
             answer.tobytes() != row[1 + inputs : 7 + inputs].tobytes()
-            or mark_of(numbers_of(board)) != mark
+            or mark_numbers(state_numbers(board)) != mark
         ):
             print(f"the first difference is at step {step} of {steps}")
             return 1

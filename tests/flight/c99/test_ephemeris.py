@@ -19,7 +19,7 @@ from torquer.base.time import parse_utc
 from torquer.cli.answer import answer
 from torquer.computer.on_board_environment import ELEMENTS, ephemeris_along
 from torquer.environment.orbit import Circular
-from torquer.flight.c99.ephemeris import ephemeris_of, instants
+from torquer.flight.c99.ephemeris import find_ephemeris, instants
 from torquer.scenario.change import with_values
 
 SOURCES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "adcs_ephemeris.c", "test/replay.c")
@@ -92,7 +92,7 @@ def test_portable_functions_change_last_bits_only(exports, real, flag):
     """In single precision the ephemeris keeps its doubles, with portable functions of angles."""
     folder = exports("chibis_m_detumble", "sgp4", real)
     found = answers_of(built(folder, flag), folder)
-    expected = instants(ephemeris_of(example("chibis_m_detumble"), "sgp4"))
+    expected = instants(find_ephemeris(example("chibis_m_detumble"), "sgp4"))
     scale = np.abs(expected).max(axis=0)
     assert (np.abs(found - expected) <= 1e-12 * scale).all()
 
@@ -147,7 +147,7 @@ def test_elements_can_be_sent_up_and_wrong_ones_are_refused(exports, tmp_path):
     subprocess.run(command, check=True)
     printed = subprocess.run([tmp_path / "call"], capture_output=True, text=True).stdout
     first, deep, sent = (line.split() for line in printed.splitlines())
-    own = ephemeris_of(example("chibis_m_detumble"), "sgp4")
+    own = find_ephemeris(example("chibis_m_detumble"), "sgp4")
     other, nowhere = own.elements.copy(), np.zeros((1, 3))
     other["mean_motion_rev_day"] = 15.5
     for elements, (is_known, x, _) in ((own.elements, first), (other, sent)):
@@ -164,7 +164,7 @@ def test_an_export_without_an_ephemeris_has_none_of_it(tmp_path):
     assert "which are handed in" in (tmp_path / "README.md").read_text()
 
 
-def test_an_export_does_not_leave_the_ephemeris_of_an_earlier_one(tmp_path):
+def test_export_removes_the_ephemeris_of_an_earlier_one(tmp_path):
     torquer.export_c(example("my_law"), tmp_path, steps=1, ephemeris="given")
     assert len(list(tmp_path.glob("adcs_ephemeris.*"))) == 2
     torquer.export_c(example("my_law"), tmp_path, steps=1)
@@ -185,7 +185,7 @@ def test_the_readme_says_where_an_orbit_does_not_drift(exports):
 
 
 def test_an_orbit_of_two_bodies_keeps_its_elements():
-    own = ephemeris_of(example("disturbances"), "kepler")
+    own = find_ephemeris(example("disturbances"), "kepler")
     spec, row = example("disturbances").orbit, own.elements[0]
     assert row["semi_major_axis_m"] == spec.shape[0] and row["eccentricity"] == spec.shape[1]
     assert math.radians(row["mean_anomaly_deg"]) == pytest.approx(spec.mean_anomaly_rad)
@@ -198,7 +198,7 @@ def test_an_orbit_of_two_bodies_keeps_its_elements():
 
 def test_a_drifting_orbit_is_fitted_to_the_day_before():
     """Two-line elements by SGP4 as a Kepler orbit that drifts: what J2 does within a revolution."""
-    own = ephemeris_of(example("chibis_m_detumble"), "kepler")
+    own = find_ephemeris(example("chibis_m_detumble"), "kepler")
     rows = instants(own)
     r, _ = own.own.state(rows[:, 0])
     away = np.linalg.norm(rows[:, 7:10] - r, axis=1)
@@ -206,12 +206,12 @@ def test_a_drifting_orbit_is_fitted_to_the_day_before():
     assert np.sqrt(np.mean(away**2)) < 20e3
 
 
-def test_field_and_orbit_are_those_that_the_scenario_has_on_board():
+def test_exported_field_and_orbit_are_the_scenarios_on_board_models():
     scenario = example("magneto_gyro")
-    assert ephemeris_of(scenario, "kepler").models.field.top == 9  # a degree of 8
+    assert find_ephemeris(scenario, "kepler").models.field.top == 9  # a degree of 8
     orbit = Circular(altitude_km=600.0, inclination_deg=50.0)
     stated = with_values(scenario, {"control.ephemeris": {"orbit": orbit.model_dump()}})
-    assert ephemeris_of(stated, "kepler").elements["semi_major_axis_m"][0] == orbit.radius_m
+    assert find_ephemeris(stated, "kepler").elements["semi_major_axis_m"][0] == orbit.radius_m
 
 
 REFUSED = [
@@ -233,14 +233,14 @@ DEEP = (
 @pytest.mark.parametrize(("name", "changes", "kind", "said"), REFUSED)
 def test_what_cannot_be_on_board_is_refused_in_one_line(name, changes, kind, said):
     with pytest.raises(ValueError) as refused:
-        ephemeris_of(with_values(example(name), changes), kind)
+        find_ephemeris(with_values(example(name), changes), kind)
     assert str(refused.value).startswith(said) and "\n" not in str(refused.value)
 
 
 def test_deep_space_is_refused_in_one_line():
     scenario = with_values(example("my_law"), {"orbit": {"kind": "sgp4", "tle": list(DEEP)}})
     with pytest.raises(ValueError, match=r"for periods from 225 min on, which SGP4 on board does"):
-        ephemeris_of(scenario, "sgp4")
+        find_ephemeris(scenario, "sgp4")
 
 
 def test_the_command_refuses_with_exit_code_2(tmp_path, capsys):

@@ -12,8 +12,8 @@ from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 
 import torquer
 from torquer.cli.answer import answer
-from torquer.flight.c99.computer import exported, on_board_of
-from torquer.flight.c99.export import export_notes, texts_of
+from torquer.flight.c99.computer import find_computer, translate_step
+from torquer.flight.c99.export import export_notes, make_texts
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 #: All examples that are a scenario.
@@ -68,10 +68,10 @@ def export(tmp_path_factory) -> Path:
 )
 def test_examples_are_exported_and_build_without_a_warning(name, tmp_path):
     try:
-        computer = on_board_of(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
+        computer = find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
     except ValueError as error:
         pytest.skip(f"not a scenario of a flight: {error}")
-    folder = written(texts_of(computer, exported(computer, again=0), 1), tmp_path)
+    folder = written(make_texts(computer, translate_step(computer, again=0), 1), tmp_path)
     for compiler in COMPILERS:
         built(folder, "-O0", compiler=compiler)
 
@@ -133,8 +133,8 @@ def test_plain_python_answers_with_the_same_bits(export):
 
 
 def test_the_header_names_what_the_computer_has(tmp_path):
-    computer = on_board_of(torquer.load_scenario(EXAMPLES / "spinner_modes.toml"))
-    text = texts_of(computer, exported(computer, again=0), 1)["adcs.h"]
+    computer = find_computer(torquer.load_scenario(EXAMPLES / "spinner_modes.toml"))
+    text = make_texts(computer, translate_step(computer, again=0), 1)["adcs.h"]
     modes = computer.scenario.control.named().modes
     assert modes is not None
     for region, of in modes.regions.items():
@@ -153,7 +153,7 @@ def odd(inputs, parameters, memory):
 """
 
 
-def test_a_law_that_cannot_be_exported_is_named_in_one_line(tmp_path, capsys):
+def test_unexportable_law_is_named_in_one_line(tmp_path, capsys):
     (tmp_path / "my_law.py").write_text(LAW)
     text = (EXAMPLES / "my_law.toml").read_text().replace("parameters = { gain = 3e4 }", "")
     (tmp_path / "odd.toml").write_text(text)

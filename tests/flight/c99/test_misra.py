@@ -11,15 +11,15 @@ import pytest
 from flight.c99.test_export import EXAMPLES, NAMES, written
 
 import torquer
-from torquer.flight.c99.computer import exported, on_board_of
-from torquer.flight.c99.export import texts_of
+from torquer.flight.c99.computer import find_computer, translate_step
+from torquer.flight.c99.export import make_texts
 
 needs_cppcheck = pytest.mark.skipif(not shutil.which("cppcheck"), reason="not installed: cppcheck")
 
 
 def export(name: str, folder: Path) -> Path:
-    computer = on_board_of(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
-    return written(texts_of(computer, exported(computer), 1), folder)
+    computer = find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
+    return written(make_texts(computer, translate_step(computer), 1), folder)
 
 
 def checked(folder: Path, **environment) -> subprocess.CompletedProcess:

@@ -15,8 +15,8 @@ from flight.c99.test_pil import MISSING, pil
 
 import torquer
 from torquer.cli.answer import answer
-from torquer.flight.c99.computer import exported, on_board_of
-from torquer.flight.c99.export import texts_of
+from torquer.flight.c99.computer import find_computer, translate_step
+from torquer.flight.c99.export import make_texts
 from torquer.flight.c99.precision import computing_in
 from torquer.flight.c99.program import Program
 from torquer.flight.c99.refusal import Refused
@@ -131,10 +131,12 @@ def test_times_keep_their_digits(c, kernel):
 
 def test_times_are_found_in_all_memory():
     """What is a time follows from the inputs: in filters, modes and the estimate, and no more."""
-    computer = on_board_of(torquer.load_scenario(EXAMPLES / "which_sensors.toml"))
+    computer = find_computer(torquer.load_scenario(EXAMPLES / "which_sensors.toml"))
     with computing_in("float"):
         found = {
-            each for each in exported(computer, again=0).program.times if isinstance(each, str)
+            each
+            for each in translate_step(computer, again=0).program.times
+            if isinstance(each, str)
         }
     times = {"t_s", "read_s", "gyro_s", "doubted_s", "watched", "past"}
     assert {f"kalman_gyro_memory.{name}" for name in times} <= found
@@ -179,9 +181,9 @@ def test_another_precision_is_refused(tmp_path, capsys):
 
 def single(name: str, folder: Path) -> Path:
     """The texts of an example's export in single precision."""
-    computer = on_board_of(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
+    computer = find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
     with computing_in("float"):
-        return written(texts_of(computer, exported(computer, again=0), 1), folder)
+        return written(make_texts(computer, translate_step(computer, again=0), 1), folder)
 
 
 @needs_compiler

@@ -54,7 +54,7 @@ def test_the_deepest_chain_is_the_sum_of_its_frames(tmp_path):
 
 
 @needs_target
-def test_frames_of_the_library_are_at_least_those_that_gcc_states(tmp_path):
+def test_library_frames_are_at_least_those_that_gcc_states(tmp_path):
     graph = graph_of(PLAIN, tmp_path)
     for name in ("of_many", "of_few", "top", "main"):
         stated = graph.frames[name]

@@ -138,7 +138,7 @@ def test_foreign_frames_are_counted_and_own_ones_ignored(ends):
     assert satellite.counts()["rejected_segments"] == len(foreign)
 
 
-def test_a_bus_that_takes_nothing_is_bounded_and_whole_pieces_are_lost(ends, monkeypatch):
+def test_blocked_bus_is_bounded_and_loses_whole_pieces(ends, monkeypatch):
     satellite, *_ = ends
     monkeypatch.setattr(can_bus, "MOST_WAITING", 4096)
     monkeypatch.setattr(can_bus, "PAUSE_S", 60.0)

@@ -12,7 +12,7 @@ import pytest
 from torquer.cli import main
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
-from torquer.flight.packets.station import station_of
+from torquer.flight.packets.station import make_station
 from torquer.flight.software import session
 from torquer.flight.software.session import load_session
 from torquer.flight.software.software import load_software
@@ -41,7 +41,7 @@ class Client:
         self.now, self.step, self.act, self.link = 0.0, 0, act, None
         self.end, self.got = None, b""
         software = load_software()
-        self.station, self.uplink = station_of(software), Uplink(software.dictionary)
+        self.station, self.uplink = make_station(software), Uplink(software.dictionary)
         monkeypatch.setattr(session, "time", self)
         from torquer.cli.commands import fly
 
@@ -112,9 +112,7 @@ def test_a_client_commands_and_gets_the_acknowledgement(call, tmp_path, monkeypa
 
 
 @flies
-def test_garbage_and_clients_that_come_and_go_leave_a_flight_that_replays(
-    call, tmp_path, monkeypatch
-):
+def test_flight_replays_despite_garbage_and_coming_and_going_clients(call, tmp_path, monkeypatch):
     def act(client, step):
         if step in (20, 40, 60):
             client.connect()

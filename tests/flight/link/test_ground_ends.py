@@ -61,7 +61,7 @@ def free_port():
         return taken.getsockname()[1]
 
 
-def test_a_satellite_that_comes_later_goes_and_comes_back_is_found():
+def test_ground_finds_a_satellite_that_comes_late_and_returns():
     address = f"tcp:{HOST}:{free_port()}"
     with contextlib.closing(connect(address)) as ground:
         assert (ground.receive(), ground.is_ready) == (b"", False)

@@ -101,7 +101,7 @@ def test_nobody_there_is_no_loss(link):
     assert (link.sent_bytes, link.lost_bytes) == (0, 0)
 
 
-def test_a_client_that_vanishes_within_a_frame_is_forgotten_and_may_return(tcp):
+def test_client_vanishing_within_a_frame_is_forgotten_and_may_return(tcp):
     with client_of(tcp) as client:
         client.sendall(b"half a fra")
         assert received(tcp, 10) == b"half a fra"
@@ -120,7 +120,7 @@ def test_a_client_that_is_reset_is_forgotten(tcp):
     assert tcp.receive() == b""
 
 
-def test_a_client_that_never_reads_is_bounded_and_loses_whole_pieces(tcp):
+def test_never_reading_client_is_bounded_and_loses_whole_pieces(tcp):
     size = 60_000
     pieces = [bytes([number]) * size for number in range(256)]
     with client_of(tcp) as lazy:
@@ -152,7 +152,7 @@ def test_one_client_that_never_reads_costs_the_others_nothing(tcp):
             assert taken(reader, 60_000) == bytes([number]) * 60_000
 
 
-def test_a_flood_is_taken_in_bounded_parts_and_nothing_of_it_is_lost(tcp):
+def test_flood_is_taken_in_bounded_parts_without_loss(tcp):
     data = bytes(range(250)) * 100
     with client_of(tcp) as client:
         client.sendall(data)
@@ -168,7 +168,7 @@ def test_a_flood_is_taken_in_bounded_parts_and_nothing_of_it_is_lost(tcp):
         assert bytes(found) == data
 
 
-def test_one_client_too_many_is_shut_out_and_let_in_later(tcp):
+def test_one_client_too_many_is_shut_out_and_admitted_later(tcp):
     with contextlib.ExitStack() as stack:
         clients = [stack.enter_context(client_of(tcp)) for _ in range(MOST_PEERS)]
         with socket.create_connection((HOST, port_of(tcp)), PATIENCE_S) as refused:

@@ -59,7 +59,7 @@ def test_values_in_range_are_kept_to_half_a_step(values):
         assert abs(found - max(value, low)) <= 0.5 * unit * (1 + 1e-9), name
 
 
-def test_what_does_not_fit_becomes_the_nearest_number_and_nan_the_least():
+def test_unfitting_value_becomes_nearest_number_and_nan_the_least():
     def sent(number):
         values = [0.0] * len(EXTENDED.names)
         place = EXTENDED.names.index("b_x")

@@ -64,7 +64,7 @@ def validated(file):
 
 @pytest.mark.verifies("REQ-PKT-004")
 @DICTIONARIES
-def test_a_reader_of_xtce_finds_the_same_values_in_a_whole_stream(dictionary, tmp_path):
+def test_xtce_reader_finds_the_same_values_in_a_whole_stream(dictionary, tmp_path):
     file = tmp_path / "satellite.xml"
     file.write_text(xtce(dictionary), encoding="utf-8")
     reader = definitions.XtcePacketDefinition.from_xtce(file, root_container_name=FRAME)

@@ -60,7 +60,7 @@ def test_command_for_another_module_is_rejected_with_its_id():
     assert (rejected.id, rejected.code, rejected.length) == (16, 2, 3)
 
 
-def test_frame_that_lost_bytes_does_not_take_the_next_one_with_it():
+def test_frame_that_lost_bytes_spares_the_next_one():
     extended = Downlink(CHIBIS).frame("extended", 5, [0.0] * 43)
     for lost in range(1, len(extended)):
         found, stream = frames_of(extended[:-lost] + BEACON + BEACON)

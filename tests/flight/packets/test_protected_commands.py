@@ -91,7 +91,7 @@ def test_genuine_frames_after_garbage_are_accepted(before, between, last):
     assert receiver.lost_bytes == sum(map(len, (before, last, between, begun))) + 6
 
 
-def test_garbage_is_counted_at_once_and_marks_cut_by_pieces_are_found():
+def test_garbage_is_counted_at_once_and_split_marks_are_found():
     sender, receiver = link()
     assert receiver.feed(b"garbage" + MARK[:1]) == [] and receiver.lost_bytes == 7
     assert receiver.feed(b"more") == [] and receiver.lost_bytes == 12
@@ -178,7 +178,7 @@ def test_keys_have_counters_of_their_own():
     assert rejected(receiver, refit(stolen)) == "mac"
 
 
-def test_a_frame_in_the_data_of_a_rejected_one_is_not_looked_for():
+def test_frame_inside_rejected_data_is_not_looked_for():
     """Whoever repeats an upload must not have executed what was in it."""
     sender, receiver = link()
     inner = CommandSender(KEY, SPI, SPACECRAFT, 10).wrap(b"later")

@@ -88,7 +88,7 @@ def test_what_is_wrapped_arrives_however_it_is_cut(datas, frame_bytes, size):
     assert (receiver.lost_frames, receiver.lost_packets) == (0, 0)
 
 
-def test_garbage_is_counted_at_once_and_marks_cut_by_pieces_are_found():
+def test_garbage_is_counted_at_once_and_split_marks_are_found():
     sender, receiver = link(64)
     for number in range(4):
         assert receiver.feed(b"garbage" + MARK[:number]) == []
@@ -113,7 +113,7 @@ def test_idle_packets_between_packets_are_passed_over():
     assert receiver.feed(sender.wrap(b"data") + sender.flush()) == [b"data"]
 
 
-def test_an_incomplete_frame_is_given_up_at_the_end_of_the_stream():
+def test_incomplete_frame_is_dropped_at_the_end_of_the_stream():
     sender, receiver = link()
     begun = (sender.wrap(b"lost") + sender.flush())[:100]
     assert receiver.feed(begun) == [] and receiver.lost_bytes == 0
@@ -137,7 +137,7 @@ def numbered(count, seed=1):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_lost_doubled_and_reordered_frames_give_what_was_sent_once_and_in_order(seed):
+def test_lost_doubled_reordered_frames_deliver_data_once_in_order(seed):
     rng, datas = random.Random(seed), numbered(300)
     sender, receiver = link(rng.choice((64, 128, 256)))
     frames = sent_by(sender, datas, at_once=5)
@@ -222,7 +222,7 @@ def test_no_wrong_telemetry_in_ten_thousand_mutated_frames():
     assert receiver.lost_frames == 0
 
 
-def test_authentic_data_that_are_no_packets_do_not_stop_the_stream():
+def test_authentic_non_packet_data_do_not_stop_the_stream():
     sender, receiver = link()
     sender._field += b"\x42 not a packet"
     sender._first = 0
@@ -249,7 +249,7 @@ def test_copies_go_on_as_the_first(at):
     assert vars(others[1]) == vars(receiver)
 
 
-def test_a_sender_that_has_rebooted_goes_on_with_a_later_counter():
+def test_rebooted_sender_continues_with_a_later_counter():
     sender, receiver = link()
     assert receiver.feed(sender.wrap(b"one") + sender.flush()) == [b"one"]
     sender.wrap(b"lost with the memory of the sender")

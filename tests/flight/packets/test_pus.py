@@ -195,7 +195,7 @@ def test_an_event_of_a_user_without_a_severity_is_low():
     assert PusTm.unpack(made, 7).message_subtype == 2
 
 
-def test_codes_that_have_messages_of_their_own_are_those_of_the_software():
+def test_codes_with_their_own_messages_are_those_of_the_software():
     assert (DONE, WAITING) == (Reason.DONE, Reason.WAITING)
 
 
@@ -243,7 +243,7 @@ def test_counts_of_a_station_wrap():
     assert read.seq_count == 2**14 - 1 and PusTc.unpack(read.app_data[8:]).seq_count == 0
 
 
-def test_the_longest_command_fits_a_frame_of_the_link_even_if_it_is_delayed():
+def test_longest_command_fits_a_link_frame_even_if_delayed():
     field = Field(name="data", type="bytes", count=MOST_BYTES - 1, description="all there is")
     first = SATELLITE.up["odd"].fields[0]
     longest = Packet(
@@ -345,7 +345,7 @@ def test_what_is_no_frame_is_named():
 
 
 @pytest.mark.parametrize("change", [{"count": 2}, {"scale": 0.5}, {"type": "u8"}, {"name": "no"}])
-def test_a_packet_of_a_known_name_with_other_fields_is_an_ordinary_one(change):
+def test_known_name_with_other_fields_is_an_ordinary_packet(change):
     """Here `index` of get_parameter differs."""
     first, index = SATELLITE.up["get_parameter"].fields
     other = SATELLITE.up["get_parameter"].model_copy(

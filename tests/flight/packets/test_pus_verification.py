@@ -72,7 +72,7 @@ def test_if_answers_are_lost_it_is_the_oldest():
     assert reports(board, answer(frame)) == [(7, 8)]
 
 
-def test_a_command_that_was_never_answered_takes_no_answer_of_a_later_one():
+def test_unanswered_command_takes_no_answer_of_a_later_one():
     board = process()
     judged(board, telecommand(5))
     assert reports(board) == [(1, 5)]
@@ -91,7 +91,7 @@ def test_answers_to_different_commands_belong_to_their_requests():
     assert found == [(7, 7), (8, 6, 1), (8, 5, 2), (8, 8, 3)]
 
 
-def test_an_answer_that_belongs_to_no_request_comes_down_as_housekeeping():
+def test_answer_without_a_request_comes_down_as_housekeeping():
     """Made before the command was on its way, of another status, or a second one."""
     board, ground = process(), user()
     (frame,) = judged(board, telecommand(5))
@@ -107,7 +107,7 @@ def test_an_answer_that_belongs_to_no_request_comes_down_as_housekeeping():
     assert [found.raw for found in ground.feed(made)] == [sent]
 
 
-def test_one_that_is_dropped_from_a_full_queue_at_once_is_refused():
+def test_command_dropped_at_once_from_a_full_queue_is_refused():
     board = process()
     (first,) = judged(board, telecommand(5))
     judged(board, telecommand(6))
@@ -157,7 +157,7 @@ def test_an_activity_whose_time_has_gone_is_executed_at_once():
     assert reports(board, answer(frame)) == [(7, 3)]
 
 
-def test_a_command_dropped_by_an_insertion_is_no_part_of_it():
+def test_insertion_does_not_answer_for_the_command_it_drops():
     board = process()
     (first,) = judged(board, telecommand(3))
     for frame in board.feed(insertion(telecommand(4))):
@@ -208,7 +208,7 @@ def test_requests_of_others_are_counted_and_shown_without_their_command():
     assert ground.unknown_requests == 2
 
 
-def test_a_request_of_another_user_with_the_same_id_is_not_ours():
+def test_same_id_request_of_another_user_is_not_ours():
     ground, board = user(), process()
     ours = ground.request(UPLINK.frame("hold", 0, (1, 0, 1)))
     judged(board, telecommand(0, source=2), Reason.STATE)

@@ -177,7 +177,7 @@ def test_damage_costs_the_frames_that_it_touches_only(direction):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("direction", ["down", "up"])
-def test_damage_costs_the_frames_that_it_touches_only_in_a_million_frames(direction):
+def test_damage_in_a_million_frames_costs_only_the_touched_ones(direction):
     rng, count, k = random.Random(6), 0, 0
     while count < 1_000_000:
         whole = frames(direction, 60, np.random.default_rng(k))
@@ -207,14 +207,14 @@ def test_frames_in_the_data_of_a_dump_are_data():
     assert (stream.lost_bytes, stream.rejected) == (0, {})
 
 
-def test_dump_that_holds_frames_waits_for_the_next_framesync_and_no_longer():
+def test_dump_holding_frames_waits_only_until_the_next_framesync():
     stream, dump = Stream(SATELLITE, "down"), dump_of(BEACON)
     assert list(stream.feed(dump)) == []
     assert list(stream.feed(BEACON[:3])) == []
     assert [frame.raw for frame in stream.feed(BEACON[3:])] == [dump, BEACON]
 
 
-def test_dump_that_lost_its_end_gives_back_the_frames_after_it():
+def test_truncated_dump_gives_back_the_frames_after_it():
     for lost in (4, 9, 40, 70):
         found, stream = found_in(dump_of(bytes(64))[:-lost] + BEACON + b"noise" + BEACON, "down")
         assert [frame.raw for frame in found] == [BEACON, BEACON], lost
@@ -231,7 +231,7 @@ def test_cut_packet_of_bytes_gives_back_all_frames_in_it():
     assert stream.rejected == {"cut": 2}
 
 
-def test_cut_packet_of_bytes_is_taken_for_whole_if_a_frame_begins_just_behind_its_end():
+def test_cut_byte_packet_passes_as_whole_before_an_adjacent_frame():
     """What cannot be noticed without a checksum: the data could be these bytes."""
     dump = dump_of(bytes(64))
     event = Downlink(SATELLITE).frame("event", 5, (1, 2, 3, 4.0))
@@ -266,7 +266,7 @@ def test_noise_of_framesyncs_takes_time_in_proportion_only():
     assert len(stream.take_rejected()) == Stream.MOST_REJECTED
 
 
-def test_parts_of_a_frame_wait_and_are_given_up_at_the_end():
+def test_parts_of_a_frame_wait_and_are_dropped_at_end():
     stream = Stream(SATELLITE, "down")
     extended = Downlink(SATELLITE).frame("extended", 5, [0.0] * 43)
     assert list(stream.feed(extended[:80])) == []

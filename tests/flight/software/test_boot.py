@@ -8,7 +8,7 @@ from slow_cases import slow_after
 from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software import boot
-from torquer.flight.software.clock import ms_of
+from torquer.flight.software.clock import to_ms
 from torquer.flight.software.core import Core
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.settings import settings_file
@@ -102,7 +102,7 @@ def test_a_reboot_by_command(kind):
 
 def start_ms(ground):
     """On-board time of the start of the flight."""
-    return ms_of(scenario().start)
+    return to_ms(scenario().start)
 
 
 @pytest.mark.verifies("REQ-BOO-004", "REQ-CLK-002")

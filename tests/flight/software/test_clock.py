@@ -9,14 +9,14 @@ from hypothesis import given, strategies as st
 
 from torquer.flight.packets.frames import EPOCH
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.clock import LAST_MS, Clock, ms_of, timer_ms
+from torquer.flight.software.clock import LAST_MS, Clock, timer_ms, to_ms
 
 MONTH_S = 30 * 86400
 
 
 @pytest.mark.verifies("REQ-CLK-001")
 @pytest.mark.parametrize("step", ["1", "0.1", "0.01", "0.05", "0.125", "0.007"])
-def test_the_timer_is_on_the_grid_for_thirty_days_of_any_step(step):
+def test_timer_stays_on_grid_thirty_days_for_any_step(step):
     exact, at_random = Fraction(step), random.Random(step)
     last = int(MONTH_S / exact)
     for number in [
@@ -29,7 +29,7 @@ def test_the_timer_is_on_the_grid_for_thirty_days_of_any_step(step):
 
 
 def test_thirty_days_of_small_steps_add_up_without_drift():
-    clock, before = Clock(now_ms=ms_of(datetime(2012, 1, 25, tzinfo=UTC))), 0
+    clock, before = Clock(now_ms=to_ms(datetime(2012, 1, 25, tzinfo=UTC))), 0
     start = clock.now_ms
     for number in range(1, MONTH_S + 1):
         now = clock.run_to(number * 1.0 - 0.003)  # between two steps of the clock
@@ -102,9 +102,9 @@ def test_without_a_saved_time_the_clock_starts_at_zero(data):
 
 
 @given(st.datetimes(datetime(2010, 1, 1), datetime(2140, 1, 1)))
-def test_civil_time_and_on_board_time_are_the_same_to_the_step(civil):
+def test_civil_and_on_board_time_agree_to_the_step(civil):
     utc = civil.replace(tzinfo=UTC)
-    ms = ms_of(utc)
+    ms = to_ms(utc)
     assert ms % 10 == 0
     assert timedelta(0) <= utc - EPOCH - timedelta(milliseconds=ms) < timedelta(milliseconds=10)
-    assert ms_of(EPOCH) == 0
+    assert to_ms(EPOCH) == 0

@@ -127,7 +127,7 @@ def header(number, module, length):
         (header(18, 9, 2) + bytes(2), Reason.MODULE, 18),
     ],
 )
-def test_what_is_no_command_is_answered_and_the_next_one_executed(ground, data, code, number):
+def test_invalid_command_is_answered_and_the_next_one_executed(ground, data, code, number):
     good = ground.uplink.frame("shift_clock", 0, (1, 10))
     found = ground.tick(ground.wrapped(data) + ground.wrapped(good), times=3)
     answers = [(v["command_id"], v["code"]) for n, _, v in found if n == "acknowledgement"]
@@ -151,7 +151,7 @@ def test_historical_streams_resynchronise(begun):
 
 @pytest.mark.verifies("REQ-COM-003", "REQ-COM-004")
 @pytest.mark.parametrize("software", [None, HISTORICAL])
-def test_a_frame_that_lost_its_end_holds_the_next_command_back_for_a_moment(begun, software):
+def test_truncated_frame_delays_the_next_command_for_a_moment(begun, software):
     """A protected frame's header may announce 1024 bytes, a historical one 160: whatever comes next
     could belong to it, until the line has been silent.
     """
@@ -168,7 +168,7 @@ def test_a_frame_that_lost_its_end_holds_the_next_command_back_for_a_moment(begu
 
 @pytest.mark.verifies("REQ-LNK-001")
 @pytest.mark.parametrize("wrong", ["bit", "again", "key", "noise"])
-def test_a_protected_link_refuses_what_is_not_authentic_or_not_new(ground, wrong):
+def test_protected_link_refuses_unauthentic_or_replayed_frames(ground, wrong):
     clock = ground.core.state.clock.now_ms
     frame = ground.frame("set_clock", 5e11)
     if wrong == "again":
@@ -241,7 +241,7 @@ def test_delayed_commands_are_executed_in_the_order_of_their_times(ground):
 
 @pytest.mark.verifies("REQ-COM-005")
 @pytest.mark.parametrize(("by_s", "code"), [(86400, Reason.LATE), (-604801, Reason.TIME)])
-def test_a_clock_that_is_set_leaves_no_delayed_command_to_the_wrong_time(ground, by_s, code):
+def test_setting_the_clock_strands_no_delayed_command_at_wrong_time(ground, by_s, code):
     """An hour's manual dipole of tomorrow is not executed now; one of next week does not wait."""
     now_s = ground.core.state.clock.now_s
     ground.tick(ground.frame("coils_manual", 1.0, 0.0, 0.0, 60.0, time_s=now_s + 100), 2)
@@ -285,7 +285,7 @@ def test_a_reboot_loses_delayed_commands(ground):
 
 
 @pytest.mark.verifies("REQ-CDH-002")
-def test_a_full_command_queue_drops_its_oldest_command_and_says_so(ground):
+def test_full_command_queue_drops_its_oldest_and_says_so(ground):
     """Nine commands within a control step for a queue of five: the first four are dropped."""
     frames = b"".join(ground.frame("shift_clock", k) for k in range(9))
     found = ground.tick(frames, 4)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.memory import Memory, unsealed
+from torquer.flight.software.memory import Memory, unseal
 
 DATA = bytes(range(40))
 
@@ -85,11 +85,11 @@ def test_every_flipped_bit_and_every_cut_is_noticed():
     cuts = [content[:size] for size in range(len(content))]
     longer = [content + b"\0", content + DATA, DATA + content]
     for damaged in (*bits_flipped(content), *cuts, *longer):
-        assert unsealed("settings", damaged) is None
+        assert unseal("settings", damaged) is None
         memory.places["main"]["settings"] = damaged
         assert memory.read("settings") == DATA
         assert reports(memory) == [(Reason.RESERVE_USED, "settings")]
-    assert unsealed("clock", content) is None, "a file under another name"
+    assert unseal("clock", content) is None, "a file under another name"
 
 
 def test_two_damaged_copies_are_reported_and_give_none(memory):
@@ -230,7 +230,7 @@ def test_a_memory_without_any_disk_does_not_raise(tmp_path):
     assert memory.counts[Reason.FILE_NOT_WRITTEN] == 4
 
 
-def test_a_link_at_the_place_of_the_unfinished_file_is_not_written_through(tmp_path):
+def test_link_in_place_of_the_unfinished_file_is_not_followed(tmp_path):
     memory = Memory(tmp_path / "memory")
     (tmp_path / "others").write_text("theirs")
     (tmp_path / "memory" / "main" / ".a.part").symlink_to(tmp_path / "others")

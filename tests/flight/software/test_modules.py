@@ -15,7 +15,7 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.modules.fs import update_file
-from torquer.flight.software.modules.svr import MAX, MIN, NONE, NORM, class_of
+from torquer.flight.software.modules.svr import MAX, MIN, NONE, NORM, classify_value
 from torquer.flight.software.modules.telemetry import DEG
 from torquer.maths.geometry.attitudes import to_body
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
@@ -120,7 +120,7 @@ def test_telemetry_shows_the_flight(settled):
     ("value", "is_a"), [(math.nan, NONE), (0.5, MAX), (0.4, NORM), (0.08, NORM), (0.0799, MIN)]
 )
 def test_classes_of_table_3_2(value, is_a):
-    assert class_of(value, 0.08, 0.4) == is_a
+    assert classify_value(value, 0.08, 0.4) == is_a
 
 
 @pytest.mark.verifies("REQ-SVR-002")
@@ -463,7 +463,7 @@ def test_modes_of_the_ground_only_are_commanded():
 
 
 @pytest.mark.verifies("REQ-SVR-002")
-def test_thresholds_of_the_mode_table_follow_the_supervisor_and_outlive_a_reboot():
+def test_mode_table_thresholds_follow_the_supervisor_and_outlive_reboots():
     """|q| of 0.1 is a turn of 11.48 deg."""
     scenario = load_scenario(FLIGHT).replace("simulation.duration_s", 100.0)
     ground = Ground(Core(scenario))
@@ -478,7 +478,7 @@ def test_thresholds_of_the_mode_table_follow_the_supervisor_and_outlive_a_reboot
         ground.tick(times=20)
 
 
-def test_the_states_of_the_mode_table_come_at_once_and_once_a_minute():
+def test_mode_table_states_come_at_once_and_every_minute():
     ground = flying()
     ground.tick(times=400)
     regions = ground.core.services.regions

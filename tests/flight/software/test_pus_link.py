@@ -9,10 +9,10 @@ from spacepackets.ecss import PusTc, PusTm
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.packets.station import station_of
+from torquer.flight.packets.station import make_station
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile
-from torquer.flight.software.session import Recorder, flown, replayed
+from torquer.flight.software.session import Recorder, fly_steps, replay_session
 from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError
 
@@ -27,7 +27,7 @@ class Satellite:
     """A flight and its ground station; `reports`: telemetry packets, read by another package."""
 
     def __init__(self, core):
-        self.core, self.station = core, station_of(core.software)
+        self.core, self.station = core, make_station(core.software)
         self._frame = Uplink(core.software.dictionary).frame
         self.sent, self.reports, self.frames = [], [], []
 
@@ -98,7 +98,7 @@ def commanded(software):
 
 
 @pytest.mark.verifies("REQ-PUS-002", "REQ-COR-001")
-def test_the_motion_is_that_of_the_protected_link_bit_for_bit():
+def test_motion_matches_the_protected_link_bit_for_bit():
     (ours, found), (theirs, expected) = commanded(PUS), commanded(PROTECTED)
     assert ours.identical(theirs)
     assert found == expected == [(20, 0), (64, Reason.WAITING), (64, 0), (16, Reason.MODE)]
@@ -180,7 +180,7 @@ def test_release_times_that_cannot_be_kept(satellite, ahead, code):
 
 
 @pytest.mark.verifies("REQ-PUS-004")
-def test_a_clock_that_is_set_refuses_the_activity_at_its_release(satellite):
+def test_activity_displaced_by_a_set_clock_is_refused_at_release(satellite):
     now_s = satellite.core.state.clock.now_s
     satellite.tick(satellite.command("coils_manual", 1.0, 0.0, 0.0, 60.0, time_s=now_s + 100), 2)
     satellite.verified()
@@ -199,7 +199,7 @@ def test_what_a_full_queue_drops_was_never_accepted(satellite):
 
 
 @pytest.mark.verifies("REQ-PUS-003")
-def test_more_answers_than_the_queue_takes_belong_to_the_right_requests(satellite):
+def test_answers_beyond_the_queue_still_belong_to_the_right_requests(satellite):
     """Fifteen commands for three modules, ten answers: the first five are lost."""
     frames = []
     for _ in range(5):
@@ -232,7 +232,7 @@ def test_a_connection_test_is_answered(satellite):
         (PusTc(8, 1, apid=APID + 1, app_data=b"\x12\x01"), Reason.MODULE, 0),
     ],
 )
-def test_what_is_no_command_is_answered_and_the_next_one_executed(satellite, packet, code, number):
+def test_invalid_command_is_answered_and_the_next_one_executed(satellite, packet, code, number):
     rejected = satellite.core.services.status("com")["rejected"]
     uplink = satellite.packet(packet.pack()) + satellite.command("shift_clock", 10)
     assert satellite.answers(uplink) == [(0, code), (33, Reason.DONE)]
@@ -309,15 +309,15 @@ def test_a_session_flies_again_to_the_same_bytes(tmp_path):
         5: satellite.command("get_parameter", 0),
         8: satellite.command("shift_clock", 100, time_s=now_s + 30) + satellite.station.ping(),
     }
-    for tick in flown(core, lambda number, _: uplink.get(number, b"")):
+    for tick in fly_steps(core, lambda number, _: uplink.get(number, b"")):
         recorder.note(tick.uplink, tick.downlink)
     session, again = recorder.session(whole, FaultsFile(), file), Recorder()
-    for tick in replayed(session):
+    for tick in replay_session(session):
         again.note(tick.uplink, tick.downlink)
-    assert again.digests_of_all() == session.digests and again.ticks == session.ticks > 50
+    assert again.list_digests() == session.digests and again.ticks == session.ticks > 50
 
 
-def test_the_number_of_the_spacecraft_is_that_of_an_application_process():
+def test_spacecraft_number_is_that_of_an_application_process():
     with pytest.raises(ScenarioError, match="spacecraft: must be at least 1 with link = 'pus'"):
         load_software({"link": "pus", "spacecraft": 0})
     with pytest.raises(ScenarioError, match=r"link: .*'historical', 'protected'.* 'pus'"):

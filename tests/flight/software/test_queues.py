@@ -36,7 +36,7 @@ def test_a_queue_keeps_the_newest_elements_in_order(size, actions):
 
 
 @pytest.mark.verifies("REQ-CDH-002")
-def test_the_sender_to_a_full_queue_learns_of_it_and_which_element_was_dropped():
+def test_sender_to_full_queue_learns_which_element_was_dropped():
     cdh = Cdh({"svr": 3})
     assert [cdh.put("svr", name) for name in "abcde"] == [True, True, True, False, False]
     assert cdh.take_dropped("svr") == "b"

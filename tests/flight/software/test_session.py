@@ -4,20 +4,20 @@ import pytest
 
 import torquer
 from torquer.compile import engine
-from torquer.flight.packets.commands import ScriptFile, frames_of
-from torquer.flight.packets.received import tables_of
-from torquer.flight.packets.station import station_of
+from torquer.flight.packets.commands import ScriptFile, make_frames
+from torquer.flight.packets.received import as_tables
+from torquer.flight.packets.station import make_station
 from torquer.flight.software.core import Core
-from torquer.flight.software.faults import FaultsFile, of_software, with_device_faults
+from torquer.flight.software.faults import FaultsFile, software_faults, with_device_faults
 from torquer.flight.software.session import (
     STRIDE,
     Recorder,
     Sender,
     first_difference,
-    flown,
+    fly_steps,
     load_session,
-    replayed,
-    saved,
+    replay_session,
+    save_session,
 )
 from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError
@@ -48,10 +48,10 @@ def record(scenario, faults=(), commands=COMMANDS, ticks=None):
     scenario = with_device_faults(scenario, file)
     software = load_software(None)
     core = Core(scenario, software)
-    station, recorder, received = station_of(software), Recorder(), []
-    frames = frames_of(commands, software.dictionary, core.flight.names, scenario.start)
+    station, recorder, received = make_station(software), Recorder(), []
+    frames = make_frames(commands, software.dictionary, core.flight.names, scenario.start)
     sender = Sender(frames, station)
-    for tick in flown(core, lambda _, t_s: sender.at(t_s), of_software(file), ticks):
+    for tick in fly_steps(core, lambda _, t_s: sender.at(t_s), software_faults(file), ticks):
         recorder.note(tick.uplink, tick.downlink)
         received += [(tick.t_s, frame) for frame in station.receive(tick.downlink)]
     return recorder.session(scenario, file, None), received
@@ -62,7 +62,7 @@ def of_kind(received, name):
 
 
 @pytest.mark.verifies("REQ-SES-001")
-def test_a_session_is_stored_and_flies_again_to_the_same_bytes(scenario, tmp_path):
+def test_stored_session_flies_again_to_the_same_bytes(scenario, tmp_path):
     faults = [
         {"tick": 100, "fault": "reboot"},
         {"at_s": 50.0, "fault": "gyro stuck"},
@@ -70,12 +70,12 @@ def test_a_session_is_stored_and_flies_again_to_the_same_bytes(scenario, tmp_pat
         {"tick": 60, "fault": "file damaged", "file": "settings.svr", "place": "both"},
     ]
     session, received = record(scenario, faults)
-    saved(session, tmp_path / "s.json")
+    save_session(session, tmp_path / "s.json")
     assert load_session(tmp_path / "s.json") == session
     again = Recorder()
-    for tick in replayed(session):
+    for tick in replay_session(session):
         again.note(tick.uplink, tick.downlink)
-    assert again.digests_of_all() == session.digests and again.ticks == session.ticks == 400
+    assert again.list_digests() == session.digests and again.ticks == session.ticks == 400
     assert first_difference(session, load_session(tmp_path / "s.json")) is None
     causes = [values[1] for _, values in of_kind(received, "ready")]
     assert causes == [0, 3, 2]  # switched on; the fault; the watchdog, not fed by the module
@@ -116,8 +116,8 @@ def test_sessions_of_other_software_or_version_are_refused(scenario, tmp_path):
     session, _ = record(scenario, ticks=3)
     other = session.model_copy(update={"software_sha256": "0" * 64})
     with pytest.raises(ScenarioError, match="its software must be as it was recorded"):
-        next(replayed(other))
-    saved(session.model_copy(update={"torquer": "0.0.1"}), tmp_path / "old.json")
+        next(replay_session(other))
+    save_session(session.model_copy(update={"torquer": "0.0.1"}), tmp_path / "old.json")
     with pytest.raises(ScenarioError, match=r"must be of torquer .*received one of 0\.0\.1"):
         load_session(tmp_path / "old.json")
     (tmp_path / "no.json").write_text("{", encoding="utf-8")
@@ -127,7 +127,7 @@ def test_sessions_of_other_software_or_version_are_refused(scenario, tmp_path):
 
 def test_what_was_received_is_a_table_a_packet(scenario):
     session, received = record(scenario, ticks=60)
-    tables = tables_of(received, load_software(None).dictionary)
+    tables = as_tables(received, load_software(None).dictionary)
     extended = tables["extended"]
     assert extended.sizes["frame"] == len(of_kind(received, "extended"))
     assert extended["omega_x"].attrs["units"] == "deg/s"
@@ -156,7 +156,7 @@ def test_a_command_that_cannot_be_is_refused(scenario, command, message):
     script = ScriptFile.model_validate({"commands": [{"at_s": 1.0, **command}]})
     core = Core(scenario)
     with pytest.raises(ScenarioError, match=message):
-        frames_of(script, core.software.dictionary, core.flight.names, scenario.start)
+        make_frames(script, core.software.dictionary, core.flight.names, scenario.start)
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,13 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from telemetry_session import START, environment, motion
 
-from torquer import simulate, smoothed
+from torquer import simulate, smooth_run
 from torquer.compile import engine
 from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.ground.telemetry.attitude import attitude_of, load_filter
-from torquer.ground.telemetry.quantities import QUANTITIES, session_of
+from torquer.ground.telemetry.attitude import estimate_attitude, load_filter
+from torquer.ground.telemetry.quantities import QUANTITIES, make_session
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.load import scenario_from_data
 
@@ -58,7 +58,7 @@ def session(seed, rows=slice(None), moved=None, **noise):
     bias = np.radians(0.01) * rng.normal(size=3)
     gyro = omega + bias + np.radians(noise["gyro_deg_s"]) * rng.normal(size=(ROWS, 3))
     utc = np.datetime64(START.replace(tzinfo=None), "ns") + (1e9 * t_s).astype("timedelta64[ns]")
-    data = session_of(utc, {"b_measured": b, "omega_measured": gyro, "sun_measured": seen})
+    data = make_session(utc, {"b_measured": b, "omega_measured": gyro, "sun_measured": seen})
     data = data.isel(time=rows)
     first = float(data["time"][0])
     data = data.assign_coords(time=data["time"] - first)
@@ -96,13 +96,13 @@ def test_a_result_stripped_to_telemetry_is_smoothed_again():
         }
     )
     result = simulate(scenario)
-    wanted = smoothed(result)
+    wanted = smooth_run(result)
     steps = result.isel(time=slice(-1))  # the last row is recorded before the sensors are read
     values = {name: steps[name].values for name in steps if name in QUANTITIES}
     assert {"b_measured", "sun_measured", "omega_measured"} <= set(values)
-    data = session_of(steps["utc"].values, values)
+    data = make_session(steps["utc"].values, values)
     place = OrbitEnvironment(scenario.environment, scenario.orbit, scenario.start)
-    found = attitude_of(data, scenario.control.estimator, place)
+    found = estimate_attitude(data, scenario.control.estimator, place)
     assert found.fit.fits
     sigma = wanted["attitude_sigma_smoothed"].values
     apart = rotation_vector(found.data["q_smoothed"].values, wanted["q_smoothed"].values)
@@ -120,7 +120,7 @@ def test_errors_are_as_stated_from_the_umbra_on():
     squares, wholes, better = [], [], []
     for seed in range(40):
         data, q, bias, place = session(seed)
-        found = attitude_of(data, gyro_filter(), place)
+        found = estimate_attitude(data, gyro_filter(), place)
         assert found.fit.fits, found.verdict
         squares.append(nees(found.data, q))
         wholes.append(nees(found.data, q, bias))
@@ -138,20 +138,20 @@ def test_gaps_forget_the_attitude_and_keep_the_bias():
     squares = []
     for seed in range(20):
         data, q, _, place = session(seed, rows)
-        found = attitude_of(data, gyro_filter(), place)
+        found = estimate_attitude(data, gyro_filter(), place)
         assert found.fit.fits
         squares.append(nees(found.data, q))
     assert 0.8 < np.mean(squares) < 1.25
     assert 0.5 < np.mean([each[17:20] for each in squares]) < 1.5
     alone, *_ = session(19, slice(LIT + 38, None))
-    second = attitude_of(alone, gyro_filter(), along(CADENCE_S * (LIT + 38)))
+    second = estimate_attitude(alone, gyro_filter(), along(CADENCE_S * (LIT + 38)))
     both = found.data["covariance_smoothed"].values[-1, 3:, 3:]
     assert np.trace(both) < 0.7 * np.trace(second.data["covariance_smoothed"].values[-1, 3:, 3:])
 
 
 def test_a_stretch_that_never_shows_the_attitude_stays_unknown():
     data, q, _, place = session(0, np.r_[0:40, LIT + 10 : ROWS])
-    found = attitude_of(data, gyro_filter(), place)
+    found = estimate_attitude(data, gyro_filter(), place)
     known = np.isfinite(found.data["q_smoothed"].values[:, 0])
     assert not known[:40].any() and known[40:].all()
     assert found.fit.known == pytest.approx(known.mean())
@@ -165,7 +165,7 @@ def test_readings_of_single_rows_may_be_missing_or_wild():
         data[name].values[rng.choice(np.arange(1, ROWS), 6, replace=False)] = np.nan
     wild = rng.choice(ROWS, 11, replace=False)
     data["b_measured"].values[wild] += 2e-5
-    found = attitude_of(data, gyro_filter(), place)
+    found = estimate_attitude(data, gyro_filter(), place)
     assert found.fit.fits, found.verdict
     assert 0.0 < found.fit.rejected < 0.15
     assert nees(found.data, q).mean() < 1.6
@@ -187,7 +187,7 @@ def corrupted(kind):
         keys = {"magnetometer_noise_nt": 2000.0}
     elif kind == "too fast for the cadence":
         data, _, _, place = session(0, moved=motion(CADENCE_S * np.arange(ROWS), 0, 3.0))
-    return attitude_of(data, gyro_filter(**keys), place)
+    return estimate_attitude(data, gyro_filter(**keys), place)
 
 
 @pytest.mark.parametrize(
@@ -243,24 +243,24 @@ def dynamics_filter(inertia=INERTIA, **keys):
 
 def test_without_a_gyro_a_wrong_inertia_does_not_fit():
     data, q, _, place = session(2, slice(LIT, None), moved=free_body(2))
-    found = attitude_of(data, dynamics_filter(), place)
+    found = estimate_attitude(data, dynamics_filter(), place)
     assert found.fit.fits, found.verdict
     assert angle_deg(found.data["q_smoothed"].values, q) < 0.3
-    wrong = attitude_of(data, dynamics_filter(np.diag([1.0, 1.6, 1.7])), place)
+    wrong = estimate_attitude(data, dynamics_filter(np.diag([1.0, 1.6, 1.7])), place)
     assert not wrong.fit.fits
 
 
 def test_mistakes_are_named(tmp_path):
     data, _, _, place = session(0)
     with pytest.raises(ValueError, match=r"received 'sun' without sun_measured"):
-        attitude_of(data.drop_vars("sun_measured"), gyro_filter(), place)
+        estimate_attitude(data.drop_vars("sun_measured"), gyro_filter(), place)
     with pytest.raises(ValueError, match=r"received 'gyro' without omega_measured"):
-        attitude_of(data.drop_vars("omega_measured"), gyro_filter(), place)
+        estimate_attitude(data.drop_vars("omega_measured"), gyro_filter(), place)
     alone = gyro_filter(sensors=("magnetometer",), sun_noise_deg=None)
     with pytest.raises(ValueError, match=r"must be more than the magnetometer"):
-        attitude_of(data, alone, place)
+        estimate_attitude(data, alone, place)
     with pytest.raises(ValueError, match=r"must hold 2 rows or more for an attitude; received 1"):
-        attitude_of(data.isel(time=[0]), gyro_filter(), place)
+        estimate_attitude(data.isel(time=[0]), gyro_filter(), place)
     path = tmp_path / "filter.toml"
     path.write_text("[control.law]\nkind = 'off'\n")
     with pytest.raises(ValueError, match=r"filter: must hold a table \[control.estimator\]"):

@@ -43,12 +43,12 @@ def corrupted(data, part, kind, seed):
     return data
 
 
-def test_bias_of_an_hour_within_50_nt_in_20_of_20():
+def test_hour_gives_bias_within_50_nt_in_20_of_20():
     errors = [np.linalg.norm(found_of(seed).bias - BIAS) for seed in range(20)]
     assert max(errors) < 50e-9
 
 
-def test_an_hour_at_900_nt_determines_the_full_bias_to_its_stated_error_only():
+def test_900_nt_hour_fixes_full_bias_only_to_stated_error():
     """The full model's stated errors exceed 500 nT in the mean; the errors are as stated."""
     found = [found_of(seed, noise=900e-9) for seed in range(20)]
     errors = np.array([np.linalg.norm(each.bias - BIAS) for each in found])
@@ -57,7 +57,7 @@ def test_an_hour_at_900_nt_determines_the_full_bias_to_its_stated_error_only():
     assert np.max(errors) > 500e-9
 
 
-def test_an_hour_at_900_nt_with_the_model_that_held_out_blocks_choose():
+def test_held_out_blocks_choose_a_model_good_at_900_nt():
     errors = []
     for seed in range(20):
         data, _ = session(seed, noise=900e-9)

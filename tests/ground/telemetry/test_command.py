@@ -185,7 +185,7 @@ def test_a_number_has_the_digits_of_its_error(value, sigma, shown):
     assert with_error(value, sigma) == shown
 
 
-def test_the_code_of_a_twin_is_executed_only_where_it_may_be(folder, capsys):
+def test_twin_code_is_executed_only_where_allowed(folder, capsys):
     words = ["telemetry", "pass.nc", "--orbit", "c.tle", "--twin", str(MY_LAW), "--no-user-code"]
     assert answer(words) == 2
     assert "control.law.file: must not be given with --no-user-code" in capsys.readouterr().err

@@ -98,7 +98,7 @@ def test_a_reflection_is_named(along):
     assert best.is_reflection
 
 
-def test_an_attitude_that_does_not_change_does_not_tell_the_sense(along):
+def test_constant_attitude_does_not_tell_the_sense(along):
     found = find_convention(telemetry(along, moving=False, noise=0.0), along)
     assert not found.is_clear
 

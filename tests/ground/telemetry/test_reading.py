@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from telemetry_session import session
 
-from torquer.ground.telemetry.mapping import load_mapping, mapping_of, text_of_mapping
+from torquer.ground.telemetry.mapping import load_mapping, make_mapping, write_mapping
 from torquer.ground.telemetry.propose import propose_mapping
-from torquer.ground.telemetry.quantities import session_of
+from torquer.ground.telemetry.quantities import make_session
 from torquer.ground.telemetry.read import read
 
 DATA = Path(__file__).parent / "data"
@@ -18,7 +18,7 @@ PLAIN = {"time": "t", "columns": {"b_measured": ["x", "y", "z"]}, "units": {"b_m
 
 
 def mapped(**keys):
-    return mapping_of(PLAIN | keys)
+    return make_mapping(PLAIN | keys)
 
 
 def written(tmp_path, text, name="file.csv"):
@@ -36,7 +36,7 @@ def keys_of(found):
 
 
 def test_the_printed_gyro_rows_of_chibis_m():
-    mapping = mapping_of(
+    mapping = make_mapping(
         {
             "skip": 1,
             "separator": "whitespace",
@@ -94,7 +94,7 @@ def test_oddities_are_reported(tmp_path):
 
 def test_quaternions_with_the_scalar_first_and_inverse(tmp_path):
     path = written(tmp_path, "t,a,b,c,d\n2012-03-04T10:00:00Z,0.5,0.5,0.5,-0.5\n")
-    mapping = mapping_of(
+    mapping = make_mapping(
         {
             "time": "t",
             "columns": {"q_measured": ["a", "b", "c", "d"]},
@@ -244,7 +244,7 @@ def test_a_proposed_mapping_reads_the_file(tmp_path):
     )  # fmt: skip
     assert any("CHECK THIS" in each for each in guesses)
     assert any("by the size of its numbers" in each for each in guesses)
-    again = load_mapping(written(tmp_path, text_of_mapping(mapping, guesses), "m.toml"))
+    again = load_mapping(written(tmp_path, write_mapping(mapping, guesses), "m.toml"))
     assert again == mapping
     assert read(path, mapping).data.sizes["time"] == 8
 
@@ -278,8 +278,8 @@ def test_what_no_mapping_can_be_proposed_for(tmp_path, text, message):
 def test_sessions_are_checked():
     utc = np.array(["2012-03-04T10:00:01", "2012-03-04T10:00:00"], dtype="datetime64[ns]")
     with pytest.raises(ValueError, match="utc: must ascend"):
-        session_of(utc, {})
+        make_session(utc, {})
     with pytest.raises(ValueError, match="field: must be one of"):
-        session_of(utc[1:], {"field": np.zeros(1)})
+        make_session(utc[1:], {"field": np.zeros(1)})
     with pytest.raises(ValueError, match=r"b_measured: must have shape \(1, 3\)"):
-        session_of(utc[1:], {"b_measured": np.zeros(1)})
+        make_session(utc[1:], {"b_measured": np.zeros(1)})

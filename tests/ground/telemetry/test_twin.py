@@ -5,9 +5,9 @@ import pytest
 from twin_session import NOISE_T, believed, errors, tip_off
 
 from torquer.compile import engine
-from torquer.ground.telemetry.twin import _Search, _Step, twin_of
+from torquer.ground.telemetry.twin import _Search, _Step, fit_twin
 from torquer.ground.telemetry.twin_fit import Fits, Problem, around
-from torquer.ground.telemetry.twin_flights import COUNT, INERTIA, Flights, Points, inertia_of
+from torquer.ground.telemetry.twin_flights import COUNT, INERTIA, Flights, Points, twin_inertia
 from torquer.ground.telemetry.twin_found import Twin
 from torquer.ground.telemetry.twin_legs import Legs
 from torquer.ground.telemetry.twin_readings import Readings
@@ -23,10 +23,10 @@ def relative(twin, true, name):
 
 
 @pytest.mark.slow
-def test_a_tip_off_that_never_saturates_says_only_inertia_over_gain():
+def test_unsaturated_tip_off_gives_only_inertia_over_gain():
     scenario = believed(TAME)
     data, true = tip_off(scenario, 1, 12, CALM)
-    twin = twin_of(data, scenario, NOISE_T)
+    twin = fit_twin(data, scenario, NOISE_T)
     assert twin.fits and twin.only_ratio and twin.saturated == 0.0
     assert "only J/gain is known: the coils are never saturated" in twin.verdict
     assert "gain" not in twin.names and "inertia_xx/gain" in twin.names
@@ -44,7 +44,7 @@ def test_no_twin_fits_a_motion_that_is_none():
     rng = np.random.default_rng(0)
     order = rng.permutation(data.sizes["time"])
     data["omega_measured"].values[:] = data["omega_measured"].values[order]
-    twin = twin_of(data, scenario, NOISE_T)
+    twin = fit_twin(data, scenario, NOISE_T)
     assert not twin.fits and twin.names == ()
     assert "no twin fits: the best one follows" in twin.verdict
 
@@ -56,7 +56,7 @@ def test_saturated_tip_offs():
     scenario, squares = believed(GAIN), []
     for seed in range(20):
         data, true = tip_off(scenario, seed, 60, FAST)
-        twin = twin_of(data, scenario, NOISE_T)
+        twin = fit_twin(data, scenario, NOISE_T)
         assert twin.fits and twin.window_s == twin.session_s and not twin.only_ratio, seed
         assert not twin.doubt, seed
         squares.append(np.mean(errors(twin, true)[1] ** 2))
@@ -73,7 +73,7 @@ def test_tip_offs_that_never_saturate():
     scenario, squares = believed(TAME), []
     for seed in range(10):
         data, true = tip_off(scenario, seed, 60, CALM)
-        twin = twin_of(data, scenario, NOISE_T)
+        twin = fit_twin(data, scenario, NOISE_T)
         assert twin.fits and twin.only_ratio, seed
         squares.append(errors(twin, true)[1] ** 2)
     assert 0.5 < np.mean(np.concatenate(squares)) < 1.5
@@ -82,9 +82,9 @@ def test_tip_offs_that_never_saturate():
 def test_inertia_of_a_twin():
     scenario = believed(GAIN)
     own = np.array(scenario.spacecraft.body.inertia_kg_m2)
-    assert np.allclose(inertia_of(scenario, np.zeros(COUNT)), own, rtol=1e-14)
+    assert np.allclose(twin_inertia(scenario, np.zeros(COUNT)), own, rtol=1e-14)
     change = np.append([0.1, 0.1, 0.1], np.zeros(7))
-    assert np.allclose(inertia_of(scenario, change), np.exp(0.1) * own, rtol=1e-12)
+    assert np.allclose(twin_inertia(scenario, change), np.exp(0.1) * own, rtol=1e-12)
 
 
 def test_each_twin_is_followed_by_steps_forth_and_back():
@@ -201,7 +201,7 @@ def test_errors_are_doubted_where_the_law_remembers_earlier_cycles():
 
 @SLOW
 @pytest.mark.parametrize("scale", [1.0, 1.005])
-def test_errors_are_doubted_where_the_readings_are_of_no_such_twin(scale):
+def test_errors_are_doubted_if_the_twin_cannot_explain_the_readings(scale):
     """A gyro that reads half a percent too much, which is no parameter of the twin."""
     scenario, t_s = believed(GAIN), ROWS_S[:10]
     window_s = float(t_s[-1])
@@ -223,22 +223,22 @@ def test_mistakes():
     scenario = believed(GAIN)
     data, _ = _rows()
     with pytest.raises(ValueError, match="twin: needs omega_measured in the telemetry"):
-        twin_of(data.drop_vars("omega_measured"), scenario, NOISE_T)
+        fit_twin(data.drop_vars("omega_measured"), scenario, NOISE_T)
     early = data.assign_coords(utc=data["utc"] - np.timedelta64(1, "h"))
     with pytest.raises(ValueError, match=r"at or before the first row.*received 3570 s after it"):
-        twin_of(early, scenario, NOISE_T)
+        fit_twin(early, scenario, NOISE_T)
     with pytest.raises(ValueError, match="needs 8 rows with the field of the scenario's orbit"):
-        twin_of(data, scenario, NOISE_T)
+        fit_twin(data, scenario, NOISE_T)
 
 
 def _rows():
     """Twenty rows without the field of any orbit."""
-    from torquer.ground.telemetry.quantities import session_of
+    from torquer.ground.telemetry.quantities import make_session
 
     start = np.datetime64("2012-03-04T10:32:17", "ns")
     utc = start + np.arange(20) * np.timedelta64(30, "s")
     zeros = np.zeros((20, 3))
-    return session_of(utc, {"b_measured": zeros, "omega_measured": zeros}), None
+    return make_session(utc, {"b_measured": zeros, "omega_measured": zeros}), None
 
 
 @SLOW

@@ -7,10 +7,10 @@ from twin_session import believed
 import torquer
 from torquer.base.validate import inertia_tensor
 from torquer.campaign.load import campaign_from_data
-from torquer.campaign.sampling import draw, values_of
+from torquer.campaign.sampling import draw, draw_values
 from torquer.ground.telemetry.twin_flights import INERTIA
 from torquer.ground.telemetry.twin_found import Twin
-from torquer.ground.telemetry.twin_members import GAIN, SCALE, tables_of, text_of_members
+from torquer.ground.telemetry.twin_members import GAIN, SCALE, member_tables, write_members
 from torquer.scenario.change import with_values
 
 N = 20_000
@@ -46,7 +46,7 @@ def members(found, tables, count=N):
 def test_members_have_the_covariance_of_the_fit(found, covariance):
     """Inertia and dipole by their slopes, rates in deg/s, the gain by its logarithm."""
     slopes = np.diag([0.9, 1.2, 1.1, 0.3, 0.2, 0.1, 5e5, 1.0, 1.0, 1.0])
-    (table,) = tables_of(found, NAMES, slopes, covariance, False)
+    (table,) = member_tables(found, NAMES, slopes, covariance, False)
     drawn = members(found, [table])
     assert all(np.array_equal(inertia_tensor("J", each), each) for each in drawn[_J][:500])
     elements = drawn[_J][:, *_ELEMENTS] - np.array(found.spacecraft.body.inertia_kg_m2)[_ELEMENTS]
@@ -64,7 +64,7 @@ def test_what_moves_alike_is_drawn_with_one_factor(found, covariance):
     """Where the coils never saturate: the size is drawn, but what is over the gain is known."""
     names = tuple(f"{name}/gain" for name in NAMES if name != "gain")
     slopes = np.delete(np.diag([2e-6] * 6 + [0.0] + [2e-8] * 3), 6, axis=0)
-    tables = tables_of(found, names, slopes, covariance, True)
+    tables = member_tables(found, names, slopes, covariance, True)
     drawn, without = members(found, tables), members(found, tables[:1])
     size = drawn[_LAW] / 5e5
     assert np.std(np.log(size)) == pytest.approx(SCALE, rel=0.03)
@@ -79,18 +79,18 @@ def test_what_moves_alike_is_drawn_with_one_factor(found, covariance):
 def test_a_gain_that_is_not_known_is_drawn_by_itself(found, covariance):
     names = tuple(name for name in NAMES if name != "gain")
     slopes = np.delete(np.eye(10), 6, axis=0)
-    drawn = members(found, tables_of(found, names, slopes, covariance, False))
+    drawn = members(found, member_tables(found, names, slopes, covariance, False))
     assert np.std(np.log(drawn[_LAW])) == pytest.approx(GAIN, rel=0.03)
     assert abs(np.corrcoef(np.log(drawn[_LAW]), drawn[_J][:, 0, 0])[0, 1]) < 4.0 / np.sqrt(N)
 
 
 def test_the_file_is_a_campaign_of_the_twin(found, covariance, tmp_path):
     """As it is written: members differ, the one without deviations is the twin."""
-    tables = tables_of(found, NAMES, np.eye(10), 1e-4 * covariance, False)
+    tables = member_tables(found, NAMES, np.eye(10), 1e-4 * covariance, False)
     twin = Twin(NAMES, np.ones(10), np.eye(10), False, 0.3, 700.0, 698, 60.0, 60.0, (), "", None,
                 found, found, tables)  # fmt: skip
     file = tmp_path / "twin.toml"
-    file.write_text(text_of_members(found, twin), encoding="utf-8")
+    file.write_text(write_members(found, twin), encoding="utf-8")
     scenario, campaign = torquer.load_campaign(file)
     assert campaign.runs == 1000 and campaign.varied_keys[:2] == [
         "initial.attitude", "initial.rate_deg_s",
@@ -99,7 +99,7 @@ def test_the_file_is_a_campaign_of_the_twin(found, covariance, tmp_path):
     assert scenario.name == f"{found.name}-twin"
     same = with_values(scenario, {"simulation": found.simulation, "name": found.name})
     assert same.model_dump() == found.model_dump()
-    middle = values_of(campaign, scenario, np.full((1, campaign.unit_numbers), 0.5))
+    middle = draw_values(campaign, scenario, np.full((1, campaign.unit_numbers), 0.5))
     assert middle[_LAW][0] == found.control.law.gain_a_m2_s_per_t
     assert np.array_equal(middle[_J][0], found.spacecraft.body.inertia_kg_m2)
     assert len({*draw(campaign, scenario, range(100))[_LAW].tolist()}) == 100
@@ -114,10 +114,10 @@ def test_the_file_is_a_campaign_of_the_twin(found, covariance, tmp_path):
     ],
 )
 def test_the_file_says_what_was_not_measured(found, covariance, only_ratio, names, said):
-    tables = tables_of(found, names, np.zeros((len(names), 10)), covariance, only_ratio)
+    tables = member_tables(found, names, np.zeros((len(names), 10)), covariance, only_ratio)
     twin = Twin(names, np.ones(9), np.eye(9), only_ratio, 0.3, 1.0, 1, 60.0, 60.0, (),
                 "squares of 9 where 4 are expected", None, found, found, tables)  # fmt: skip
-    text = text_of_members(found, twin)
+    text = write_members(found, twin)
     assert said in text and ("does not show" in text) == bool(said)
     assert "# DO NOT RELY ON THESE ERRORS: squares of 9 where 4 are expected.\n" in text
 
@@ -127,4 +127,4 @@ def test_given_steps_stay(found):
     scenario = with_values(found, {"simulation": steps})
     twin = Twin((), np.zeros(0), np.zeros((0, 0)), False, 0.0, 0.0, 0, 0.0, 0.0, (), "", None, None,
                 scenario, ())  # fmt: skip
-    assert "step_s = 0.5\n" in text_of_members(scenario, twin)
+    assert "step_s = 0.5\n" in write_members(scenario, twin)

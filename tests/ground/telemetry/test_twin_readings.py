@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 from twin_session import NOISE_T, believed, departure, tip_off
 
 from torquer.compile import engine
-from torquer.ground.telemetry.twin import twin_of
+from torquer.ground.telemetry.twin import fit_twin
 from torquer.ground.telemetry.twin_flights import States
-from torquer.ground.telemetry.twin_readings import Readings, Sunlight, readings_of
+from torquer.ground.telemetry.twin_readings import Readings, Sunlight, select_readings
 from torquer.scenario.change import with_values
 
 SIGMA = 1e-3
@@ -40,7 +40,7 @@ def test_the_sun_adds_two_numbers_to_rows_that_see_it(readings):
     assert readings._replace(sun=None).rows().tolist() == 6 * [0] + 6 * [1] + 6 * [2]
 
 
-def test_what_a_turn_moves_the_sun_by_is_its_part_across_the_line_of_sight(readings):
+def test_turn_moves_sun_by_its_part_across_line_of_sight(readings):
     assert np.allclose(readings.predicted(turned([0, 0, 0]))[0], readings.measured(), atol=1e-9)
     turn = 1e-5 * np.array([1.0, -2.0, 0.5])
     off = (readings.predicted(turned(turn))[0] - readings.measured())[[6, 7, 20, 21]]
@@ -57,7 +57,7 @@ def session():
 
 
 def sun_of(data, scenario):
-    return readings_of(data, scenario, NOISE_T, 0.0, 0.0)[0].sun
+    return select_readings(data, scenario, NOISE_T, 0.0, 0.0)[0].sun
 
 
 def test_readings_of_the_sun_count_where_it_can_be_seen(session):
@@ -93,7 +93,7 @@ def test_with_the_sun_errors_are_smaller_and_true():
     for seed in range(3):
         data, true = tip_off(scenario, seed, 20, (10.0, 10.0, 10.0), sun=True)
         twins = [
-            twin_of(each, scenario, NOISE_T) for each in (data, data.drop_vars("sun_measured"))
+            fit_twin(each, scenario, NOISE_T) for each in (data, data.drop_vars("sun_measured"))
         ]
         covariances = [np.array(twin.members[0]["covariance"]) for twin in twins]
         assert all(twin.fits and not twin.doubt for twin in twins)

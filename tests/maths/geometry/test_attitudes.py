@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from torquer.maths.geometry import quaternion
 from torquer.maths.geometry.attitudes import (
     dcm_body_to_reference,
-    interpolated,
+    interpolate,
     inverse,
     rotation_vector,
     to_body,
@@ -58,7 +58,7 @@ def test_between_two_attitudes_the_body_turns_at_a_constant_rate(seed, angle_rad
     ends = Rotation.concatenate([start, start * Rotation.from_rotvec(angle_rad * axis)])
     wanted = np.linspace(0.0, 5.0, 11)
     rows = ends.as_quat() * np.array([[1.0], [-1.0 if flipped else 1.0]])
-    found = interpolated(np.array([0.0, 5.0]), rows, wanted)
+    found = interpolate(np.array([0.0, 5.0]), rows, wanted)
     theirs = Slerp([0.0, 5.0], ends)(wanted)
     apart = (theirs.inv() * Rotation.from_quat(found)).magnitude()
     np.testing.assert_allclose(apart, 0.0, atol=5e-15)
@@ -68,7 +68,7 @@ def test_between_two_attitudes_the_body_turns_at_a_constant_rate(seed, angle_rad
 def test_interpolation_passes_through_the_given_attitudes():
     t = np.array([0.0, 1.0, 3.0, 4.0])
     q, _ = drawn(5, 4)
-    apart = np.abs(np.sum(interpolated(t, q, t) * q, axis=1))
+    apart = np.abs(np.sum(interpolate(t, q, t) * q, axis=1))
     assert apart == pytest.approx(np.ones(4), abs=1e-15)
 
 

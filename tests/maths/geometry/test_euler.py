@@ -57,7 +57,7 @@ def lock_angles(sequence):
 
 @pytest.mark.parametrize("sequence", SEQUENCES)
 @pytest.mark.parametrize("which", (0, 1))
-def test_gimbal_lock_has_a_zero_third_angle_and_keeps_the_matrix(sequence, which):
+def test_gimbal_lock_zeroes_the_third_angle_and_keeps_the_matrix(sequence, which):
     middle = lock_angles(sequence)[which]
     m = euler.to_dcm(sequence, (0.7, middle, -0.4))
     angles = euler.from_dcm(sequence, m)

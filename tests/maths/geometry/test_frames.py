@@ -59,7 +59,7 @@ def test_orbital_frame_off_a_circle():
 
 @pytest.mark.parametrize("inclination_deg", [0.0, 30.0, 90.0, 150.0])
 @pytest.mark.parametrize("angle_deg", [-170.0, 0.0, 20.0, 100.0])
-def test_argument_of_latitude_of_a_state_is_that_of_its_orbit(inclination_deg, angle_deg):
+def test_argument_of_latitude_from_state_matches_the_orbit(inclination_deg, angle_deg):
     """On an equatorial orbit it counts from axis 1."""
     keys = {"altitude_km": 500.0, "inclination_deg": inclination_deg}
     raan = 0.0 if inclination_deg == 0.0 else 70.0

@@ -193,7 +193,7 @@ def test_rates_that_are_not_numbers_are_reported_at_once(start):
     assert y[0] == pytest.approx(np.exp(start), rel=1e-6)
 
 
-def test_a_state_that_is_not_a_number_is_reported_at_once():
+def test_non_finite_state_is_reported_at_once():
     status, _, _, steps, _ = run(OSCILLATOR, 0.0, [np.nan, 0.0], (0.0, 1.0))
     assert status == STEP_TOO_SMALL
     assert steps < 200
@@ -217,7 +217,7 @@ def test_a_problem_without_rates_is_reported():
         rates(Nameless(1), 0.0, np.zeros(1), np.zeros(1))
 
 
-def test_rates_are_found_by_the_class_of_the_problem_in_plain_python_too():
+def test_problem_class_selects_the_rates_in_plain_python_too():
     dy = np.zeros(2)
     rates(Problem(OSCILLATOR, 0.0), 0.0, np.array([3.0, 4.0]), dy)
     assert dy.tolist() == [4.0, -3.0]

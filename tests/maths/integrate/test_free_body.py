@@ -89,7 +89,7 @@ def test_jacobi_functions_keep_their_identities(u, complement):
     assert dn * dn + (1.0 - complement) * sn * sn == pytest.approx(1.0, abs=1e-14)
 
 
-def test_jacobi_functions_are_hyperbolic_on_the_separatrix_and_circular_for_a_sphere():
+def test_jacobi_functions_are_hyperbolic_on_separatrix_and_circular_for_sphere():
     c = 1.0 / math.cosh(1.7)
     assert jacobi_elliptic(1.7, 0.0) == pytest.approx((math.tanh(1.7), c, c), abs=1e-15)
     assert jacobi_elliptic(1.7, -1e-17) == pytest.approx((math.tanh(1.7), c, c), abs=1e-15)
@@ -255,7 +255,7 @@ def test_motion_on_the_separatrix_falls_towards_the_middle_axis():
         assert free_rates(moments, (a1, 0.0, a3), t) == pytest.approx(expected, abs=1e-12)
 
 
-def test_a_body_at_rest_stays_and_the_slowest_motion_is_finite():
+def test_body_at_rest_stays_and_slowest_motion_is_finite():
     assert free_rotation((1.0, 2.0, 3.0), Q0, (0.0, 0.0, 0.0), 1e6) == (Q0, (0.0, 0.0, 0.0))
     for tiny in (1e-30, 1e-155, 1e-162, 5e-324):
         q, after = free_rotation((1e-3, 2e-3, 2.5e-3), Q0, (tiny, 0.0, 0.0), 10.0)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.maths.geometry.motion import Motion
-from torquer.maths.integrate.rk4 import moved, rk4_sum
+from torquer.maths.integrate.rk4 import advance, rk4_sum
 from torquer.spacecraft.body import Body, motion_rates
 
 INERTIA = np.array([[1.0, 0.05, -0.08], [0.05, 1.3, 0.04], [-0.08, 0.04, 1.7]])
@@ -35,9 +35,9 @@ def by_rk4(rigid, dipole, strength, x, t, h, steps):
         middle = world_at(t + (i + 0.5) * h, strength)
         end = world_at(t + (i + 1) * h, strength)
         k1 = motion_rates(rigid, here, dipole, x, ())
-        k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1), ())
-        k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2), ())
-        k4 = motion_rates(rigid, end, dipole, moved(x, h, k3), ())
+        k2 = motion_rates(rigid, middle, dipole, advance(x, 0.5 * h, k1), ())
+        k3 = motion_rates(rigid, middle, dipole, advance(x, 0.5 * h, k2), ())
+        k4 = motion_rates(rigid, end, dipole, advance(x, h, k3), ())
         x = rk4_sum(x, h, k1, k2, k3, k4)
     return x
 
@@ -87,7 +87,7 @@ def test_order_is_four_with_torque_wheels_and_a_full_tensor(rigid):
     assert errors[-1].max() < 1e-7
 
 
-def test_torque_free_motion_keeps_energy_and_inertial_momentum_to_order_of_the_step(rigid):
+def test_free_motion_conserves_energy_and_momentum_to_order_of_step(rigid):
     x, h = unit_start(), 0.01
     y = by_rk4(rigid, (0.0, 0.0, 0.0), 0.0, x, 0.0, h, 10_000)
 
@@ -112,7 +112,7 @@ def test_running_backwards_returns_to_the_start(rigid):
 def test_moved_adds_rates_to_both_parts():
     x = Motion((1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0))
     rate = Motion((0.1, 0.2, 0.3, 0.4), (-1.0, -2.0, -3.0))
-    assert moved(x, 10.0, rate) == Motion((2.0, 4.0, 6.0, 8.0), (-5.0, -14.0, -23.0))
+    assert advance(x, 10.0, rate) == Motion((2.0, 4.0, 6.0, 8.0), (-5.0, -14.0, -23.0))
 
 
 def test_weights_of_the_stages_are_one_two_two_one_sixths():

@@ -11,7 +11,7 @@ from torquer.environment.local import LocalEnvironment
 from torquer.maths.geometry.motion import Motion
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import as_symmetric, cross
-from torquer.maths.integrate.rk4 import moved, rk4_sum
+from torquer.maths.integrate.rk4 import advance, rk4_sum
 from torquer.maths.integrate.splitting import NODES, drift, kick
 from torquer.spacecraft.body import Body, motion_rates
 
@@ -53,9 +53,9 @@ def by_rk4(rigid, strength, x, h, steps):
         middle = LocalEnvironment(field_at((i + 0.5) * h, strength), gravity_gradient, ())
         end = LocalEnvironment(field_at((i + 1) * h, strength), gravity_gradient, ())
         k1 = motion_rates(rigid, local, DIPOLE, x, ())
-        k2 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k1), ())
-        k3 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k2), ())
-        k4 = motion_rates(rigid, end, DIPOLE, moved(x, h, k3), ())
+        k2 = motion_rates(rigid, middle, DIPOLE, advance(x, 0.5 * h, k1), ())
+        k3 = motion_rates(rigid, middle, DIPOLE, advance(x, 0.5 * h, k2), ())
+        k4 = motion_rates(rigid, end, DIPOLE, advance(x, h, k3), ())
         x = rk4_sum(x, h, k1, k2, k3, k4)
     return x
 
@@ -165,7 +165,7 @@ def test_without_torque_and_wheels_inertial_momentum_stays_to_rounding():
     assert after == pytest.approx(before, abs=5e-12)
 
 
-def test_drift_in_body_axes_is_the_free_motion_of_any_tensor():
+def test_body_axes_drift_is_free_motion_for_any_tensor():
     _, principal = body()
     start = start_with((0.4, -0.3, 0.5))
     exact = reference(0.0, NO_WHEELS, start, 12.0)

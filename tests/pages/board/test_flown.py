@@ -6,12 +6,12 @@ from unpacking import unpacked_answer
 
 import torquer
 from torquer.analysis.attitude import body_axes_from_sun_deg, body_axes_from_vertical_deg
-from torquer.analysis.summary import summary_of
+from torquer.analysis.summary import summarise
 from torquer.compile import engine
 from torquer.pages.board import flown as flown_module
-from torquer.pages.board.answer import MOST_POINTS, answer_of, extremes
+from torquer.pages.board.answer import MOST_POINTS, extremes, make_answer
 from torquer.pages.board.flown import MOST_ORBITS, NotFlown, Orbits, Superseded, fly
-from torquer.pages.board.text import scenario_of
+from torquer.pages.board.text import read_scenario
 from torquer.scenario.change import with_values
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.setup import run as run_module
@@ -30,7 +30,7 @@ def test_every_number_is_that_of_simulate_to_the_bit(scenario):
     names = ("q_body_to_inertial", "omega_body", "dipole_body", "omega_orbital", "sun_inertial")
     for name in (*names, "position_inertial", "velocity_inertial", "b_measured", "time"):
         assert np.array_equal(flown[name].values, result[name].values), name
-    header, arrays = unpacked_answer(answer_of(flown))
+    header, arrays = unpacked_answer(make_answer(flown))
     kept = np.isin(result["time"].values, arrays["t_s"])
     assert MOST_POINTS // 2 < len(arrays["t_s"]) <= MOST_POINTS + 1 < len(kept)
     assert arrays["t_s"][-1] == result["time"].values[-1]
@@ -48,7 +48,7 @@ def test_every_number_is_that_of_simulate_to_the_bit(scenario):
     for name, whole in plots.items():
         shown = np.isin(result["time"].values, arrays[f"{name}.t_s"])
         assert np.array_equal(arrays[name], whole[shown]), name
-    summary = summary_of(result)
+    summary = summarise(result)
     assert header["verdict"] == summary["verdict"]
     assert all(summary[key] == value for key, value in header["numbers"].items())
 
@@ -83,8 +83,8 @@ def test_a_run_of_several_pieces_is_that_of_simulate(scenario, monkeypatch):
 
 
 def test_tables_are_made_once_for_an_orbit(scenario, monkeypatch):
-    made, piece_of = [], run_module.piece_of
-    monkeypatch.setattr(run_module, "piece_of", lambda *a: made.append(a) or piece_of(*a))
+    made, piece_of = [], run_module.tabulate_piece
+    monkeypatch.setattr(run_module, "tabulate_piece", lambda *a: made.append(a) or piece_of(*a))
     orbits = Orbits()
     for gain in (1e4, 2e4, 3e4):
         fly(with_values(scenario, {"control.law.gain_a_m2_s_per_t": gain}), orbits)
@@ -144,8 +144,8 @@ def test_wheels_have_a_plot_of_their_own():
     path = Path("examples/wheels_in_flight.toml")
     data = data_from_toml(path.read_text(encoding="utf-8"))
     data["simulation"] = {"duration_s": 300.0, "record_s": 10.0}
-    scenario = scenario_of(data, path.parent, ())
-    header, arrays = unpacked_answer(answer_of(fly(scenario, Orbits())))
+    scenario = read_scenario(data, path.parent, ())
+    header, arrays = unpacked_answer(make_answer(fly(scenario, Orbits())))
     result = torquer.simulate(scenario)
     assert np.array_equal(arrays["wheels"], result["wheel_speed"].values * (30.0 / np.pi))
-    assert header["verdict"] == summary_of(result)["verdict"]
+    assert header["verdict"] == summarise(result)["verdict"]

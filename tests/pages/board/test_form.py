@@ -4,27 +4,27 @@ from pathlib import Path
 
 import pytest
 
-from torquer.pages.board.form import form_of
-from torquer.pages.board.text import data_from_toml, scenario_of
+from torquer.pages.board.form import make_form
+from torquer.pages.board.text import data_from_toml, read_scenario
 from torquer.scenario.change import value_at
-from torquer.scenario.keys import keys_of
+from torquer.scenario.keys import spec_keys
 from torquer.spacecraft.actuators.coils import Coils
 
 EXAMPLES = sorted(Path("examples").glob("*.toml"))
 
 
 def fields_of(data):
-    return {field["key"]: field for table in form_of(data) for field in table["fields"]}
+    return {field["key"]: field for table in make_form(data) for field in table["fields"]}
 
 
 def tables_of(data):
-    return {table["key"]: table for table in form_of(data)}
+    return {table["key"]: table for table in make_form(data)}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_values_are_those_of_the_scenario_and_within_their_sliders(path):
     data = data_from_toml(path.read_text(encoding="utf-8"))
-    scenario = scenario_of(data, path.parent, {Path("examples/my_law.py").resolve()})
+    scenario = read_scenario(data, path.parent, {Path("examples/my_law.py").resolve()})
     fields = fields_of(data)
     assert len(fields) > 40
     for key, field in fields.items():
@@ -48,7 +48,7 @@ def as_given(value, given):
 
 def test_texts_units_and_bounds_are_those_of_the_specs(data):
     fields = fields_of(data)
-    for key in keys_of(Coils):
+    for key in spec_keys(Coils):
         field = fields.get(f"spacecraft.coils.{key.name}")
         if key.name == "failures" or field is None:  # a list of tables, not given
             continue
@@ -71,7 +71,7 @@ def test_tables_that_are_left_out_can_be_added(data):
     assert not fields["spacecraft.wheels.torque_limit_n_m"]["given"]
 
 
-def test_another_kind_has_its_own_fields_and_what_must_be_given(data):
+def test_other_kind_has_its_own_fields_and_required_ones(data):
     tables = tables_of(data)
     kind = tables["control.law"]["kind"]
     assert kind["value"] == "bdot" and {"sdot", "three_axis"} <= set(kind["choices"])

@@ -119,7 +119,7 @@ FRESH = """() => {
 }"""
 
 
-def test_plots_are_drawn_by_the_processor_and_the_3d_view_follows_them(page):
+def test_processor_draws_the_plots_and_the_3d_view_follows_them(page):
     attributes = "document.querySelector('.plot canvas').getContext('2d').getContextAttributes()"
     assert page.evaluate(attributes)["willReadFrequently"]
     until(page, "!document.querySelector('.is-stale')")
@@ -146,7 +146,7 @@ def test_stale_plots_look_stale_until_the_run_is_there(page, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_address_holds_the_scenario_and_toml_goes_in_and_out(page, context):
+def test_address_holds_the_scenario_and_toml_goes_both_ways(page, context):
     slide(page, GAIN, 750)
     settled(page)
     until(page, "location.hash.startsWith('#s=')")
@@ -171,7 +171,7 @@ def test_the_address_holds_the_scenario_and_toml_goes_in_and_out(page, context):
     sync_api.expect(page.locator("[data-number='orbit.altitude_km']")).to_have_value("700")
 
 
-def test_a_mistake_that_comes_before_the_form_stands_at_its_field(page):
+def test_early_mistake_stands_at_its_field_in_the_form(page):
     def late(route):
         until(page, "document.querySelector('#state').textContent.startsWith('not flown')")
         route.continue_()

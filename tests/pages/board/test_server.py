@@ -159,7 +159,7 @@ def test_the_end_during_work_is_soon_and_without_a_word(
         return {}
 
     monkeypatch.setattr(routes, "fly", stoppable)
-    monkeypatch.setattr(routes, "theory_of", theory)
+    monkeypatch.setattr(routes, "predict", theory)
     monkeypatch.setattr(routes.Starts, "fly", lambda self, *given: stoppable(*given))
     found = []
     with serving(text, tmp_path) as client:

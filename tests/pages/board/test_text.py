@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of
+from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario
 from torquer.scenario.toml_text import toml_from_data
@@ -13,13 +13,13 @@ EXAMPLES = sorted(Path("examples").glob("*.toml"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_a_scenario_stays_the_same_on_its_way_to_the_page_and_back(path):
+def test_scenario_survives_the_way_to_the_page_and_back(path):
     data = data_from_toml(path.read_text(encoding="utf-8"))
     again = data_from_toml(toml_from_data(data))
     assert again == data
     code = {Path("examples/my_law.py").resolve()}
     named = {"name": path.stem, **again}
-    assert scenario_of(named, path.parent, code) == load_scenario(path)
+    assert read_scenario(named, path.parent, code) == load_scenario(path)
 
 
 def test_mistakes_come_with_their_keys(data):
@@ -27,7 +27,7 @@ def test_mistakes_come_with_their_keys(data):
     data["control"]["law"]["gain_a_m2_s_per_t"] = -1.0
     data["orbit"]["altitud_km"] = data["orbit"].pop("altitude_km")
     with pytest.raises(ScenarioError) as error:
-        scenario_of(data, Path(), ())
+        read_scenario(data, Path(), ())
     found = mistakes_in(str(error.value))
     keys = {each["key"] for each in found}
     assert {"spacecraft.body.inertia_kg_m2", "control.law.gain_a_m2_s_per_t"} <= keys
@@ -46,12 +46,12 @@ def test_a_reason_without_a_key_has_none():
         {"laws": {"mine": {"kind": "user", "file": "../evil.py"}}},
     ],
 )
-def test_no_other_code_is_executed_than_the_board_was_opened_with(data, tmp_path, law):
+def test_board_executes_only_the_code_it_was_opened_with(data, tmp_path, law):
     ran = tmp_path / "ran"
     for folder in (tmp_path, tmp_path / "inner"):
         folder.mkdir(exist_ok=True)
         (folder / "evil.py").write_text(f"open({str(ran)!r}, 'w').close()\n", encoding="utf-8")
     data["control"] = law
     with pytest.raises(ScenarioError, match="must be a law's file that the board was opened with"):
-        scenario_of(data, tmp_path / "inner", {tmp_path / "my_law.py"})
+        read_scenario(data, tmp_path / "inner", {tmp_path / "my_law.py"})
     assert not ran.exists()

@@ -103,7 +103,7 @@ def test_a_websocket_needs_cookie_and_origin():
     assert not query.reached
 
 
-def test_the_address_with_the_token_becomes_a_cookie_and_one_without():
+def test_token_address_becomes_a_cookie_and_a_tokenless_address():
     served = Served(HOST, path="/", query=b"a=b&token=" + TOKEN.encode())
     assert not served.reached and served.status == 303
     assert served.header(b"location") == b"/?a=b"

@@ -297,7 +297,7 @@ def second_flight():
         yield satellite
 
 
-def test_a_ground_that_ends_leaves_no_trace_and_goes_on_where_it_was(second_flight, tmp_path):
+def test_ended_ground_leaves_no_trace_and_resumes_where_it_was(second_flight, tmp_path):
     flight = second_flight
     with serving(tmp_path, chibis=table(flight.address)) as client:
         port = client.port
@@ -347,7 +347,7 @@ def test_with_known_keys_a_satellite_may_begin_again(tmp_path):
         assert client.ends(ordered["id"])["state"] == "executed"
 
 
-def test_with_own_keys_telemetry_that_counts_from_the_beginning_is_rejected(tmp_path):
+def test_own_keys_reject_telemetry_that_counts_from_the_beginning(tmp_path):
     new_key(tmp_path / "up"), new_key(tmp_path / "down")
     own = software(tmp_path, up_key="up", down_key="down")
     with flying(own) as first, serving(tmp_path / "a", chibis=table(first.address, own)) as client:

@@ -17,7 +17,7 @@ from torquer.environment.local import LocalEnvironment
 from torquer.scenario.load import load_scenario, scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import law_in_lanes
-from torquer.simulation.lanes.packing import packed
+from torquer.simulation.lanes.packing import pack_member
 from torquer.simulation.loop.members import END, STREAMS, Many, draw, each
 from torquer.simulation.loop.sensors import attitude_sensor_step, gyro_step, magnetometer_step
 from torquer.simulation.loop.step import drive_coils_step
@@ -197,7 +197,7 @@ def tip_off():
 
 
 @pytest.mark.parametrize("name", slow_after(2, ["plain", "tip-off", *[*SCENARIOS][1:]]))
-def test_a_member_flown_side_by_side_has_the_bits_of_its_own_flight(name):
+def test_member_flown_side_by_side_matches_its_own_flights_bits(name):
     scenario = tip_off() if name == "tip-off" else scenario_from_text(HEAD + SCENARIOS[name])
     for beside, kept, cells, own in fly_both(scenario):
         assert np.array_equal(beside, kept)
@@ -225,7 +225,7 @@ def following_its_coils(inputs, parameters, memory):
 
 
 @pytest.mark.parametrize("name", slow_after(1, [*SCENARIOS][:2]))
-def test_what_coils_have_done_is_known_side_by_side_as_alone(name):
+def test_coil_history_is_known_side_by_side_as_alone(name):
     """Coils with and without lag and measurement window."""
     scenario = scenario_from_text(HEAD + SCENARIOS[name])
     control = scenario.control.model_dump(exclude_unset=True, exclude={"law", "laws"})
@@ -247,7 +247,7 @@ def test_no_lane_holds_an_array(name):
     """A lane's tuple is made without references of its own: an array in it would be freed."""
     run = prepare(scenario_from_text(HEAD + SCENARIOS[name]))
     plant, dynamics = run.plan.plant, run.dynamics
-    own = packed(plant, dynamics, run.state)
+    own = pack_member(plant, dynamics, run.state)
     for constants, layout in ((plant, own.of_loop), (dynamics, own.of_dynamics)):
         made = type_with(numba.typeof(constants), layout.plant)
         assert not any(isinstance(each, types.Array) for each in types_in(made))
@@ -285,7 +285,7 @@ def test_laws_of_users_keep_a_memory_for_each_member(own: Law):
         assert np.array_equal(beside, kept)
 
 
-def test_a_member_that_tumbles_too_fast_for_the_step_ends_alone():
+def test_member_tumbling_too_fast_for_the_step_ends_alone():
     scenario = scenario_from_text(HEAD + PLAIN)
     run = prepare(scenario)
     lanes, first = Lanes(run, Pieces(run)), motions(run)
@@ -314,7 +314,7 @@ LOOPS = {
 def members_for(loop):
     """What a loop takes."""
     run = prepare(scenario_from_text(HEAD + with_errors(LAWS, {})))
-    own = packed(run.plan.plant, run.dynamics, run.state)
+    own = pack_member(run.plan.plant, run.dynamics, run.state)
     cells, seeds = np.repeat(own.numbers, LANES), np.zeros(LANES, np.int64)
     rest = (seeds, np.zeros((STREAMS, 3, LANES)), np.zeros(LANES, END), LANES)
     if loop == "rk4":

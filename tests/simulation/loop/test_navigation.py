@@ -45,7 +45,7 @@ def rotation(inputs):
     return Rotation.from_quat(inputs.q_body_to_inertial).as_matrix()
 
 
-def test_a_law_that_needs_the_ephemeris_knows_place_field_and_sun():
+def test_law_needing_the_ephemeris_knows_place_field_and_sun():
     seen, result = watched("ephemeris", "search_coil")
     for row, inputs in enumerate(seen[:10]):
         there, place = result.isel(time=row), inputs.ephemeris

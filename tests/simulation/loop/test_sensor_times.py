@@ -70,7 +70,7 @@ def test_nothing_is_known_before_the_first_reading_arrives(make):
     assert seen[2].read_at.gyro_s == 0.0
 
 
-def test_b_dot_has_no_kick_from_a_reading_that_has_not_arrived(make):
+def test_undelivered_reading_gives_b_dot_no_kick(make):
     late = {
         "spacecraft.magnetometer": {"sample_s": 2.0, "delay_s": 2.0},
         "control": {"law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}, "sample_s": 2.0},
@@ -97,7 +97,7 @@ NOISY = {
 
 
 @pytest.mark.parametrize("sampled", [{"sample_s": 2.5}, {"sample_s": 2.5, "delay_s": 1.5}])
-def test_a_sensor_at_another_rate_leaves_the_bits_of_the_others_alone(make, sampled):
+def test_sensor_at_another_rate_leaves_bits_of_others_alone(make, sampled):
     usual = simulate(make(NOISY))
     sun = NOISY["spacecraft.sun_sensors"] | sampled
     other = simulate(make(NOISY | {"spacecraft.sun_sensors": sun}))
@@ -118,7 +118,7 @@ def test_the_noise_of_a_reading_is_that_of_its_number(make, sampled):
     assert np.abs(arrived - often.sun_measured.sel(time=times).values).max() < 1e-9
 
 
-def test_the_loop_reads_late_sensors_for_compiled_laws_as_for_plain_ones(make):
+def test_loop_reads_late_sensors_alike_for_compiled_and_plain_laws(make):
     def telling(inputs, parameters, memory):
         memory[0] = inputs.t_s - inputs.read_at.magnetometer_s
         return (1e4 * inputs.b_body_t[0], 1e-3 * inputs.read_at.attitude_sensor_s, 0.0)

@@ -16,9 +16,9 @@ from torquer.simulation.loop.timetable import (
     DELIVER,
     READ,
     Sampling,
+    make_timetable,
     next_row,
     row_from,
-    timetable_of,
 )
 
 
@@ -55,7 +55,7 @@ def timings(draw):
 @settings(max_examples=200, deadline=None)
 @given(timings(), st.integers(0, 10_000))
 def test_rows_are_what_is_due_at_each_step(timing, from_step):
-    table = timetable_of(*timing)
+    table = make_timetable(*timing)
     found, step = {}, from_step
     last = from_step + 2 * table.cycle_steps + 1
     while step < last:
@@ -71,7 +71,7 @@ def test_rows_are_what_is_due_at_each_step(timing, from_step):
 @settings(max_examples=100, deadline=None)
 @given(timings())
 def test_a_command_is_held_until_the_next_control_step(timing):
-    table = timetable_of(*timing)
+    table = make_timetable(*timing)
     controls = [
         step for step in range(3 * table.cycle_steps) if actions_at(step, *timing) & CONTROL
     ]
@@ -85,11 +85,11 @@ def test_a_command_is_held_until_the_next_control_step(timing):
 def test_all_repeats_after_the_least_common_multiple(timing):
     cycle, _, _, read, _ = timing
     intervals = [sampling.interval for sampling in read.values() if sampling.interval]
-    assert timetable_of(*timing).cycle_steps == math.lcm(cycle, *intervals)
+    assert make_timetable(*timing).cycle_steps == math.lcm(cycle, *intervals)
 
 
-def test_the_steps_of_a_run_are_walked_through_cycle_by_cycle():
-    table = timetable_of(10, 6, 2, {MAGNETOMETER: Sampling(), GYRO: Sampling(4, 1)})
+def test_steps_of_a_run_are_walked_cycle_by_cycle():
+    table = make_timetable(10, 6, 2, {MAGNETOMETER: Sampling(), GYRO: Sampling(4, 1)})
     assert table.cycle_steps == 20
     assert row_from(table, 19) == (0, 20)  # the next one is the first of the next cycle
     number, cycle = row_from(table, 47)
@@ -97,7 +97,7 @@ def test_the_steps_of_a_run_are_walked_through_cycle_by_cycle():
 
 
 def test_readings_that_are_not_late_go_straight_to_the_computer():
-    late = timetable_of(4, 0, 4, {MAGNETOMETER: Sampling(2, 1), GYRO: Sampling(2, 0)}).late
+    late = make_timetable(4, 0, 4, {MAGNETOMETER: Sampling(2, 1), GYRO: Sampling(2, 0)}).late
     assert late == READ << MAGNETOMETER
-    rows = timetable_of(4, 0, 4, {GYRO: Sampling(2, 0)}).rows
+    rows = make_timetable(4, 0, 4, {GYRO: Sampling(2, 0)}).rows
     assert not np.any(rows["actions"] & (DELIVER << GYRO))

@@ -12,7 +12,7 @@ from integrators import INTEGRATORS, by
 import torquer
 from torquer import Flight, RunStopped, law, simulate
 from torquer.compile import engine
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup import size
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -233,7 +233,7 @@ def test_a_snapshot_between_read_and_command_waits_for_the_command(make):
     assert ends[0] == ends[2] != ends[1]
 
 
-def test_wheels_driven_from_outside_turn_as_those_driven_by_a_law(make):
+def test_externally_driven_wheels_turn_as_those_driven_by_law(make):
     stiffness, damping = 0.02, 0.3
 
     def wheel_torque(inputs):
@@ -358,7 +358,7 @@ def test_the_last_row_too_must_be_followed(make):
         ({"torque_n_m": (0.0, "x", 0.0)}, "torque_n_m: must be three numbers"),
     ],
 )
-def test_a_command_that_cannot_be_is_refused_and_the_next_one_taken(make, command, message):
+def test_impossible_command_is_refused_and_the_next_one_taken(make, command, message):
     flight = Flight(make(FULL))
     inputs = flight.read()
     with pytest.raises(ValueError, match=f"^{message}"):
@@ -401,7 +401,7 @@ def test_the_result_can_be_read_back_with_its_scenario(make):
     flight = Flight(make(FULL))
     fly(flight, Bdot(), 3)
     result = flight.result()
-    assert scenario_of(result).simulation == make(FULL).simulation
+    assert flown_scenario(result).simulation == make(FULL).simulation
     assert "flight" in result.attrs["laws"]
 
 

@@ -13,7 +13,7 @@ from torquer.computer.blocks.user import GivenLaw, UserLaw, load_law
 from torquer.computer.laws import Bdot
 from torquer.computer.laws.off import Off
 from torquer.scenario.load import ScenarioError, scenario_from_data, scenario_from_text
-from torquer.simulation.results.dataset import laws_of, scenario_of
+from torquer.simulation.results.dataset import flown_laws, flown_scenario
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -69,11 +69,11 @@ def of_the_file(file, name, **parameters):
 
 @pytest.mark.parametrize("own", [{"kind": "off"}, {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}])
 @pytest.mark.parametrize("memory", [(1.0, 0.0), (2.0, 5.0)])
-def test_a_law_of_a_file_is_flown_again_from_the_result(make, file, own, memory, tmp_path):
+def test_law_from_a_file_is_flown_again_from_the_result(make, file, own, memory, tmp_path):
     given = dataclasses.replace(of_the_file(file, "tuned", gain=3e5), memory=memory)
     result = simulate(make({"control.law": own}), given)
     save(result, tmp_path / "result.nc")
-    answer = scenario_of(load(tmp_path / "result.nc"))
+    answer = flown_scenario(load(tmp_path / "result.nc"))
     assert answer.control.law == UserLaw(
         kind="user", file=file, function="tuned", parameters={"gain": 3e5, "bias": 0.5},
         memory=None if memory == (1.0, 0.0) else memory,
@@ -87,23 +87,23 @@ def test_a_given_law_replaces_the_parameters_of_the_scenarios_own(make, file):
     own = {"kind": "user", "file": str(file), "function": "tuned", "parameters": {"bias": 0.25}}
     result = simulate(make({"control.law": own}), of_the_file(file, "tuned"))
     assert result.dipole_body.values[5, 1] == pytest.approx(0.5)
-    assert scenario_of(result).control.law.parameters == {"gain": 1e5, "bias": 0.5}
-    assert same(simulate(scenario_of(result)), result)
+    assert flown_scenario(result).control.law.parameters == {"gain": 1e5, "bias": 0.5}
+    assert same(simulate(flown_scenario(result)), result)
 
 
 def test_a_plain_function_of_a_file_is_flown_again(make, file):
     function = load_law(file, "plain").function
     result = simulate(make(), function)
-    assert scenario_of(result).control.law == UserLaw(kind="user", file=file, function="plain")
-    assert same(simulate(scenario_of(result)), result)
+    assert flown_scenario(result).control.law == UserLaw(kind="user", file=file, function="plain")
+    assert same(simulate(flown_scenario(result)), result)
 
 
 def test_a_law_of_the_package_is_reported_by_its_keys(make):
     spec = Bdot(kind="bdot", gain_a_m2_s_per_t=3e5)
     result = simulate(make(), spec.law())
-    assert scenario_of(result).control.law == spec
-    assert laws_of(result)["law"]["text"] == ""
-    assert same(simulate(scenario_of(result)), result)
+    assert flown_scenario(result).control.law == spec
+    assert flown_laws(result)["law"]["text"] == ""
+    assert same(simulate(flown_scenario(result)), result)
     assert same(result, simulate(make({"control.law": spec.model_dump()})))
 
 
@@ -136,16 +136,16 @@ def given_laws(file, tmp_path_factory):
 def test_other_laws_must_be_given_again(make, given_laws, which):
     given = given_laws[which]
     result = simulate(make(), given)
-    answer = scenario_of(result).control.law
+    answer = flown_scenario(result).control.law
     known = torquer.computer.blocks.law.as_law(given)
     memory = tuple(known.first_memory().tolist())
     assert answer == GivenLaw(name=known.name, parameters=known.values(), memory=memory)
     with pytest.raises(ValueError, match=r"^law .*: must be given again \(.*\): .* none$") as said:
-        simulate(scenario_of(result))
+        simulate(flown_scenario(result))
     assert "\n" not in str(said.value)
     with pytest.raises(ValueError, match="must be given again"):
         resume(simulate(make(), given, until_s=100.0))
-    assert same(simulate(scenario_of(result), given), result)
+    assert same(simulate(flown_scenario(result), given), result)
     assert same(resume(simulate(make(), given, until_s=100.0), given), result)
 
 
@@ -153,7 +153,7 @@ def test_a_law_of_a_script_is_given(make, file):
     """To load a script again would be to run it again."""
     names = {"__name__": "__main__"}
     exec(compile(LAWS, file, "exec"), names)
-    assert scenario_of(simulate(make(), names["tuned"])).control.law.kind == "given_in_python"
+    assert flown_scenario(simulate(make(), names["tuned"])).control.law.kind == "given_in_python"
 
 
 def test_the_text_of_a_law_outlives_its_file(make, tmp_path):
@@ -166,13 +166,13 @@ def test_the_text_of_a_law_outlives_its_file(make, tmp_path):
     save(simulate(make({"control.law": own})), tmp_path / "result.nc")
     file.unlink()
     result = load(tmp_path / "result.nc")
-    assert laws_of(result)["law"]["text"] == padded
+    assert flown_laws(result)["law"]["text"] == padded
     with pytest.raises(
         ValueError, match=r"law file: must be an existing file; received .*given_laws\.py"
     ):
-        simulate(scenario_of(result))
-    file.write_text(laws_of(result)["law"]["text"])
-    assert same(simulate(scenario_of(result)), result)
+        simulate(flown_scenario(result))
+    file.write_text(flown_laws(result)["law"]["text"])
+    assert same(simulate(flown_scenario(result)), result)
 
 
 def test_memory_in_a_scenario_must_fit_the_law(make, file):
@@ -188,18 +188,18 @@ def test_memory_in_a_scenario_must_fit_the_law(make, file):
 def test_summary_and_report_tell_the_law_that_was_flown(make, file, tmp_path):
     from torquer.report.flight.notes import notes
     from torquer.report.flight.page import page
-    from torquer.report.flight.view import view_of
-    from torquer.scenario.toml_text import toml_of
+    from torquer.report.flight.view import make_view
+    from torquer.scenario.toml_text import to_toml
 
     result = simulate(make({"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}}),
                       of_the_file(file, "tuned", gain=3e5))  # fmt: skip
-    assert torquer.summary_of(result)["laws"]["law"]["name"] == "tuned"
-    text = toml_of(json.loads(result.attrs["scenario"]))
+    assert torquer.summarise(result)["laws"]["law"]["name"] == "tuned"
+    text = to_toml(json.loads(result.attrs["scenario"]))
     assert same(simulate(scenario_from_text(text)), result)
-    view = view_of(result)
+    view = make_view(result)
     assert not any("Python" in note for note in notes(view))
     assert '<h2>Law tuned</h2><pre tabindex="0">\nimport torquer\n' in page(view, ())
-    view = view_of(simulate(make(), in_this_package))
+    view = make_view(simulate(make(), in_this_package))
     wanted = "the law in_this_package was passed from Python: to repeat the run it must be passed "
     assert f"{wanted}again" in notes(view)
     assert "given_in_python" in page(view, ())
@@ -210,7 +210,7 @@ def test_what_a_given_law_needs_is_checked(make):
 
     with pytest.raises(ValueError, match=r"must be given for control\.law \(unloading\)"):
         simulate(make(), Unloading(kind="unloading", gain_per_s=1e-3).law())
-    assert scenario_of(simulate(make(), Off().law())).control.law == Off()
+    assert flown_scenario(simulate(make(), Off().law())).control.law == Off()
 
 
 def test_a_given_law_in_a_file_is_one_line(plain_data):
@@ -220,7 +220,7 @@ def test_a_given_law_in_a_file_is_one_line(plain_data):
         simulate(scenario)
 
 
-def test_laws_by_name_do_not_take_the_place_of_an_only_law_silently(make):
+def test_named_laws_do_not_silently_replace_an_only_law(make):
     scenario = make({"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}})
     with pytest.raises(ValueError, match=r"^laws: must be left out for a scenario with control"):
         simulate(scenario, laws={"a": Off().law()})

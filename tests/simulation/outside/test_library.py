@@ -127,9 +127,7 @@ def test_another_version_is_refused(exports, tmp_path):
 
 
 @pytest.mark.parametrize("place", ["flight/c99/statements.py", "maths/geometry/vec3.py"])
-def test_an_edit_of_kernels_or_of_their_translator_makes_another_export(
-    tmp_path, monkeypatch, place
-):
+def test_edit_of_kernels_or_translator_makes_another_export(tmp_path, monkeypatch, place):
     shutil.copytree(sources.PACKAGE, tmp_path / "torquer")
     monkeypatch.setattr(sources, "PACKAGE", tmp_path / "torquer")
     before = kernels_mark()
@@ -187,7 +185,7 @@ def odd(inputs, parameters, memory):
 """
 
 
-def test_a_command_that_is_no_number_stops_the_run_as_without(tmp_path):
+def test_non_numeric_command_stops_the_run_as_without_the_library(tmp_path):
     (tmp_path / "my_law.py").write_text(FAILING)
     text = (EXAMPLES / "my_law.toml").read_text().replace("parameters = { gain = 3e4 }", "")
     (tmp_path / "odd.toml").write_text(text)

@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from integrators import by
 from scipy.integrate import RK45
 
-from torquer import RunStopped, integration_error, simulate, summary_of
+from torquer import RunStopped, integration_error, simulate, summarise
 from torquer.compile import engine
 from torquer.maths.geometry.motion import Motion
 from torquer.maths.integrate import dop853_stages, dop853_tableau, dp5_stages
@@ -78,7 +78,7 @@ FINE_RK4 = {"simulation.step_s": 0.01}
 
 
 @needs_jit
-def test_the_error_falls_with_the_tolerance_and_is_below_what_is_reported(make):
+def test_error_falls_with_tolerance_and_stays_below_the_reported(make):
     changes = {
         "initial.rate_deg_s": [10.0, -6.0, 8.0],
         "control": {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e5}, "sample_s": 20.0},
@@ -129,7 +129,7 @@ def test_no_step_is_longer_than_the_longest_allowed(make):
 
 
 @needs_jit
-def test_the_error_of_a_run_that_ended_early_is_not_measured(make):
+def test_error_of_a_prematurely_ended_run_is_not_measured(make):
     early = simulate(adaptive(make), until_s=100.0)
     message = "flown: must be a complete run; received one that stopped at t = 100 s as asked"
     with pytest.raises(ValueError, match=f"^{message}$"):
@@ -154,7 +154,7 @@ def test_readings_have_the_same_noise_whatever_the_steps(make):
 
 
 @needs_jit
-def test_steps_are_no_longer_than_the_motion_allows_and_fill_the_interval_when_it_is_slow(make):
+def test_steps_fit_the_motion_and_fill_slow_intervals(make):
     control = {"control.sample_s": 10.0}
     fast = simulate(adaptive(make, control | {"initial.rate_deg_s": [60.0, 0.0, 10.0]}))
     slow = simulate(adaptive(make, control | {"initial.rate_deg_s": [0.1, 0.0, 0.1]}))
@@ -165,7 +165,7 @@ def test_steps_are_no_longer_than_the_motion_allows_and_fill_the_interval_when_i
 
 @needs_jit
 def test_the_summary_tells_the_error_and_the_steps(make):
-    summary = summary_of(simulate(adaptive(make)))
+    summary = summarise(simulate(adaptive(make)))
     assert 0.0 < summary["integration_error_deg"] < 1e-4
     assert 0.0 < summary["least_step_s"] <= summary["mean_step_s"] <= 10.0
     assert "rk4_damping" not in summary
@@ -237,7 +237,7 @@ def test_every_time_is_a_multiple_of_the_grid(counts, unit_s):
     assert grid_s >= unit_s * (1.0 - 1e-9) or any(len(repr(t)) > 15 for t in times.values())
 
 
-def test_the_grid_is_the_step_of_fixed_steps_and_the_divisor_of_all_times_without(make):
+def test_grid_is_the_fixed_step_or_common_divisor_of_times(make):
     assert make({"simulation.step_s": 0.5}).grid_s == 0.5
     times = {
         "control": {"law": {"kind": "off"}, "sample_s": 3.0, "measure_s": 6.0, "actuate_s": 4.0}

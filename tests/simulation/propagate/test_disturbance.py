@@ -85,7 +85,7 @@ def test_a_random_torque_makes_the_momentum_walk():
     assert np.abs(np.mean(ends, axis=0)).max() < 3.5 * expected / np.sqrt(40)
 
 
-def test_a_random_torque_is_the_same_for_the_same_seed_and_wherever_a_run_is_stopped():
+def test_random_torque_depends_on_seed_and_not_on_stops():
     text = SCENARIO.format(
         disturbance=RANDOM, integrator="rk4", inertia=[1, 1.3, 1.6], rate=[1, 2, 3], seed=5,
         duration=100, step="step_s = 1.0",
@@ -98,6 +98,6 @@ def test_a_random_torque_is_the_same_for_the_same_seed_and_wherever_a_run_is_sto
     assert not np.array_equal(whole.omega_body, other.omega_body)
 
 
-def test_a_hold_that_is_no_multiple_of_the_step_is_refused():
+def test_hold_that_is_no_multiple_of_step_is_refused():
     with pytest.raises(ValueError, match=r"disturbance.random_hold_s: must be a whole multiple"):
         run("random_torque_n_m = 1e-3\nrandom_hold_s = 1.5")

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import torquer
 from torquer import RunStopped, simulate
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.notes import write_notes
 from torquer.compile import engine
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.load import ScenarioError
@@ -59,7 +59,7 @@ def test_adaptive_steps_keep_the_nutation_and_tell_of_no_damping(make):
     result = simulate(gyrostat(make, None))
     assert amplitude(result)[-30:].mean() == pytest.approx(amplitude(result)[:30].mean(), rel=2e-3)
     assert "rk4_damping" not in result
-    assert not any("nutation" in note for note in notes_of(gyrostat(make, None)))
+    assert not any("nutation" in note for note in write_notes(gyrostat(make, None)))
 
 
 def test_a_step_that_cannot_follow_the_nutation_is_refused(make):
@@ -98,7 +98,7 @@ def test_initial_speeds_of_wheels_count(make):
 
 @needs_jit
 def test_the_note_names_a_step_that_keeps_the_nutation(make):
-    (note,) = notes_of(gyrostat(make, 0.5))
+    (note,) = write_notes(gyrostat(make, 0.5))
     assert note == (
         "RK4 with a step of 0.5 s damps a nutation of 66.2 deg/s numerically, by 94.8 % of its "
         "amplitude in this run: take steps of 0.16 s or less, or adaptive ones (no step_s)"
@@ -106,7 +106,7 @@ def test_the_note_names_a_step_that_keeps_the_nutation(make):
     duration_s = gyrostat(make, 0.5).steps() * 0.5
     assert step_that_keeps(QUIET_DAMPING, NUTATION, duration_s) == pytest.approx(0.16, abs=0.005)
     result = simulate(gyrostat(make, 0.1))
-    assert notes_of(gyrostat(make, 0.1)) == []
+    assert write_notes(gyrostat(make, 0.1)) == []
     assert float(result.rk4_damping) < QUIET_DAMPING
 
 
@@ -127,7 +127,7 @@ def test_the_lag_that_is_reported_is_the_lag_that_happened(make, rate_deg_s):
 
 
 @needs_jit
-def test_a_motion_that_outgrows_the_step_ends_the_run_and_keeps_the_record(make):
+def test_motion_outgrowing_the_step_ends_run_and_keeps_the_record(make):
     changes = SPUN_UP | {
         "simulation.step_s": 2.0,
         "control.sample_s": 2.0,
@@ -144,7 +144,7 @@ def test_a_motion_that_outgrows_the_step_ends_the_run_and_keeps_the_record(make)
 
 
 @needs_jit
-def test_a_motion_that_outgrows_the_step_after_the_last_record_ends_the_run_too(make):
+def test_motion_outgrowing_step_after_last_record_ends_run_too(make):
     changes = SPUN_UP | {
         "simulation": {"duration_s": 600.0, "step_s": 1.0, "record_s": 600.0},
     }
@@ -159,15 +159,15 @@ def test_a_motion_that_outgrows_the_step_after_the_last_record_ends_the_run_too(
 @needs_jit
 def test_report_and_summary_tell_what_the_steps_did(make):
     from torquer.report.flight.notes import notes
-    from torquer.report.flight.view import view_of
+    from torquer.report.flight.view import make_view
 
     result = simulate(gyrostat(make, 0.5))
-    summary = torquer.summary_of(result)
+    summary = torquer.summarise(result)
     assert summary["rk4_damping"] == float(result.rk4_damping) > 0.9
     assert any(
-        "of the amplitude of nutation or libration" in note for note in notes(view_of(result))
+        "of the amplitude of nutation or libration" in note for note in notes(make_view(result))
     )
-    assert "rk4_damping" not in torquer.summary_of(
+    assert "rk4_damping" not in torquer.summarise(
         simulate(gyrostat(make, None, revolutions=None, duration_s=60.0))
     )
 

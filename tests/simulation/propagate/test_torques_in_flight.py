@@ -9,14 +9,14 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 from torquer import load, resume, save, simulate
-from torquer.analysis.budget import budget_of_run
+from torquer.analysis.budget import budget_along_run
 from torquer.base import noise
 from torquer.compile import engine
 from torquer.environment.light import PRESSURE_AT_1_AU_PA
 from torquer.maths.geometry.motion import Motion
 from torquer.scenario.load import ScenarioError
 from torquer.simulation.propagate.forces import environment_at
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.setup.run import prepare
 from torquer.spacecraft.body import motion_rates
 
@@ -66,7 +66,7 @@ def test_momentum_gained_is_the_integral_of_the_torques(make, integrator):
     """The torques along the recorded motion are those of the kernels; sums are the loop's."""
     without = {"environment.gravity_gradient": False}
     result = simulate(disturbed(make, everything(integrator), integrator, **without))
-    along = budget_of_run(result).disturbance
+    along = budget_along_run(result).disturbance
     assert set(along) == {*everything(integrator)}
     attitude = Rotation.from_quat(result.q_body_to_inertial.values)
     t, expected = result.time.values, np.zeros(3)
@@ -127,7 +127,7 @@ def test_in_the_umbra_sunlight_does_nothing(make):
 
 
 @needs_jit
-def test_a_black_ball_off_the_centre_of_mass_feels_its_cross_section(make):
+def test_black_ball_off_the_mass_centre_feels_its_cross_section(make):
     """M = -c x P pi r^2 s, at rest on the first second."""
     keys = {"environment.gravity_gradient": False, "initial.rate_deg_s": [0.0, 0.0, 0.0],
             "simulation.duration_s": 50.0}  # fmt: skip
@@ -143,7 +143,7 @@ def test_a_black_ball_off_the_centre_of_mass_feels_its_cross_section(make):
 
 @needs_jit
 @pytest.mark.parametrize("integrator", slow_after(1, ["auto", "rk4"]))
-def test_the_unmodelled_torque_jumps_when_it_is_said_to_and_to_what_was_drawn(make, integrator):
+def test_unmodelled_torque_jumps_when_due_to_the_drawn_value(make, integrator):
     """A sphere without anything else: its momentum is a broken line."""
     given = NO_LIGHT | {"unmodelled": {"constant_n_m": 1e-6, "hold_s": 30.0}}
     keys = {
@@ -184,7 +184,7 @@ def test_eddy_currents_brake_what_turns_across_the_field(make):
     given = NO_LIGHT | {"eddy_currents": {"damping_n_m_s_per_t2": 2e5}}
     keys = {"environment.gravity_gradient": False, "initial.rate_deg_s": [3.0, -2.0, 1.0]}
     result = simulate(disturbed(make, given, **keys))
-    inertia = np.array(scenario_of(result).spacecraft.body.inertia_kg_m2)
+    inertia = np.array(flown_scenario(result).spacecraft.body.inertia_kg_m2)
     w = result.omega_body.values
     energy = 0.5 * np.sum(w * (w @ inertia), axis=1)
     assert (np.diff(energy) < 0.0).all()
@@ -203,7 +203,7 @@ def test_eddy_currents_brake_what_turns_across_the_field(make):
     ],
     ids=str,
 )
-def test_a_torque_of_no_size_leaves_the_motion_as_it_is(make, given):
+def test_zero_size_torque_leaves_the_motion_unchanged(make, given):
     still = simulate(disturbed(make, NO_LIGHT, **{"simulation.duration_s": 1000.0}))
     other = simulate(disturbed(make, NO_LIGHT | given, **{"simulation.duration_s": 1000.0}))
     assert other.omega_body.values == pytest.approx(still.omega_body.values, abs=1e-15)

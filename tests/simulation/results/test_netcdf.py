@@ -39,13 +39,13 @@ def encodings(data):
 
 
 def test_the_bytes_are_those_of_xarray():
-    assert netcdf.written(DATA) == DATA.to_netcdf(None, engine="h5netcdf")
+    assert netcdf.write_bytes(DATA) == DATA.to_netcdf(None, engine="h5netcdf")
 
 
 @WAYS
 def test_what_is_written_is_what_xarray_writes(how):
     """Files that grow have the same in another order of the disk."""
-    ours = xr.load_dataset(netcdf.written(DATA, **deepcopy(how)), engine="h5netcdf")
+    ours = xr.load_dataset(netcdf.write_bytes(DATA, **deepcopy(how)), engine="h5netcdf")
     theirs = xr.load_dataset(
         DATA.to_netcdf(None, engine="h5netcdf", **deepcopy(how)), engine="h5netcdf"
     )
@@ -56,7 +56,7 @@ def test_what_is_written_is_what_xarray_writes(how):
 @WAYS
 def test_what_is_read_is_what_xarray_reads(how, tmp_path):
     path = tmp_path / "data.nc"
-    path.write_bytes(netcdf.written(DATA, **deepcopy(how)))
+    path.write_bytes(netcdf.write_bytes(DATA, **deepcopy(how)))
     theirs = xr.load_dataset(path, engine="h5netcdf")
     with netcdf.view(path) as seen:
         for read in (netcdf.read(path), netcdf.read(io.BytesIO(path.read_bytes())), seen):
@@ -76,7 +76,7 @@ def test_what_is_read_is_what_xarray_reads(how, tmp_path):
     ],
     ids=["tuple", "number", "slash", "no name", "table", "truth"],
 )
-def test_what_cannot_be_stored_is_refused_with_the_reason_of_xarray(data, tmp_path):
+def test_unstorable_data_are_refused_with_the_reason_of_xarray(data, tmp_path):
     with pytest.raises((TypeError, ValueError, CompatibilityError)) as theirs:
         data.to_netcdf(None, engine="h5netcdf")
     with pytest.raises(ValueError) as ours:
@@ -86,19 +86,19 @@ def test_what_cannot_be_stored_is_refused_with_the_reason_of_xarray(data, tmp_pa
     assert not any(tmp_path.iterdir())
 
 
-def test_what_grew_stays_without_an_end_when_it_is_written_once_more():
-    read = netcdf.read(io.BytesIO(netcdf.written(DATA, **deepcopy(GROWING))))
-    again = netcdf.read(io.BytesIO(netcdf.written(read)))
+def test_growing_dimension_stays_unlimited_when_written_again():
+    read = netcdf.read(io.BytesIO(netcdf.write_bytes(DATA, **deepcopy(GROWING))))
+    again = netcdf.read(io.BytesIO(netcdf.write_bytes(read)))
     assert again.identical(read)
     assert again.encoding["unlimited_dims"] == {"time"}
     with pytest.warns(UserWarning, match="not part of current dataset dimensions"):
-        first = netcdf.written(read.isel(time=0))
+        first = netcdf.write_bytes(read.isel(time=0))
     assert netcdf.read(io.BytesIO(first)).identical(read.isel(time=0))
 
 
-def test_a_view_reads_when_it_is_asked_and_goes_to_another_process(tmp_path):
+def test_view_reads_on_demand_and_passes_to_another_process(tmp_path):
     path = tmp_path / "data.nc"
-    path.write_bytes(netcdf.written(DATA))
+    path.write_bytes(netcdf.write_bytes(DATA))
     with netcdf.view(path) as seen:
         with pytest.raises(OSError, match="already open"), h5py.File(path, "r+"):
             pass  # HDF5 refuses to write to what is open to be read

@@ -64,7 +64,7 @@ def reference(make, changes, longest_s):
     return simulate(make(changes | {"simulation": changes["simulation"] | finest}))
 
 
-def test_the_measured_error_is_within_a_factor_of_ten_of_the_true_one(make):
+def test_measured_error_is_within_tenfold_of_the_true_one(make):
     """As far as the reference itself is known: to the change by twice as long steps."""
     random = np.random.default_rng(12)
     wrong, above = [], 0

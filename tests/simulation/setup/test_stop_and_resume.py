@@ -153,7 +153,7 @@ def test_a_complete_result_has_nothing_to_go_on_with(make):
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.7])
-def test_the_last_record_shows_the_coils_as_the_record_of_a_longer_run_does(make, lag_s):
+def test_last_record_shows_coils_as_a_longer_run_does(make, lag_s):
     """At the beginning of a measurement window they are switched off, and what is left decays."""
     windows = FULL | {
         "spacecraft.coils": FULL["spacecraft.coils"] | {"lag_s": lag_s},
@@ -234,7 +234,7 @@ def test_an_interrupt_before_the_first_step_keeps_the_start(make, monkeypatch):
     assert same(resume(part), simulate(scenario))
 
 
-def test_an_interrupt_inside_a_law_in_python_leaves_its_memory_as_it_was(make):
+def test_interrupt_inside_a_python_law_leaves_its_memory_unchanged(make):
     scenario, calls = make(FULL), []
 
     def own(inputs, parameters, memory):
@@ -252,7 +252,7 @@ def test_an_interrupt_inside_a_law_in_python_leaves_its_memory_as_it_was(make):
     assert same(resumed, simulate(scenario, in_python))
 
 
-def test_the_same_seed_gives_the_same_bits_and_another_does_not(make):
+def test_same_seed_gives_same_bits_and_another_does_not(make):
     first, again = simulate(make(FULL)), simulate(make(FULL))
     other = simulate(make(FULL | {"seed": 8}))
     assert same(first, again)
@@ -280,7 +280,7 @@ def test_a_scenario_built_in_python_is_stored_with_its_result(tmp_path):
     part = simulate(scenario, until_s=50.0)
     save(part, tmp_path / "part.nc")
     part = load(tmp_path / "part.nc")
-    assert torquer.simulation.results.dataset.scenario_of(part) == scenario
+    assert torquer.simulation.results.dataset.flown_scenario(part) == scenario
     assert same(resume(part), simulate(scenario))
 
 
@@ -356,7 +356,7 @@ simulation = {{ duration_s = 40, record_s = 10 }}
 
 
 @pytest.mark.parametrize(("stop_s", "spare"), [(105.0, 1), (107.5, 0)])
-def test_every_row_that_is_due_must_be_there_and_no_more(make, stop_s, spare):
+def test_every_due_row_must_be_there_and_no_more(make, stop_s, spare):
     """A row of the very instant of the stop is written again; all before it are needed."""
     scenario = make(FULL | by("rk4") | {"simulation": FULL["simulation"]})
     whole, part = simulate(scenario), simulate(scenario, until_s=stop_s)

@@ -208,7 +208,7 @@ def test_lag_in_two_legs_is_lag_in_one():
     assert first + second == pytest.approx(energy, rel=1e-13)
 
 
-def test_without_lag_coils_are_at_their_targets_and_take_constant_power():
+def test_lagless_coils_are_on_target_and_draw_constant_power():
     coils = packed("unequal limits", power_at_limit_w=2.0)
     state = state_of(coils)
     goal = command_coils(coils, (0.5, -1.25, 0.1), state)

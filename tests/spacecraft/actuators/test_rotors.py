@@ -139,7 +139,7 @@ def test_a_rotor_turned_the_other_way_does_the_same(case):
 
 @settings(max_examples=100, deadline=None)
 @given(rotors_in_motion())
-def test_friction_alone_never_speeds_a_rotor_up_nor_turns_it_round(case):
+def test_friction_alone_never_accelerates_or_reverses_a_rotor(case):
     row, speed, stands, _, t = case
     after, _ = speed_after(row, speed, stands, 0.0, t)
     assert 0.0 <= math.copysign(1.0, speed) * after <= abs(speed)
@@ -180,7 +180,7 @@ def test_a_standing_rotor_needs_more_than_the_breakaway_torque():
     assert speed_after(row, 5.0, False, 3e-3, 10.0)[0] == pytest.approx(5.0 + 2e-3 * 10.0 / 1e-3)
 
 
-def test_a_rotor_at_its_limit_takes_no_more_and_can_leave_it():
+def test_rotor_at_its_limit_takes_no_more_and_can_leave():
     row = row_of(1e-3, limit=100.0)
     assert speed_after(row, 100.0, False, 1e-2, 5.0) == (100.0, False)
     assert speed_after(row, -99.0, False, -1e-2, 5.0) == (-100.0, False)
@@ -222,7 +222,7 @@ def test_what_the_rotors_gain_is_taken_from_the_body(step):
     assert gained[1] == pytest.approx((torque[1] + viscous) * h, rel=1e-2)
 
 
-def test_a_dead_rotor_without_friction_keeps_its_momentum_to_the_bit():
+def test_dead_frictionless_rotor_keeps_its_momentum_to_the_bit():
     rotors = rotors_of(row_of(1e-3))
     rotors.rows["dead_from"][0] = 0.0
     state = state_of(rotors, 30.0, OMEGA, motor=5e-3)
@@ -243,7 +243,7 @@ def test_a_standing_rotor_turns_with_the_body():
     assert relative_momentum(rotors.rows, state, other, 0) == pytest.approx(0.0, abs=1e-19)
 
 
-def test_a_rotor_starts_from_a_stand_with_the_rate_of_the_body_as_it_is_now():
+def test_rotor_starts_from_standstill_with_the_present_body_rate():
     """However the body has turned since the momentum was last reckoned."""
     rotors, other = rotors_of(row_of(2e-3, 1e-3)), (0.3, 0.1, -0.4)
     state = state_of(rotors, 0.0, OMEGA, motor=3e-3, stands=1.0)

@@ -10,8 +10,8 @@ from torquer.computer.allocation import (
     Allocation,
     AllocationState,
     allocate_torque,
-    allocation_of,
     first_allocation,
+    make_allocation,
 )
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels, read_tachometers
 from torquer.spacecraft.actuators.rotors import Rotors
@@ -52,7 +52,7 @@ class Ready(NamedTuple):
 
 
 def ready(spec, omega=OMEGA, step_s=0.5):
-    rotors, allocation = spec.pack(step_s), allocation_of(spec, step_s)
+    rotors, allocation = spec.pack(step_s), make_allocation(spec, step_s)
     state = spec.first_state(rotors, omega)
     return Ready(spec, rotors, allocation, state, first_allocation(allocation))
 
@@ -86,7 +86,7 @@ def test_rotors_tensor_is_the_sum_over_the_axes():
     assert [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]] == pytest.approx(expected, abs=1e-16)
 
 
-def test_rotors_are_part_of_the_body_but_do_not_resist_its_turning():
+def test_rotors_belong_to_body_but_do_not_resist_its_turning():
     spec = wheels(speed_limit_rpm=100.0)
     inertia = np.array([[2.6, 0.2, -0.3], [0.2, 3.1, 0.15], [-0.3, 0.15, 1.9]])
     rigid = Body(inertia_kg_m2=inertia.tolist()).pack(rotors_kg_m2=spec.rotor_tensor_kg_m2())
@@ -96,7 +96,7 @@ def test_rotors_are_part_of_the_body_but_do_not_resist_its_turning():
     assert rigid.inertia == pytest.approx((2.6, 3.1, 1.9, 0.2, -0.3, 0.15), rel=1e-15)
 
 
-def test_friction_is_packed_and_stiction_left_out_is_the_coulomb_friction():
+def test_friction_is_packed_and_stiction_defaults_to_coulomb_friction():
     friction = {"coulomb_friction_n_m": 1e-3, "viscous_friction_n_m_s": 2e-6}
     rows = ready(wheels(**friction)).rotors.rows
     assert rows[["coulomb", "viscous", "breakaway"]].tolist() == [(1e-3, 2e-6, 1e-3)] * 4
@@ -197,7 +197,7 @@ def test_minimax_keeps_the_greatest_share_of_the_torque_least():
 
 @pytest.mark.parametrize("allocation", ["minimax", "least_squares"])
 @pytest.mark.parametrize("torque_limit", [0.1, (0.1, 0.02, 0.05, 0.1)])
-def test_what_torque_limits_forbid_is_left_out_and_the_direction_kept(allocation, torque_limit):
+def test_torque_limits_shorten_the_torque_and_keep_its_direction(allocation, torque_limit):
     spec = wheels(allocation=allocation, torque_limit_n_m=torque_limit)
     torque = np.array([3.0, -1.0, 2.0])
     motors = shared(spec, tuple(torque))
@@ -208,7 +208,7 @@ def test_what_torque_limits_forbid_is_left_out_and_the_direction_kept(allocation
     assert 0.0 < given @ torque < torque @ torque
 
 
-def test_minimax_gives_more_of_a_torque_beyond_reach_than_least_squares():
+def test_minimax_gives_more_unreachable_torque_than_least_squares():
     given = [
         np.linalg.norm(shared(wheels(allocation=name), (3.0, -1.0, 2.0)) @ axes_of(wheels()))
         for name in ("minimax", "least_squares")
@@ -225,7 +225,7 @@ def test_a_wheel_near_its_speed_limit_is_not_asked_beyond(interval_s):
     assert np.all(np.abs(after - carried) <= 2.0 * (1.0 + 1e-12))
 
 
-def test_an_idle_share_spins_the_wheels_up_without_a_torque_on_the_body():
+def test_idle_share_spins_wheels_up_without_torque_on_body():
     spec = wheels(minimum_speed_fraction=0.1, momentum_limit_n_m_s=2.0)
     flying = ready(spec, (0.0, 0.0, 0.0))
     momentum, bias = flying.state["momentum"], flying.believed.bias
@@ -247,7 +247,7 @@ def test_failures_become_steps():
     assert flying.allocation.noticed_from.tolist() == [0.0, math.inf, 27.0, math.inf]
 
 
-def test_a_time_that_is_a_whole_number_of_steps_but_for_rounding():
+def test_whole_number_of_steps_is_recognised_despite_rounding():
     flying = ready(wheels(failures=({"wheel": 2, "time_s": 0.3},)), step_s=0.1)
     assert flying.rotors.rows["dead_from"][2] == 3.0
 
@@ -272,7 +272,7 @@ def test_lost_wheels_are_never_asked(allocation):
 
 
 @pytest.mark.parametrize("allocation", ["minimax", "least_squares"])
-def test_two_wheels_give_what_lies_in_their_plane_and_none_gives_nothing(allocation):
+def test_two_wheels_act_in_their_plane_and_none_gives_nothing(allocation):
     spec = wheels(lost=(0, 2), allocation=allocation)
     torque = np.array([0.01, -0.02, 0.015])
     motors = shared(spec, tuple(torque))
@@ -287,7 +287,7 @@ def test_two_wheels_give_what_lies_in_their_plane_and_none_gives_nothing(allocat
     )
 
 
-def test_after_a_loss_with_a_bias_the_rest_still_adds_up_to_nothing():
+def test_remaining_biases_still_cancel_after_a_wheel_loss():
     layout = {"kind": "regular_pyramid", "count": 6, "gamma_deg": 54.7}
     failures = ({"wheel": 2, "time_s": 0.0}, {"wheel": 4, "time_s": 5.0})
     spec = wheels(
@@ -305,5 +305,5 @@ def test_after_a_loss_with_a_bias_the_rest_still_adds_up_to_nothing():
 
 def test_nothing_is_asked_of_wheels_that_no_law_drives():
     spec = wheels(minimum_speed_fraction=0.1, momentum_limit_n_m_s=2.0)
-    flying = ready(spec)._replace(allocation=allocation_of(spec, 0.5, driven=False))
+    flying = ready(spec)._replace(allocation=make_allocation(spec, 0.5, driven=False))
     assert not flying.ask((0.01, -0.02, 0.015), 1.0, 0).any()

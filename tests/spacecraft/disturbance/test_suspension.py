@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from torquer.analysis.budget import budget_of_held_attitude
+from torquer.analysis.budget import budget_while_held
 from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
 from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.load import ScenarioError, load_scenario, scenario_from_data
@@ -92,7 +92,7 @@ def test_warming_up_moves_the_centre_of_mass():
     """Torque up x m g (a + b (1 - exp(-t/T))) of a body that is held upright."""
     a, b, warm_s = np.array([1e-6, 2e-6, 0.0]), np.array([-4e-6, 1e-6, 0.0]), 80.0
     given = {"centre_of_mass_m": a.tolist(), "warm_up_shift_m": b.tolist(), "warm_up_s": warm_s}
-    budget = budget_of_held_attitude(bench(given))
+    budget = budget_while_held(bench(given))
     arm = a + np.outer(1.0 - np.exp(-budget.t_s / warm_s), b)
     expected = MASS * FALL * np.cross([0.0, 0.0, 1.0], arm)
     assert np.abs(budget.disturbance["suspension"] - expected).max() < 1e-9

@@ -11,7 +11,7 @@ from torquer.base import noise
 from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.spacecraft.disturbance import TORQUES, Disturbance
-from torquer.spacecraft.disturbance.acting import added
+from torquer.spacecraft.disturbance.acting import add_torques
 from torquer.spacecraft.disturbance.eddy_currents import EddyCurrents
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE
 from torquer.spacecraft.disturbance.residual_dipole import ResidualDipole
@@ -149,7 +149,7 @@ def test_torques_add_up():
 
 @kernel
 def sum_of_all(start, constants, environment, omega):
-    return added(start, constants, environment, omega)
+    return add_torques(start, constants, environment, omega)
 
 
 def test_a_table_of_disturbances_packs_what_it_has():
@@ -255,7 +255,7 @@ def test_a_tilted_mirror_is_pushed_along_its_normal():
 
 @given(directions)
 @settings(max_examples=40, deadline=None)
-def test_there_is_no_torque_where_the_centres_of_pressure_and_mass_are_one(sun):
+def test_coincident_centres_of_pressure_and_mass_give_no_torque(sun):
     """A cube of equal faces, black or mirroring, and whole shapes about their centres."""
     light = here(light=P * unit(sun))
     for optics in ({}, {"specular_reflectivity": 1.0}):
@@ -305,7 +305,7 @@ def test_half_a_cycle_per_orbit_takes_two_orbits():
 
 @given(vectors, vectors)
 @settings(max_examples=100, deadline=None)
-def test_eddy_currents_take_energy_and_make_no_torque_along_the_field(omega, b):
+def test_eddy_currents_dissipate_and_give_no_torque_along_field(omega, b):
     b = 4e-5 * np.array(b)
     found = torque("eddy_currents", eddies(STRAIGHT), here(b), omega)
     turning = np.cross(omega, b)

@@ -19,7 +19,7 @@ Q = tuple(Rotation.from_euler("xyz", [0.3, -0.8, 1.9]).as_quat())
 
 
 def read(packed, sample):
-    drawn = noise.drawn(1.0 if packed.noise_rad else 0.0, 7, STREAM, sample)
+    drawn = noise.draw(1.0 if packed.noise_rad else 0.0, 7, STREAM, sample)
     return read_attitude(packed, Q, drawn)
 
 

@@ -12,7 +12,7 @@ from torquer.spacecraft.sensors.horizon_sensor import (
     IDEAL_HORIZON_SENSOR,
     STREAM,
     HorizonSensor,
-    centre_of_disc,
+    disc_centre,
     read_horizon,
 )
 
@@ -33,7 +33,7 @@ def test_an_ideal_sensor_reads_the_truth_in_all_directions():
         assert read_horizon(packed, AT_REST, tuple(-v), AT_REST) == pytest.approx(tuple(-v))
 
 
-def test_the_earth_must_be_in_the_field_and_the_body_calm():
+def test_earth_must_be_in_view_and_the_body_calm():
     axis = np.array([0.0, 0.6, 0.8])
     packed = HorizonSensor(axis=(0.0, 3.0, 4.0), half_field_deg=25.0, rate_limit_deg_s=2.0).pack()
     inside, outside = off_axis(axis, 24.9), off_axis(axis, 25.1)
@@ -49,7 +49,7 @@ def test_noise_and_mounting_error_have_their_sizes():
     nadir = np.array([0.0, 0.6, -0.8])
     found = np.array(
         [
-            read_horizon(packed, AT_REST, tuple(nadir), noise.drawn(1.0, 3, STREAM, i))
+            read_horizon(packed, AT_REST, tuple(nadir), noise.draw(1.0, 3, STREAM, i))
             for i in range(4000)
         ]
     )
@@ -61,7 +61,7 @@ def test_noise_and_mounting_error_have_their_sizes():
 
 
 @pytest.mark.parametrize("latitude_deg", [0.0, 35.0, -70.0, 90.0])
-def test_the_centre_is_that_of_a_cone_fitted_to_an_uneven_horizon(latitude_deg):
+def test_centre_is_that_of_cone_fitted_to_uneven_horizon(latitude_deg):
     """Limb points where the line of sight touches a sphere that is higher in the north."""
     higher_m, r_m, lat = 8e3, EARTH_RADIUS_M + 600e3, np.radians(latitude_deg)
     r = r_m * np.array([np.cos(lat), 0.0, np.sin(lat)])
@@ -83,7 +83,7 @@ def test_the_centre_is_that_of_a_cone_fitted_to_an_uneven_horizon(latitude_deg):
 
     tilt = least_squares(spread, [0.0, 0.0], xtol=1e-15, ftol=1e-15, gtol=1e-15).x
     fitted = -up + tilt[0] * side + tilt[1] * np.cross(up, side)
-    found = np.array(centre_of_disc(HorizonSensor(horizon_km=8.0).pack(), tuple(r)))
+    found = np.array(disc_centre(HorizonSensor(horizon_km=8.0).pack(), tuple(r)))
     off = np.linalg.norm(found - fitted / np.linalg.norm(fitted))
     assert off < 0.02 * higher_m / r_m
     assert found @ pole + up @ pole >= -1e-12  # to the north

@@ -29,7 +29,7 @@ MANY = settings(max_examples=60, deadline=None)
 @kernel
 def fields(magnetometer, b, seed, out):
     for i in range(out.shape[0]):
-        drawn = noise.drawn(magnetometer.noise_t, seed, of_magnetometer.STREAM, i)
+        drawn = noise.draw(magnetometer.noise_t, seed, of_magnetometer.STREAM, i)
         out[i, 0], out[i, 1], out[i, 2] = read_field(magnetometer, b, (0.0, 0.0, 0.0), drawn)
 
 
@@ -37,17 +37,17 @@ def fields(magnetometer, b, seed, out):
 def rates(gyro, omega, interval, seed, drifts, out):
     drift = (0.0, 0.0, 0.0)
     for i in range(out.shape[0]):
-        walk = noise.drawn(gyro.drift_rad_s_sqrt_s, seed, of_gyro.DRIFT_STREAM, i)
+        walk = noise.draw(gyro.drift_rad_s_sqrt_s, seed, of_gyro.DRIFT_STREAM, i)
         drift = walked_bias(gyro, drift, interval, walk)
         drifts[i, 0], drifts[i, 1], drifts[i, 2] = drift
-        drawn = noise.drawn(gyro.noise_rad_s, seed, of_gyro.NOISE_STREAM, i)
+        drawn = noise.draw(gyro.noise_rad_s, seed, of_gyro.NOISE_STREAM, i)
         out[i, 0], out[i, 1], out[i, 2] = read_rate(gyro, omega, drift, drawn)
 
 
 @kernel
 def suns(sensors, sun, seed, out):
     for i in range(out.shape[0]):
-        drawn = noise.drawn(sensors.noise_rad, seed, of_sun.STREAM, i)
+        drawn = noise.draw(sensors.noise_rad, seed, of_sun.STREAM, i)
         out[i, 0], out[i, 1], out[i, 2] = read_sun(sensors, sun, 1.0, OFF, drawn)
 
 
@@ -65,13 +65,13 @@ def many_rates(seed=1, interval=1.0, **keys):
 
 def field(b=B, dipole=OFF, sample=0, **keys):
     packed = Magnetometer(**keys).pack()
-    drawn = noise.drawn(packed.noise_t, 1, of_magnetometer.STREAM, sample)
+    drawn = noise.draw(packed.noise_t, 1, of_magnetometer.STREAM, sample)
     return read_field(packed, b, dipole, drawn)
 
 
 def rate(omega=OMEGA, drift=OFF, **keys):
     packed = Gyro(**keys).pack()
-    drawn = noise.drawn(packed.noise_rad_s, 1, of_gyro.NOISE_STREAM, 0)
+    drawn = noise.draw(packed.noise_rad_s, 1, of_gyro.NOISE_STREAM, 0)
     return read_rate(packed, omega, drift, drawn)
 
 
@@ -83,7 +83,7 @@ def test_ideal_sensors_read_the_truth():
     assert read_sun(sensors, SUN, 1.0, OFF, OFF) == SUN
 
 
-def test_noise_of_the_magnetometer_is_white_and_of_the_size_asked_for():
+def test_magnetometer_noise_is_white_and_of_the_requested_size():
     error = (many_fields(noise_nt=150.0) - B) * 1e9
     for axis in range(3):
         assert stats.kstest(error[:, axis] / 150.0, "norm").pvalue > 1e-3
@@ -179,7 +179,7 @@ def test_the_finest_resolution_leaves_a_reading_as_it_is():
 
 
 @pytest.mark.parametrize("interval", [0.25, 4.0])
-def test_drift_of_the_gyro_is_a_random_walk_of_the_size_asked_for(interval):
+def test_gyro_drift_is_a_random_walk_of_the_requested_size(interval):
     """Standard deviation after t seconds: drift sqrt(t), whatever the sampling interval."""
     per_root_second = 1e-3
     drifts, readings = many_rates(interval=interval, bias_drift_deg_s_sqrt_s=per_root_second)
@@ -234,7 +234,7 @@ def test_sun_sensors_need_half_of_the_disc_and_a_sensor():
     assert read_sun(NO_SUN_SENSORS, (0.0, 0.0, -1.0), 1.0, OFF, OFF) == OFF
 
 
-def test_noise_of_a_sun_sensor_is_an_angle_of_the_size_asked_for_on_each_cross_axis():
+def test_sun_sensor_noise_has_the_requested_angle_per_cross_axis():
     sensors = SunSensors(axes=((0.0, 0.0, 1.0),), half_field_deg=60.0, noise_deg=0.5).pack()
     out = np.empty((N, 3))
     suns(sensors, SUN, 3, out)

@@ -14,7 +14,7 @@ def signals(cells, sun, fraction=1.0, earth=DARK, drawn=0.0):
     return np.array([read_cell(packed, k, sun, fraction, earth, drawn) for k in range(CELLS)])
 
 
-def test_a_signal_is_the_cosine_in_front_of_a_cell_and_within_its_field():
+def test_cell_signal_is_cosine_in_front_and_within_its_field():
     cells = SunCells(normals=((2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
     found = signals(cells, (0.6, 0.8, 0.0), fraction=0.7)
     assert found == pytest.approx([0.42, 0.56, 0.0, 0.0, 0.0, 0.0])
@@ -22,7 +22,7 @@ def test_a_signal_is_the_cosine_in_front_of_a_cell_and_within_its_field():
     assert signals(narrow, (0.6, 0.8, 0.0)) == pytest.approx([0.0, 0.8, 0.0, 0.0, 0.0, 0.0])
 
 
-def test_light_of_the_earth_is_added_in_front_of_a_cell_only():
+def test_earth_light_is_added_only_in_front_of_a_cell():
     cells = SunCells(normals=((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)), scale_error=(0.1, -0.2))
     found = signals(cells, (0.6, 0.8, 0.0), earth=(-0.25, 0.0, 0.0))
     assert found[:2] == pytest.approx([1.1 * 0.6, 0.8 * 0.25])

@@ -145,7 +145,7 @@ def test_parallel_wheels_share_as_their_limits_do():
     assert greatest == pytest.approx([0.5, 0.9])
 
 
-def test_wheels_that_the_worst_one_leaves_free_are_minimax_among_themselves():
+def test_wheels_left_free_by_the_worst_are_minimax_among_themselves():
     """Three in a plane beside one along its normal: the plane's own linear program."""
     plane = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]) / [[1], [1], [2**0.5]]
     wheels = WheelArray(axes=[*plane.tolist(), [0, 0, 1]], momentum_limit_n_m_s=1.0)
@@ -227,7 +227,7 @@ def test_demands_keep_their_shape_and_methods_their_names():
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="times compiled code")
-def test_a_call_for_six_wheels_takes_a_few_microseconds_at_most():
+def test_six_wheel_call_takes_a_few_microseconds_at_most():
     wheels, demands = array("six"), np.random.default_rng(1).normal(size=(20000, 3))
     out, greatest = np.empty((20000, 6)), np.empty(20000)
     packed, limits, times = wheel_set(wheels), wheels.momentum_limits(), []

@@ -11,10 +11,10 @@ from torquer.spacecraft.wheel_array.demand import (
     greatest_momentum,
     greatest_norm,
     greatest_share,
-    greatest_share_of,
+    share_for_generators,
 )
 from torquer.spacecraft.wheel_array.envelope import Envelope
-from torquer.spacecraft.wheel_array.rates import rate_about, required, semi_axes, worst_case
+from torquer.spacecraft.wheel_array.rates import rate_about, required_momenta, semi_axes, worst_case
 
 INERTIA = (2600.0, 11100.0, 10900.0)
 LIMIT = 18.0
@@ -52,7 +52,7 @@ def test_measures_of_a_demand_are_those_of_its_points(demand):
     assert demand.supports(unit).max(axis=-1) == pytest.approx(exact, rel=1e-14)
     found = Envelope(LIMIT * SIX)
     assert greatest_share(found, demand) == pytest.approx(found.share(points).max(), rel=1e-3)
-    assert greatest_share_of(LIMIT * SIX, demand) == pytest.approx(greatest_share(found, demand))
+    assert share_for_generators(LIMIT * SIX, demand) == pytest.approx(greatest_share(found, demand))
     momenta = points @ np.linalg.pinv(SIX)
     assert greatest_norm(SIX, demand) == pytest.approx(
         np.linalg.norm(momenta, axis=1).max(), rel=1e-3
@@ -92,10 +92,10 @@ def test_published_rates_of_four_wheels():
         assert worst_deg_s(np.delete(FOUR, lost, axis=0)) == pytest.approx(0.5 * closed, rel=1e-4)
 
 
-def test_at_0_190_deg_s_the_ellipsoid_pokes_out_and_at_0_184_it_does_not():
+def test_ellipsoid_pokes_out_at_0_190_but_not_0_184():
     found = Envelope(LIMIT * FOUR)
-    assert greatest_share(found, required(INERTIA, np.radians(0.190))) > 1.0
-    assert greatest_share(found, required(INERTIA, np.radians(0.184))) < 1.0
+    assert greatest_share(found, required_momenta(INERTIA, np.radians(0.190))) > 1.0
+    assert greatest_share(found, required_momenta(INERTIA, np.radians(0.184))) < 1.0
 
 
 def test_published_rates_of_six_wheels():
@@ -161,7 +161,10 @@ def test_semi_axes_in_units_of_the_limit():
         (lambda: Ellipsoid(np.eye(2)), r"matrix: must have shape \(3, 3\)"),
         (lambda: Series(np.zeros((0, 3))), r"samples: must have shape \(N, 3\); received \(0, 3\)"),
         (lambda: Series([1.0, 2.0, 3.0]), r"samples: must have shape \(N, 3\); received \(3,\)"),
-        (lambda: required((1.0, 1.0, 3.0), 1.0), "inertia_kg_m2: the sum of two principal moments"),
+        (
+            lambda: required_momenta((1.0, 1.0, 3.0), 1.0),
+            "inertia_kg_m2: the sum of two principal moments",
+        ),
     ],
 )
 def test_what_is_refused(make, message):

@@ -74,7 +74,7 @@ def test_volumes_in_closed_form():
     assert Envelope(layout.orthogonal()).volume == 8.0
 
 
-def test_faces_of_the_text_are_rhombi_with_the_area_of_their_pair():
+def test_published_faces_are_rhombi_with_their_pairs_area():
     """Sides 2 (in units of the limit), area 4 |g_i x g_j|, each pair twice."""
     found = Envelope(SIX)
     areas = []
@@ -176,7 +176,7 @@ def test_the_inner_radius_touches_a_face():
     assert extents.min() == pytest.approx(found.inner_radius, rel=1e-2)
 
 
-def test_envelopes_of_an_array_scale_with_limits_and_leave_out_lost_wheels():
+def test_envelopes_scale_with_limits_and_omit_lost_wheels():
     wheels = WheelArray(
         axes=FOUR.tolist(), momentum_limit_n_m_s=(18.0, 9.0, 12.0, 20.0), torque_limit_n_m=0.2
     ).without(3)

@@ -36,7 +36,7 @@ def test_the_four_sided_pyramid_has_its_angles():
     assert quarters == {(1, 1), (1, -1), (-1, -1), (-1, 1)}
 
 
-def test_the_regular_pyramid_has_equal_neighbours_and_a_sum_along_the_height():
+def test_regular_pyramid_has_equal_neighbours_and_sums_along_height():
     axes = layout.regular_pyramid(6, 81.1)
     assert np.degrees(np.arccos(axes[:, 0])) == pytest.approx(np.full(6, 81.1))
     neighbours = np.sum(axes * np.roll(axes, 1, axis=0), axis=1)

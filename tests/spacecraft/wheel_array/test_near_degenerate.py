@@ -15,14 +15,19 @@ from scipy.optimize import linprog
 from slow_cases import slow_after
 
 from torquer.spacecraft.wheel_array.allocation import allocate, minimax, wheel_set
-from torquer.spacecraft.wheel_array.demand import Box, Ellipsoid, greatest_share, greatest_share_of
+from torquer.spacecraft.wheel_array.demand import (
+    Box,
+    Ellipsoid,
+    greatest_share,
+    share_for_generators,
+)
 from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope, support
 from torquer.spacecraft.wheel_array.faces import is_closed
 from torquer.spacecraft.wheel_array.failures import failure_table
 from torquer.spacecraft.wheel_array.layout import WheelArray
 from torquer.spacecraft.wheel_array.planes import FLAT, authority, face_rows, pair_normals
 from torquer.spacecraft.wheel_array.rates import worst_case
-from torquer.spacecraft.wheel_array.steering import steer, steering_of
+from torquer.spacecraft.wheel_array.steering import make_steering, steer
 
 SEPARATIONS = [10.0**-k for k in (7, 12, 3, 4, 5, 6, 8, 9, 10, 11)]
 C, S = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))
@@ -167,7 +172,7 @@ def test_the_envelope_is_a_closed_polyhedron_with_all_its_faces(seed, power):
 
 
 @pytest.mark.parametrize("apart", [1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
-def test_three_axes_near_a_line_make_a_solid_whatever_their_determinant(apart):
+def test_three_near_collinear_axes_make_a_solid_for_any_determinant(apart):
     """The determinant is the square of the angle: below all tolerances but that of exact signs."""
     found = Envelope(np.array([[1.0, 0.0, 0.0], [1.0, apart, 0.0], [1.0, 0.0, apart]]))
     assert found.rank == 3 and len(found.vertices) == 8 and len(found.faces) == 6
@@ -196,7 +201,7 @@ def test_rates_failures_and_demands_see_all_faces(separation):
         for demand in (Ellipsoid(inertia), Box(inertia)):
             share = (demand.support(normals[some]) / bounds[some]).max()
             assert greatest_share(momentum_envelope(left), demand) == pytest.approx(share, rel=1e-7)
-            assert greatest_share_of(vectors, demand) == pytest.approx(share, rel=1e-7)
+            assert share_for_generators(vectors, demand) == pytest.approx(share, rel=1e-7)
         assert worst_case(momentum_envelope(left), inertia).rate == case.worst_rate_rad_s
 
 
@@ -204,7 +209,7 @@ def test_rates_failures_and_demands_see_all_faces(separation):
 def test_steering_gives_the_greatest_part_that_linear_programs_find(separation):
     axes, random = drawn(8, separation).axes, np.random.default_rng(5)
     wheels = WheelArray(axes=axes, momentum_limit_n_m_s=18.0, torque_limit_n_m=0.2)
-    steering, out, n = steering_of(wheels, None), np.zeros(wheels.count), wheels.count
+    steering, out, n = make_steering(wheels, None), np.zeros(wheels.count), wheels.count
     for _ in range(40):
         momenta = random.choice([-1.0, 1.0], n) * random.uniform(17.7, 18.0, n)
         torque = random.normal(size=3)
@@ -221,7 +226,7 @@ def test_steering_gives_the_greatest_part_that_linear_programs_find(separation):
 
 @pytest.mark.parametrize("tilt", [0.0, 1e-13, 1e-10])
 @pytest.mark.parametrize("lost", [(4,), (2, 4), (1, 2, 4)])
-def test_below_the_limit_of_flatness_all_agree_that_it_is_flat(tilt, lost):
+def test_all_methods_agree_on_flatness_below_its_limit(tilt, lost):
     """Wheels in a plane but for less than `FLAT`: demands are shared in the plane, nothing else."""
     angle = np.radians([0.0, 50.0, 130.0, 180.0])
     plane = np.column_stack([np.cos(angle), np.sin(angle), tilt * np.array([1.0, -1.0, 1.0, 1.0])])
@@ -238,7 +243,7 @@ def test_below_the_limit_of_flatness_all_agree_that_it_is_flat(tilt, lost):
         over = tuple(point + np.array([0.0, 0.0, 0.5]))
         assert minimax(wheel_set(left), left.momentum_limits(), over, out) == pytest.approx(0.7)
         assert out @ np.array(left.axes) == pytest.approx(point, abs=2.0 * FLAT)
-        part = steer(steering_of(left, None), 1.0, np.zeros(5), tuple(point), out)
+        part = steer(make_steering(left, None), 1.0, np.zeros(5), tuple(point), out)
         torque = min(1.0, float(1.0 / (found.share(point) * 2.0)))
         assert part == pytest.approx(torque)
 
@@ -255,7 +260,7 @@ def test_normals_are_square_to_both_axes_however_close_they_are():
     assert np.all(pair_normals(same) == 0.0)
 
 
-def test_coplanar_axes_make_one_face_and_rounding_does_not_split_it():
+def test_coplanar_axes_make_one_face_that_rounding_does_not_split():
     """Four in a plane in any attitude of it, one across: a prism with eight sides."""
     angle = np.radians([0.0, 40.0, 75.0, 130.0])
     plane = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])

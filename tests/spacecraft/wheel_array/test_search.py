@@ -10,7 +10,7 @@ from torquer.spacecraft.wheel_array.demand import (
     Series,
     greatest_momentum,
     greatest_norm,
-    greatest_share_of,
+    share_for_generators,
 )
 from torquer.spacecraft.wheel_array.faces import volume
 
@@ -25,7 +25,7 @@ DEMANDS = {
 }
 WHOLE = {
     search.least_norm: greatest_norm,
-    search.least_peak: greatest_share_of,
+    search.least_peak: share_for_generators,
     search.least_squares_peak: greatest_momentum,
 }
 
@@ -42,7 +42,7 @@ def value(measure, axes):
     return measure(axes, axes).max()
 
 
-def test_published_angles_come_out_where_the_momenta_are_those_of_print():
+def test_published_angles_need_slightly_other_momenta_than_printed():
     """70.0 and 21.5 deg need H3/H2 = 6.44 (printed 6.4) and H1/H2 = 0.986 (printed 1)."""
     alpha, beta = angles.least_four_sided((0.986, 1.0, 6.44))
     assert (round(alpha, 1), round(beta, 1)) == (70.0, 21.5)
@@ -59,7 +59,7 @@ def test_least_norm_of_four_wheels_is_half_the_sum():
     assert round(greatest_norm(axes, Box(printed)), 1) == 19.4
 
 
-def test_the_published_change_of_angles_lessens_the_momenta_by_about_a_quarter():
+def test_published_angle_change_reduces_momenta_by_about_a_quarter():
     """All components at their greatest at once; the printed 1.4 is of the five-day series."""
     printed = 4.62 * np.array([1.0, 1.0, 6.4])
     before = greatest_momentum(layout.four_sided_pyramid(80.5, 45.5), Box(printed))
@@ -110,7 +110,7 @@ def test_minimax_never_needs_more_than_least_squares():
     assert some.measure < other.measure
 
 
-def test_balanced_four_wheels_are_the_best_such_pyramid_and_six_are_not():
+def test_balanced_pyramid_is_best_for_four_wheels_not_six():
     """The worst case of six wheels is 8 % better at 78.3 deg than at the balanced 81.1."""
     measure = search.greatest_worst_rate(INERTIA, 18.0)
     found = search.find_layout(four, measure, (1, 1), (89, 89), starts=6)
@@ -124,7 +124,7 @@ def test_balanced_four_wheels_are_the_best_such_pyramid_and_six_are_not():
 
 @pytest.mark.parametrize("measure", WHOLE)
 @pytest.mark.parametrize("demand", DEMANDS.values(), ids=DEMANDS)
-def test_the_greatest_piece_is_the_measure_and_none_is_above_it(measure, demand):
+def test_greatest_piece_is_the_measure_and_none_exceeds_it(measure, demand):
     random = np.random.default_rng(3)
     for _ in range(20):
         axes, others = random.normal(size=(2, 5, 3))
@@ -135,7 +135,7 @@ def test_the_greatest_piece_is_the_measure_and_none_is_above_it(measure, demand)
 
 
 @pytest.mark.slow
-def test_an_ellipsoid_whose_worst_points_meet_is_searched_to_an_optimum():
+def test_search_reaches_optimum_though_worst_ellipsoid_points_meet():
     """The greatest eigenvalue is double there: no single worst point, and no gradient."""
     demand = DEMANDS["ellipsoid"]
     found = search.find_layout(four, search.least_norm(demand), (1, 1), (89, 89), starts=1)
@@ -147,7 +147,7 @@ def test_an_ellipsoid_whose_worst_points_meet_is_searched_to_an_optimum():
 
 
 @pytest.mark.slow
-def test_four_free_axes_for_all_directions_alike_are_those_of_a_regular_tetrahedron():
+def test_four_free_isotropic_axes_form_a_regular_tetrahedron():
     """Its inner radius is sqrt(8/3) limits; eight parameters, of which three only turn it."""
     measure = search.least_peak(Ellipsoid(np.ones(3)))
     bounds = [0.0, -180.0] * 4, [180.0, 180.0] * 4
@@ -190,7 +190,7 @@ def test_free_axes_are_given_by_two_angles_each():
 
 
 @pytest.mark.parametrize("count", [3, 4, 5])
-def test_up_to_five_wheels_the_regular_pyramid_has_the_greatest_volume(count):
+def test_regular_pyramid_has_greatest_volume_up_to_five_wheels(count):
     found = search.greatest_volume(count, starts=20)
     assert found.is_optimal
     pyramid = volume(layout.regular_pyramid(count, angles.GREATEST_VOLUME_DEG))
@@ -210,14 +210,14 @@ def test_from_six_wheels_on_another_layout_has_more():
     assert seven > 1.015 * volume(layout.regular_pyramid(7, angles.GREATEST_VOLUME_DEG))
 
 
-def test_the_pyramid_of_greatest_volume_has_its_angle_for_any_count():
+def test_greatest_volume_pyramid_has_its_angle_for_any_count():
     for count in (4, 6, 9):
         best = volume(layout.regular_pyramid(count, angles.GREATEST_VOLUME_DEG))
         for gamma in (54.5, 54.9):
             assert volume(layout.regular_pyramid(count, gamma)) < best
 
 
-def test_layouts_in_a_plane_are_refused_and_no_demand_needs_nothing():
+def test_planar_layouts_are_refused_and_zero_demand_needs_nothing():
     def flat(parameters):
         turn = np.radians(parameters[0])
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [np.cos(turn), np.sin(turn), 0.0]])

@@ -13,12 +13,12 @@ from torquer.spacecraft.wheel_array.steering import (
     HALF,
     ROWS,
     _torque_box,
-    bias_of,
-    biased,
+    add_bias,
     lose,
+    make_steering,
     steer,
     steer_nearest,
-    steering_of,
+    steering_bias,
 )
 
 ARRAYS = {
@@ -47,26 +47,26 @@ def within(wheels, part, count, seed=1):
 
 
 @EVERY
-def test_the_bias_adds_up_to_nothing_and_keeps_what_it_says(name):
+def test_bias_cancels_and_keeps_its_promised_part_and_idle_share(name):
     wheels, idle = array(name), 0.05
-    bias, part = bias_of(wheels, idle)
+    bias, part = steering_bias(wheels, idle)
     limits, packed, out = wheels.momentum_limits(), wheel_set(wheels), np.zeros(wheels.count)
     assert np.abs(bias @ np.array(wheels.axes)).max() < 1e-13 * 18.0
     assert part > 0.2
     for demand in within(wheels, part, 300):
-        biased(packed, limits, bias, tuple(demand), out)
+        add_bias(packed, limits, bias, tuple(demand), out)
         assert out @ np.array(wheels.axes) == pytest.approx(demand, abs=1e-11)
         assert np.all(np.abs(out) >= idle * limits * (1.0 - 1e-9))
         assert np.all(np.abs(out) <= limits * (1.0 + 1e-12))
 
 
 @EVERY
-def test_with_the_bias_all_of_the_envelope_is_reached_within_the_limits(name):
+def test_biased_wheels_reach_the_whole_envelope_within_limits(name):
     wheels = array(name)
-    bias, limits, packed = bias_of(wheels)[0], wheels.momentum_limits(), wheel_set(wheels)
+    bias, limits, packed = steering_bias(wheels)[0], wheels.momentum_limits(), wheel_set(wheels)
     out = np.zeros(wheels.count)
     for demand in [*within(wheels, 1.0, 300), *momentum_envelope(wheels).vertices]:
-        assert biased(packed, limits, bias, tuple(demand), out) <= 1.0 + 1e-12
+        assert add_bias(packed, limits, bias, tuple(demand), out) <= 1.0 + 1e-12
         assert out @ np.array(wheels.axes) == pytest.approx(demand, abs=1e-11)
         assert np.all(np.abs(out) <= limits * (1.0 + 1e-12))
 
@@ -76,7 +76,7 @@ def test_regular_pyramids_have_an_even_bias():
     for count in (4, 6):
         axes = layout.regular_pyramid(count, 60.0)
         wheels = WheelArray(axes=axes.tolist(), momentum_limit_n_m_s=2.0)
-        bias, part = bias_of(wheels, 0.1)
+        bias, part = steering_bias(wheels, 0.1)
         assert bias == pytest.approx(1.1 * np.array([1.0, -1.0] * (count // 2)))
         assert part == pytest.approx(0.45)
 
@@ -94,21 +94,23 @@ def test_the_bias_is_the_best_of_all_directions_of_rotation():
             A_ub=np.column_stack([-np.diag(signs), np.ones(n)]),
         )  # fmt: skip
         best = max(best, -found.fun)
-    assert bias_of(wheels, 0.0).keeps_off_zero_up_to == pytest.approx(best / (1.0 + best), rel=1e-6)
+    assert steering_bias(wheels, 0.0).keeps_off_zero_up_to == pytest.approx(
+        best / (1.0 + best), rel=1e-6
+    )
 
 
 def test_three_wheels_and_wheels_that_cannot_balance_have_no_bias():
-    assert np.all(bias_of(array("four").without(2))[0] == 0.0)
-    assert bias_of(array("four").without(0, 1, 2, 3)) == (pytest.approx(np.zeros(4)), 0.0)
+    assert np.all(steering_bias(array("four").without(2))[0] == 0.0)
+    assert steering_bias(array("four").without(0, 1, 2, 3)) == (pytest.approx(np.zeros(4)), 0.0)
     # the fourth wheel has no partner: its null share is zero
     axes = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]
     wheels = WheelArray(axes=axes, momentum_limit_n_m_s=1.0)
-    bias, part = bias_of(wheels)
+    bias, part = steering_bias(wheels)
     assert bias.tolist() == [0.0] * 4 and part == 0.0
     with pytest.raises(
         ValueError, match=r"minimum_speed_fraction: must be from 0 to below 1; received 1\.0"
     ):
-        bias_of(wheels, 1.0)
+        steering_bias(wheels, 1.0)
 
 
 def wave(step):
@@ -134,10 +136,10 @@ def flown(wheels, steering, torques, momenta):
 def test_wheels_run_up_to_the_bias_and_stay_off_zero(name):
     wheels = array(name)
     torques = [wave(step) for step in range(1500)]
-    parts, momenta = flown(wheels, steering_of(wheels), torques, np.zeros(wheels.count))
+    parts, momenta = flown(wheels, make_steering(wheels), torques, np.zeros(wheels.count))
     assert parts == [1.0] * len(parts)
     needed = momentum_envelope(wheels).share(np.cumsum(torques, axis=0)).max()
-    assert 0.05 < needed < bias_of(wheels).keeps_off_zero_up_to
+    assert 0.05 < needed < steering_bias(wheels).keeps_off_zero_up_to
     settled = momenta[300:]
     assert np.all(np.abs(settled) >= 0.05 * wheels.momentum_limits() * (1.0 - 1e-9))
     assert np.all(np.sign(settled) == np.sign(settled[0]))
@@ -150,7 +152,7 @@ def test_a_lasting_torque_is_given_until_the_envelope_is_full(name):
     torque = np.array([0.02, 0.05, -0.04])
     total = momentum_envelope(wheels).extent(torque) / np.linalg.norm(torque)
     count = int(total) + 20
-    parts, momenta = flown(wheels, steering_of(wheels), [torque] * count, np.zeros(wheels.count))
+    parts, momenta = flown(wheels, make_steering(wheels), [torque] * count, np.zeros(wheels.count))
     assert sum(parts) == pytest.approx(total, rel=1e-9)
     assert parts[: int(total)] == [1.0] * int(total)
     assert parts[-10:] == pytest.approx([0.0] * 10, abs=1e-9)
@@ -159,7 +161,7 @@ def test_a_lasting_torque_is_given_until_the_envelope_is_full(name):
 
 def test_too_great_a_torque_is_cut_to_the_torque_envelope():
     wheels = array("six")
-    steering, out = steering_of(wheels), np.zeros(6)
+    steering, out = make_steering(wheels), np.zeros(6)
     torques = np.random.default_rng(4).normal(size=(50, 3))
     reach = 0.2 / 18.0 * momentum_envelope(wheels).extent(torques) / np.linalg.norm(torques, axis=1)
     parts = [steer(steering, 1.0, np.zeros(6), tuple(torque), out) for torque in torques]
@@ -170,7 +172,7 @@ def test_too_great_a_torque_is_cut_to_the_torque_envelope():
 def test_the_part_given_is_the_greatest_that_linear_programming_finds():
     """Wheels near their limits, in one direction or the other."""
     wheels, random = array("six"), np.random.default_rng(5)
-    steering, out = steering_of(wheels), np.zeros(6)
+    steering, out = make_steering(wheels), np.zeros(6)
     for _ in range(100):
         momenta = random.choice([-1.0, 1.0], 6) * random.uniform(17.7, 18.0, 6)
         torque = 0.5 * random.normal(size=3)
@@ -189,7 +191,7 @@ def test_the_part_given_is_the_greatest_that_linear_programming_finds():
 def test_after_losses_the_rest_goes_on(name):
     """One wheel stops, its momentum taken out; the others give all the torque with a new bias."""
     wheels, lost = array(name), 1
-    steering = steering_of(wheels)
+    steering = make_steering(wheels)
     _, momenta = flown(
         wheels, steering, [wave(step) for step in range(400)], np.zeros(wheels.count)
     )
@@ -197,16 +199,16 @@ def test_after_losses_the_rest_goes_on(name):
     after = wheels.without(lost)
     now = momenta[-1].copy()
     now[lost] = 0.0
-    assert steering.bias == pytest.approx(bias_of(after).momenta_n_m_s, abs=1e-12)
+    assert steering.bias == pytest.approx(steering_bias(after).momenta_n_m_s, abs=1e-12)
     assert steering.momentum_limit.tolist() == after.momentum_limits().tolist()
     parts, momenta = flown(after, steering, [wave(step) for step in range(400, 800)], now)
     assert parts == [1.0] * 400
     assert np.all(momenta[:, lost] == 0.0)
 
 
-def test_after_two_losses_what_is_left_of_the_bias_is_null():
+def test_remaining_bias_is_null_after_two_losses():
     wheels = array("twelve")
-    steering = steering_of(wheels)
+    steering = make_steering(wheels)
     lose(steering, 4)
     lose(steering, 9)
     assert steering.bias[[4, 9]].tolist() == [0.0, 0.0]
@@ -216,7 +218,7 @@ def test_after_two_losses_what_is_left_of_the_bias_is_null():
 
 def test_two_wheels_left_give_what_their_plane_holds():
     wheels = array("four").without(0, 1)
-    steering, out, torque = steering_of(wheels), np.zeros(4), np.array([0.01, 0.02, -0.03])
+    steering, out, torque = make_steering(wheels), np.zeros(4), np.array([0.01, 0.02, -0.03])
     assert steer(steering, 1.0, np.zeros(4), tuple(torque), out) == 1.0
     axes = np.array(wheels.axes)[2:]
     assert out[:2].tolist() == [0.0, 0.0]
@@ -227,7 +229,7 @@ def test_minimax_without_a_bias_is_what_biased_gives():
     wheels, out, plain = array("six"), np.zeros(6), np.zeros(6)
     packed, limits = wheel_set(wheels), wheels.momentum_limits()
     for demand in within(wheels, 1.0, 20):
-        biased(packed, limits, np.zeros(6), tuple(demand), out)
+        add_bias(packed, limits, np.zeros(6), tuple(demand), out)
         minimax(packed, limits, tuple(demand), plain)
         assert out.tolist() == plain.tolist()
 
@@ -235,19 +237,19 @@ def test_minimax_without_a_bias_is_what_biased_gives():
 def test_all_torque_that_is_left_goes_into_the_null_space():
     """From rest some wheel works at its limit; where the bias is near, one step is enough."""
     wheels, out, torque = array("six"), np.zeros(6), np.array([0.01, 0.02, -0.03])
-    steering = steering_of(wheels)
+    steering = make_steering(wheels)
     steer(steering, 1.0, np.zeros(6), tuple(torque), out)
     assert np.abs(out).max() == pytest.approx(0.2, rel=1e-12)
     near = steering.bias * (1.0 + 1e-3)
     steer(steering, 1.0, near, tuple(torque), out)
     wanted = np.zeros(6)
-    biased(steering.wheels, steering.momentum_limit, steering.bias, tuple(torque), wanted)
+    add_bias(steering.wheels, steering.momentum_limit, steering.bias, tuple(torque), wanted)
     assert near + out == pytest.approx(wanted, abs=1e-13)
 
 
 def nearest(wheels, momenta, torque):
     """What `steer_nearest` gives, as a vector; checks of the limits."""
-    steering, out = steering_of(wheels, None), np.zeros(wheels.count)
+    steering, out = make_steering(wheels, None), np.zeros(wheels.count)
     steer_nearest(steering, 1.0, momenta, tuple(torque), out)
     assert np.all(np.abs(momenta + out) <= wheels.momentum_limits() * (1.0 + 1e-12))
     assert np.all(np.abs(out) <= wheels.torque_limits() * (1.0 + 1e-12))
@@ -255,10 +257,10 @@ def nearest(wheels, momenta, torque):
 
 
 @EVERY
-def test_the_nearest_torque_is_what_steering_gives_while_no_wheel_is_full(name):
+def test_nearest_torque_matches_steering_while_no_wheel_is_full(name):
     """The motors are the only limit: the direction is kept."""
     wheels, random = array(name), np.random.default_rng(6)
-    steering, out = steering_of(wheels), np.zeros(wheels.count)
+    steering, out = make_steering(wheels), np.zeros(wheels.count)
     for _ in range(50):
         torque = random.normal(size=3)
         part = steer(steering, 1.0, np.zeros(wheels.count), tuple(torque), out)
@@ -270,7 +272,7 @@ def test_a_full_wheel_does_not_cost_the_others():
     """Three wheels along the axes, the first one full: the second gets its torque."""
     wheels = WheelArray(axes=np.eye(3).tolist(), momentum_limit_n_m_s=1.0, torque_limit_n_m=0.1)
     momenta, torque = np.array([1.0, 0.0, 0.0]), np.array([0.02, 0.03, -0.01])
-    assert steer(steering_of(wheels), 1.0, momenta, tuple(torque), np.zeros(3)) == 0.0
+    assert steer(make_steering(wheels), 1.0, momenta, tuple(torque), np.zeros(3)) == 0.0
     assert nearest(wheels, momenta, torque) == pytest.approx([0.0, 0.03, -0.01])
     momenta = np.array([1.0, 1.0, 0.0])
     assert nearest(wheels, momenta, torque) == pytest.approx([0.0, 0.0, -0.01])
@@ -283,7 +285,7 @@ def test_a_full_wheel_does_not_cost_the_others():
 def test_near_a_full_array_the_nearest_torque_is_given(name):
     """Momenta on the envelope, torques within the motors; scipy's least squares with bounds."""
     wheels, random = array(name), np.random.default_rng(7)
-    steering, out, limits = steering_of(wheels), np.zeros(wheels.count), wheels.momentum_limits()
+    steering, out, limits = make_steering(wheels), np.zeros(wheels.count), wheels.momentum_limits()
     axes, less = np.array(wheels.axes), 0
     for demand in within(wheels, 1.0, 200):
         minimax(steering.wheels, limits, tuple(demand), out)
@@ -302,7 +304,7 @@ def test_near_a_full_array_the_nearest_torque_is_given(name):
 def test_a_lasting_torque_ends_at_the_momentum_farthest_along_it(name):
     """The support of the envelope, not only its surface."""
     wheels, torque = array(name), np.array([0.02, 0.05, -0.04])
-    steering, momenta, out = steering_of(wheels), np.zeros(wheels.count), np.zeros(wheels.count)
+    steering, momenta, out = make_steering(wheels), np.zeros(wheels.count), np.zeros(wheels.count)
     farthest = momentum_envelope(wheels).support(torque[None])[0]
     for _ in range(20_000):
         steer_nearest(steering, 1.0, momenta, tuple(torque), out)

@@ -12,7 +12,7 @@ from torquer.theory.periodic.floquet import degree_of_stability, monodromy, mult
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.0317e-3)
 
 
-def test_the_gains_of_stage_1_have_the_degree_that_is_stated():
+def test_stage_1_gains_have_the_stated_degree():
     found = design_stage_1(CRAFT, 0.1, (-0.1, 0.02))
     degrees = []
     for normal in (-0.1, 0.02):
@@ -26,7 +26,7 @@ def test_the_gains_of_stage_1_have_the_degree_that_is_stated():
     assert found.degree > 0.5
 
 
-def test_a_wheel_that_is_too_weak_has_no_stable_stage_1():
+def test_too_weak_a_wheel_has_no_stable_stage_1():
     weak = CRAFT.with_wheel(CRAFT.wheel_at(-0.2))
     assert design_stage_1(weak, 0.1).degree < 0.0
 

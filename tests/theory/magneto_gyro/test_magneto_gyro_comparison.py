@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torquer.theory.magneto_gyro import comparison
-from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.accuracy import covariances, follow_revolution, steady_motion
 from torquer.theory.magneto_gyro.comparison import CaptureGains
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_2
@@ -21,7 +21,7 @@ WEIGHTS = Stage2Weights(angle=27.7, torque=182.0, turning=109.0, constant=45.5)
 GAINS = stage_2_gains(CRAFT.gyrostat, WEIGHTS)
 
 
-def test_the_degrees_of_stage_1_are_those_of_one_point_after_the_other():
+def test_stage_1_degrees_match_those_computed_point_by_point():
     gains = CaptureGains(np.array([4.0, 9.0]), np.array([6.0, 2.0]), 40.0, 0.5)
     found = comparison.stage_1_degrees(CRAFT, gains, np.array([3.0, 8.0]), -0.1)
     for i, h in enumerate((3.0, 8.0)):
@@ -45,7 +45,7 @@ def test_the_lag_of_the_filters_bounds_the_rate_gain(h):
         assert degrees[0] > 0.0 > degrees[1]
 
 
-def test_over_h_the_frozen_model_is_no_certificate_for_stage_1():
+def test_frozen_model_certifies_nothing_over_h_for_stage_1():
     h = np.array([-0.3, 0.3, 0.8, 1.5, 3.0])
     found = comparison.stage_1_degrees(CRAFT, CaptureGains(4.0, 6.0, 95.0), h, -0.1)
     assert (found.frozen > 0.0).tolist() == [False, True, True, True, True]
@@ -75,11 +75,11 @@ def test_a_locus_follows_every_root():
     assert still.sum() == 9
 
 
-def test_the_frozen_error_along_the_orbit_is_exact_in_the_computed_field():
+def test_frozen_error_along_orbit_is_exact_in_computed_field():
     h, i = CRAFT.gyrostat
     satellite, noise = Satellite(1.0, i, 1.0, h + 2.0 - i, 0.0), [0.3] * 3 + [1.0] * 3
     loop = stage_2_loop(satellite, CRAFT.gyrostat, GAINS, normal=0.2, field=CONE)
-    path = covariances(revolution_of(loop, 1440), noise)
+    path = covariances(follow_revolution(loop, 1440), noise)
     want = np.sqrt(np.einsum("nii->ni", path)[:, :3])
     tau = np.linspace(0.0, 2.0 * math.pi, 1440, endpoint=False)
     frozen = comparison.frozen_covariance(GAINS, CRAFT.gyrostat, noise, 0.2)
@@ -93,11 +93,11 @@ def test_there_is_no_covariance_of_an_unstable_model():
         comparison.frozen_covariance(comparison.with_factor(GAINS, -1.0), CRAFT.gyrostat, [1.0] * 6)
 
 
-def test_the_angles_have_zeros_at_the_frequencies_of_a_constant_dipole():
+def test_angles_have_zeros_at_the_frequencies_of_constant_dipole():
     bare = GAINS._replace(e1=0.0, e2=0.0, e3=0.0)
     for words, at in (("along pitch", 0.0), ("across pitch", 1.0)):
         near = np.array([at + 1e-4, at + 1e-2])
-        torque = comparison.torque_of_dipole(near, 0.2)[words]
+        torque = comparison.dipole_torque(near, 0.2)[words]
         with_it = comparison.dipole_response(GAINS, CRAFT.gyrostat, near, torque, 0.2).max(axis=1)
         without = comparison.dipole_response(bare, CRAFT.gyrostat, near, torque, 0.2).max(axis=1)
         assert with_it[1] / with_it[0] == pytest.approx(100.0, rel=0.1)  # of first order
@@ -105,12 +105,12 @@ def test_the_angles_have_zeros_at_the_frequencies_of_a_constant_dipole():
         assert with_it[0] < 1e-3 * without[0]
 
 
-def test_the_response_is_the_steady_motion_of_the_loop_in_the_computed_field():
+def test_response_is_the_loops_steady_motion_in_computed_field():
     """A torque about the pitch axis that oscillates with twice the orbital rate."""
     h, i = CRAFT.gyrostat
     satellite = Satellite(1.0, i, 1.0, h + 2.0 - i, 0.0)
     loop = stage_2_loop(satellite, CRAFT.gyrostat, GAINS, normal=0.2, field=CONE)
-    around = revolution_of(loop, 1440)
+    around = follow_revolution(loop, 1440)
     tau = (np.arange(1440) + 0.5) * 2.0 * math.pi / 1440
     push = np.zeros((1440, 6))
     push[:, 1] = np.cos(2.0 * tau)
@@ -119,7 +119,7 @@ def test_the_response_is_the_steady_motion_of_the_loop_in_the_computed_field():
     assert np.sqrt(2.0 * np.mean(pitch**2)) == pytest.approx(want[1], rel=1e-3)
 
 
-def test_the_exact_steady_motion_of_stage_1_is_the_frozen_ones_in_the_computed_field(monkeypatch):
+def test_exact_stage_1_steady_motion_equals_frozen_in_computed_field(monkeypatch):
     """A torque about pitch that oscillates with twice the orbital rate; filters of high frequency,
     whose derivative of the calculated field is nearly the exact one."""
     h, i = CRAFT.gyrostat

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.attitude import find_attitude_error
 from torquer.scenario.load import load_scenario
 from torquer.simulation.setup.simulate import simulate
 from torquer.theory.magneto_gyro import day
-from torquer.theory.magneto_gyro.accuracy import revolution_of
+from torquer.theory.magneto_gyro.accuracy import follow_revolution
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.day import (
     DayLoop,
@@ -48,7 +48,7 @@ def test_without_a_tilt_a_day_is_as_its_revolutions(form, inclination_deg):
     normal = 2.0 / 3.0 / math.tan(math.radians(inclination_deg))
     loop = stage_2_loop(CRAFT.satellite(), CRAFT.gyrostat, GAINS, normal=normal, form=form)
     found = degree_over_a_day(LOOP._replace(form=form), inclination_deg, tilt_rad=0.0)
-    assert found == pytest.approx(revolution_of(loop).degree, abs=1e-3)
+    assert found == pytest.approx(follow_revolution(loop).degree, abs=1e-3)
 
 
 def greatest_error_deg(orbit, revolutions, later):
@@ -65,7 +65,7 @@ def greatest_error_deg(orbit, revolutions, later):
     scenario = EXAMPLE
     for key, value in changes.items():
         scenario = scenario.replace(key, value)
-    error = np.linalg.norm(attitude_error_of(simulate(scenario)).error_deg, axis=1)
+    error = np.linalg.norm(find_attitude_error(simulate(scenario)).error_deg, axis=1)
     return error[round(later / revolutions * len(error)) :].max()
 
 
@@ -80,7 +80,7 @@ def test_near_the_equator_it_fails_in_flight_as_in_theory(inclination_deg, holds
 
 
 @pytest.mark.parametrize(("altitude_km", "holds"), [(9000.0, True), (14_000.0, False)])
-def test_with_the_same_gains_it_fails_on_high_orbits_as_in_theory(altitude_km, holds):
+def test_same_gains_fail_on_high_orbits_as_theory_predicts(altitude_km, holds):
     """A strong wheel in a slow orbit: h is 23 and 36, the gains are made for 6.5."""
     degree = degree_over_a_day(LOOP.at(altitude_km), 98.8)
     assert degree > 0.1 if holds else degree < -0.02

@@ -31,7 +31,7 @@ def in_numbers(matrix, values):
     return np.array(matrix.subs({**NUMBERS, **values}), dtype=float)
 
 
-def test_the_derived_model_of_order_12_is_the_one_in_numbers(models):
+def test_derived_model_of_order_12_matches_the_numeric_one(models):
     found, gains = models[12], tuple(STAGE_1.values())
     want = frozen_1(*gains, **CRAFT)
     assert in_numbers(found.matrix, STAGE_1) == pytest.approx(want, abs=1e-12)
@@ -39,7 +39,7 @@ def test_the_derived_model_of_order_12_is_the_one_in_numbers(models):
     assert in_numbers(found.inputs, STAGE_1) == pytest.approx(want, abs=1e-12)
 
 
-def test_the_derived_model_of_order_15_is_the_one_in_numbers(models):
+def test_derived_model_of_order_15_matches_the_numeric_one(models):
     assert tuple(map(str, derived.GAINS)) == Stage2Gains._fields
     found = models[15]
     want = frozen_2(Stage2Gains(*GAINS), **CRAFT)
@@ -49,15 +49,16 @@ def test_the_derived_model_of_order_15_is_the_one_in_numbers(models):
 
 
 @pytest.mark.parametrize("order", [12, 15])
-def test_every_row_of_the_text_follows_from_the_law_with_corrected_definitions(order):
-    rows = text.rows_of(order)
+def test_law_yields_every_printed_row_given_corrected_definitions(order):
+    rows = text.compare_rows(order)
     assert [row.printed for row in rows if row.difference != 0] == []
     for number in range(2):  # as printed, each definition spoils a row at least
         assert any(number in row.corrections for row in rows)
 
 
 def test_the_definitions_falsify_the_rows_that_have_their_symbols():
-    corrections = [[i for i, row in enumerate(text.rows_of(order)) if number in row.corrections]
+    corrections = [[i for i, row in enumerate(text.compare_rows(order))
+               if number in row.corrections]
               for order in (12, 15) for number in (0, 1)]  # fmt: skip
     assert corrections[:2] == [[0, 1, 4], [0, 1, 4]]  # k and n: both channels, not the filters
     assert corrections[2] == [3, 5, 9]  # k5, k3, k1
@@ -72,7 +73,7 @@ def test_a_wrong_sign_or_input_is_noticed(monkeypatch, order, printed, wrong):
     given = text.TEXTS[order]
     changed = tuple(each.replace(printed, wrong) for each in given.equations)
     monkeypatch.setitem(text.TEXTS, order, given._replace(equations=changed))
-    noticed = [row.printed for row in text.rows_of(order) if row.difference != 0]
+    noticed = [row.printed for row in text.compare_rows(order) if row.difference != 0]
     assert noticed == [each for each in changed if each not in given.equations] != []
 
 
@@ -95,7 +96,7 @@ def test_stage_1_needs_a_positive_h_by_its_last_coefficient(models):
     assert sympy.expand(axis.eval(0) - 2 * h * omega**2 * (2 * h + k)) == 0
 
 
-def test_at_h_of_2_the_pitch_axis_parts_in_the_turning_axes(models):
+def test_pitch_axis_separates_in_turning_axes_at_h_of_2(models):
     """One of phi and chi is neither driven by the other nor by the coils, nor seen."""
     model = models[15]
     at = model.states.index
@@ -120,7 +121,7 @@ def test_a_constant_torque_about_t_moves_more(models):
         astatism.answer(models[15], (1, 0, 0), 0)
 
 
-def test_the_transfer_function_to_pitch_is_zero_at_the_orbital_rate(models):
+def test_transfer_function_to_pitch_vanishes_at_orbital_rate(models):
     above = astatism.numerator(models[15], "theta", astatism.ACROSS_PITCH)
     s = astatism.s
     assert sympy.rem(above, s**2 + 1, s) == 0

@@ -8,7 +8,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.environment.orbit.circular import Circular
-from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.accuracy import covariances, follow_revolution, steady_motion
 from torquer.theory.magneto_gyro.craft import GyroCraft, greatest_tip_off
 from torquer.theory.magneto_gyro.frozen import frozen_1, frozen_2, frozen_2_inputs
 from torquer.theory.magneto_gyro.loop import CONE, Satellite
@@ -54,16 +54,16 @@ def test_the_separate_problems_give_the_poles_of_the_whole_model():
 def test_the_degree_is_that_of_floquets_theory(form):
     loop = loop_of(stage_2_gains(CRAFT.gyrostat, GOOD), normal=-0.1, form=form)
     exact = degree_of_stability(multipliers(monodromy(loop, tolerance=1e-9)), 2.0 * math.pi)
-    assert revolution_of(loop).degree == pytest.approx(exact, abs=1e-4)
+    assert follow_revolution(loop).degree == pytest.approx(exact, abs=1e-4)
     assert exact > 0.2
 
 
-def test_what_is_optimal_in_the_frozen_model_may_be_unstable_along_the_orbit():
+def test_frozen_model_optimum_may_be_unstable_along_the_orbit():
     gains, h, i = stage_2_gains(CRAFT.gyrostat, PLAIN), *CRAFT.gyrostat
     frozen = frozen_2(gains, stiffness=h, pitch_inertia=i, b=-0.1)
     assert decay(frozen) == pytest.approx(0.105, abs=1e-3)
     loop = loop_of(gains, normal=-0.1, form="text")
-    assert revolution_of(loop).degree == pytest.approx(-0.020, abs=1e-3)
+    assert follow_revolution(loop).degree == pytest.approx(-0.020, abs=1e-3)
 
 
 @pytest.mark.parametrize("form", ["field", "text"])
@@ -80,13 +80,13 @@ def test_a_constant_dipole_leaves_no_error(form):
         )
 
 
-def test_covariances_are_those_of_the_frozen_model_where_it_is_exact():
+def test_covariances_match_the_frozen_model_where_it_is_exact():
     h, i = CRAFT.gyrostat
     gains = stage_2_gains(CRAFT.gyrostat, GOOD)
     satellite = Satellite(1.0, i, 1.0, h + 2.0 - i, 0.0)
     loop = stage_2_loop(satellite, CRAFT.gyrostat, gains, normal=0.1, field=CONE)
     noise = np.array([1.0, 2.0, 1.0, 0.3, 0.1, 0.3])
-    found = covariances(revolution_of(loop, 1440), noise)[0]
+    found = covariances(follow_revolution(loop, 1440), noise)[0]
     g = frozen_2_inputs(gains, pitch_inertia=i) * np.sqrt(noise)
     whole = frozen_2(gains, stiffness=h, pitch_inertia=i, b=0.1)
     want = solve_continuous_lyapunov(whole, -g @ g.T)
@@ -103,10 +103,10 @@ def test_a_bias_along_pitch_is_taken_for_a_dipole(weights, h):
     loop = stage_2_loop(craft.satellite(gravity=False), craft.gyrostat,
                         stage_2_gains(craft.gyrostat, weights))  # fmt: skip
     strength, bias = 3.3e-5, 300e-9
-    motion = steady_motion(revolution_of(loop), [0, 0, 0, 0, bias / strength, 0])
+    motion = steady_motion(follow_revolution(loop), [0, 0, 0, 0, bias / strength, 0])
     found = motion[:, 13].mean() * craft.torque_unit / strength
     mean_square = strength**2 * 0.5 * ((2 / 3) ** 2 + (4 / 3) ** 2)
-    assert abs(found) == pytest.approx(craft.dipole_of_bias(bias, mean_square), rel=0.08)
+    assert abs(found) == pytest.approx(craft.bias_dipole(bias, mean_square), rel=0.08)
 
 
 @pytest.mark.parametrize("weights", [GOOD, Stage2Weights(936.0, 78.0, 65.0, 46.0)])
@@ -115,7 +115,9 @@ def test_near_h_of_2_the_weights_do_not_help(weights):
     degrees = []
     for h in (6.5, 2.1, 2.005):
         craft = CRAFT.with_wheel(CRAFT.wheel_at(h))
-        degrees.append(revolution_of(loop_of(stage_2_gains(craft.gyrostat, weights), craft)).degree)
+        degrees.append(
+            follow_revolution(loop_of(stage_2_gains(craft.gyrostat, weights), craft)).degree
+        )
     assert degrees[0] > 0.25 and degrees[1] < 0.12 and degrees[2] < 0.06
 
 

@@ -85,7 +85,7 @@ def turned_inputs(inputs, to_states, tau):
 
 @pytest.mark.parametrize("form", ["field", "text"])
 @pytest.mark.parametrize("b", [0.0, 0.37, -0.2])
-def test_rows_of_order_15_are_those_of_the_exact_loop_in_the_computed_field(form, b):
+def test_order_15_rows_match_the_exact_loop_in_computed_field(form, b):
     gains = Stage2Gains(*np.random.default_rng(1).normal(size=15))
     loop = stage_2_loop(AXISYMMETRIC, CRAFT, gains, normal=b, form=form, field=CONE)
     h, pitch_inertia = CRAFT
@@ -98,7 +98,7 @@ def test_rows_of_order_15_are_those_of_the_exact_loop_in_the_computed_field(form
 
 
 @pytest.mark.parametrize("b", [0.0, 0.37, -0.2])
-def test_rows_of_order_12_are_those_of_the_exact_loop_in_the_computed_field(b):
+def test_order_12_rows_match_the_exact_loop_in_computed_field(b):
     k, n, damping, frequency = 1.7, 2.3, 0.6, 3.1
     h, pitch_inertia = CRAFT
     loop = STAGE_1.with_parameters(

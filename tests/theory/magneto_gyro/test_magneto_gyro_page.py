@@ -12,7 +12,7 @@ from gallery import gyro
 from gallery.entries import mgs_2, mgs_12, mgs_15
 from torquer.compile import engine
 from torquer.theory.magneto_gyro import comparison
-from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.accuracy import follow_revolution, noise_error, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import field_along, model_error
 from torquer.theory.magneto_gyro.craft import greatest_tip_off
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
@@ -58,7 +58,7 @@ def test_the_satellite_and_its_field(along):
 
 @needs_jit
 def test_the_errors_that_are_predicted_and_flown(along):
-    around = revolution_of(
+    around = follow_revolution(
         stage_2_loop(CRAFT.satellite(), CRAFT.gyrostat, gyro.GAINS, normal=along.normal)
     )
     noise = [0.0] * 3 + [(1e-6 / along.strength_t) ** 2 * gyro.RATE] * 3
@@ -154,10 +154,10 @@ def test_the_constant_model_is_no_certificate(along):
 
 @needs_jit
 def test_the_dipole_that_a_bias_is_taken_for(along):
-    rule = CRAFT.dipole_of_bias(300e-9, along.mean_square_t2)
+    rule = CRAFT.bias_dipole(300e-9, along.mean_square_t2)
     loop = stage_2_loop(CRAFT.satellite(), CRAFT.gyrostat, gyro.GAINS, normal=along.normal)
     bias = [0.0, 0.0, 0.0, 0.0, 300e-9 / along.strength_t, 0.0]
-    exact = -steady_motion(revolution_of(loop), bias)[:, 13].mean() * CRAFT.torque_unit
+    exact = -steady_motion(follow_revolution(loop), bias)[:, 13].mean() * CRAFT.torque_unit
     flown = mgs_2.alias() * rule
     stated(f"300 nT make {rule:.1f} A m^2, {exact / along.strength_t:.1f} by the exact model, "
            f"{flown:.1f} in flight")  # fmt: skip

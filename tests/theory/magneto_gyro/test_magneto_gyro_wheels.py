@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from torquer.theory.magneto_gyro.accuracy import revolution_of
+from torquer.theory.magneto_gyro.accuracy import follow_revolution
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
@@ -24,7 +24,7 @@ def test_degrees_are_those_of_a_satellite_with_that_wheel():
     craft = CRAFT.with_wheel(CRAFT.wheel_at(4.0))
     gains = stage_2_gains(craft.gyrostat, WEIGHTS)
     second = stage_2_loop(craft.satellite(), craft.gyrostat, gains, normal=-0.1)
-    assert found.second[0] == pytest.approx(revolution_of(second).degree)
+    assert found.second[0] == pytest.approx(follow_revolution(second).degree)
     first = STAGE_1.with_parameters(
         **craft.satellite()._asdict(), normal=-0.1, damping=DAMPING, angle_gain=4.0,
         rate_gain=6.0, frequency=0.1 / 1.0317e-3,
@@ -35,7 +35,7 @@ def test_degrees_are_those_of_a_satellite_with_that_wheel():
     assert found.first[2] < 0.0 < found.frozen[2]
 
 
-def test_a_better_wheel_has_better_degrees_than_one_near_h_of_2():
+def test_better_wheel_beats_the_degrees_of_one_near_h_2():
     weak = CRAFT.with_wheel(CRAFT.wheel_at(2.05))
     better = better_wheel(weak, 0.1, 0.25, (-0.1,))
     own = design_stage_2(weak, normals=(-0.1,), evaluations=40).degree

@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 from torquer.theory.periodic.poincare import (
     departure,
     derivatives,
+    equidistant_points,
     forced_response,
     periodic_motion,
     remainder,
-    samples_of,
     small_parameter,
 )
 
@@ -34,7 +34,7 @@ def oscillator(w2, damping):
 def test_a_forced_oscillator(w2, damping, k, constant, period, count):
     """y'' + d y' + w2 y = constant + cos(k w u): amplitude and phase in closed form."""
     w = 2.0 * math.pi / period
-    u = samples_of(period, count)
+    u = equidistant_points(period, count)
     forcing = np.stack([np.zeros(count), constant + np.cos(k * w * u)], axis=1)
     found = forced_response(oscillator(w2, damping), forcing, period)
     gain = 1.0 / (w2 - (k * w) ** 2 + 1j * damping * k * w)
@@ -48,7 +48,7 @@ def test_a_forced_oscillator(w2, damping, k, constant, period, count):
 
 def test_the_highest_harmonic_of_an_even_number_of_samples():
     """cos(8 u) on 16 samples is seen whole, not double."""
-    u = samples_of(2.0 * math.pi, 16)
+    u = equidistant_points(2.0 * math.pi, 16)
     found = forced_response([[-1e6]], np.cos(8.0 * u)[:, None])
     assert found.amplitudes[8, 0] == pytest.approx(1e-6, rel=1e-6)
     assert found.tail == pytest.approx(1.0)
@@ -89,7 +89,7 @@ def test_a_periodic_motion_closes():
         spring = x[..., 0] + x[..., 0] ** 3
         return np.stack([x[..., 1], 0.8 * np.cos(u) - spring - 0.4 * x[..., 1]], axis=-1)
 
-    u = samples_of(2.0 * math.pi, 63)
+    u = equidistant_points(2.0 * math.pi, 63)
     guess = np.zeros((63, 2))
     for by in ("complex", "difference"):
         found = periodic_motion(rates, guess, by=by)
@@ -102,7 +102,7 @@ def test_a_periodic_motion_closes():
 
 def test_resonances_are_reported():
     """Near and far from the natural frequency 2.01, and a motion that the force leaves alone."""
-    u = samples_of(2.0 * math.pi, 32)
+    u = equidistant_points(2.0 * math.pi, 32)
     two = np.zeros((4, 4))
     two[:2, :2], two[2:, 2:] = oscillator(2.01**2, 0.0), oscillator(9.0, 0.0)
     forcing = np.zeros((32, 4))
@@ -118,7 +118,7 @@ def test_resonances_are_reported():
         forced_response(two, forcing)
 
 
-def test_a_constant_force_on_a_free_mass_has_no_periodic_motion():
+def test_constantly_forced_free_mass_has_no_periodic_motion():
     with pytest.raises(ArithmeticError, match="harmonic 0 of the forcing"):
         forced_response(oscillator(0.0, 0.0), np.tile([0.0, 1.0], (8, 1)))
 
@@ -186,7 +186,7 @@ def test_a_free_oscillation_is_left_alone():
     def rates(u, x):
         return np.stack([x[..., 1], -x[..., 0]], axis=-1)
 
-    u = samples_of(2.0 * math.pi, 9)
+    u = equidistant_points(2.0 * math.pi, 9)
     guess = np.stack([np.cos(u), -np.sin(u)], axis=1)
     assert periodic_motion(rates, guess) == pytest.approx(guess, abs=1e-12)
 

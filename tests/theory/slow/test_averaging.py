@@ -91,7 +91,7 @@ def test_reorientation_as_printed_is_not_the_average(satellite, spin_laws):
         assert (found.sigma == pytest.approx(printed.sigma, rel=1e-9)) == agrees
 
 
-def test_the_printed_second_law_with_the_momentum_itself_gives_another_average(satellite):
+def test_printed_second_law_with_unnormalised_momentum_averages_differently(satellite):
     """MAG (3.5.1) as printed has L in place of L/|L|: then (3.5.2) would hold at l = 1 alone."""
     inertia = (1.7, 1.7, 1.2)
     law = Reorientation(
@@ -238,7 +238,7 @@ def test_laws_that_need_the_sun_are_refused_without_it(satellite):
     assert EVOLUTIONS["sdot"].case(1.0, satellite(50.0)).target == (0.36, -0.48, 0.8)
 
 
-def test_a_law_that_may_use_the_sun_but_does_not_needs_none(satellite):
+def test_law_that_ignores_an_allowed_sun_needs_none(satellite):
     """It hands its inputs on, so that its needs are all that there is."""
 
     @torquer.law(parameters={"gain": GAIN})
@@ -251,7 +251,7 @@ def test_a_law_that_may_use_the_sun_but_does_not_needs_none(satellite):
     assert_same(np.array(averaged_rates(mine, dark, slow)), bdot)
 
 
-def test_a_law_with_models_on_board_is_averaged_as_one_with_sensors(satellite):
+def test_law_with_on_board_models_averages_like_one_with_sensors(satellite):
     """B-dot by the field model and the attitude: the model is exact."""
     slow = Slow(0.7, 0.9, 0.4, 1.1)
     for field_turn in (False, True):

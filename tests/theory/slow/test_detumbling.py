@@ -44,7 +44,7 @@ def test_saturated_dipoles_are_the_means_over_the_sphere():
         assert mean_dipole_a_m2(coils, 1e9)[0] == pytest.approx(2.0 * mean, rel=2e-3)
 
 
-def test_a_reversed_set_of_coils_gives_the_opposite_dipole_and_a_failed_coil_a_third_less():
+def test_reversed_coils_give_opposite_dipole_and_failed_one_third_less():
     whole = mean_dipole_a_m2(Coils(limit_a_m2=1.0), 0.1)[0]
     reversed_ = Coils(limit_a_m2=1.0, polarity=(-1, -1, -1))
     failed = Coils(limit_a_m2=1.0, polarity=(1, 0, 1))
@@ -83,14 +83,14 @@ def test_a_greater_gain_is_never_slower(gain, factor):
     assert fast <= slow * (1.0 + 1e-9)
 
 
-def test_at_the_knee_the_time_is_a_tenth_above_the_least():
+def test_knee_gain_takes_a_tenth_longer_than_the_least_time():
     case = tumbling(sampling=Sampling(1.0, 2.0, 0.3))
     least = detumbling_time_s(case, 1e9, 0.4, 0.004)
     knee = knee_gain(case, 0.4, 0.004)
     assert detumbling_time_s(case, knee, 0.4, 0.004) == pytest.approx(1.1 * least, rel=1e-3)
 
 
-def test_the_gain_of_the_turning_field_is_that_of_avanzini_and_giulietti():
+def test_turning_field_gain_is_that_of_avanzini_and_giulietti():
     """Their k (b x (w x b)), k = 2 n (1 + sin i) J, has b of unit length: ours is k/B^2."""
     found = turning_gain(0.01, 3e-5, 1.1e-3, math.pi / 2.0, duty=0.5)
     assert found == pytest.approx(2.0 * 1.1e-3 * 2.0 * 0.01 / 9e-10 / 0.5)

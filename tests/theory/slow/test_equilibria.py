@@ -7,9 +7,9 @@ import pytest
 
 from torquer.computer.laws.bdot import BdotRate
 from torquer.theory.slow.equilibria import (
+    evolution_rates,
     find_equilibria,
-    rates_of_evolution,
-    rates_of_law,
+    law_rates,
     tends_to,
 )
 from torquer.theory.slow.evolution import EVOLUTIONS
@@ -27,7 +27,7 @@ def case_of(name, inclination_deg, target=(0.0, 0.0, 1.0), **keys):
 
 
 def found(name, case):
-    return find_equilibria(rates_of_evolution(EVOLUTIONS[name], case))
+    return find_equilibria(evolution_rates(EVOLUTIONS[name], case))
 
 
 def angles(points):
@@ -43,7 +43,7 @@ def test_b_dot_turns_over_at_45_577_deg():
     assert len(below) == len(above) == 9
 
 
-def test_b_dot_of_an_oblate_body_tends_to_a_spin_about_its_axis():
+def test_oblate_body_under_b_dot_tends_to_axial_spin():
     case = case_of("bdot", 70.0, transverse_kg_m2=2.0, axial_kg_m2=3.0)
     half = pytest.approx(math.pi / 2.0)
     assert angles(tends_to(found("bdot", case))) == [(half, None, 0.0), (half, None, math.pi)]
@@ -66,7 +66,7 @@ def test_jacobian_of_b_dot_on_the_cone_axis(inclination):
 
 @pytest.mark.parametrize("field", ["direct_dipole", "tilted_dipole"])
 @pytest.mark.parametrize("inclination", [30.0, 75.0])
-def test_b_dot_in_the_dipoles_tends_to_the_field_s_greatest_moment(field, inclination):
+def test_dipole_b_dot_tends_to_greatest_moment_of_the_field(field, inclination):
     """n' = eps g (M n - (n M n) n): the eigenvector of M with the greatest eigenvalue attracts."""
     case = case_of("bdot_any_field", inclination, field=field)
     xx, yy, zz, xy, xz, yz = case.moments
@@ -108,7 +108,7 @@ def test_preliminary_2_ends_on_the_target_with_any_nutation():
     assert (stable.rho, stable.theta, stable.length_rate) == (0.0, None, 0.0)
 
 
-def test_spin_up_tends_across_the_axis_at_low_and_along_it_at_high_inclination():
+def test_spin_up_tends_across_axis_when_low_along_when_high():
     low, high = (tends_to(found("spin_up", case_of("spin_up", i))) for i in (30.0, 60.0))
     assert angles(low) == [(pytest.approx(math.pi / 2.0), None, 0.0)]
     assert angles(high) == [(0.0, None, 0.0), (math.pi, None, 0.0)]
@@ -142,10 +142,10 @@ def test_the_motion_itself_comes_to_a_stable_equilibrium(name, end):
         assert min(np.abs(last - point).max() for point in stable) < 0.1
 
 
-def test_a_law_averaged_as_it_flies_has_the_equilibria_of_its_closed_equations():
+def test_directly_averaged_law_has_the_equilibria_of_its_closed_equations():
     spinner = Spinner(inclination_deg=60.0, **PROLATE)
     law = BdotRate(gain_a_m2_s_per_t=EPS * spinner.axial_kg_m2).law()
-    points = find_equilibria(rates_of_law(law, spinner))
+    points = find_equilibria(law_rates(law, spinner))
     expected = found("bdot", case_of("bdot", 60.0))
     assert len(points) == len(expected)
     (one,), (other,) = tends_to(points), tends_to(expected)
@@ -155,7 +155,7 @@ def test_a_law_averaged_as_it_flies_has_the_equilibria_of_its_closed_equations()
 
 
 def test_input_without_sense_is_refused():
-    rates = rates_of_evolution(EVOLUTIONS["bdot"], case_of("bdot", 60.0))
+    rates = evolution_rates(EVOLUTIONS["bdot"], case_of("bdot", 60.0))
     with pytest.raises(ValueError, match=r"^length: must be positive and finite; received 0"):
         find_equilibria(rates, 0.0)
     with pytest.raises(ValueError, match=r"^rates: must be finite and not all zero; received up "):

@@ -104,7 +104,7 @@ def test_b_dot_where_the_field_is_even_in_closed_form(theta0, ratio):
 
 
 @pytest.mark.parametrize(("inclination", "end"), [(40.0, 0.0), (50.0, math.pi / 2.0)])
-def test_the_momentum_goes_to_the_cone_axis_below_46_degrees_and_across_above(inclination, end):
+def test_momentum_tends_to_cone_axis_only_below_46_degrees(inclination, end):
     """MAG 2.1, from (2.1.11); the bound itself is the root of 3p = 1, 45.577 deg."""
     assert math.degrees(EVEN) == pytest.approx(45.577, abs=1e-3)
     path = evolve(EVOLUTIONS["bdot"], case_of(inclination), Slow(1.0, 0.8, 0.0, 0.5), [0.0, 2e3])
@@ -130,7 +130,7 @@ def test_spin_up_of_the_two_special_cases(inclination, across):
     assert path.l == pytest.approx(spin_up.special_case(U, case, across), rel=1e-10)
 
 
-def test_spin_up_for_small_nutation_is_the_limit_of_the_whole():
+def test_small_nutation_spin_up_is_the_limit_of_the_whole():
     """The printed limit, MAG (3.2.3): cos theta is 1, sin theta is theta."""
     case = case_of(70.0)
     differences = []

@@ -9,14 +9,14 @@ from hypothesis import given, settings, strategies as st
 from torquer.computer.laws.nutation_damping import NutationDampingRate
 from torquer.theory.slow.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation
 from torquer.theory.slow.evolution.model import Slow
-from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_variables
 from torquer.theory.slow.gain_and_time import (
     GOALS,
     Times,
     design_table,
     even_directions,
+    gain_at,
     gain_for,
-    gain_of,
     slow_time,
     times_over_directions,
 )
@@ -103,10 +103,10 @@ def test_gain_and_time_are_inverse():
     assert row.revolutions.least == pytest.approx(4.0, rel=1e-12)
     assert other.revolutions.median == pytest.approx(4.0, rel=1e-12)
     assert row.eps == pytest.approx(gains.least * 9e-10 / (1.1e-3 * 1.2), rel=1e-12)
-    assert gain_of(evolution, spinner, row.eps) == pytest.approx(row.gain, rel=1e-12)
+    assert gain_at(evolution, spinner, row.eps) == pytest.approx(row.gain, rel=1e-12)
 
 
-def test_a_gain_by_the_table_keeps_its_promise_in_the_full_motion():
+def test_table_gain_keeps_its_promise_in_the_full_motion():
     """Nutation of a real satellite down to 20 % in 8 revolutions, by Euler's equations."""
     spinner = Spinner(
         inclination_deg=60.0, strength_t=3e-5, transverse_kg_m2=1.5, axial_kg_m2=1.8,
@@ -117,7 +117,7 @@ def test_a_gain_by_the_table_keeps_its_promise_in_the_full_motion():
     gain = gain_for(evolution, spinner, Times(s, s, s), 8.0).median
     law = NutationDampingRate(gain_a_m2_s_per_t=gain).law()
     states = by_euler(law, spinner, start, Fast(0.3, 0.4), [0.0, 16.0 * math.pi], rtol=1e-8)
-    end = slow_of(spinner, states)
+    end = slow_variables(spinner, states)
     left = end.l[-1] * math.sin(end.theta[-1]) / math.sin(0.7)
     eps = evolution.small_parameter(gain, spinner)
     assert left == pytest.approx(0.2, abs=eps * 0.2)

@@ -78,7 +78,7 @@ def test_efficiency_is_that_of_one_hold_by_brute_force(difference_s, hold_s, par
 
 @pytest.mark.parametrize("times", [(2, 2, 0.5, 0), (0, 2, 0.5, 0), (1, 3, 2, 2), (0, 3, 0.5, 2)])
 @pytest.mark.parametrize("part", [0.3, 0.95, 1.0, 1.05, 2.0])
-def test_efficiency_is_that_of_a_cycle_with_lag_by_brute_force(times, part):
+def test_efficiency_matches_a_lagged_cycle_by_brute_force(times, part):
     """Once the first commands are forgotten; what coils give in the window counts."""
     d, a, lag_s, off_s = times
     rate = part * sampling_limit_rad_s(d, a, lag_s)
@@ -109,7 +109,7 @@ def test_efficiency_and_limit_are_those_of_the_multipliers(times):
 
 
 @pytest.mark.parametrize("times", LOOPS)
-def test_the_greatest_gain_is_where_a_multiplier_of_slow_motion_leaves_the_circle(times):
+def test_greatest_gain_is_where_a_slow_multiplier_leaves_the_circle(times):
     d, a, lag_s, off_s = times
     gain = bdot_greatest_gain(INERTIA, FIELD_T, a, difference_s=d, lag_s=lag_s, measure_s=off_s)
     critical = gain * FIELD_T**2 / INERTIA
@@ -122,7 +122,7 @@ def test_the_greatest_gain_is_where_a_multiplier_of_slow_motion_leaves_the_circl
 @pytest.mark.parametrize(
     ("d", "off_s"), [(2.0, 0.0), (0.0, 0.0), (2.0, 2.0), (2.0, 6.0), (0.0, 2.0)]
 )
-def test_lag_halves_the_greatest_gain_of_differences_without_a_window_and_no_other(d, off_s):
+def test_lag_halves_the_greatest_gain_of_windowless_differences_only(d, off_s):
     parts = [
         bdot_greatest_gain(1.0, 1.0, 2.0, difference_s=d, lag_s=lag_s, measure_s=off_s)
         for lag_s in (0.0, 0.1, 0.5, 2.0, 20.0, 2000.0)
@@ -182,14 +182,14 @@ def test_rates_solve_their_equations_to_rounding(d, a, lag_s):
         assert 0.0 < w <= turn / (0.5 * (d + a)) * (1.0 + 1e-15)
 
 
-def test_no_lag_gives_the_closed_form_and_no_delay_no_limit():
+def test_zero_lag_gives_closed_form_and_zero_delay_no_limit():
     assert sampling_limit_rad_s(2.0, 1.0) == pytest.approx(math.pi / 3.0, rel=1e-15)
     assert sampling_limit_rad_s(0.0, 0.0, 3.0) == driven_rate_rad_s(0.0, 0.0, 3.0) == math.inf
     assert math.degrees(sampling_limit_rad_s(2.0, 2.0, 0.5)) == pytest.approx(36.23, abs=0.01)
 
 
 @pytest.mark.parametrize("times", [(2, 2, 0.5), (0, 2, 0), (1, 3, 0), (3, 1, 0.2), (0, 3, 2)])
-def test_between_limit_and_driven_rate_the_law_drives_and_above_it_brakes(times):
+def test_law_drives_between_limit_and_driven_rate_and_brakes_above(times):
     limit, driven = sampling_limit_rad_s(*times), driven_rate_rad_s(*times)
     inner = np.linspace(limit, driven, 400)[1:-1]
     assert np.all(damping_efficiency(inner, *times) < 0.0)
@@ -209,7 +209,7 @@ def test_the_sign_turns_at_the_limit_and_not_below():
     assert damping_efficiency(1.01 * limit, 3.0, 5.0) < 0.0
 
 
-def test_a_hold_of_no_length_leaves_the_age_of_the_difference():
+def test_zero_length_hold_leaves_the_age_of_the_difference():
     assert sampling_limit_rad_s(2.0, 0.0) == pytest.approx(math.pi / 2.0)
     w = 0.4
     assert damping_efficiency(w, 2.0, 0.0) == pytest.approx(math.sin(w * 2.0) / (w * 2.0))

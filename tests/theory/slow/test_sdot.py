@@ -11,12 +11,12 @@ from scipy.optimize import brentq
 from torquer.compile import engine
 from torquer.computer.laws.sdot import SdotRate
 from torquer.theory.slow.averaging import nodes
-from torquer.theory.slow.equilibria import find_equilibria, rates_of_evolution, tends_to
+from torquer.theory.slow.equilibria import evolution_rates, find_equilibria, tends_to
 from torquer.theory.slow.evolution import EVOLUTIONS, sdot
 from torquer.theory.slow.evolution.model import Case, Slow
-from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_variables
 from torquer.theory.slow.second_moments import averaged_moments
-from torquer.theory.slow.slow_motion import evolve, map_of_evolution
+from torquer.theory.slow.slow_motion import evolve, map_evolution
 from torquer.theory.slow.spinner import Spinner
 
 SDOT = EVOLUTIONS["sdot"]
@@ -149,7 +149,7 @@ def test_the_end_is_the_printed_final_momentum(inclination, rho, sigma, to_sun, 
         assert float(sdot.sun_angle(far, case)[-1]) == pytest.approx(line, abs=1e-4)
 
 
-def test_a_momentum_may_turn_to_a_sun_behind_it_and_grow():
+def test_momentum_may_turn_to_a_sun_behind_it_and_grow():
     """The border is normal to v: at 10 deg of inclination one 100 deg off the Sun turns to it."""
     case, angle = case_of(10.0, 1.0, sun=unit(math.radians(70.0), 0.0)), math.radians(100.0)
     v, a = pull_of(case)
@@ -204,9 +204,9 @@ def test_numbers_without_sense_are_refused():
     grid = {"inclination_deg": [60.0], "rho_deg": [40.0]}
     fixed = {"sigma_deg": 0.0, "theta_deg": 1.0, "eps": 0.1}
     with pytest.raises(ValueError, match=r"^sun: must be given for evolution sdot; received none"):
-        map_of_evolution(SDOT, grid, fixed, 1.0)
+        map_evolution(SDOT, grid, fixed, 1.0)
     with_sun = Spinner(inclination_deg=0.0, sun=(0.0, 3.0, 4.0))
-    ends = [map_of_evolution(SDOT, grid, fixed, 9.0, **keys).rho
+    ends = [map_evolution(SDOT, grid, fixed, 9.0, **keys).rho
             for keys in ({"spinner": with_sun}, {"target": (0.0, 0.6, 0.8)})]  # fmt: skip
     assert ends[0] == pytest.approx(ends[1])
 
@@ -218,7 +218,7 @@ def test_numbers_without_sense_are_refused():
 def test_the_stable_equilibria_are_on_the_sun_s_line(ratio, theta):
     """SDOT 2.3: gamma = 0 or pi; theta = 0 for C > A, pi/2 for C < A; rates in closed form."""
     case = case_of(70.0, ratio)
-    points = tends_to(find_equilibria(rates_of_evolution(SDOT, case)))
+    points = tends_to(find_equilibria(evolution_rates(SDOT, case)))
     a = pull_of(case)[1]
     nutations = [theta, math.pi - theta] if theta == 0.0 else [theta]
     assert len(points) == 2 * len(nutations)
@@ -238,7 +238,7 @@ def test_the_plane_normal_to_v_repels():
     """SDOT's gamma0 = atan(-A1/A2): eigenvalue eps a g across the plane, 0 along it."""
     case = case_of(70.0, 1.4)
     v, a = pull_of(case)
-    points = find_equilibria(rates_of_evolution(SDOT, case))
+    points = find_equilibria(evolution_rates(SDOT, case))
     on_plane = [point for point in points if point.theta == 0.0 and point.length_rate < 0.0]
     assert on_plane and all(point.sigma is not None for point in points)
     for point in on_plane:
@@ -287,7 +287,7 @@ def test_the_full_motion_ends_on_the_predicted_side():
         if abs(end) < 2.0 * eps:
             continue
         u = [0.0, 16.0 / (eps * pull_of(case)[1])]
-        found = slow_of(spinner, by_euler(law, spinner, start, Fast(0.3, 0.4), u, rtol=1e-7))
+        found = slow_variables(spinner, by_euler(law, spinner, start, Fast(0.3, 0.4), u, rtol=1e-7))
         cosine = math.cos(float(sdot.sun_angle(Slow(*(x[-1] for x in found)), case)))
         assert cosine == pytest.approx(math.copysign(1.0, end), abs=1e-3)
         decided, off = decided + 1, [*off, abs(found.l[-1] - abs(end))]

@@ -102,7 +102,7 @@ def test_of_the_tilted_dipole_as_field_prints_them(inclination_deg, tilt_deg):
 
 @MANY
 @given(degrees, st.floats(-7.0, 7.0), st.floats(-7.0, 7.0))
-def test_the_field_on_the_orbit_is_that_of_the_field_models(inclination_deg, u, day):
+def test_field_on_the_orbit_is_that_of_field_models(inclination_deg, u, day):
     i = math.radians(inclination_deg)
     cone = Spinner(inclination_deg=inclination_deg, strength_t=2.0).orbit_field()
     assert field_at(cone, u, day) == b_z(2.0, u, cone.angle)

@@ -30,8 +30,8 @@ from torquer.theory.slow.second_moments import averaged_moments
 from torquer.theory.slow.slow_motion import (
     evolve,
     evolve_law,
-    map_of_evolution,
-    map_of_law,
+    map_evolution,
+    map_law,
 )
 from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import AVERAGES_ERR, POLE, SLOW_CHANGE
@@ -100,7 +100,7 @@ def test_motion_through_the_third_axis_goes_on_beyond():
 
 @pytest.mark.parametrize("rho", [0.0, math.pi])
 @pytest.mark.parametrize("target", [(1.0, 0.0, 0.3), (0.36, 0.48, -0.8)])
-def test_a_start_on_the_third_axis_is_the_limit_of_starts_near_it(rho, target):
+def test_start_on_third_axis_is_limit_of_nearby_starts(rho, target):
     case = case_of(target=target)
     path = evolve(EVOLUTIONS["reorientation"], case, Slow(1.0, rho, 2.0, 0.0), U)
     near = Slow(1.0, abs(rho - 1e-7), 0.4, 0.0)
@@ -116,7 +116,7 @@ def direction(slow):
     return np.array([across * np.cos(slow.sigma), across * np.sin(slow.sigma), np.cos(slow.rho)])
 
 
-def test_a_law_may_start_on_the_third_axis_and_stays_there_if_it_is_at_rest(satellite):
+def test_law_may_start_on_third_axis_and_rest_there(satellite):
     law, spinner = BdotRate(gain_a_m2_s_per_t=4e4).law(), satellite(30.0)
     case = EVOLUTIONS["bdot"].case(4e4, spinner)
     start = START._replace(rho=0.0)
@@ -132,11 +132,11 @@ def test_a_law_may_start_on_the_third_axis_and_stays_there_if_it_is_at_rest(sate
 def test_maps_have_no_gaps_on_the_third_axis():
     fixed = {"inclination_deg": 60.0, "sigma_deg": 20.0, "theta_deg": 0.0, "eps": 0.05}
     rows = {"rho_deg": [0.0, 1e-6, 180.0]}
-    found = map_of_evolution(EVOLUTIONS["reorientation"], rows, fixed, 30.0, target=(1.0, 0.0, 0.2))
+    found = map_evolution(EVOLUTIONS["reorientation"], rows, fixed, 30.0, target=(1.0, 0.0, 0.2))
     assert np.all(np.isfinite(found.rho))
     assert found.rho[0] == pytest.approx(found.rho[1], abs=1e-6)
     law = BdotRate(gain_a_m2_s_per_t=1.0).law()
-    by_law = map_of_law(law, rows, fixed | {"theta_deg": 40.0}, 20.0, at=nodes(3, 1, 3))
+    by_law = map_law(law, rows, fixed | {"theta_deg": 40.0}, 20.0, at=nodes(3, 1, 3))
     assert np.all(np.isfinite(by_law.l))
 
 
@@ -242,7 +242,7 @@ def error_of(comparison, name):
         *("reorientation", "sdot"),
     ],
 )
-def test_the_averages_err_by_what_is_reported_and_a_tenth_is_where_it_is_noted(name, eta1):
+def test_averages_err_as_reported_and_a_tenth_is_noted(name, eta1):
     """Against the full motion over u = 1/eps, at the limit, half and a quarter of it."""
     spinner = Spinner(
         inclination_deg=45.0, transverse_kg_m2=1 / 33.7, axial_kg_m2=1 / (eta1 + 33.7),

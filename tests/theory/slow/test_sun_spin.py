@@ -56,7 +56,7 @@ def test_equal_moments_leave_their_axes_free():
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_multipliers_are_those_of_the_mean_matrix_to_the_second_order(axis):
+def test_multipliers_match_the_mean_matrix_to_second_order(axis):
     here, second, third = np.roll(CHIBIS, -axis)
     off = []
     for eps in (0.08, 0.04, 0.02):

@@ -13,8 +13,8 @@ from torquer.theory.slow.wheel_accumulation import (
     Held,
     air_torque,
     cyclic_bounds,
-    growth_of,
     held_torque,
+    momentum_growth,
     momentum_under,
     orbital_axes,
     saturation_time,
@@ -66,7 +66,7 @@ def test_closed_form_is_what_an_integrator_finds(t):
     found = momentum_under(torque, axes[2], RATE, t)
     assert found == pytest.approx(integrated(torque, axes[2], t), abs=1e-8)
     held = Held(RATE, axes[2], np.tile(torque, (PHASES, 1)))
-    assert growth_of(held).after(t) == pytest.approx(found, abs=2e-4)
+    assert momentum_growth(held).after(t) == pytest.approx(found, abs=2e-4)
 
 
 def test_published_form_with_the_normal_along_x3_and_its_bounds():
@@ -85,7 +85,7 @@ def test_published_form_with_the_normal_along_x3_and_its_bounds():
     assert circle == pytest.approx(size / RATE)
 
 
-def test_air_at_rest_gives_a_constant_torque_and_turning_air_a_wind_from_the_side():
+def test_still_air_torque_is_constant_and_turning_air_adds_crosswind():
     axes = orbital_axes((0.0, 0.0, 0.0))
     still = air_torque(SURFACE, 3e-12, RADIUS, RATE, axes)
     assert np.ptp(still, axis=0) == pytest.approx(np.zeros(3), abs=1e-18)
@@ -103,11 +103,11 @@ def test_air_at_rest_gives_a_constant_torque_and_turning_air_a_wind_from_the_sid
     assert side < 0.07
 
 
-def test_a_wind_that_comes_and_goes_adds_up_across_the_normal():
+def test_alternating_wind_accumulates_momentum_across_the_normal():
     """In phase with the turn of the body: half the amplitude counts, revolution by revolution."""
     amplitude, u = 6e-5, 2.0 * np.pi * np.arange(PHASES) / PHASES
     torque = np.column_stack([np.zeros(PHASES), amplitude * np.cos(u), np.zeros(PHASES)])
-    growth = growth_of(Held(RATE, np.array([0.0, 0.0, 1.0]), torque))
+    growth = momentum_growth(Held(RATE, np.array([0.0, 0.0, 1.0]), torque))
     assert np.linalg.norm(growth.gain_n_m_s) == pytest.approx(0.5 * amplitude * 2 * np.pi / RATE)
     assert np.abs(growth.gain_n_m_s[2]) < 1e-12
     assert growth.over(7)[0] == pytest.approx(growth.over(6)[-1])
@@ -117,12 +117,12 @@ def test_a_wind_that_comes_and_goes_adds_up_across_the_normal():
 def test_time_to_saturation():
     normal, m3 = np.array([0.0, 0.0, 1.0]), 4e-5
     torque = np.tile([0.0, 0.0, m3], (PHASES, 1))
-    growth = growth_of(Held(RATE, normal, torque))
+    growth = momentum_growth(Held(RATE, normal, torque))
     rows = np.diag([1.0 / 18.0, 1.0 / 18.0, 1.0 / 20.0])
     assert saturation_time(growth, rows) == pytest.approx(20.0 / m3, rel=1e-9)
     # with a cycle on top, against a fine look at the closed form
     m = np.array([3e-3, -2e-3, m3])
-    growth = growth_of(Held(RATE, normal, np.tile(m, (PHASES, 1))))
+    growth = momentum_growth(Held(RATE, normal, np.tile(m, (PHASES, 1))))
     skew = np.array([[0.06, 0.02, 0.04], [-0.03, 0.05, 0.03]])
     t = np.linspace(0.0, 8e5, 800_001)
     share = np.abs(momentum_under(m, normal, RATE, t) @ skew.T).max(axis=1)
@@ -133,7 +133,7 @@ def test_time_to_saturation():
 
 def test_what_only_goes_round_never_saturates_if_it_fits():
     normal = np.array([0.0, 0.0, 1.0])
-    growth = growth_of(Held(RATE, normal, np.tile([1e-5, 0.0, 0.0], (PHASES, 1))))
+    growth = momentum_growth(Held(RATE, normal, np.tile([1e-5, 0.0, 0.0], (PHASES, 1))))
     assert saturation_time(growth, np.eye(3) / 18.0) == np.inf
-    nothing = growth_of(Held(RATE, normal, np.zeros((PHASES, 3))))
+    nothing = momentum_growth(Held(RATE, normal, np.zeros((PHASES, 3))))
     assert saturation_time(nothing, np.eye(3) / 18.0) == np.inf

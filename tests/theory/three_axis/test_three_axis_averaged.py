@@ -16,7 +16,7 @@ from torquer.theory.three_axis.averaged import (
     mean_damping,
     plateau_edge,
 )
-from torquer.theory.three_axis.floquet import mean_degrees, tabulated
+from torquer.theory.three_axis.floquet import mean_degrees, tabulate
 
 ALONE = np.empty((1, 0))
 
@@ -110,7 +110,7 @@ def test_the_edge_of_the_plateau_for_random_bodies_and_inclinations():
     for inertia, inclination in random_cases(60):
         held = at_strength(hold(inclination, inertia), 0.4)
         k, edge = gains_of(held)
-        made = tabulated(held, {"angle_gain": (0.1 * edge, 4.0 * edge)}, 16)
+        made = tabulate(held, {"angle_gain": (0.1 * edge, 4.0 * edge)}, 16)
 
         def degree(k_a, made=made):
             return float(mean_degrees(made, np.array([[k_a]]))[0])
@@ -135,7 +135,7 @@ def test_a_reference_off_the_field_axes_has_its_channels_too():
             hold(50.0, (1.3, 0.9, 1.8), euler_deg=euler_deg), 0.5, rng.uniform(0.3, 3)
         )
         mu = channel_factors((1.3, 0.9, 1.8), damping(held))
-        found = mean_degrees(tabulated(held, {}, 16), ALONE)[0]
+        found = mean_degrees(tabulate(held, {}, 16), ALONE)[0]
         wanted = averaged_degree(mu, *gains_of(held)) / held.rate_rad_s
         assert found == pytest.approx(wanted, rel=1e-9)
 

@@ -13,14 +13,14 @@ from torquer.computer.laws.periodic_gains import PeriodicGains
 from torquer.computer.laws.projected_pd import ProjectedPd
 from torquer.theory.three_axis.averaged import channel_factors, plateau_edge
 from torquer.theory.three_axis.feedback import attitude_keys
-from torquer.theory.three_axis.gain_search import DesignTask, assessed, design_gains
+from torquer.theory.three_axis.gain_search import DesignTask, assess, design_gains
 from torquer.theory.three_axis.margins import (
     best_factors,
     degrees_with_margin,
     delay_margin_s,
+    find_margins,
     gain_margins,
     inertia_margin,
-    margins_of,
     mixed_family,
     scaled_family,
 )
@@ -48,7 +48,7 @@ def test_the_search_finds_a_corner():
     assert found.evaluations < 20_000
 
 
-def test_the_search_takes_the_higher_of_two_tops_and_follows_a_ridge():
+def test_search_takes_higher_of_two_tops_and_follows_a_ridge():
     def two(points):
         x, y = points.T
         ridge = -np.abs(y - x) - 0.01 * np.abs(x - 1.234)
@@ -134,7 +134,7 @@ def test_factors_of_laws_make_the_loop_of_their_sum(sampled):
 
 def test_an_unstable_loop_has_no_margins():
     weak = SampledHold(at_strength(hold(70.0, gravity_gradient=True), 0.5), Cycle(60.0))
-    assert all(map(math.isnan, margins_of(weak)))
+    assert all(map(math.isnan, find_margins(weak)))
 
 
 # design
@@ -170,7 +170,7 @@ def test_a_notebook_shows_a_row_for_each_law(made):
     assert f"<td>{made.refined.settling_s / 3600.0:.3g}</td>" in shown
 
 
-def test_no_gains_nearby_or_far_are_better_than_the_refined_ones(made, task):
+def test_no_gains_nearby_or_far_beat_the_refined_ones(made, task):
     """With the same margin and within the same limit, in the sampled loop of the search."""
     quick = replace(task.sampled, cycle=Cycle(22.0))
     best, rng = np.array(pair_of(made.refined)), np.random.default_rng(3)
@@ -190,14 +190,14 @@ def test_any_law_that_holds_the_attitude_can_be_assessed(task):
     """That of Lovera and Astolfi, without a field's strength; what is doubtful is reported."""
     keys, n = attitude_keys(task.sampled.hold), task.sampled.hold.rate_rad_s
     law = ProjectedPd(rate_gain_n_m_s=3.0 * n, angle_gain_n_m=6.0 * n * n, **keys).law()
-    found = assessed(task, law)
+    found = assess(task, law)
     again = sampled_family(task.sampled.with_law(law)).degrees(ALONE)[0]
     assert found.degree == pytest.approx(again) and found.degree > 0.0
     assert found.error.greatest_rad == pytest.approx(
         task.error_of(task.sampled.with_law(law)).greatest_rad
     )
     assert any("averaged equations do not hold" in note for note in found.notes)
-    lost = assessed(task, ProjectedPd(rate_gain_n_m_s=1e-3 * n, angle_gain_n_m=0.0, **keys).law())
+    lost = assess(task, ProjectedPd(rate_gain_n_m_s=1e-3 * n, angle_gain_n_m=0.0, **keys).law())
     assert lost.margins is None and lost.settling_s == math.inf
     assert "the loop is unstable" in lost.notes
 

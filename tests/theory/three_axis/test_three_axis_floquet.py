@@ -19,7 +19,7 @@ from torquer.maths.geometry.vec3 import add, cross, scale
 from torquer.scenario.load import scenario_from_data
 from torquer.theory.periodic import floquet
 from torquer.theory.periodic.periodic_systems import periodic_system
-from torquer.theory.three_axis.floquet import family_of, stability_chart, stability_of
+from torquer.theory.three_axis.floquet import exact_stability, fit_family, stability_chart
 
 ALONE = np.empty((1, 0))
 
@@ -32,7 +32,7 @@ def skew(v):
 
 
 @pytest.mark.parametrize("reference", ["inertial", "orbital"])
-def test_the_law_is_a_spring_and_a_damper_across_the_field(reference):
+def test_law_is_a_spring_and_damper_across_the_field(reference):
     held = hold(50.0, reference=reference, field="igrf14", revolutions=1, euler_deg=(40, -20, 10))
     at = held.instants(np.linspace(0.0, 6.0, 7))
     k, k_a = gains_of(held)
@@ -42,7 +42,7 @@ def test_the_law_is_a_spring_and_a_damper_across_the_field(reference):
     assert held.free(np.linspace(0.0, 6.0, 7)).b_body_t == pytest.approx(b, abs=1e-9 * 4e-5)
 
 
-def test_free_motion_relative_to_the_orbital_frame_is_the_textbook_one():
+def test_free_motion_in_the_orbital_frame_is_the_textbook_one():
     """J theta'' and the gravity gradient about the orbital axes, by hand.
 
     Axes along the motion, normal, up; roll, pitch, yaw of small turns on a circular orbit:
@@ -99,7 +99,7 @@ def test_the_transition_matrix_is_that_of_the_simulation(reference):
     held = hold(
         51.0, (1.1, 1.6, 0.9), "igrf14", reference, 8e5, 120.0, gravity, altitude_km, revolutions=1
     )  # fmt: skip
-    made, size = family_of(held, tolerance=1e-11).monodromies(ALONE)[0], 1e-4
+    made, size = fit_family(held, tolerance=1e-11).monodromies(ALONE)[0], 1e-4
     scenario = scenario_from_data({
         "start": "2025-03-01T00:00:00Z",
         "orbit": {"kind": "circular", "altitude_km": altitude_km, "inclination_deg": 51.0},
@@ -182,15 +182,15 @@ def hand_made(held):
 )
 def test_the_monodromy_matrix_is_that_of_equations_by_hand(inclination, strength, ratio):
     held = at_strength(hold(inclination), strength, ratio)
-    found, wanted = family_of(held, tolerance=1e-11).monodromies(ALONE)[0], hand_made(held)
+    found, wanted = fit_family(held, tolerance=1e-11).monodromies(ALONE)[0], hand_made(held)
     assert found == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
 
 
-def test_exact_and_averaged_degrees_part_with_the_square_of_the_gains():
+def test_exact_and_averaged_degrees_differ_by_square_of_gains():
     strengths = np.array([0.05, 0.1, 0.2, 0.4])
     apart = []
     for strength in strengths:
-        found = stability_of(at_strength(hold(30.0), float(strength)))
+        found = exact_stability(at_strength(hold(30.0), float(strength)))
         apart.append(1.0 - found.degree / found.averaged_degree)
     slope = np.polyfit(np.log(strengths), np.log(apart), 1)[0]
     assert slope == pytest.approx(2.0, abs=0.05)
@@ -202,7 +202,7 @@ def test_exact_and_averaged_degrees_part_with_the_square_of_the_gains():
 )
 def test_the_part_of_the_averaged_degree_that_is_left(strength, part):
     """On the edge of the plateau at 30 deg, as gains grow."""
-    found = stability_of(at_strength(hold(30.0), strength))
+    found = exact_stability(at_strength(hold(30.0), strength))
     assert found.degree / found.averaged_degree == pytest.approx(part, abs=6e-4)
 
 
@@ -213,7 +213,7 @@ def test_the_position_gain_alone_makes_it_unstable(inclination, onset):
     unit = held.rate_rad_s**2 / (damping(held)[0, 0] / held.body.inertia_kg_m2[0][0])
     for k_a, stable in ((onset - 0.004, True), (onset + 0.004, False)):
         there = held.with_parameters(angle_gain=k_a * unit)
-        found = stability_of(there)
+        found = exact_stability(there)
         assert (found.degree > 0.0) == stable and found.averaged_degree > 0.008
         rho = floquet.multipliers(hand_made(there))
         assert floquet.degree_of_stability(rho, 2.0 * math.pi) == pytest.approx(
@@ -225,8 +225,8 @@ def test_gravity_makes_a_weak_inertial_hold_unstable():
     """It has a mean torque and slope in inertial space, which the averaged theory leaves out."""
     weak = at_strength(hold(70.0, gravity_gradient=True), 0.5)
     strong = at_strength(hold(70.0, gravity_gradient=True), 3.0)
-    assert stability_of(weak).degree < -0.3
-    assert stability_of(strong).degree > 0.3
+    assert exact_stability(weak).degree < -0.3
+    assert exact_stability(strong).degree > 0.3
 
 
 def test_a_chart_is_its_points():
@@ -237,7 +237,7 @@ def test_a_chart_is_its_points():
     assert chart.degree_of_stability.dims == ("angle_gain", "rate_gain")
     for i, y in enumerate(ys):
         for j, x in enumerate(xs):
-            one = stability_of(held.with_parameters(rate_gain=x, angle_gain=y))
+            one = exact_stability(held.with_parameters(rate_gain=x, angle_gain=y))
             assert float(chart.degree_of_stability[i, j]) == pytest.approx(one.degree, abs=1e-6)
             assert float(chart.averaged_degree[i, j]) == pytest.approx(
                 one.averaged_degree, abs=1e-6
@@ -269,19 +269,19 @@ def test_any_law_that_is_a_kernel_has_its_chart():
     for i, y in enumerate(ys):
         for j, x in enumerate(xs):
             same = held.with_parameters(rate_gain=x * y, angle_gain=x * x * k_a)
-            found, exact = chart.isel(e=j, k=i), stability_of(same)
+            found, exact = chart.isel(e=j, k=i), exact_stability(same)
             assert float(found.degree_of_stability) == pytest.approx(exact.degree, abs=1e-6)
             assert float(found.averaged_degree) == pytest.approx(exact.averaged_degree, abs=1e-6)
 
 
-def test_a_field_that_turns_with_the_earth_repeats_after_about_a_day():
+def test_field_turning_with_earth_repeats_after_about_a_day():
     held = at_strength(hold(field="igrf14", **CUBESAT), 1.5)
     assert held.revolutions == 15
-    degrees = [stability_of(replace(held, revolutions=n), 1e-9).degree for n in (15, 30, 46)]
+    degrees = [exact_stability(replace(held, revolutions=n), 1e-9).degree for n in (15, 30, 46)]
     assert degrees == pytest.approx([degrees[-1]] * 3, rel=0.02)
     fixed = at_strength(hold(field="direct_dipole", **CUBESAT), 1.5)
     assert fixed.revolutions == 1
-    assert stability_of(fixed).degree == pytest.approx(degrees[-1], rel=0.2)
+    assert exact_stability(fixed).degree == pytest.approx(degrees[-1], rel=0.2)
 
 
 # what linear theory refuses
@@ -316,7 +316,7 @@ def test_laws_without_linear_theory_are_refused():
     with pytest.raises(ValueError, match="chart: x and y must be two parameters"):
         stability_chart(hold(), ("rate_gain", [1.0, 2.0]), ("rate_gain", [1.0, 2.0]))
     with pytest.raises(ArithmeticError, match=r"the monodromy matrix must settle .*gains too high"):
-        family_of(hold(k=3e9, k_a=1e6))
+        fit_family(hold(k=3e9, k_a=1e6))
 
 
 def test_a_scenario_gives_its_hold():
@@ -344,4 +344,4 @@ revolutions = 1
     made = torquer.theory.AttitudeHold.of_scenario(scenario)
     assert made.law.name == "three_axis" and made.reference.orbital == 1.0
     same = replace(made, law=hold().law)
-    assert stability_of(same).degree == pytest.approx(stability_of(hold()).degree, rel=1e-9)
+    assert exact_stability(same).degree == pytest.approx(exact_stability(hold()).degree, rel=1e-9)

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from slow_cases import slow_after
 
 from torquer.theory.three_axis.feedback import _Smoothed, best_feedback, feedback_law, lqr_law
-from torquer.theory.three_axis.floquet import stability_of
+from torquer.theory.three_axis.floquet import exact_stability
 from torquer.theory.three_axis.periodic_lqr import Weights, monodromy_steps, periodic_lqr
 from torquer.theory.three_axis.response import pointing_error
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
@@ -61,7 +61,7 @@ def costs(held, feedback_at, factors, x0, span):
     return solve_ivp(rates, (0.0, span), start, rtol=1e-9, atol=1e-12).y[6::7, -1]
 
 
-def test_the_solution_is_the_cost_to_go_and_no_other_gain_is_cheaper(held, lqr):
+def test_solution_is_cost_to_go_and_no_gain_is_cheaper(held, lqr):
     """x.P x is the cost of the regulated motion from x; gains a few per cent off cost more."""
     x0 = np.array([0.03, -0.02, 0.05, 0.01, 0.02, -0.04])
 
@@ -83,7 +83,7 @@ def test_the_solution_is_the_cost_to_go_and_no_other_gain_is_cheaper(held, lqr):
 def test_the_law_of_many_harmonics_has_the_regulators_degree(held, lqr, harmonics, most):
     """Exact multipliers of the law's own kernel, beside those of the Riccati solution."""
     law = lqr_law(held, lqr, harmonics)
-    degree = stability_of(replace(held, law=law), 1e-10).degree
+    degree = exact_stability(replace(held, law=law), 1e-10).degree
     assert abs(degree / lqr.degree - 1.0) < most
 
 
@@ -97,11 +97,11 @@ def test_the_law_goes_by_the_argument_of_latitude():
     assert series[1] == pytest.approx(series[0], abs=1e-3 * np.abs(series[0]).max())
 
 
-def test_a_field_that_turns_with_the_earth_has_a_regulator_too():
+def test_field_turning_with_earth_has_a_regulator_too():
     cubesat = hold(field="tilted_dipole", revolutions=3, **CUBESAT)
     lqr = periodic_lqr(cubesat, Weights(math.radians(5.0), 0.1, 1e-3), 1e-6)
     law = lqr_law(cubesat, lqr, 2)
-    assert stability_of(replace(cubesat, law=law), 1e-8).degree > 0.5
+    assert exact_stability(replace(cubesat, law=law), 1e-8).degree > 0.5
 
 
 def test_it_points_better_than_scalar_gains():
@@ -116,7 +116,7 @@ def test_it_points_better_than_scalar_gains():
     assert errors[1] > 3.0 * errors[0]
 
 
-def test_more_steps_reach_the_tolerance_where_weights_ask_for_a_fast_motion():
+def test_more_steps_reach_tolerance_where_weights_ask_fast_motion():
     """A stiff one; the error says how near it came, not that there is no solution."""
     held = hold(**CUBESAT)
     weights = Weights(math.radians(10.0), math.radians(10.0), 0.02)
@@ -143,7 +143,7 @@ def test_feedback_of_scalar_gains_is_the_three_axis_law():
     k, k_a = gains_of(held)
     f = np.hstack([2.0 * k_a * np.eye(3), k * held.rate_rad_s * np.eye(3)])
     same = replace(held, law=feedback_law(held, f[None]))
-    assert stability_of(same).degree == pytest.approx(stability_of(held).degree, rel=1e-9)
+    assert exact_stability(same).degree == pytest.approx(exact_stability(held).degree, rel=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -155,13 +155,13 @@ def sized():
 
 
 @pytest.mark.slow
-def test_constant_gains_settle_faster_than_scalar_ones_of_the_same_size(sized):
+def test_constant_gains_settle_faster_than_scalar_ones_of_equal_size(sized):
     held, size = sized
     found = best_feedback(held, size, steps=32)
     assert np.linalg.norm(found.f) == pytest.approx(size, rel=1e-12)
     scalar, exact = (
-        stability_of(held).degree,
-        stability_of(replace(held, law=feedback_law(held, found.f[None]))),
+        exact_stability(held).degree,
+        exact_stability(replace(held, law=feedback_law(held, found.f[None]))),
     )
     assert exact.degree == pytest.approx(found.degree, abs=1e-6)
     assert found.degree > 1.3 * scalar

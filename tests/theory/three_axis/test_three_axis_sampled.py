@@ -15,7 +15,7 @@ from torquer.scenario.load import scenario_from_data
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.parts import Plate
 from torquer.theory.periodic import floquet
-from torquer.theory.three_axis.floquet import stability_of
+from torquer.theory.three_axis.floquet import exact_stability
 from torquer.theory.three_axis.response import (
     CONSTANT,
     READINGS,
@@ -46,7 +46,7 @@ def degree(held, *cycle):
 def test_a_short_hold_is_the_continuous_loop():
     """The degree differs by a term that is linear in the hold."""
     held = at_strength(hold(70.0), 1.5)
-    exact, holds = stability_of(held).degree, np.array([2.0, 4.0, 8.0])
+    exact, holds = exact_stability(held).degree, np.array([2.0, 4.0, 8.0])
     apart = [abs(degree(held, each) - exact) for each in holds]
     assert np.polyfit(np.log(holds), np.log(apart), 1)[0] == pytest.approx(1.0, abs=0.05)
     assert apart[0] < 0.01 * exact
@@ -57,7 +57,7 @@ def test_a_duty_cycle_counts_by_its_part():
     third = held.with_parameters(
         **{name: held.law.values()[name] / 3.0 for name in ("rate_gain", "angle_gain")}
     )
-    assert degree(held, 3.0, 6.0) == pytest.approx(stability_of(third).degree, rel=5e-3)
+    assert degree(held, 3.0, 6.0) == pytest.approx(exact_stability(third).degree, rel=5e-3)
 
 
 SCENARIO = {

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.field.globe import extremes
-from torquer.analysis.field.requests import unit_of
-from torquer.base.rows import Row, data_of
+from torquer.analysis.field.requests import element_unit
+from torquer.base.rows import Row, as_data
 
 #: Rows of the thinned table along an orbit.
 _ROWS = 19
@@ -38,7 +38,7 @@ def places_csv(places: xr.Dataset) -> str:
 
 def _columns(places: xr.Dataset) -> dict[str, np.ndarray]:
     """Numbers by column: the place, then the elements, with their units in the names."""
-    elements = {f"{name[0]}_{unit_of(name[0])}{name[1:]}": name for name in map(str, places)}
+    elements = {f"{name[0]}_{element_unit(name[0])}{name[1:]}": name for name in map(str, places)}
     columns = {"lat": "lat", "lon": "lon", "alt_km": "alt_km", **elements}
     return {column: places[name].values for column, name in columns.items()}
 
@@ -54,7 +54,7 @@ def _dates(places: xr.Dataset) -> list:
 def map_data(grid: xr.Dataset) -> dict:
     """What `field_map` was asked, and the extremes of the element."""
     about = {key: grid.attrs[key] for key in ("model", "date", "altitude_km", "element")}
-    return {**about, "unit": unit_of(grid.attrs["element"]), **extremes(grid)}
+    return {**about, "unit": element_unit(grid.attrs["element"]), **extremes(grid)}
 
 
 def map_lines(grid: xr.Dataset) -> list[str]:
@@ -76,25 +76,25 @@ def orbit_data(along: xr.Dataset) -> dict:
     return {
         "orbit": loads(along.attrs["orbit"]),
         "start": along.attrs["start"],
-        "time_s": _rounded(along["time"], 6),
-        "argument_of_latitude_deg": _rounded(along["argument_of_latitude"], 6),
-        "latitude_deg": _rounded(along["latitude"], 6),
-        "longitude_deg": _rounded(along["longitude"], 6),
-        "height_km": _rounded(along["height"], 6),
+        "time_s": _round_off(along["time"], 6),
+        "argument_of_latitude_deg": _round_off(along["argument_of_latitude"], 6),
+        "latitude_deg": _round_off(along["latitude"], 6),
+        "longitude_deg": _round_off(along["longitude"], 6),
+        "height_km": _round_off(along["height"], 6),
         "fields": [
             {
                 "model": str(field["model"].values),
-                "b_inertial_nt": _rounded(1e9 * field["b_inertial"], 4),
-                "b_orbital_nt": _rounded(1e9 * field["b_orbital"], 4),
-                "strength_nt": _rounded(1e9 * field["strength"], 4),
-                "angle_to_first_deg": _rounded(field["angle_to_first"], 6),
+                "b_inertial_nt": _round_off(1e9 * field["b_inertial"], 4),
+                "b_orbital_nt": _round_off(1e9 * field["b_orbital"], 4),
+                "strength_nt": _round_off(1e9 * field["strength"], 4),
+                "angle_to_first_deg": _round_off(field["angle_to_first"], 6),
             }
             for field in fields
         ],
     }
 
 
-def _rounded(values: xr.DataArray, digits: int) -> list:
+def _round_off(values: xr.DataArray, digits: int) -> list:
     return np.round(values.values, digits).tolist()
 
 
@@ -173,7 +173,7 @@ def cone_data(paths: xr.Dataset) -> dict:
         "start": paths.attrs["start"],
         "half_angle_deg": paths.attrs["half_angle_deg"],
         "b0_nt": 1e9 * paths.attrs["b0_t"],
-        "models": [{"model": name, **data_of(rows)} for name, rows in _cone_rows(paths).items()],
+        "models": [{"model": name, **as_data(rows)} for name, rows in _cone_rows(paths).items()],
     }
 
 

@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.field.orbit import CIRCLE, circle_of, field_dataset, instants, models_of
+from torquer.analysis.field.orbit import CIRCLE, field_dataset, find_models, instants, make_circle
 from torquer.analysis.field.requests import FieldConeRequest
-from torquer.base.limits import given
+from torquer.base.limits import given_values
 from torquer.environment.field.along import angles_deg
 from torquer.environment.field.averaged import Averaged, cone_angle, mean_strength
 from torquer.maths.geometry.frames import dcm_z_to_y
@@ -51,7 +51,7 @@ class ConeShape:
         return 1e6 * self.b0_t * (self.y_from_z @ rim).T
 
 
-def cone_of(orbit) -> ConeShape:
+def averaged_cone(orbit) -> ConeShape:
     """The cone of `torquer.environment.field.averaged` for a circular orbit."""
     inclination = math.radians(orbit.inclination_deg)
     b0_t = mean_strength(Averaged().prepare(0.0), orbit.radius_m, inclination)
@@ -72,11 +72,11 @@ def field_cone(asked: FieldConeRequest) -> xr.Dataset:
     The Dataset of `field_orbit` with the angle of each vector from the cone, `off_cone`
     `[model, time]` deg; the cone itself is `cone_in(paths)`.
     """
-    case = circle_of(given(asked, *CIRCLE), asked.date, "date")
-    models = models_of(case, asked.model, CONE_MODELS)
+    case = make_circle(given_values(asked, *CIRCLE), asked.date, "date")
+    models = find_models(case, asked.model, CONE_MODELS)
     period_s = case.orbit.period_s
     t_s = instants(period_s, asked.revolutions, None, period_s / _STEPS)
-    return with_cone(field_dataset(models, case, t_s, "date"), cone_of(case.orbit))
+    return with_cone(field_dataset(models, case, t_s, "date"), averaged_cone(case.orbit))
 
 
 def with_cone(paths: xr.Dataset, shape: ConeShape) -> xr.Dataset:

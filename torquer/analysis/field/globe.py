@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.field.models import check_years, label, model_at_points, moment
-from torquer.analysis.field.requests import ELEMENTS, FieldMapRequest, unit_of
+from torquer.analysis.field.requests import ELEMENTS, FieldMapRequest, element_unit
 from torquer.base.time import decimal_year
 from torquer.environment.field.globe import at_geodetic, elements
 
@@ -39,7 +39,7 @@ def elements_on_grid(
     found = elements(at_geodetic(model, decimal_year, lat[:, None], lon[None, :], alt_km))
     return xr.Dataset(
         {
-            name: (("lat", "lon"), values, {"units": unit_of(name)})
+            name: (("lat", "lon"), values, {"units": element_unit(name)})
             for name, values in zip(ELEMENTS, found, strict=True)
         },
         {"lat": ("lat", lat, {"units": "deg"}), "lon": ("lon", lon, {"units": "deg"})},

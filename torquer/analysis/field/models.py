@@ -9,7 +9,7 @@ from torquer.base.text_files import limited_text
 from torquer.base.time import parse_utc
 from torquer.environment.field import FIELDS
 from torquer.environment.field.coefficients import check_date, max_degree
-from torquer.environment.field.drift import coefficients_of
+from torquer.environment.field.drift import coefficients_name
 from torquer.environment.field.gauss import Gauss
 
 
@@ -55,7 +55,7 @@ def stamp(utc: datetime) -> str:
     return f"{utc:%Y-%m-%d %H:%M} UTC"
 
 
-def model_of(text: str, degree: int | None = None):
+def find_model(text: str, degree: int | None = None):
     """The field model of `name` or `name:degree`."""
     name, _, digits = text.partition(":")
     if name not in FIELDS:
@@ -80,7 +80,7 @@ def _degree(text: str, digits: str) -> int:
 
 def model_at_points(text: str, degree: int | None, extrapolate: bool = False):
     """A model that has values at places, to be used beyond its validity if so asked."""
-    model = model_of(text, degree)
+    model = find_model(text, degree)
     if extrapolate:
         if "extrapolate" not in type(model).model_fields:
             raise RequestError(
@@ -98,7 +98,7 @@ def model_at_points(text: str, degree: int | None, extrapolate: bool = False):
 
 def check_years(model, *years: float, hint: str = "") -> None:
     """RequestError for dates beyond a model's validity; one that extrapolates says so itself."""
-    source = coefficients_of(model)
+    source = coefficients_name(model)
     if source is None or model.extrapolate:
         return
     for year in years:

@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 from pydantic import ValidationError
 
-from torquer.analysis.field.models import file_text, label, model_of, moment, stamp
+from torquer.analysis.field.models import file_text, find_model, label, moment, stamp
 from torquer.analysis.field.requests import FieldOrbitRequest
-from torquer.base.limits import RequestError, given
+from torquer.base.limits import RequestError, given_values
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field.along import fields_along
 from torquer.environment.orbit import AnyOrbit, Circular, Sgp4
@@ -52,15 +52,15 @@ def field_orbit(asked: FieldOrbitRequest, scenario: Scenario | None = None) -> x
     [T], `angle_to_first` [deg]. `RequestError` for no orbit or more than one, and for a date that
     a model does not cover.
     """
-    case = case_of(asked, scenario)
+    case = find_orbit_case(asked, scenario)
     t_s = instants(case.orbit.period_s, asked.revolutions, asked.duration_min, asked.step_s)
-    return field_dataset(models_of(case, asked.model), case, t_s, "start")
+    return field_dataset(find_models(case, asked.model), case, t_s, "start")
 
 
-def case_of(asked: FieldOrbitRequest, scenario: Scenario | None) -> OrbitCase:
+def find_orbit_case(asked: FieldOrbitRequest, scenario: Scenario | None) -> OrbitCase:
     """The orbit of one of three sources: a circle, an element set, a scenario."""
-    circle = given(asked, *CIRCLE)
-    sources = [*[*circle][:1], *given(asked, "tle"), *["scenario"] * (scenario is not None)]
+    circle = given_values(asked, *CIRCLE)
+    sources = [*[*circle][:1], *given_values(asked, "tle"), *["scenario"] * (scenario is not None)]
     if len(sources) != 1:
         received = " and ".join(f"{{{key}}}" for key in sources) or "none of them"
         raise RequestError(
@@ -69,18 +69,18 @@ def case_of(asked: FieldOrbitRequest, scenario: Scenario | None) -> OrbitCase:
             f"{{scenario}}; received {received}",
         )
     if scenario is not None:
-        case = _case_of_scenario(scenario, asked.start)
+        case = _case_from_scenario(scenario, asked.start)
     elif asked.tle is not None:
-        orbit = _orbit_of_tle(asked.tle)
+        orbit = _orbit_from_tle(asked.tle)
         begin = None if asked.start is None else moment(asked.start, "start")
         case = OrbitCase(orbit, begin or _epoch(orbit), name=asked.tle.name)
     else:
-        case = circle_of(circle, asked.start, "start")
+        case = make_circle(circle, asked.start, "start")
     dut1_s = asked.ut1_minus_utc_s
     return case if dut1_s is None else case._replace(dut1_s=dut1_s)
 
 
-def circle_of(keys: dict, start: str | None, key: str) -> OrbitCase:
+def make_circle(keys: dict, start: str | None, key: str) -> OrbitCase:
     """A circular orbit by its keys, from a start; `key`: that of the start in the request."""
     begin = None if start is None else moment(start, key)
     for name in CIRCLE[:2]:
@@ -97,7 +97,7 @@ def circle_of(keys: dict, start: str | None, key: str) -> OrbitCase:
     return OrbitCase(orbit, begin, name=f"{orbit.altitude_km:g} km, {orbit.inclination_deg:g}°")
 
 
-def _case_of_scenario(scenario: Scenario, start: str | None) -> OrbitCase:
+def _case_from_scenario(scenario: Scenario, start: str | None) -> OrbitCase:
     environment = scenario.environment
     begin = scenario.start if start is None else moment(start, "start")
     return OrbitCase(
@@ -106,7 +106,7 @@ def _case_of_scenario(scenario: Scenario, start: str | None) -> OrbitCase:
     )  # fmt: skip
 
 
-def _orbit_of_tle(path: Path) -> Sgp4:
+def _orbit_from_tle(path: Path) -> Sgp4:
     text = file_text(path, "tle")
     try:
         return Sgp4(tle=text)
@@ -129,13 +129,13 @@ def _epoch(orbit: Sgp4) -> datetime:
     return begin + timedelta(seconds=round(86400.0 * (float(first[20:32]) - 1.0)))
 
 
-def models_of(case: OrbitCase, names, default=("igrf14",)) -> tuple:
+def find_models(case: OrbitCase, names, default=("igrf14",)) -> tuple:
     """The case's own field and the named models, each once; else the default."""
     own = () if case.field is None else (case.field,)
     if not own and not names:
         names = default
     models: dict[str, object] = {}
-    for model in (*own, *(model_of(name) for name in names or ())):
+    for model in (*own, *(find_model(name) for name in names or ())):
         models.setdefault(label(model), model)
     if len(models) > _MOST_MODELS:
         raise RequestError(

@@ -26,10 +26,10 @@ from torquer.analysis.field.requests import (
     LATITUDE,
     LONGITUDE,
     FieldPointRequest,
-    unit_of,
+    element_unit,
 )
 from torquer.base.limits import RequestError
-from torquer.base.rows import Row, data_of, html_of
+from torquer.base.rows import Row, as_data, as_html
 from torquer.base.time import decimal_year
 from torquer.environment.field.at_point import point_field
 from torquer.environment.field.globe import Elements
@@ -75,8 +75,8 @@ class FieldPoint:
             "latitude_deg": self.latitude_deg,
             "longitude_deg": self.longitude_deg,
             "altitude_km": self.altitude_km,
-            "elements": data_of(self.elements),
-            "rates": data_of(self.rates) or None,
+            "elements": as_data(self.elements),
+            "rates": as_data(self.rates) or None,
         }
 
     def lines(self) -> list[str]:
@@ -94,7 +94,7 @@ class FieldPoint:
     def _repr_html_(self) -> str:
         """In notebooks: a row for each element."""
         pairs = zip_longest(self.elements, self.rates)
-        return html_of([_entry(*rows) for rows in pairs], self.lines()[:2])
+        return as_html([_entry(*rows) for rows in pairs], self.lines()[:2])
 
 
 def _line(now: Row, change: Row | None) -> str:
@@ -115,12 +115,12 @@ def _rows(values: Elements | None, per: str = "", sign: str = "") -> tuple[Row, 
     keys, suffix = Elements._fields, "_per_year" if per else ""
     return tuple(
         Row(f"{key}{suffix}", f"{letter} {ELEMENTS[letter]}", float(value),
-            unit_of(letter) + per, _fixed(float(value), unit_of(letter), sign))
+            element_unit(letter) + per, _fix(float(value), element_unit(letter), sign))
         for key, letter, value in zip(keys, ELEMENTS, values or (), strict=values is not None)
     )  # fmt: skip
 
 
-def _fixed(value: float, unit: str, sign: str) -> str:
+def _fix(value: float, unit: str, sign: str) -> str:
     digits = 1 if unit == "nT" else 4
     return f"{value:{sign}.{digits}f}" if np.isfinite(value) else "undefined"
 
@@ -190,7 +190,11 @@ def _element_columns(model, places, dates, geocentric: bool) -> dict[str, tuple]
             ("_per_year", "/yr", answer.rates),
         ):
             for letter, values in zip(ELEMENTS, elements or (), strict=False):
-                empty = ("place", np.full(len(years), np.nan), {"units": unit_of(letter) + per})
+                empty = (
+                    "place",
+                    np.full(len(years), np.nan),
+                    {"units": element_unit(letter) + per},
+                )
                 found.setdefault(f"{letter}{suffix}", empty)[1][here] = values
     return dict(sorted(found.items(), key=lambda item: item[0].endswith("_per_year")))
 

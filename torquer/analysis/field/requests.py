@@ -19,7 +19,7 @@ ELEMENTS = {
 }  # fmt: skip
 
 
-def unit_of(element: str) -> str:
+def element_unit(element: str) -> str:
     """Unit of an element: 'deg' or 'nT'."""
     return "deg" if element in "DI" else "nT"
 

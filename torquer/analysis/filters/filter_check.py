@@ -11,7 +11,7 @@ import numpy as np
 
 from torquer.analysis.citations import cited_in_words
 from torquer.analysis.control_cycle import control_times
-from torquer.analysis.filters.filter_members import Drawn, Start, drawn_of, members_of
+from torquer.analysis.filters.filter_members import Drawn, Start, make_members, what_runs_draw
 from torquer.analysis.filters.filter_statistics import (
     FilterRuns,
     autocorrelation,
@@ -25,7 +25,7 @@ from torquer.analysis.filters.filter_verdict import (
     WHY_NOT_STARTED,
     Check,
     Verdict,
-    verdict_of,
+    judge_filter,
 )
 from torquer.analysis.filters.linear_covariance import (
     Expected,
@@ -40,11 +40,11 @@ from torquer.simulation.loop.members import RUNNING
 from torquer.simulation.loop.state import Record
 from torquer.simulation.outside.library import Library
 from torquer.simulation.setup.gyro_drift import fill_drift
-from torquer.simulation.setup.prepare import log_of
+from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run, prepare, reason
 from torquer.simulation.setup.simulate import flown_by
 from torquer.spacecraft.actuators.coils import NO_COILS
-from torquer.spacecraft.actuators.rotors import axis_of
+from torquer.spacecraft.actuators.rotors import rotor_axis
 
 #: Number of runs that are flown with a record at every control step, for their innovations.
 _CLOSELY = 4
@@ -71,9 +71,9 @@ def fly_filter(
         run = prepare(member, piece=piece, library=library)
         piece = piece or run.piece
         rows = control_rows(member)
-        recorded = _recorded(run)
+        recorded = _record_run(run)
         motions.append(_motion(run, recorded, rows))
-        found.append([part[rows] for part in _flown(run, recorded)])
+        found.append([part[rows] for part in _fly(run, recorded)])
         if flown:
             flown()
     errors, covariance, rejected, starts, why, *each = map(np.stack, zip(*found, strict=True))
@@ -103,7 +103,7 @@ def finest_record_s(scenario: Scenario) -> float:
     return common_divisor({"sample_s": control.sample_s, "actuate_s": control.actuate_s})
 
 
-def _recorded(run: Run) -> Record:
+def _record_run(run: Run) -> Record:
     """The record of a whole run."""
     parts: list[Record] = []
     run.keep = lambda run: parts.append(run.rows())
@@ -118,16 +118,16 @@ def _motion(run: Run, recorded: Record, at: np.ndarray) -> Motion:
     """The motion that was flown."""
     rows, rotors = recorded.rows[at], run.plan.plant.rotors
     count = len(rotors.rows)
-    axes = np.reshape([axis_of(rotors.rows, k) for k in range(count)], (count, 3))
+    axes = np.reshape([rotor_axis(rotors.rows, k) for k in range(count)], (count, 3))
     momentum = recorded.wheels[at, :count] @ axes
     q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)
     omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)
     return Motion(run.scenario.simulation.record_s * at, q, omega, momentum)
 
 
-def _flown(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
+def _fly(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
     """Errors, covariance, readings rejected, starts, reasons for none, innovations by sensor."""
-    rows, known, logged = recorded.rows, recorded.known, _logged(run, recorded.log)
+    rows, known, logged = recorded.rows, recorded.known, _read_log(run, recorded.log)
     spec = kalman_filter(run.scenario)
     q, true = (np.stack([each[f"{key}_{c}"] for c in "xyzw"], axis=1)
                for each, key in ((known, "estimate_q"), (rows, "q")))  # fmt: skip
@@ -144,10 +144,10 @@ def _flown(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
     return errors, covariance, *counts, *innovations
 
 
-def _logged(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
+def _read_log(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
     """What the estimator logged, by name."""
     found, first = {}, 0
-    for name, _, _, cells in log_of(run.blocks):
+    for name, _, _, cells in make_log(run.blocks):
         if name.startswith("estimator."):
             found[name.removeprefix("estimator.")] = log[:, first : first + len(cells)]
         first += len(cells)
@@ -172,7 +172,7 @@ def true_states(scenario: Scenario, t_s: np.ndarray, omega: np.ndarray) -> np.nd
         if name == "rate":
             found.append(omega)
         elif name == "gyro_bias":
-            found.append(_drifted(scenario, t_s))
+            found.append(_drift(scenario, t_s))
         else:
             found.append(np.tile(constant[name], (len(t_s), 1)))
     return np.hstack(found)
@@ -184,7 +184,7 @@ def _mounting(name: str, sensor) -> dict:
     return {f"{name}_scale": sensor.scale_error, f"{name}_misalignment": turn}
 
 
-def _drifted(scenario: Scenario, t_s: np.ndarray) -> np.ndarray:
+def _drift(scenario: Scenario, t_s: np.ndarray) -> np.ndarray:
     """The gyro's bias (k, 3) at its latest readings before the times `t_s`."""
     gyro, read_s = scenario.spacecraft.gyro.pack(), control_times(scenario)
     if own_s := scenario.spacecraft.gyro.sample_s:
@@ -213,7 +213,7 @@ class FilterCheck(NamedTuple):
     @property
     def verdict(self) -> Verdict:
         """What the statistics mean."""
-        return verdict_of(kalman_filter(self.scenario), self.flown, self.checks)
+        return judge_filter(kalman_filter(self.scenario), self.flown, self.checks)
 
     @property
     def consistent(self) -> bool:
@@ -231,7 +231,7 @@ def check_filter(
     """Statistics of a scenario's filter over runs.
 
     Each run draws noise, initial attitude and rate (see `Start`), and the errors of the sensors
-    (`torquer.analysis.filters.filter_members.drawn_of`).
+    (`torquer.analysis.filters.filter_members.what_runs_draw`).
 
     Checks errors (NEES) of the attitude and of all states, and innovations (NIS) of each sensor,
     per degree of freedom: mean over runs and instants, its 95 % band at one instant, share of the
@@ -251,18 +251,18 @@ def check_filter(
             progress(done / runs)
 
     every = scenario.replace("simulation.record_s", finest_record_s(scenario))
-    closely = fly_filter(members_of(every, few, start), one_more, library)
+    closely = fly_filter(make_members(every, few, start), one_more, library)
     coarse = scenario.replace(*_record(scenario))
-    others = [*members_of(coarse, runs, start)][few:]
+    others = [*make_members(coarse, runs, start)][few:]
     flown = _at(closely, control_rows(coarse) * coarse.simulation.record_s)
     if others:
         flown = _together(flown, fly_filter(others, one_more, library))
-    checks = [*_checks_of_errors(flown)]
+    checks = [*_check_errors(flown)]
     if not kalman_filter(scenario).considered_states:
-        checks += _checks_of_whiteness(closely)
+        checks += _check_whiteness(closely)
     if flown.started.any():
-        checks.append(_check_of_rejected(flown, rejected_by_chance(scenario, closely)))
-    drawn, expected = drawn_of(scenario, start), _expected(scenario, closely.motions)
+        checks.append(_check_rejected(flown, rejected_by_chance(scenario, closely)))
+    drawn, expected = what_runs_draw(scenario, start), _expect(scenario, closely.motions)
     return FilterCheck(scenario, runs, drawn, checks, flown, closely, expected)
 
 
@@ -295,7 +295,7 @@ def _together(some: FilterRuns, others: FilterRuns) -> FilterRuns:
     )
 
 
-def _expected(scenario: Scenario, motions: list[Motion]) -> Expected:
+def _expect(scenario: Scenario, motions: list[Motion]) -> Expected:
     """Expected accuracy along several motions: mean covariance, and whether most see the Sun."""
     each = [expected_accuracy(scenario, motion) for motion in motions]
     covariance = np.mean([one.covariance for one in each], axis=0)
@@ -303,7 +303,7 @@ def _expected(scenario: Scenario, motions: list[Motion]) -> Expected:
     return Expected(each[0].t_s, covariance, seen)
 
 
-def _checks_of_errors(flown: FilterRuns) -> Iterator[Check]:
+def _check_errors(flown: FilterRuns) -> Iterator[Check]:
     if not flown.started.any():
         return
     for name, states in zip(OF_ERRORS, (3, flown.errors.shape[-1]), strict=True):
@@ -313,7 +313,7 @@ def _checks_of_errors(flown: FilterRuns) -> Iterator[Check]:
             yield _check(f"NIS of the {sensor.replace('_', ' ')}", *nis(innovations))
 
 
-def _checks_of_whiteness(closely: FilterRuns) -> Iterator[Check]:
+def _check_whiteness(closely: FilterRuns) -> Iterator[Check]:
     for sensor, innovations in closely.innovations.items():
         value, sigma = autocorrelation(innovations)
         if math.isfinite(value):
@@ -328,7 +328,7 @@ def rejected_by_chance(scenario: Scenario, closely: FilterRuns) -> float:
     return float(kalman_filter(scenario).gate * readings / len(closely.errors))
 
 
-def _check_of_rejected(flown: FilterRuns, by_chance: float) -> Check:
+def _check_rejected(flown: FilterRuns, by_chance: float) -> Check:
     runs, rejected = len(flown.errors), float(flown.rejected[:, -1].mean())
     most = by_chance + 5.0 * (math.sqrt(by_chance * runs) + 1.0) / runs  # few are not normal
     return Check(REJECTED, rejected, 0.0, most, math.nan, rejected <= most)

@@ -10,7 +10,7 @@ import numpy as np
 
 from torquer.analysis.filters.linear_covariance import kalman_filter
 from torquer.maths.geometry import euler
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
 
@@ -94,7 +94,7 @@ class Drawn(NamedTuple):
         return f"{self.name} ({self.sigma:.3g}{' ' * bool(self.unit)}{self.unit})"
 
 
-def drawn_of(scenario: Scenario, start: Start = AS_STATED) -> list[Drawn]:
+def what_runs_draw(scenario: Scenario, start: Start = AS_STATED) -> list[Drawn]:
     """What the runs of a check draw.
 
     Biases that are states of the filter: about zero, as its initial covariance has them. Other
@@ -113,7 +113,7 @@ def drawn_of(scenario: Scenario, start: Start = AS_STATED) -> list[Drawn]:
             stated = np.array(value_at(scenario, key))
             if sigma := float(np.sqrt(np.mean(stated**2))):
                 found.append(Drawn(name, key, sigma, unit, np.zeros(stated.shape)))
-    attitude_deg, rate_deg_s = _start_of(scenario, start)
+    attitude_deg, rate_deg_s = _spread_at_start(scenario, start)
     if attitude_deg > 0.0:
         found.append(Drawn("attitude", "initial", attitude_deg, "deg", np.zeros(3)))
     if rate_deg_s > 0.0:
@@ -122,40 +122,40 @@ def drawn_of(scenario: Scenario, start: Start = AS_STATED) -> list[Drawn]:
     return found
 
 
-def members_of(scenario: Scenario, runs: int, start: Start = AS_STATED) -> Iterator[Scenario]:
-    """The scenario with other random numbers in each run, and what `drawn_of` says.
+def make_members(scenario: Scenario, runs: int, start: Start = AS_STATED) -> Iterator[Scenario]:
+    """The scenario with other random numbers in each run, and what `what_runs_draw` says.
 
     The filter records its covariance. ValueError for an estimator other than a Kalman filter.
     """
-    drawn = drawn_of(scenario, start)
+    drawn = what_runs_draw(scenario, start)
     scenario = scenario.replace("control.estimator.record_covariance", True)
     for number in range(runs):
         rng = np.random.default_rng([scenario.seed, number])
         values = {"seed": int(rng.integers(2**62))}
         for each in drawn:
-            values |= {each.key: _value_of(each, scenario, rng)}
+            values |= {each.key: _draw_value(each, scenario, rng)}
         yield with_values(scenario, values)
 
 
-def _value_of(drawn: Drawn, scenario: Scenario, rng: np.random.Generator):
+def _draw_value(drawn: Drawn, scenario: Scenario, rng: np.random.Generator):
     if drawn.key == "initial":
-        return _turned(scenario, drawn.sigma, rng)
+        return _turn(scenario, drawn.sigma, rng)
     return (drawn.about + drawn.sigma * rng.normal(size=drawn.about.shape)).tolist()
 
 
-def _turned(scenario: Scenario, sigma_deg: float, rng: np.random.Generator) -> dict:
+def _turn(scenario: Scenario, sigma_deg: float, rng: np.random.Generator) -> dict:
     """The initial motion with another attitude."""
     initial = scenario.initial
     q = initial.quaternion or euler.to_quaternion(initial.sequence, np.radians(initial.euler_deg))
     turn = from_rotation_vector(tuple(np.radians(sigma_deg) * rng.normal(size=3)))
     if sigma_deg >= _ANY_DEG:
         turn = tuple(rng.normal(size=4))
-    turned = normalised(multiply(normalised(tuple(q)), turn))
+    turned = normalise(multiply(normalise(tuple(q)), turn))
     kept = initial.model_dump(exclude={"euler_deg", "sequence", "quaternion"})
     return {**kept, "quaternion": [float(x) for x in turned]}
 
 
-def _start_of(scenario: Scenario, start: Start) -> tuple[float, float]:
+def _spread_at_start(scenario: Scenario, start: Start) -> tuple[float, float]:
     """Standard deviations [deg, deg/s] of the start."""
     attitude_deg, rate_deg_s = start
     if attitude_deg is None:

@@ -50,7 +50,7 @@ class Verdict(NamedTuple):
     text: str
 
 
-def verdict_of(spec: Filter, flown: FilterRuns, checks: list[Check]) -> Verdict:
+def judge_filter(spec: Filter, flown: FilterRuns, checks: list[Check]) -> Verdict:
     """The verdict on a filter; the most severe comes first."""
     silent = int(np.count_nonzero(~flown.started))
     if silent == len(flown.started):

@@ -20,7 +20,7 @@ from torquer.analysis.filters.linear_covariance import (
     kalman_filter,
     nominal,
 )
-from torquer.computer.estimation.covariance import slices_of
+from torquer.computer.estimation.covariance import state_slices
 from torquer.computer.estimation.expected import Nominal, fill_information
 from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.maths.geometry.attitudes import to_body
@@ -75,11 +75,11 @@ def observability(
     values, vectors = np.linalg.eigh(scaled)
     singular = np.maximum(values[:, ::-1], 0.0)
     return Observability(
-        seen.t_s[first], seen.t_s[first + steps], singular, vectors[:, :, 0], states_of(spec)
+        seen.t_s[first], seen.t_s[first + steps], singular, vectors[:, :, 0], filter_states(spec)
     )
 
 
-def states_of(spec) -> tuple[str, ...]:
+def filter_states(spec) -> tuple[str, ...]:
     """Names of a filter's states, of three components each."""
     return tuple(name.replace("_", " ") for name in spec.initial_variances())
 
@@ -99,10 +99,10 @@ def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int)
 def information(spec, seen: Nominal) -> np.ndarray:
     """H^T R^-1 H (k, n, n) of each instant's readings."""
     nadir = -seen.gravity / np.linalg.norm(seen.gravity, axis=1)[:, None]
-    return informed(spec, seen, seen.b, seen.sun, nadir)[0]
+    return reading_information(spec, seen, seen.b, seen.sun, nadir)[0]
 
 
-def informed(
+def reading_information(
     spec, seen: Nominal, b: np.ndarray, sun: np.ndarray, nadir: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """H^T R^-1 H (k, n, n) of each instant's readings, and H^T R^-1 d (k, n).
@@ -131,7 +131,7 @@ def rates_of_change(spec, seen: Nominal) -> np.ndarray:
     f[:, :3, :3] = -cross_matrices(seen.omega)
     if not isinstance(spec, KalmanDynamics):
         f[:, :3, 3:6] = -np.eye(3)
-        at = slices_of(spec.variances())
+        at = state_slices(spec.variances())
         if at.gyro_scale:
             f[:, :3, at.gyro_scale : at.gyro_scale + 3] = -np.eye(3) * seen.omega[:, None, :]
         if at.gyro_misalignment:

@@ -71,11 +71,11 @@ def sensor_sets(scenario: Scenario) -> list[SensorSet]:
         parts = [spec.sensors] if len(spec.sensors) == 1 else [spec.sensors, *zip(spec.sensors)]
         for sensors in parts:
             with_part = scenario.replace("control.estimator", _with_sensors(spec, sensors))
-            found.append(expected_of(with_part, _named(name, spec, sensors)))
+            found.append(expect_accuracy(with_part, _name_set(name, spec, sensors)))
     return found
 
 
-def expected_of(scenario: Scenario, name: str) -> SensorSet:
+def expect_accuracy(scenario: Scenario, name: str) -> SensorSet:
     """Expected accuracy of the scenario's filter, after one revolution or half of a shorter run."""
     expected = expected_accuracy(scenario)
     t_s, length_s = expected.t_s, expected.t_s[-1]
@@ -138,7 +138,7 @@ def _with_sensors(spec: Filter, sensors) -> dict:
     return {key: value for key, value in keys.items() if key not in unwanted}
 
 
-def _named(name: str, spec: Filter, sensors) -> str:
+def _name_set(name: str, spec: Filter, sensors) -> str:
     """Name of a filter and the sensors that it reads."""
     read = [SENSOR_WORDS[sensor] for sensor in sensors]
     if not isinstance(spec, KalmanDynamics):

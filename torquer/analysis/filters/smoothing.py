@@ -13,11 +13,11 @@ from torquer.analysis.filters.linear_covariance import kalman_filter
 from torquer.compile.engine import addresses, records
 from torquer.computer.estimation.filter import Filter
 from torquer.computer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
-from torquer.computer.estimation.state_names import axes_of
+from torquer.computer.estimation.state_names import state_axes
 from torquer.computer.interface import KNOWN
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, write
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ KNOWN_VARIABLES = {
 _OTHER = 1e-3
 
 
-def smoothed(result: xr.Dataset) -> xr.Dataset:
+def smooth_run(result: xr.Dataset) -> xr.Dataset:
     """What the readings of a whole run tell about each of its control steps.
 
     `result`: of a run whose `control.estimator` is a Kalman filter, with `simulation.record_inputs`
@@ -54,13 +54,13 @@ def smoothed(result: xr.Dataset) -> xr.Dataset:
     step, and for one whose estimates the filter does not find again, as after a change of the
     package.
     """
-    scenario = scenario_of(result)
+    scenario = flown_scenario(result)
     spec = kalman_filter(scenario)
     check_can_be_smoothed(spec)
     rows = _control_rows(result, scenario)
     steps = result.isel(time=rows)
     works = _works(result, scenario, rows)
-    found = fly_back_and_forth(spec, _known(steps), works)
+    found = fly_back_and_forth(spec, _read_known(steps), works)
     _check_found_again(steps, found.forward, works)
     for each in found[1:4]:
         each[~works] = np.nan
@@ -101,7 +101,7 @@ def _control_rows(result: xr.Dataset, scenario: Scenario) -> np.ndarray:
     return rows
 
 
-def _known(steps: xr.Dataset) -> np.ndarray:
+def _read_known(steps: xr.Dataset) -> np.ndarray:
     """What the computer knew after each control step."""
     known = np.full(steps.sizes["time"], np.nan, KNOWN)
     estimated = [each for each in ESTIMATED if each.name in steps]
@@ -193,7 +193,7 @@ def as_dataset(steps: xr.Dataset, found: BackAndForth, attributes: dict) -> xr.D
     import xarray as xr
 
     covariance = found.covariance
-    axes = axes_of(found.spec.initial_variances())
+    axes = state_axes(found.spec.initial_variances())
     (state,), (error, other) = axes["states"], axes["covariance"]
     omega, rate_variance = _rate(found)
     variables = {
@@ -258,7 +258,7 @@ class Accuracy(NamedTuple):
     smoothed_greatest_deg: float
 
 
-def accuracy_of(result: xr.Dataset, found: xr.Dataset) -> Accuracy:
+def measure_accuracy(result: xr.Dataset, found: xr.Dataset) -> Accuracy:
     """How accurate filter and smoother were in a run; `found`: what `smoothed` made of it.
 
     NaN if the filter has never started.
@@ -275,7 +275,7 @@ def accuracy_of(result: xr.Dataset, found: xr.Dataset) -> Accuracy:
             [math.degrees(_rms(each[known])) for each in sigma],
             [math.degrees(each.max()) for each in whole],
         ]
-    return Accuracy(scenario_of(result).name, *(x for pair in numbers for x in pair))
+    return Accuracy(flown_scenario(result).name, *(x for pair in numbers for x in pair))
 
 
 def _rms(values: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from torquer.analysis.filters.linear_covariance import (
     kalman_filter,
     nominal,
 )
-from torquer.analysis.filters.observability import informed, transitions
+from torquer.analysis.filters.observability import reading_information, transitions
 from torquer.computer.estimation.expected import Nominal
 from torquer.scenario.spec import Scenario
 
@@ -32,7 +32,7 @@ def systematic_error(
         return np.zeros((len(expected.t_s), 3))
     spec = kalman_filter(scenario)
     seen = nominal(scenario, motion or held_motion(scenario))
-    phi, (gained, pulled) = transitions(spec, seen), _informed(scenario, spec, seen)
+    phi, (gained, pulled) = transitions(spec, seen), _model_information(scenario, spec, seen)
     errors = np.zeros((len(seen.t_s), gained.shape[1]))
     before = np.zeros(gained.shape[1])
     for k, covariance in enumerate(expected.covariance):
@@ -42,11 +42,11 @@ def systematic_error(
     return errors[:, :3]
 
 
-def _informed(scenario: Scenario, spec, seen: Nominal) -> tuple[np.ndarray, np.ndarray]:
+def _model_information(scenario: Scenario, spec, seen: Nominal) -> tuple[np.ndarray, np.ndarray]:
     """`informed` with what the models on board give."""
     believed = scenario.believed_environment()
     r, v = believed.state(seen.t_s)
     sun = believed.sun(seen.t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
     nadir = -r / np.linalg.norm(r, axis=1)[:, None]
-    return informed(spec, seen, believed.field(seen.t_s, r, v), sun, nadir)
+    return reading_information(spec, seen, believed.field(seen.t_s, r, v), sun, nadir)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.notes.uses import Use, named, uses_of
+from torquer.analysis.notes.uses import Use, find_uses, with_law_name
 from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
 from torquer.computer.laws.nutation_damping import (
     NutationDamping,
@@ -15,7 +15,7 @@ from torquer.computer.laws.nutation_damping import (
 from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
-from torquer.theory.averaged.sampling import DIFFERENCES, sampling_of
+from torquer.theory.averaged.sampling import DIFFERENCES, law_sampling
 from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
 from torquer.theory.slow.gains import (
     MOST_LAG,
@@ -55,8 +55,8 @@ def bdot_notes(scenario: Scenario) -> list[str]:
 
     Notes that depend on the initial rate are given only for the laws active at the start.
     """
-    uses = uses_of(scenario)
-    return [note for use in uses for note in named(uses, use, _notes_on(scenario, use))]
+    uses = find_uses(scenario)
+    return [note for use in uses for note in with_law_name(uses, use, _notes_on(scenario, use))]
 
 
 def _notes_on(scenario: Scenario, use: Use) -> list[str]:
@@ -97,7 +97,7 @@ def _initial_rate(scenario: Scenario) -> np.ndarray:
 
 
 def _rate_notes(scenario: Scenario, law) -> list[str]:
-    sampling, turn = sampling_of(scenario, law), _turn(scenario, law)
+    sampling, turn = law_sampling(scenario, law), _turn(scenario, law)
     limit = sampling_limit_rad_s(*sampling.times)
     if turn.rate_rad_s <= _NEAR * limit:
         return []
@@ -137,7 +137,7 @@ def most_gain(scenario: Scenario, sampling: Sampling, field_t: float) -> float:
     )  # fmt: skip
 
 
-def tumbling_of(scenario: Scenario, law) -> Tumbling:
+def as_tumbling(scenario: Scenario, law) -> Tumbling:
     """The scenario's satellite as theory of B-dot takes it, with the fields of a day of its orbit.
 
     Of an orbit whose models end earlier, or that decays, the fields of one revolution.
@@ -149,7 +149,7 @@ def tumbling_of(scenario: Scenario, law) -> Tumbling:
     except ValueError:
         fields = _fields_t(scenario, revolution_s)
     inertia = float(np.trace(np.array(craft.body.inertia_kg_m2))) / 3.0
-    return Tumbling(inertia, fields, craft.coils, sampling_of(scenario, law), control.coil_duty)
+    return Tumbling(inertia, fields, craft.coils, law_sampling(scenario, law), control.coil_duty)
 
 
 def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
@@ -159,7 +159,7 @@ def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
 
 
 def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
-    sampling, gain = sampling_of(scenario, law), use.gain(law.gain_a_m2_s_per_t)
+    sampling, gain = law_sampling(scenario, law), use.gain(law.gain_a_m2_s_per_t)
     greatest = most_gain(scenario, sampling, _STRONG_FIELD_T)
     if gain <= greatest:
         return []
@@ -190,7 +190,7 @@ def _slow_notes(scenario: Scenario, use: Use) -> list[str]:
     if scenario.control.named().modes is not None or scenario.spacecraft.coils is None:
         return []
     law, gain = use.law, use.gain(use.law.gain_a_m2_s_per_t)
-    rate, case = float(np.linalg.norm(_initial_rate(scenario))), tumbling_of(scenario, law)
+    rate, case = float(np.linalg.norm(_initial_rate(scenario))), as_tumbling(scenario, law)
     read = abs(np.sinc(0.5 * rate * case.sampling.difference_s / math.pi))
     limit = float(case.coils.limits_a_m2().min())
     share = gain * rate * read * float(case.fields_t.max()) / limit
@@ -232,7 +232,7 @@ def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:
 
 def _rate_heard(scenario: Scenario, law) -> float:
     """The law's response to a unit of the coils' dipole in the readings, over its gain [1/s]."""
-    d, _, lag_s, off_s, _ = sampling_of(scenario, law)
+    d, _, lag_s, off_s, _ = law_sampling(scenario, law)
     if not isinstance(law, (*DIFFERENCES, BdotRate, NutationDampingRate)):
         return 0.0  # these take no reading of the field itself
     if off_s > 0.0 and lag_s == 0.0:

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from torquer.analysis.notes.uses import Use, named, uses_of
+from torquer.analysis.notes.uses import Use, find_uses, with_law_name
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.computer.laws.magneto_gyro.stage_1 import filtered_component
 from torquer.maths.geometry.quaternion import to_dcm
@@ -23,8 +23,8 @@ _LEAST_DAMPING = 0.05
 
 def gyro_notes(scenario: Scenario) -> list[str]:
     """Notes on every law of this kind, one line each."""
-    uses = uses_of(scenario)
-    return [note for use in uses for note in named(uses, use, _notes_on(scenario, use))]
+    uses = find_uses(scenario)
+    return [note for use in uses for note in with_law_name(uses, use, _notes_on(scenario, use))]
 
 
 def _notes_on(scenario: Scenario, use: Use) -> list[str]:

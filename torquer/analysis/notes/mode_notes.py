@@ -14,17 +14,17 @@ _WITHOUT_SIGMA = ("attitude_sensor", "rate_from_field", "law", "none")
 def mode_notes(scenario: Scenario) -> list[str]:
     """Faults that the checker finds in the modes, one line each."""
     modes = scenario.control.named().modes
-    found = faults(modes, facts_of(scenario)) if modes else []
+    found = faults(modes, mode_facts(scenario)) if modes else []
     return [f"modes: {finding.message}" for finding in found]
 
 
 def mode_findings(scenario: Scenario) -> list[Finding]:
     """All findings of the checker on the modes; none for laws that always work."""
     modes = scenario.control.named().modes
-    return findings(modes, facts_of(scenario)) if modes else []
+    return findings(modes, mode_facts(scenario)) if modes else []
 
 
-def facts_of(scenario: Scenario) -> Facts:
+def mode_facts(scenario: Scenario) -> Facts:
     """What the checker of mode tables is to know of a scenario."""
     control = scenario.control
     specs = control.named().laws

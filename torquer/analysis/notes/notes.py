@@ -11,7 +11,7 @@ from torquer.analysis.notes.gyro_notes import gyro_notes
 from torquer.analysis.notes.mode_notes import mode_notes
 from torquer.analysis.notes.slip_notes import slip_notes
 from torquer.analysis.notes.wheel_notes import wheel_notes
-from torquer.environment.orbit.numerical import epoch_of
+from torquer.environment.orbit.numerical import tle_epoch
 from torquer.environment.orbit.sgp4 import Sgp4
 from torquer.scenario.resolution import (
     QUIET_DAMPING,
@@ -25,7 +25,7 @@ from torquer.scenario.spec import Scenario
 _OLD_DAYS = 14.0
 
 
-def notes_of(scenario: Scenario) -> list[str]:
+def write_notes(scenario: Scenario) -> list[str]:
     """Notes, one line each."""
     return [
         *slip_notes(scenario),
@@ -45,7 +45,7 @@ def _orbit_notes(scenario: Scenario) -> list[str]:
     elements = orbit if isinstance(orbit, Sgp4) else getattr(orbit, "start", None)
     if not isinstance(elements, Sgp4):
         return []
-    age_days = (scenario.start - epoch_of(elements)).total_seconds() / 86400.0
+    age_days = (scenario.start - tle_epoch(elements)).total_seconds() / 86400.0
     if abs(age_days) < _OLD_DAYS:
         return []
     side = "after" if age_days > 0.0 else "before"

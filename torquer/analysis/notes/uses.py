@@ -30,7 +30,7 @@ class Use(NamedTuple):
         return self.factor * max(own, self.set.get("gain", 0.0))
 
 
-def uses_of(scenario: Scenario) -> list[Use]:
+def find_uses(scenario: Scenario) -> list[Use]:
     """All laws, as the modes use them."""
     program = scenario.control.named()
     return [_use(program, name, law) for name, law in program.laws.items()]
@@ -52,6 +52,6 @@ def _use(program: Program, name: str, law: Spec) -> Use:
     return Use(name, law, at_start, factor, given)
 
 
-def named(uses: list[Use], use: Use, notes: list[str]) -> list[str]:
+def with_law_name(uses: list[Use], use: Use, notes: list[str]) -> list[str]:
     """Notes on a law, with its name where there are several."""
     return [f"{use.name}: {note}" for note in notes] if len(uses) > 1 else notes

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from torquer.analysis.notes.uses import Use, named, uses_of
+from torquer.analysis.notes.uses import Use, find_uses, with_law_name
 from torquer.base.spec import Spec
 from torquer.computer.laws.bias_momentum import BiasMomentum
 from torquer.computer.laws.pointing import HeldByWheels
@@ -19,7 +19,7 @@ from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope, torque_envelope
-from torquer.spacecraft.wheel_array.steering import bias_of
+from torquer.spacecraft.wheel_array.steering import steering_bias
 
 #: Part of a law's own time for which a torque may be held before the motion is another one.
 _COARSE = 0.3
@@ -32,13 +32,13 @@ _TURNING = HeldByWheels | WheelOneAxis
 
 def wheel_notes(scenario: Scenario) -> list[str]:
     """Notes on the wheels and on the laws that drive or unload them, one line each."""
-    wheels, uses = scenario.spacecraft.wheels, uses_of(scenario)
+    wheels, uses = scenario.spacecraft.wheels, find_uses(scenario)
     if wheels is None:
         return []
     notes = _motor_notes([use.law for use in uses])
     notes += [*_friction_notes(wheels), *_idle_notes(wheels)]
     for use in uses:
-        notes += named(uses, use, _law_notes(scenario, use))
+        notes += with_law_name(uses, use, _law_notes(scenario, use))
     return notes
 
 
@@ -95,7 +95,7 @@ def _friction_notes(wheels: ReactionWheels) -> list[str]:
 def _idle_notes(wheels: ReactionWheels) -> list[str]:
     if wheels.minimum_speed_fraction is None:
         return []
-    if bias_of(wheels.array(), wheels.minimum_speed_fraction).keeps_off_zero_up_to > 0.0:
+    if steering_bias(wheels.array(), wheels.minimum_speed_fraction).keeps_off_zero_up_to > 0.0:
         return []
     return [
         f"minimum_speed_fraction has no effect: these wheels cannot all spin above "

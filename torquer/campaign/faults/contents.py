@@ -51,7 +51,7 @@ def _row(row: Row) -> dict:
     }  # fmt: skip
 
 
-def dataset_of(found: FaultCampaign) -> "xr.Dataset":
+def fault_dataset(found: FaultCampaign) -> "xr.Dataset":
     """Outcomes over (fault, strike, guards); `verdict`: its number among `VERDICTS`."""
     import xarray as xr
 
@@ -101,7 +101,7 @@ def noticed_in_words(after_s: float) -> str:
 WORDS = ("fault", "struck in", "verdict", "by", "without guards")
 
 
-def table_of(found: FaultCampaign) -> tuple[list[str], list[list[str]]]:
+def fault_table(found: FaultCampaign) -> tuple[list[str], list[list[str]]]:
     """(Heads, rows of texts) of the table: a row for each fault and strike."""
     units = [f"{_short(goal.signal)} [{goal.unit}]" for goal in found.goals]
     head = ["fault", "struck in", "verdict", "rate [deg/s]", *units, "energy [kJ]"]

@@ -10,17 +10,24 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from torquer.analysis.goals import Goal, goals_of
+from torquer.analysis.goals import Goal, find_goals
 from torquer.base.cores import cores
-from torquer.campaign.faults.kinds import Fault, faults_of
+from torquer.campaign.faults.kinds import Fault, find_faults
 from torquer.campaign.faults.strikes import (
     Strike,
-    guards_of,
+    guarding_regions,
     strike_at,
     strikes_in,
     without_guards,
 )
-from torquer.campaign.faults.verdict import VERDICTS, Flown, Outcome, flown, judged, outcome_of
+from torquer.campaign.faults.verdict import (
+    VERDICTS,
+    Flown,
+    Outcome,
+    judge,
+    judge_flight,
+    keep_flight,
+)
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.simulate import RunStopped, simulate
 
@@ -85,11 +92,11 @@ def fly_faults(
     last two. ValueError for `only` that names no fault, a time after the end, and a flight without
     a fault that stops early.
     """
-    faults = chosen(faults_of(scenario), only)
-    guards, goals = guards_of(scenario.control.modes), goals_of(scenario)
+    faults = choose_faults(find_faults(scenario), only)
+    guards, goals = guarding_regions(scenario.control.modes), find_goals(scenario)
     sides = {True: scenario, False: without_guards(scenario)} if guards else {True: scenario}
     results = {guarded: simulate_or_stop(each) for guarded, each in sides.items()}
-    nominal = {guarded: flown(result) for guarded, result in results.items()}
+    nominal = {guarded: keep_flight(result) for guarded, result in results.items()}
     if nominal[True].ended:
         raise ValueError(
             "scenario: must fly to its end without a fault; received one that ended: "
@@ -103,8 +110,8 @@ def fly_faults(
         fault, strike = place
         found: list[Row] = []
         for guarded, side in sides.items():
-            flight = flown(simulate_or_stop(fault.strikes(side, strike.at_s)))
-            outcome = outcome_of(flight, nominal[guarded], goals, strike.at_s)
+            flight = keep_flight(simulate_or_stop(fault.strikes(side, strike.at_s)))
+            outcome = judge_flight(flight, nominal[guarded], goals, strike.at_s)
             found.append(Row(fault, strike, guarded, outcome))
             if guarded and quiet and _quiet(flight, scenario, guards):  # the same without guards
                 return [found[0]._replace(guarded=each) for each in sides]
@@ -120,7 +127,7 @@ def fly_faults(
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-    verdict = judged(nominal[True], nominal[True], goals)
+    verdict = judge(nominal[True], nominal[True], goals)
     return FaultCampaign(scenario, goals, guards, nominal[True], verdict, strikes, faults, rows)
 
 
@@ -138,7 +145,7 @@ def _initial(scenario: Scenario, region: str) -> str:
     return scenario.control.modes.regions[region].initial
 
 
-def chosen(faults: list[Fault], only: Sequence[str]) -> list[Fault]:
+def choose_faults(faults: list[Fault], only: Sequence[str]) -> list[Fault]:
     """The faults whose names contain one of some texts, in any case; all without any."""
     for text in only:
         if not any(_is_named(fault, text) for fault in faults):

@@ -51,26 +51,26 @@ class Fault(NamedTuple):
         times = {self.time_key: at_s}
         if self.lasts_s is not None:
             times["until_s"] = at_s + self.lasts_s
-        there = [_given(failure) for failure in value_at(scenario, self.key)]
+        there = [_list_given(failure) for failure in value_at(scenario, self.key)]
         return with_values(scenario, {self.key: [*there, {**self.failure, **times}]})
 
 
-def _given(failure: dict) -> dict:
+def _list_given(failure: dict) -> dict:
     return {key: value for key, value in failure.items() if value is not None}
 
 
-def faults_of(scenario: Scenario) -> list[Fault]:
+def find_faults(scenario: Scenario) -> list[Fault]:
     """All single faults of a scenario: of its sensors that may fail, and of all else."""
     sensors = scenario.spacecraft.sensors_that_may_fail()
     return [
-        *(fault for name, spec in sensors.items() for fault in _of_sensor(name, spec)),
-        *_of_coils(scenario),
-        *_of_wheels(scenario),
-        *_of_computer(),
+        *(fault for name, spec in sensors.items() for fault in _sensor_faults(name, spec)),
+        *_coil_faults(scenario),
+        *_wheel_faults(scenario),
+        *_computer_faults(),
     ]
 
 
-def _of_sensor(name: str, spec: Sampled) -> Iterator[Fault]:
+def _sensor_faults(name: str, spec: Sampled) -> Iterator[Fault]:
     device, key = in_words(name), f"spacecraft.{name}.failures"
     failing = get_args(type(spec).model_fields["failures"].annotation)[0]
     for kind, failure in OF_SENSORS.items():
@@ -86,7 +86,7 @@ def _of_sensor(name: str, spec: Sampled) -> Iterator[Fault]:
     yield Fault(device, "noise", key, {"kind": "noise", noise_key: noise})
 
 
-def _of_coils(scenario: Scenario) -> Iterator[Fault]:
+def _coil_faults(scenario: Scenario) -> Iterator[Fault]:
     coils, key = scenario.spacecraft.coils, "spacecraft.coils.failures"
     if coils is None:
         return
@@ -98,7 +98,7 @@ def _of_coils(scenario: Scenario) -> Iterator[Fault]:
         yield Fault(device, "stuck on", key, stuck)
 
 
-def _of_wheels(scenario: Scenario) -> Iterator[Fault]:
+def _wheel_faults(scenario: Scenario) -> Iterator[Fault]:
     """The motor of each wheel that works; the computer does not learn of it."""
     wheels = scenario.spacecraft.wheels
     if wheels is None:
@@ -111,7 +111,7 @@ def _of_wheels(scenario: Scenario) -> Iterator[Fault]:
             yield Fault(f"wheel {number}", "dead", "spacecraft.wheels.failures", failure, "time_s")
 
 
-def _of_computer() -> Iterator[Fault]:
+def _computer_faults() -> Iterator[Fault]:
     key = "control.failures"
     halted = f"halted for {HALTED_S / 3600.0:g} h"
     yield Fault("computer", halted, key, {"kind": "halted"}, lasts_s=HALTED_S)

@@ -8,7 +8,7 @@ import xarray as xr
 from torquer.computer.modes.spec import Modes, Region
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.dataset import flown_scenario
 
 
 class Strike(NamedTuple):
@@ -18,7 +18,7 @@ class Strike(NamedTuple):
     at_s: float
 
 
-def guards_of(modes: Modes | None) -> list[str]:
+def guarding_regions(modes: Modes | None) -> list[str]:
     """The regions that only guard: none of their states has a law, an estimator or a setting."""
     return [name for name, region in (modes.regions if modes else {}).items() if _guards(region)]
 
@@ -34,7 +34,7 @@ def without_guards(scenario: Scenario) -> Scenario:
     modes = scenario.control.modes
     changes = {
         f"control.modes.regions.{name}": _idle(modes.regions[name])
-        for name in guards_of(modes)
+        for name in guarding_regions(modes)
     }  # fmt: skip
     return with_values(scenario, changes) if changes else scenario
 
@@ -54,10 +54,10 @@ def strikes_in(nominal: xr.Dataset) -> list[Strike]:
     at which Sun sensors see the Sun: what they are stuck at in the dark misleads nobody. A mode is
     a combination of states of the regions that do not guard; without modes the flight is one.
     """
-    scenario, t = scenario_of(nominal), nominal["time"].values
+    scenario, t = flown_scenario(nominal), nominal["time"].values
     modes = scenario.control.named().modes
     regions = modes.regions if modes else {}
-    working = [name for name in regions if name not in guards_of(modes)]
+    working = [name for name in regions if name not in guarding_regions(modes)]
     if not working:
         return [Strike("", _instant(nominal, 0.0, float(t[-1])))]
     numbers = np.stack([nominal[f"mode_{name}"].values for name in working], axis=1)
@@ -76,7 +76,7 @@ def strikes_in(nominal: xr.Dataset) -> list[Strike]:
 
 def strike_at(nominal: xr.Dataset, at_s: float) -> Strike:
     """A given instant, with the mode of the flight then; ValueError for one after its end."""
-    t, scenario = nominal["time"].values, scenario_of(nominal)
+    t, scenario = nominal["time"].values, flown_scenario(nominal)
     if not 0.0 <= at_s < t[-1]:
         raise ValueError(
             f"at_h: must be a time before the end of the flights, {t[-1] / 3600.0:g} h; "
@@ -84,7 +84,7 @@ def strike_at(nominal: xr.Dataset, at_s: float) -> Strike:
         )
     modes = scenario.control.named().modes
     regions = modes.regions if modes else {}
-    working = [name for name in regions if name not in guards_of(modes)]
+    working = [name for name in regions if name not in guarding_regions(modes)]
     row = int(np.searchsorted(t, at_s, side="right")) - 1
     mode = tuple(int(nominal[f"mode_{name}"].values[row]) for name in working)
     return Strike(_in_words(regions, working, mode), _on_record(t, at_s))

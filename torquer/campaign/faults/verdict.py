@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.goals import Goal, goals_of, signal_of
-from torquer.analysis.mode_use import regions_of, state_uses
-from torquer.simulation.results.dataset import COMPLETE, scenario_of
+from torquer.analysis.goals import Goal, find_goals, goal_signal
+from torquer.analysis.mode_use import find_regions, state_uses
+from torquer.simulation.results.dataset import COMPLETE, flown_scenario
 
 SAFE, DEGRADED, LOST = "safe", "degraded", "lost"
 VERDICTS = (SAFE, DEGRADED, LOST)
@@ -59,12 +59,12 @@ class Outcome(NamedTuple):
     noticed_by: str
 
 
-def flown(result: xr.Dataset) -> Flown:
+def keep_flight(result: xr.Dataset) -> Flown:
     """What is kept of a result."""
-    scenario, t = scenario_of(result), result["time"].values
+    scenario, t = flown_scenario(result), result["time"].values
     last = t >= t[-1] - scenario.orbit.period_s
     tail = result.isel(time=np.flatnonzero(last))
-    goals = [signal_of(goal, tail, scenario) for goal in goals_of(scenario)]
+    goals = [goal_signal(goal, tail, scenario) for goal in find_goals(scenario)]
     energy = float(result["coil_energy"]) if "coil_energy" in result else 0.0
     complete = result.attrs["how_it_ended"] == COMPLETE
     return Flown(
@@ -79,21 +79,21 @@ def flown(result: xr.Dataset) -> Flown:
         },
         {
             f"{region.name}.{name}": t[np.diff((region.numbers == k).astype(int), prepend=0) > 0]
-            for region in regions_of(result)
+            for region in find_regions(result)
             for k, name in enumerate(region.states)
         },
     )
 
 
-def outcome_of(flight: Flown, nominal: Flown, goals: list[Goal], at_s: float) -> Outcome:
+def judge_flight(flight: Flown, nominal: Flown, goals: list[Goal], at_s: float) -> Outcome:
     """The verdict on a flight with a fault from `at_s` on, compared with one without."""
-    verdict, why = judged(flight, nominal, goals)
-    after_s, by = noticed(flight, nominal, at_s)
+    verdict, why = judge(flight, nominal, goals)
+    after_s, by = first_notice(flight, nominal, at_s)
     rest = flight.rate_deg_s, flight.goals, flight.energy_j
     return Outcome(verdict, why, *rest, after_s, by)
 
 
-def judged(flight: Flown, nominal: Flown, goals: list[Goal]) -> tuple[str, str]:
+def judge(flight: Flown, nominal: Flown, goals: list[Goal]) -> tuple[str, str]:
     """(Verdict, what kept it from being safe)."""
     if flight.ended:
         return LOST, flight.ended
@@ -109,7 +109,7 @@ def judged(flight: Flown, nominal: Flown, goals: list[Goal]) -> tuple[str, str]:
     return SAFE, ""
 
 
-def noticed(flight: Flown, nominal: Flown, at_s: float) -> tuple[float, str]:
+def first_notice(flight: Flown, nominal: Flown, at_s: float) -> tuple[float, str]:
     """(Time from the fault until the first state that it alone leads to, that state)."""
     found = [
         (_first_s(flight, state, at_s) - at_s, state)

@@ -9,7 +9,7 @@ from torquer.cli import compiling
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, options
 from torquer.cli.output import check_installed, print_note, show_address
-from torquer.scenario.load import name_after, text_of
+from torquer.scenario.load import name_after, read_text
 
 #: The port of the page unless another is given.
 PORT = 8422
@@ -48,7 +48,7 @@ def board(
     else:
         name, folder = name_after(scenario), scenario.parent
     load_checked(scenario, code)  # a page that begins with an error helps nobody
-    server = BoardServer(text_of(scenario, "scenario"), name, folder, how.port or 0)
+    server = BoardServer(read_text(scenario, "scenario"), name, folder, how.port or 0)
     with compiling.compiling_shown():
         server.board.make_ready()
     server.serve(

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from torquer.analysis.budget import Budget, as_plain, budget_of_held_attitude, budget_of_run
+from torquer.analysis.budget import Budget, as_plain, budget_along_run, budget_while_held
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.run import progress_of
+from torquer.cli.commands.run import show_progress
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import print_error, table, table_console, writing_to
@@ -38,7 +38,7 @@ def budget(
     """Disturbance torques of SCENARIO along its motion, compared with what the coils can give."""
     satellite = load_usable(scenario, code, how.out)
     try:
-        found = budget_of_held_attitude(satellite) if how.hold else _flown(satellite)
+        found = budget_while_held(satellite) if how.hold else _fly(satellite)
     except RunStopped as error:
         print_error(str(error))
         return INTERRUPTED_CODE if error.interrupted else FAILED_CODE
@@ -58,9 +58,9 @@ def budget(
     return 0
 
 
-def _flown(scenario) -> Budget:
-    with progress_of(scenario.name) as progress:
-        return budget_of_run(simulate(scenario, progress=progress))
+def _fly(scenario) -> Budget:
+    with show_progress(scenario.name) as progress:
+        return budget_along_run(simulate(scenario, progress=progress))
 
 
 def _draw(budget: Budget, title: str, out: Path) -> Path:

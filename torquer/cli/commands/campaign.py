@@ -10,7 +10,7 @@ from typing import Annotated
 import xarray as xr
 from cyclopts import App, Parameter
 
-from torquer.base.folder_lock import claimed
+from torquer.base.folder_lock import claim
 from torquer.base.strict_json import json_text
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data, load_campaign
@@ -18,11 +18,11 @@ from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import files_there, is_there, remove
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli.commands.run import RunOptions, run_scenario
-from torquer.cli.examples import examples_of
+from torquer.cli.examples import show_examples
 from torquer.cli.loading import check_code, check_computer
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
-    interrupted,
+    describe_interrupt,
     make_writable,
     print_error,
     progress_bar,
@@ -33,7 +33,7 @@ from torquer.cli.output import (
 )
 from torquer.cli.process import SIGNAL_CODE, leave_or_raise
 from torquer.scenario.usable import check_orbit_environment
-from torquer.simulation.results.file import load, put, understood
+from torquer.simulation.results.file import explain_errors, load, put
 from torquer.simulation.setup.signals import ALL, noting_signals
 
 #: Options of arguments of `fly_campaign`, and of keys that they replace.
@@ -41,7 +41,7 @@ _OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign
             "computer": "--computer"}  # fmt: skip
 #: Width of the table of a comparison where the output is not a terminal.
 _WIDTH = 120
-app = App(name="campaign", help_epilogue=examples_of("campaign"), version_flags=[])
+app = App(name="campaign", help_epilogue=show_examples("campaign"), version_flags=[])
 
 
 @options
@@ -81,10 +81,10 @@ def fly(
     if how.plots:
         raise ValueError("--plots: must be given with --member only; received it without")
     check_computer(how.computer, code)
-    satellite, campaign = _loaded(scenario, how, code)
+    satellite, campaign = _load(scenario, how, code)
     out = how.out or Path("runs") / f"{satellite.name}-campaign"
     make_writable(out)
-    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
+    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claim(out):
         try:
             _make_free(out / "campaign.nc", how)
             with _progress(satellite.name) as progress:
@@ -93,10 +93,10 @@ def fly(
                     where=how.where, resume=how.resume, progress=progress, computer=how.computer,
                 )  # fmt: skip
             with signals.raising():
-                summary = _written(result, out, how)
+                summary = _write(result, out, how)
         except KeyboardInterrupt:
             flown = bool(files_there(out / "campaign.nc"))
-            print_error(interrupted(out, "the runs flown so far", flown))
+            print_error(describe_interrupt(out, "the runs flown so far", flown))
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
         except ValueError as error:
@@ -125,7 +125,7 @@ def _make_free(path: Path, how: CampaignOptions) -> None:
         )
 
 
-def _written(result, out: Path, how: CampaignOptions) -> dict:
+def _write(result, out: Path, how: CampaignOptions) -> dict:
     """Write summary and report; the summary."""
     summary = campaign_summary(result)
     put(out / "summary.json", json_text(summary) + "\n")
@@ -146,7 +146,7 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
     ):
         if given:
             raise ValueError(f"{option}: must not be given with --member; received both")
-    scenario, campaign = _loaded(path, how, code)
+    scenario, campaign = _load(path, how, code)
     if not 0 <= member < campaign.runs:
         raise ValueError(f"--member: must lie within 0..{campaign.runs - 1}; received {member}")
     alone = RunOptions(
@@ -156,7 +156,7 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
     return run_scenario(member_scenario(scenario, campaign, member), alone)
 
 
-def _loaded(path: Path, how: CampaignOptions, code: CodeOptions):
+def _load(path: Path, how: CampaignOptions, code: CodeOptions):
     """Scenario and campaign of a file, checked for flight with these options."""
     scenario, campaign = load_campaign(path)
     check_code(scenario, path, code, campaign)
@@ -190,7 +190,7 @@ def _progress(name: str):
         yield update
 
 
-@app.command(help_epilogue=examples_of("campaign compare"))
+@app.command(help_epilogue=show_examples("campaign compare"))
 def compare(
     a: Path,
     b: Path,
@@ -208,7 +208,7 @@ def compare(
     from torquer.report.campaign.tables import about_comparison, comparison_grid
 
     results = _result_in(a, "A"), _result_in(b, "B")
-    with understood(f"{a}, {b}"):
+    with explain_errors(f"{a}, {b}"):
         found = comparison(*results)
     if out is not None:
         from torquer.report.campaign import compare_campaigns

@@ -57,14 +57,14 @@ def _progress():
 
 def _write(sweep, out: Path) -> list[Path]:
     """gains.png, and scenario.toml with the gain chosen."""
-    from torquer.report.common.figure import saved
+    from torquer.report.common.figure import save_figure
     from torquer.report.theory.detumbling import draw_gains
-    from torquer.scenario.toml_text import toml_of
+    from torquer.scenario.toml_text import to_toml
     from torquer.simulation.results.file import put
 
     plain = sweep.with_gain().model_dump(mode="json", exclude_unset=True, exclude_none=True)
     with writing_to(out):
         return [
-            saved(draw_gains(sweep), out / "gains.png"),
-            put(out / "scenario.toml", toml_of(plain)),
+            save_figure(draw_gains(sweep), out / "gains.png"),
+            put(out / "scenario.toml", to_toml(plain)),
         ]

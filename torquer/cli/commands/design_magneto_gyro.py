@@ -39,9 +39,9 @@ def _write(made, out: Path) -> list[Path]:
     """law.toml, scenario.toml with the law in a mode table and a campaign, and the pictures."""
     from torquer.design.gyro.flown_scenario import campaign_table
     from torquer.design.law_table import law_toml
-    from torquer.report.common.figure import saved
+    from torquer.report.common.figure import save_figure
     from torquer.report.theory.magneto_gyro import draw_gyro_design
-    from torquer.scenario.toml_text import toml_of
+    from torquer.scenario.toml_text import to_toml
     from torquer.simulation.results.file import put
 
     data = made.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
@@ -49,6 +49,9 @@ def _write(made, out: Path) -> list[Path]:
     with writing_to(out):
         return [
             put(out / "law.toml", law_toml(made.law)),
-            put(out / "scenario.toml", toml_of(data)),
-            *(saved(each, out / f"{name}.png") for name, each in draw_gyro_design(made).items()),
+            put(out / "scenario.toml", to_toml(data)),
+            *(
+                save_figure(each, out / f"{name}.png")
+                for name, each in draw_gyro_design(made).items()
+            ),
         ]

@@ -27,9 +27,9 @@ def explain(key: str | None = None, /, *, json: Json = False) -> int:
         return 0
     if not key:
         tables = file_tables()
-    blocks = [_listed(tables)] if len(tables) > _MOST_TABLES else [*map(_of_table, tables)]
-    text = "\n\n".join(blocks + [_of_keys(k, keys) for k in _each(keys)])
-    console(soft_wrap=True).print(text + _of_sources(text))
+    blocks = [_list_items(tables)] if len(tables) > _MOST_TABLES else [*map(_explain_table, tables)]
+    text = "\n\n".join(blocks + [_explain_key(k, keys) for k in _each(keys)])
+    console(soft_wrap=True).print(text + _explain_sources(text))
     return 0
 
 
@@ -41,13 +41,13 @@ def schema() -> int:
     return 0
 
 
-def _of_sources(text: str) -> str:
+def _explain_sources(text: str) -> str:
     """Where the texts that an explanation cites are listed; "" if it cites none."""
     cited = dict.fromkeys(re.findall(r"\b(?:MAG|SDOT|FIELD|WHEEL|MGS)\b", text))
     return f"\n\n{', '.join(cited)}: see docs/sources.md for these texts" if cited else ""
 
 
-def _listed(tables: list[Table]) -> str:
+def _list_items(tables: list[Table]) -> str:
     """Tables in a line each."""
     return "\n".join(f"{table.title}: {_first_line(table)}" for table in tables)
 
@@ -61,7 +61,7 @@ def _each(keys: list[tuple[Table, Key]]) -> list[Key]:
     return list(dict.fromkeys(key for _, key in keys))
 
 
-def _of_keys(key: Key, keys: list[tuple[Table, Key]]) -> str:
+def _explain_key(key: Key, keys: list[tuple[Table, Key]]) -> str:
     """A key, and the tables that have it."""
     titles = [table.title for table, other in keys if other == key]
     default = key.default or "none: the key must be given"
@@ -71,14 +71,14 @@ def _of_keys(key: Key, keys: list[tuple[Table, Key]]) -> str:
     return "\n".join([key.name, f"  {key.description}", *lines])
 
 
-def _of_table(table: Table) -> str:
+def _explain_table(table: Table) -> str:
     places = f"\nAlso at {', '.join(table.places[1:])}." if table.places[1:] else ""
     wide = max(len(key.name) for key in table.keys)
-    lines = [f"  {key.name:{wide}}  {_line_of(key)}" for key in table.keys]
+    lines = [f"  {key.name:{wide}}  {_key_line(key)}" for key in table.keys]
     return "\n".join([table.title, table.about + places, "", *lines])
 
 
-def _line_of(key: Key) -> str:
+def _key_line(key: Key) -> str:
     """Description, unit and default in one line."""
     unit = f" [{key.unit}]" if key.unit else ""
     default = f" Default: {key.default}." if key.default else " Must be given."

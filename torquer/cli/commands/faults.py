@@ -10,18 +10,18 @@ from torquer.campaign.faults.contents import (
     WORDS,
     as_plain,
     counts_in_words,
-    dataset_of,
-    table_of,
+    fault_dataset,
+    fault_table,
 )
 from torquer.campaign.faults.fly import FaultCampaign, fly_faults
 from torquer.campaign.faults.verdict import LOST
-from torquer.cli.commands.run import progress_of
-from torquer.cli.loading import code_of, load_usable
+from torquer.cli.commands.run import show_progress
+from torquer.cli.loading import find_code, load_usable
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import toml_of
+from torquer.scenario.toml_text import to_toml
 from torquer.simulation.results.file import put, save
 
 _WIDTH = 150
@@ -61,12 +61,12 @@ def faults(
     """
     if how.workers is not None and how.workers < 1:
         raise ValueError(f"--workers: must be 1 or more; received {how.workers}")
-    flown = _changed(load_usable(scenario, code, None), how)
+    flown = _change(load_usable(scenario, code, None), how)
     out = how.out or Path("runs") / f"{flown.name}-faults"
     make_writable(out)
     at_s = [3600.0 * at_h for at_h in how.at_h or ()]
     try:
-        with progress_of(flown.name) as progress:
+        with show_progress(flown.name) as progress:
             found = fly_faults(flown, how.only or (), at_s, how.workers, progress)
     except ValueError as error:
         text = as_options(str(error), {"only": "--only", "at_h": "--at-h"})
@@ -76,11 +76,11 @@ def faults(
     if how.json:
         print(json_text(as_plain(found) | {"worst_file": str(out / "worst.toml")}))
     else:
-        _show(found, out, files, bool(code_of(flown)))
+        _show(found, out, files, bool(find_code(flown)))
     return 1 if found.counts(True)[LOST] else 0
 
 
-def _changed(scenario: Scenario, how: FaultOptions) -> Scenario:
+def _change(scenario: Scenario, how: FaultOptions) -> Scenario:
     changes: dict[str, float | None] = {}
     if how.seed is not None:
         changes["seed"] = how.seed
@@ -92,16 +92,16 @@ def _changed(scenario: Scenario, how: FaultOptions) -> Scenario:
 def _write(found: FaultCampaign, out: Path) -> list[str]:
     from torquer.report.campaign.faults import write_fault_report
 
-    save(dataset_of(found), out / "faults.nc")
+    save(fault_dataset(found), out / "faults.nc")
     put(out / "faults.json", json_text(as_plain(found)) + "\n")
     worst = found.scenario_of(found.worst())
-    text = toml_of(json.loads(worst.model_dump_json(exclude_unset=True, exclude_none=True)))
+    text = to_toml(json.loads(worst.model_dump_json(exclude_unset=True, exclude_none=True)))
     put(out / "worst.toml", text)
     return [*write_fault_report(found, out), "faults.nc", "faults.json", "worst.toml"]
 
 
 def _show(found: FaultCampaign, out: Path, files: list[str], user_code: bool) -> None:
-    head, rows = table_of(found)
+    head, rows = fault_table(found)
     words = [k for k, name in enumerate(head) if name in WORDS]
     title = f"{found.scenario.name}: single faults; without a fault {found.verdict[0]}"
     table_console(_WIDTH).print(table(head, rows, title, left=words))

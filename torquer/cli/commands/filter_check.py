@@ -23,7 +23,7 @@ from torquer.analysis.filters.sensor_sets import (
 )
 from torquer.base.limits import at_least
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.run import progress_of
+from torquer.cli.commands.run import show_progress
 from torquer.cli.loading import check_computer, load_usable
 from torquer.cli.options import CodeOptions, Json, option, options
 from torquer.cli.output import table, table_console, writing_to
@@ -75,7 +75,7 @@ def filter_check(
     runs = _RUNS if how.runs is None else how.runs
     if runs < 2:
         raise ValueError(f"--runs: must be 2 or more; received {runs}")
-    with progress_of(flown.name) as progress:
+    with show_progress(flown.name) as progress:
         start = Start(how.attitude_sigma_deg, how.rate_sigma_deg_s)
         found = check_filter(flown, runs, progress, start, how.computer)
     if how.out is not None:
@@ -145,7 +145,7 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
     head: tuple[str, ...]
     head = ("sensors", "Sun seen", "no Sun seen", f"below {REACHED_DEG:g} deg after", "gaps", "of")
     rows: list[tuple[str, ...]] = [
-        (each.name, _degrees(each.light_deg), _degrees(each.dark_deg), _reached(each),
+        (each.name, _degrees(each.light_deg), _degrees(each.dark_deg), _time_reached(each),
          *gaps_in_words(each.observability))
         for each in sets
     ]  # fmt: skip
@@ -170,7 +170,7 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
         print(models_in_words(models))
 
 
-def _reached(each: SensorSet) -> str:
+def _time_reached(each: SensorSet) -> str:
     if each.reached_s is None:
         return "-"
     return f"{each.reached_s / 60.0:.0f} min" if math.isfinite(each.reached_s) else "never"

@@ -11,27 +11,27 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from torquer.base.folder_lock import claimed
+from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.run import progress_of
+from torquer.cli.commands.run import show_progress
 from torquer.cli.loading import check_computer, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.flight.link import Link, open_link
-from torquer.flight.packets.commands import frames_of, load_script
+from torquer.flight.packets.commands import load_script, make_frames
 from torquer.flight.packets.frames import Frame
-from torquer.flight.packets.reasons import text_of_code
-from torquer.flight.packets.received import tables_of
+from torquer.flight.packets.reasons import describe_code
+from torquer.flight.packets.received import as_tables
 from torquer.flight.packets.software_file import code_in
-from torquer.flight.packets.station import Station, station_of
+from torquer.flight.packets.station import Station, make_station
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import (
     FaultsFile,
     check_faults,
     load_faults,
-    of_software,
+    software_faults,
     with_device_faults,
 )
 from torquer.flight.software.lateness import Lateness
@@ -42,10 +42,10 @@ from torquer.flight.software.session import (
     Session,
     Tick,
     first_difference,
-    flown,
+    fly_steps,
     load_session,
-    replayed,
-    saved,
+    replay_session,
+    save_session,
 )
 from torquer.flight.software.software import Software, load_software
 from torquer.simulation.results.file import put
@@ -135,11 +135,11 @@ def fly(
     out = how.out or Path("runs") / f"{flown.name}-flight"
     make_writable(out)
     # the folder is free again before a late signal ends the process
-    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
-        flight, recorder = _prepared(flown, faults, how), Recorder()
+    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claim(out):
+        flight, recorder = _prepare(flown, faults, how), Recorder()
         begun_s = time.process_time()
         with closing(flight.link) if flight.link else nullcontext():
-            stopped = _flown(flight, flown, how, recorder, out, signals)
+            stopped = _fly(flight, flown, how, recorder, out, signals)
         took_s = time.process_time() - begun_s
         number = signals.number if signals.asked else 0
         signals.forget()  # what came down until then is written
@@ -176,7 +176,7 @@ def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: boo
     last, end_s = recorder.ticks - 1, flight.core.services.t_s
     late = [
         fault
-        for fault in of_software(flight.faults)
+        for fault in software_faults(flight.faults)
         if (fault.at_s or 0.0) > end_s or (fault.tick or 0) > last
     ]
     for number, what in ((flight.sender.waiting, "commands"), (len(late), "faults")):
@@ -186,15 +186,15 @@ def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: boo
 
 def _write(flight: _Flight, session: Session, out: Path) -> str:
     """Write session, tables and picture; the names of the files, for the user."""
-    from torquer.simulation.results.netcdf import written
+    from torquer.simulation.results.netcdf import write_bytes
 
     for name in flight.software.dictionary.down:  # of an earlier flight
         (out / f"{name}.nc").unlink(missing_ok=True)
     (out / "downlink.png").unlink(missing_ok=True)
-    saved(session, out / "session.json")
-    tables = tables_of(flight.ground.received, flight.software.dictionary)
+    save_session(session, out / "session.json")
+    tables = as_tables(flight.ground.received, flight.software.dictionary)
     for name, table in tables.items():
-        put(out / f"{name}.nc", written(table))
+        put(out / f"{name}.nc", write_bytes(table))
     if "extended" not in tables:
         return "session.json, downlink.bin" + ", a table for each packet" * bool(tables)
     from torquer.report.downlink import draw_downlink
@@ -203,29 +203,29 @@ def _write(flight: _Flight, session: Session, out: Path) -> str:
     return "session.json, downlink.bin, downlink.png, a table for each packet"
 
 
-def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
+def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     software = load_software(how.software)
     if how.memory is not None:
         make_writable(how.memory, "--memory")
     memory = Memory(how.memory)
     before = memory.snapshot()["files"]
     check_faults(faults, software.modules)
-    core = _core_of(scenario, software, memory, how.computer)
+    core = _make_core(scenario, software, memory, how.computer)
     frames = []
     if how.commands:
         script = load_script(how.commands)
-        frames = frames_of(script, software.dictionary, core.flight.names, scenario.start)
+        frames = make_frames(script, software.dictionary, core.flight.names, scenario.start)
     if software.link != "historical" and software.keys.are_known:
         print_note(
             "the link is protected by keys that everybody knows; up_key and down_key of the "
             "software file name your own"
         )
-    station = station_of(software)
-    sender, link = Sender(frames, station), _opened(how.listen, software)
+    station = make_station(software)
+    sender, link = Sender(frames, station), _open_file(how.listen, software)
     return _Flight(core, _Ground(station), sender, faults, software, before, link, Lateness())
 
 
-def _core_of(scenario, software: Software, memory: Memory, computer: Path | None) -> Core:
+def _make_core(scenario, software: Software, memory: Memory, computer: Path | None) -> Core:
     """The satellite with its flight software, around the computer in C if there is one."""
     try:
         core = Core(scenario, software, memory, computer)
@@ -239,7 +239,7 @@ def _core_of(scenario, software: Software, memory: Memory, computer: Path | None
     return core
 
 
-def _opened(address: str | None, software: Software) -> Link | None:
+def _open_file(address: str | None, software: Software) -> Link | None:
     """The link to the ground, if there is to be one."""
     if address is None:
         return None
@@ -251,17 +251,17 @@ def _opened(address: str | None, software: Software) -> Link | None:
     return link
 
 
-def _flown(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signals: Stop) -> str:
+def _fly(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signals: Stop) -> str:
     """Fly to the end; what stopped the flight before, or ""."""
     link, whole = flight.link, scenario.simulation.duration_s
-    ticks = flown(
+    ticks = fly_steps(
         flight.core,
         lambda tick, t_s: flight.sender.at(t_s) + (link.receive() if link else b""),
-        of_software(flight.faults),
+        software_faults(flight.faults),
         how.ticks,
         1.0 if how.realtime else how.speed,
     )
-    with open(out / "downlink.bin", "wb") as file, progress_of(scenario.name) as progress:
+    with open(out / "downlink.bin", "wb") as file, show_progress(scenario.name) as progress:
         try:
             for tick in ticks:
                 recorder.note(tick.uplink, tick.downlink)
@@ -324,7 +324,7 @@ def _events(flight: _Flight) -> list[dict]:
     for at_s, frame in flight.ground.received:
         if frame.packet.name == "event":
             module, code, argument, _ = frame.values
-            reason = text_of_code(code)
+            reason = describe_code(code)
             found.append({
                 "received_s": at_s,
                 "event": f"{modules.get(module, module)}: {reason}",
@@ -336,12 +336,12 @@ def _events(flight: _Flight) -> list[dict]:
 def replay(session: Path, *, json: Json = False) -> int:
     """Fly SESSION again; exit code 1 unless the same bytes come down."""
     recorded, recorder = load_session(session), Recorder()
-    with progress_of(session.stem) as progress:
-        for tick in replayed(recorded):
+    with show_progress(session.stem) as progress:
+        for tick in replay_session(recorded):
             recorder.note(tick.uplink, tick.downlink)
             if progress and tick.number % 64 == 0:
                 progress(tick.number / max(recorded.ticks, 1))
-    same = recorder.digests_of_all() == recorded.digests
+    same = recorder.list_digests() == recorded.digests
     if json:
         print(json_text({"same": same, "ticks": recorder.ticks, "digest": recorder.digest()}))
     elif same:
@@ -377,6 +377,6 @@ def _packets(tick: Tick | None, session: Session) -> list[str]:
     if tick is None:
         return ["has ended"]
     software = load_software(Path(session.software) if session.software else None)
-    station = station_of(software)
+    station = make_station(software)
     frames = [*station.receive(tick.downlink), *station.finish()]
     return [f"{frame.packet.name} {frame.values}" for frame in frames]

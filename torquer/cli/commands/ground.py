@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import App
 
-from torquer.base.folder_lock import claimed
+from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
-from torquer.cli.examples import examples_of
+from torquer.cli.examples import show_examples
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
     check_installed,
@@ -26,7 +26,7 @@ from torquer.cli.output import (
 )
 from torquer.cli.process import FAILED_CODE
 
-app = App(name="ground", help_epilogue=examples_of("ground"), version_flags=[])
+app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
 FOLDER = Path("runs/ground")
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
@@ -78,7 +78,7 @@ def serve(
 
     satellites = _satellites(file, how, code)
     make_writable(how.folder, "--folder")
-    with writing_to(how.folder, "--folder"), claimed(how.folder, "--folder"):
+    with writing_to(how.folder, "--folder"), claim(how.folder, "--folder"):
         counters = Counters(how.command_counter or 0, how.new_telemetry)
         ground = Ground(satellites, how.folder, how.port or 0, counters)
         for each in satellites:
@@ -102,7 +102,7 @@ def _note_on_protection(satellite) -> None:
 
 def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> list:
     """The satellites of the file, or the one of the options."""
-    from torquer.ground.file import SatelliteTable, load_ground, satellite_of
+    from torquer.ground.file import SatelliteTable, load_ground, make_satellite
 
     if (path is None) == (how.link is None):
         received = "neither" if path is None else "both"
@@ -125,7 +125,7 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
             from torquer.scenario.load import load_scenario
 
             check_code(load_scenario(each.scenario), each.scenario, code)
-    return [satellite_of(key, table) for key, table in tables.items()]
+    return [make_satellite(key, table) for key, table in tables.items()]
 
 
 def _short_name(name: str) -> str:
@@ -161,7 +161,7 @@ class SendOptions:
     json: Json = False
 
 
-@app.command(help_epilogue=examples_of("ground send"))
+@app.command(help_epilogue=show_examples("ground send"))
 def send(name: str | None = None, /, *values: str, how: SendOptions = SendOptions()) -> int:
     """Send the command NAME with VALUES, written KEY=VALUE, by the ground that runs in --folder.
 
@@ -239,18 +239,18 @@ class ImportOptions:
     json: Json = False
 
 
-@app.command(name="import", help_epilogue=examples_of("ground import"))
+@app.command(name="import", help_epilogue=show_examples("ground import"))
 def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
     """Put the frames of RECORDING, bytes as they were received, into the archive.
 
     Prints what was found, lost and rejected. A frame is in an archive once, however often it comes.
     """
     from torquer.ground.archive import Archive
-    from torquer.ground.file import SatelliteTable, satellite_of
+    from torquer.ground.file import SatelliteTable, make_satellite
     from torquer.ground.recording import import_recording
 
     name = _short_name(how.name)
-    satellite = satellite_of(name, SatelliteTable(link="", software=how.software))
+    satellite = make_satellite(name, SatelliteTable(link="", software=how.software))
     if not recording.is_file():
         raise ValueError(f"RECORDING: must be a file; received {recording}")
     make_writable(how.folder, "--folder")
@@ -286,7 +286,7 @@ class ExportOptions:
     json: Json = False
 
 
-@app.command(help_epilogue=examples_of("ground export"))
+@app.command(help_epilogue=show_examples("ground export"))
 def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units."""
     if how.format == "parquet":

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from torquer.base.strict_json import json_text
 from torquer.cli.options import Json, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
-from torquer.simulation.results.file import load, save, understood
+from torquer.simulation.results.file import explain_errors, load, save
 
 _WIDTH, _SMOOTHED_WIDTH = 160, 100
 
@@ -26,9 +26,9 @@ def compare(
         raise ValueError(f"RESULTS: must be 2 to {MOST} runs; received {len(results)}")
     if out is not None:
         make_writable(out)
-    opened = [loaded(path, "RESULTS") for path in results]
+    opened = [load_result(path, "RESULTS") for path in results]
     names = _names(results)
-    with understood(", ".join(names)):
+    with explain_errors(", ".join(names)):
         compared = compared_of(*opened, names=names)
     if out is not None:
         with writing_to(out):
@@ -38,14 +38,14 @@ def compare(
         return 0
     screen, head = table_console(_WIDTH), ["", *names]
     if compared.changed:
-        screen.print(table(head, _changed(compared.changed), "Keys that differ"))
+        screen.print(table(head, _change(compared.changed), "Keys that differ"))
     screen.print(table(head, compared.rows(), "Key numbers"))
     if out is not None:
         print(picture)
     return 0
 
 
-def loaded(path: Path, name: str):
+def load_result(path: Path, name: str):
     """The result in a file, or in a run's folder; ValueError that begins with a name."""
     file = path / "result.nc" if path.is_dir() else path
     try:
@@ -71,7 +71,7 @@ def _names(paths: Sequence[Path]) -> list[str]:
     return whole
 
 
-def _changed(changed: dict[str, list]) -> list[tuple[str, ...]]:
+def _change(changed: dict[str, list]) -> list[tuple[str, ...]]:
     return [
         (key, *("not given" if value is None else str(value) for value in values))
         for key, values in changed.items()
@@ -94,18 +94,18 @@ def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
     expected. The run must have had a Kalman filter, simulation.record_inputs = true, and a record
     at every control step.
     """
-    from torquer.analysis.filters.smoothing import accuracy_of, smoothed
+    from torquer.analysis.filters.smoothing import measure_accuracy, smooth_run
     from torquer.report.filter.smoothed import draw_smoothed
 
-    run = loaded(result, "RESULT")
-    with understood(result):
-        found = smoothed(run)
+    run = load_result(result, "RESULT")
+    with explain_errors(result):
+        found = smooth_run(run)
     out = how.out or (result if result.is_dir() else result.parent)
     make_writable(out)
     with writing_to(out):
         save(found, out / "smoothed.nc")
         draw_smoothed(run, found, out / "smoothed.png")
-    accuracy = accuracy_of(run, found)
+    accuracy = measure_accuracy(run, found)
     if how.json:
         print(json_text(accuracy._asdict()))
         return 0

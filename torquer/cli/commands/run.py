@@ -7,14 +7,14 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
-from torquer.analysis.notes.notes import notes_of
-from torquer.base.folder_lock import claimed
+from torquer.analysis.notes.notes import write_notes
+from torquer.base.folder_lock import claim
 from torquer.base.strict_json import json_text
 from torquer.cli import compiling
 from torquer.cli.loading import check_computer, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
-    interrupted,
+    describe_interrupt,
     make_writable,
     print_error,
     print_note,
@@ -26,7 +26,7 @@ from torquer.scenario.resolution import notes_on_steps
 from torquer.scenario.usable import check_orbit_environment
 from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
-from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
+from torquer.simulation.results.restore import OtherBits, are_one_run, check_version, scenario_in
 from torquer.simulation.results.store import check_free
 from torquer.simulation.setup.checkpoints import NotSaved
 from torquer.simulation.setup.signals import ALL, Stop, noting_signals
@@ -79,25 +79,25 @@ def run_scenario(scenario, how: RunOptions) -> int:
         check_orbit_environment(scenario)
     make_writable(out)
     # the folder is free again before a late signal ends the process
-    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
+    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claim(out):
         try:
-            result, stopped, code = _flown(scenario, out / "result.nc", how)
+            result, stopped, code = _fly(scenario, out / "result.nc", how)
             if signals.asked and stopped:  # the report can wait: --resume draws it
                 code, how = SIGNAL_CODE + signals.number, replace(how, no_report=True)
                 signals.forget()
             summary = _write(result, out, signals, how)
         except KeyboardInterrupt:
-            print_error(interrupted(out, "partial results", (out / "result.nc").exists()))
+            print_error(describe_interrupt(out, "partial results", (out / "result.nc").exists()))
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
     if how.json:
         print(json_text(summary))
     else:
-        from torquer.analysis.summary_rows import rows_of
+        from torquer.analysis.summary_rows import summary_rows
 
         report = () if how.no_report else ("report.html", *["plots/"] * how.plots)
         files = ("result.nc", "summary.json", *report)
-        show_summary(summary["scenario"], rows_of(summary), out, *files)
+        show_summary(summary["scenario"], summary_rows(summary), out, *files)
     for note in notes_on_steps(result):
         print_note(note)
     if stopped:
@@ -106,7 +106,7 @@ def run_scenario(scenario, how: RunOptions) -> int:
     return code
 
 
-def _flown(scenario, path: Path, how: RunOptions):
+def _fly(scenario, path: Path, how: RunOptions):
     """(Result, what made the run stop or "", exit code) of a run that writes its file."""
     if how.resume:
         complete = _check_earlier(path, scenario)
@@ -114,9 +114,9 @@ def _flown(scenario, path: Path, how: RunOptions):
         check_free(
             path, "--out", "--resume continues it, --overwrite replaces it; or choose another --out"
         )
-    for note in notes_of(scenario):
+    for note in write_notes(scenario):
         print_note(note)
-    with progress_of(scenario.name) as progress, warnings.catch_warnings(record=True) as seen:
+    with show_progress(scenario.name) as progress, warnings.catch_warnings(record=True) as seen:
         for kind in _NOTES:
             warnings.simplefilter("always", kind)
         result, stopped, code = None, "", 0
@@ -163,13 +163,13 @@ def _check_earlier(path: Path, scenario) -> bool:
             began_with, how = scenario_in(earlier), earlier.attrs["how_it_ended"]
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"--resume: must find a result of a run; received {error}") from None
-    if not of_one_run(began_with, scenario):
+    if not are_one_run(began_with, scenario):
         raise ValueError(f"--resume: the scenario must be the one that {path} was started with")
     return how == COMPLETE
 
 
 @contextlib.contextmanager
-def progress_of(name: str):
+def show_progress(name: str):
     """Progress callback for a bar on a terminal; None elsewhere."""
     cold = compiling.is_cold()
     if not sys.stderr.isatty():
@@ -194,9 +194,9 @@ def progress_of(name: str):
 
 def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
     """Write summary and report; a signal ends the drawing."""
-    from torquer.analysis.summary import summary_of
+    from torquer.analysis.summary import summarise
 
-    summary = summary_of(result)
+    summary = summarise(result)
     put(out / "summary.json", json_text(summary) + "\n")
     if how.no_report:
         return summary

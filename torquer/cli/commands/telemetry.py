@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App
 
 from torquer.base.strict_json import json_text
-from torquer.cli.examples import examples_of
+from torquer.cli.examples import show_examples
 from torquer.cli.options import FLAT, CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.process import FAILED_CODE
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from torquer.ground.telemetry.examination import Examination
 
 _WIDTH = 110
-app = App(name="telemetry", help_epilogue=examples_of("telemetry"), version_flags=[])
+app = App(name="telemetry", help_epilogue=show_examples("telemetry"), version_flags=[])
 
 
 @options
@@ -69,18 +69,18 @@ def check(
 
 def _write(found: "Examination", out: Path) -> list[str]:
     """Write data, pictures and page; the names of the files."""
-    from torquer.ground.telemetry.twin_members import text_of_members
+    from torquer.ground.telemetry.twin_members import write_members
     from torquer.report.telemetry.page import write_telemetry
     from torquer.simulation.results.file import put
-    from torquer.simulation.results.netcdf import written
+    from torquer.simulation.results.netcdf import write_bytes
 
     twin = found.twin
-    files: dict[str, Any] = {"calibrated.nc": written(found.calibrated)}
+    files: dict[str, Any] = {"calibrated.nc": write_bytes(found.calibrated)}
     if found.attitude is not None:
-        files["attitude.nc"] = written(found.attitude.data)
+        files["attitude.nc"] = write_bytes(found.attitude.data)
     if twin is not None and twin.data is not None and twin.onward is not None:
-        files["twin.nc"] = written(twin.data)
-        files["twin.toml"] = text_of_members(twin.onward, twin)
+        files["twin.nc"] = write_bytes(twin.data)
+        files["twin.toml"] = write_members(twin.onward, twin)
     for name, content in files.items():
         put(out / name, content)
     return [*files, *write_telemetry(found, out)]
@@ -118,7 +118,7 @@ class ProposeOptions:
     json: Json = False
 
 
-@app.command(help_epilogue=examples_of("telemetry init"))
+@app.command(help_epilogue=show_examples("telemetry init"))
 def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
     """Propose a mapping for FILE, and say what of it is guessed."""
     from torquer.ground.telemetry.propose import propose_mapping

@@ -6,18 +6,18 @@ from typing import Annotated
 from cyclopts import App
 
 from torquer.base.strict_json import json_text
-from torquer.cli.app import help_of
-from torquer.cli.examples import examples_of
+from torquer.cli.app import read_help
+from torquer.cli.examples import show_examples
 from torquer.cli.options import FLAT, Json, options
 from torquer.cli.output import make_writable, print_answer, writing_to
 from torquer.theory.averaged.requests import LawRequest
 
-app = App(name="theory", help_epilogue=examples_of("theory"), version_flags=[])
+app = App(name="theory", help_epilogue=show_examples("theory"), version_flags=[])
 app.command(
     "torquer.cli.commands.theory_magneto_gyro:magneto_gyro",
     name="magneto-gyro",
-    help=help_of("theory_magneto_gyro", "magneto_gyro"),
-    help_epilogue=examples_of("theory magneto-gyro"),
+    help=read_help("theory_magneto_gyro", "magneto_gyro"),
+    help_epilogue=show_examples("theory magneto-gyro"),
 )
 
 
@@ -91,10 +91,10 @@ def _latex(law: str) -> str:
 
 
 def _draw(found, out: Path) -> list[str]:
-    from torquer.report.common.figure import saved
+    from torquer.report.common.figure import save_figure
     from torquer.report.theory.law_motion import draw_law_motion
 
     make_writable(out)
     figures = draw_law_motion(found)
     with writing_to(out):
-        return [str(saved(each, out / f"{name}.png")) for name, each in figures.items()]
+        return [str(save_figure(each, out / f"{name}.png")) for name, each in figures.items()]

@@ -47,10 +47,10 @@ def magneto_gyro(
 
 
 def _draw(models, out: Path) -> list[str]:
-    from torquer.report.common.figure import saved
+    from torquer.report.common.figure import save_figure
     from torquer.report.theory.magneto_gyro_models import draw_gyro_models
 
     make_writable(out)
     figures = draw_gyro_models(models)
     with writing_to(out):
-        return [str(saved(each, out / f"{name}.png")) for name, each in figures.items()]
+        return [str(save_figure(each, out / f"{name}.png")) for name, each in figures.items()]

@@ -14,8 +14,8 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     """Check SCENARIO without running it: errors, and notes on likely problems."""
     from torquer.analysis.notes.fault_notes import unnoticed_faults
     from torquer.analysis.notes.mode_notes import mode_findings
-    from torquer.analysis.notes.notes import notes_of
-    from torquer.cli.loading import check_code, code_of, load_checked
+    from torquer.analysis.notes.notes import write_notes
+    from torquer.cli.loading import check_code, find_code, load_checked
     from torquer.flight.c99.export import export_notes
     from torquer.simulation.setup.usable import checked_size
 
@@ -29,8 +29,8 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
             raise
         print(json_text({"valid": False, "errors": str(error).splitlines()}))
         return 2
-    notes, found = notes_of(checked) + export_notes(checked), mode_findings(checked)
-    executed = {file: key for key, file in reversed(code_of(checked, campaign).items())}
+    notes, found = write_notes(checked) + export_notes(checked), mode_findings(checked)
+    executed = {file: key for key, file in reversed(find_code(checked, campaign).items())}
     if json:
         data = {"scenario": checked.name, "valid": True, "notes": notes, "size": size._asdict()}
         data["compiles_first"] = compiling.is_cold()
@@ -72,9 +72,9 @@ def _show(scenario, campaign, size, executed: dict, found: list, notes: list[str
 
 def _campaign_in(path: Path, scenario):
     """The campaign in a file, checked with its scenario; None for a file without."""
-    from torquer.scenario.toml_text import data_of, text_of
+    from torquer.scenario.toml_text import parse_toml, read_text
 
-    table = data_of(text_of(path, "scenario"), "scenario").get("campaign")
+    table = parse_toml(read_text(path, "scenario"), "scenario").get("campaign")
     if table is None:
         return None
     from torquer.campaign.load import campaign_from_data

@@ -24,7 +24,7 @@ from torquer.computer.interface import (
     Estimate,
     Inputs,
     ReadingTimes,
-    inputs_of,
+    read_inputs,
 )
 
 #: Threads that need the same function wait for the first: a second copy would push the first one,
@@ -33,7 +33,7 @@ _ONE_AT_A_TIME = threading.RLock()
 
 
 @functools.cache
-def type_of_inputs():
+def find_inputs_type():
     """Numba's type of the inputs, handed over by value."""
     import numba
 
@@ -68,7 +68,7 @@ class Kind(NamedTuple):
     @property
     def signature(self):
         """Signature of the compiled block, for inputs handed over by value."""
-        return self._signature_for(type_of_inputs())
+        return self._signature_for(find_inputs_type())
 
     @property
     def in_loop(self):
@@ -98,14 +98,14 @@ def flat(value) -> list:
     return found
 
 
-def names_of(memory) -> tuple | None:
+def memory_names(memory) -> tuple | None:
     """Name and shape of each part of a memory with names, () for a number; None of cells."""
     if not isinstance(memory, Mapping):
         return None
     return tuple((name, np.shape(value)) for name, value in memory.items())
 
 
-def layout_of(names: tuple) -> np.dtype:
+def memory_layout(names: tuple) -> np.dtype:
     """The record that a memory with names is."""
     return np.dtype([(name, np.float64, shape) for name, shape in names])
 
@@ -163,8 +163,8 @@ def record_maker(shape: Shape) -> Callable:
 def _memory_view(names: tuple | None) -> Callable:
     """Kernel that shows memory cells as the function takes them."""
     if names is None:
-        return _unchanged
-    layout = layout_of(names)
+        return _same
+    layout = memory_layout(names)
     if not engine.COMPILED:
         return lambda cells: cells.view(layout).view(np.recarray)[0]
     import numba
@@ -183,7 +183,7 @@ def _memory_view(names: tuple | None) -> Callable:
 
 
 @engine.inlined
-def _unchanged(value):
+def _same(value):
     return value
 
 
@@ -199,11 +199,11 @@ def _guarded_adapter(inputs, parameters, memory):
 
 
 @engine.inlined
-def _first_of(records):
-    return inputs_of(records[0])
+def _first_record(records):
+    return read_inputs(records[0])
 
 
-def compiled(
+def compile_block(
     kind: Kind, function: Callable, parameters: tuple, names: tuple | None, in_loop: bool = False
 ):
     """A block's function behind its adapter; ValueError of one line if it does not compile.
@@ -213,18 +213,20 @@ def compiled(
     `in_loop`: for inputs as the loop holds them.
     """
     with _ONE_AT_A_TIME:
-        return _compiled(kind, function, Shape(parameters), names, in_loop)
+        return _compile_block(kind, function, Shape(parameters), names, in_loop)
 
 
 @functools.cache
-def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None, in_loop: bool):
-    plain = plugin.plain_of(function)
+def _compile_block(
+    kind: Kind, function: Callable, shape: Shape, names: tuple | None, in_loop: bool
+):
+    plain = plugin.plain_function(function)
     own = engine.is_own(plain)
     must = f"{kind.name} {plain.__name__}: must compile as (inputs, parameters, memory) -> "
     must += kind.returns
     parts = {
         "_function": function,
-        "_inputs": _first_of if in_loop else _unchanged,
+        "_inputs": _first_record if in_loop else _same,
         "_unify": kind.unify,
         "_failed": kind.failed,
         "_named": record_maker(shape),
@@ -232,16 +234,16 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
     }
     adapter = _plain_adapter if own else _guarded_adapter
     if not engine.COMPILED:
-        return placed(adapter, plain, shape, names, parts)
+        return place_adapter(adapter, plain, shape, names, parts)
     signature = kind.in_loop if in_loop else kind.signature
     plugin.check_arguments(plain, 3, must)
-    parts["_function"] = inner = inner_of(function, own, shape)
-    file = plugin.file_of(plain)
+    parts["_function"] = inner = make_inner(function, own, shape)
+    file = plugin.source_file(plain)
     known = file is not None and plain.__closure__ is None
     with plugin.cache_beside(file if known and not own else None):
-        place = placed(adapter, plain, shape, names, parts)
+        place = place_adapter(adapter, plain, shape, names, parts)
         try:
-            made = plugin.compiled(place, signature, must, keep=known, error_model="numpy")
+            made = plugin.compile_plugin(place, signature, must, keep=known, error_model="numpy")
         except ValueError:
             _explain(inner, shape, names, must, kind.plainly)
             raise
@@ -250,13 +252,13 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
     return FirstClass(made, signature)
 
 
-def inner_of(function: Callable, own: bool, shape: Shape):
+def make_inner(function: Callable, own: bool, shape: Shape):
     """The function itself, to be compiled into the adapter.
 
     On its own it is kept on disk only where that can be found again: a record of parameters that
     is made on the spot is another type in each process.
     """
-    plain = plugin.plain_of(function)
+    plain = plugin.plain_function(function)
     if own and shape.fixed:
         return function if function is not plain else engine.kernel(plain)
     import numba
@@ -269,20 +271,22 @@ def _explain(inner, shape: Shape, names, must: str, plainly: str) -> None:
     """Compile a function alone, so that the message is of its own mistake."""
     import numba
 
-    memory = _numba_types()[0] if names is None else numba.from_dtype(layout_of(names))
+    memory = _numba_types()[0] if names is None else numba.from_dtype(memory_layout(names))
     parameters = numba.typeof(floats(shape.example))
-    own = plugin.plain_of(inner)
-    alone = plugin.compiled(own, (type_of_inputs(), parameters, memory), must, plainly=plainly)
+    own = plugin.plain_function(inner)
+    alone = plugin.compile_plugin(
+        own, (find_inputs_type(), parameters, memory), must, plainly=plainly
+    )
     returned = str(alone.nopython_signatures[0].return_type)
     received = reasons.returned_in_words(returned)
     raise ValueError(f"{must}; received one that returns {received}")
 
 
-def filled(example, numbers):
+def fill(example, numbers):
     """Records like an example, with other numbers (an iterator) in them."""
     if not isinstance(example, tuple | list):
         return next(numbers)
-    parts = [filled(part, numbers) for part in example]
+    parts = [fill(part, numbers) for part in example]
     return type(example)(*parts) if hasattr(example, "_fields") else tuple(parts)
 
 
@@ -294,7 +298,7 @@ def floats(value):
     return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
 
 
-def placed(
+def place_adapter(
     adapter: FunctionType, plain, shape: Shape, names, parts: dict, form: str = ""
 ) -> FunctionType:
     """The adapter of one function, which passes for a function of that function's own file.
@@ -304,7 +308,7 @@ def placed(
     """
     own = plain.__code__
     records = [(c.__qualname__, c._fields) for _, c in shape.classes]
-    answer = plugin.plain_of(parts["_unify"]).__name__
+    answer = plugin.plain_function(parts["_unify"]).__name__
     structure = f"{shape.source} {records} {names} {answer} {form}"
     numbers = repr([c for c in own.co_consts if isinstance(c, int | float)])
     mark = hashlib.sha256(own.co_code + numbers.encode() + structure.encode())

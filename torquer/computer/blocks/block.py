@@ -22,12 +22,12 @@ from torquer.base.validate import storable_name, storable_text
 from torquer.computer.blocks import plugin
 from torquer.computer.blocks.adapter import (
     Kind,
-    compiled,
-    filled,
+    compile_block,
+    fill,
     flat,
     floats,
-    layout_of,
-    names_of,
+    memory_layout,
+    memory_names,
 )
 from torquer.computer.interface import Inputs
 
@@ -107,11 +107,11 @@ class Block:
                     f"received {name!r}"
                 )
             if _sizes(value) != _sizes(known[name]):
-                shape = _said_of(_sizes(known[name]))
+                shape = _say_sizes(_sizes(known[name]))
                 raise ValueError(
                     f"{self._said}: parameter {name} must be {shape}; received {value!r}"
                 )
-        made = {name: filled(known[name], iter(flat(value))) for name, value in values.items()}
+        made = {name: fill(known[name], iter(flat(value))) for name, value in values.items()}
         parameters = self.parameters._replace(**made) if made else self.parameters
         return replace(self, parameters=parameters, spec=None)
 
@@ -134,12 +134,12 @@ class Block:
         if not isinstance(self.memory, Mapping):
             return replace(self, memory=tuple(cells), spec=None)
         numbers = iter(cells)
-        memory = {name: filled(value, numbers) for name, value in self.memory.items()}
+        memory = {name: fill(value, numbers) for name, value in self.memory.items()}
         return replace(self, memory=memory, spec=None)
 
     def structure(self) -> tuple:
         """Names and sizes of parameters and memory."""
-        names = names_of(self.memory)
+        names = memory_names(self.memory)
         return list(self.places().items()), len(self.first_memory()) if names is None else names
 
     def places(self) -> dict[str, tuple[int, int]]:
@@ -157,12 +157,12 @@ class Block:
 
     def record_from(self, cells: np.ndarray) -> tuple:
         """Parameters as the function takes them, of what `pack` gives."""
-        return filled(self.parameters, iter(cells.tolist()))
+        return fill(self.parameters, iter(cells.tolist()))
 
     def record_of(self, cells: np.ndarray):
         """What the function sees of memory cells: the cells, or a record that shares them."""
-        names = names_of(self.memory)
-        return cells if names is None else cells.view(layout_of(names)).view(np.recarray)[0]
+        names = memory_names(self.memory)
+        return cells if names is None else cells.view(memory_layout(names)).view(np.recarray)[0]
 
     def logged(self) -> dict[str, Logged]:
         """The logged parts of the memory, by name."""
@@ -177,12 +177,12 @@ class Block:
 
     def compile(self):
         """The function with its inputs by value; ValueError of one line if it does not compile."""
-        return compiled(self.kind, self.function, self.parameters, names_of(self.memory))
+        return compile_block(self.kind, self.function, self.parameters, memory_names(self.memory))
 
     def in_loop(self):
         """The function as the loop calls it: with its inputs as a record."""
-        names = names_of(self.memory)
-        return compiled(self.kind, self.function, self.parameters, names, in_loop=True)
+        names = memory_names(self.memory)
+        return compile_block(self.kind, self.function, self.parameters, names, in_loop=True)
 
     def described(self) -> str:
         """Name and parameters, as a result keeps them."""
@@ -200,7 +200,7 @@ class Block:
         """
         parameters = self.parameters if parameters is None else parameters
         memory = self.record_of(self.first_memory()) if memory is None else memory
-        return plugin.plain_of(self.function)(inputs, parameters, memory)
+        return plugin.plain_function(self.function)(inputs, parameters, memory)
 
 
 def _places(values: Mapping) -> dict[str, tuple[int, int]]:
@@ -234,21 +234,21 @@ def _sizes(value) -> tuple | None:
     return None
 
 
-def _said_of(sizes: tuple | None) -> str:
+def _say_sizes(sizes: tuple | None) -> str:
     if sizes is None:
         return "a number"
     if all(size is None for size in sizes):
         return f"{len(sizes)} numbers"
-    return f"({', '.join(map(_said_of, sizes))})"
+    return f"({', '.join(map(_say_sizes, sizes))})"
 
 
-def _nested(value):
+def _nest(value):
     """Lists and arrays, however deep, as tuples."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         return value
-    return tuple(map(_nested, value)) if isinstance(value, list | tuple) else value
+    return tuple(map(_nest, value)) if isinstance(value, list | tuple) else value
 
 
 def _as_record(name: str, parameters):
@@ -259,7 +259,7 @@ def _as_record(name: str, parameters):
                     f"{name}: parameters must be named as variables in Python are, and not begin "
                     f"with '_'; received {key!r}"
                 )
-        values = [_nested(value) for value in parameters.values()]
+        values = [_nest(value) for value in parameters.values()]
         return namedtuple("Parameters", parameters)(*values) if values else ()
     return parameters
 
@@ -291,5 +291,5 @@ def _as_memory(name: str, memory, log: Mapping):
                 f"received {taken[0]!r}"
             )
         added = {key: 0.0 for key in log if key not in memory}
-        return {key: _nested(value) for key, value in {**memory, **added}.items()}
+        return {key: _nest(value) for key, value in {**memory, **added}.items()}
     return tuple(float(cell) for cell in memory)

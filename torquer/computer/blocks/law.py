@@ -125,11 +125,11 @@ def as_law(law_or_function, name: str = "law") -> Law:
             f"{name}: must be a torquer.Law or a function; received {law_or_function!r}"
         )
     called = getattr(law_or_function, "__name__", type(law_or_function).__name__)
-    needs = readings_of(law_or_function)
+    needs = needed_readings(law_or_function)
     return Law(called, law_or_function, (), _PLAIN_MEMORY, needs=needs, compiled=False)
 
 
-def readings_of(function: Callable) -> frozenset[str]:
+def needed_readings(function: Callable) -> frozenset[str]:
     """Readings to be made for a user's law: those that it uses, all if it hands its inputs on."""
     used = attributes_read(function)
     used = _READINGS.keys() if used is None else used
@@ -175,7 +175,7 @@ def law(
         parameters or (),
         memory,
         log or {},
-        frozenset(needs) | readings_of(function),
+        frozenset(needs) | needed_readings(function),
         compiled,
         answers=answers,
     )

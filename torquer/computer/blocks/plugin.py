@@ -17,19 +17,19 @@ from types import CodeType, FunctionType
 
 from torquer.base.validate import as_storable
 from torquer.compile import engine
-from torquer.compile.sources import mark_of
+from torquer.compile.sources import mark_files
 from torquer.computer.blocks import reasons
 
 #: Characters of what a user's code raised or returned that a message shows.
 _LONGEST = 300
 
 
-def plain_of(function: Callable) -> Callable:
+def plain_function(function: Callable) -> Callable:
     """The Python function behind a compiled one."""
     return getattr(function, "py_func", function)
 
 
-def file_of(plain: Callable) -> Path | None:
+def source_file(plain: Callable) -> Path | None:
     """The file in which a function is written; None for a typed one."""
     try:
         source = Path(inspect.getsourcefile(plain) or "")
@@ -73,11 +73,11 @@ def source_mark(function: Callable) -> str:
 
     '' for the package's and typed ones.
     """
-    plain = plain_of(function)
-    file = file_of(plain)
+    plain = plain_function(function)
+    file = source_file(plain)
     if file is None or engine.is_own(plain):
         return ""
-    return mark_of(_imported_from_beside(file))
+    return mark_files(_imported_from_beside(file))
 
 
 def source_text(function: Callable) -> str:
@@ -85,11 +85,11 @@ def source_text(function: Callable) -> str:
 
     '' for the package's own, for one whose file has been edited since, and for one without text.
     """
-    plain = plain_of(function)
+    plain = plain_function(function)
     if not isinstance(plain, FunctionType) or engine.is_own(plain):
         return ""
     try:
-        file = file_of(plain)
+        file = source_file(plain)
         text = file.read_text(encoding="utf-8") if file else inspect.getsource(plain)
         known = file is None or plain.__code__ in _codes_in(compile(text, file, "exec"))
     except (OSError, SyntaxError, ValueError):
@@ -108,7 +108,7 @@ def attributes_read(function: Callable) -> set[str] | None:
 
     Known only where every use of the argument is `argument.name`.
     """
-    plain = plain_of(function)
+    plain = plain_function(function)
     if not isinstance(plain, FunctionType) or plain.__code__.co_argcount == 0:
         return None
     code, found = plain.__code__, set()
@@ -131,12 +131,12 @@ def cache_beside(file: Path | None):
     """Within the block, compile into the cache of this user's file and those next to it."""
     if not file or not engine.COMPILED:
         return contextlib.nullcontext()
-    from torquer.compile.code_cache import cache_of
+    from torquer.compile.code_cache import user_cache
 
-    return cache_of(_beside(file))
+    return user_cache(_beside(file))
 
 
-def place_of(error: BaseException, file: Path | None) -> str:
+def error_place(error: BaseException, file: Path | None) -> str:
     """Where in a user's file an error arose, as " (law.py, line 3)"; "" if it arose elsewhere."""
     if file is None:
         return ""
@@ -150,7 +150,7 @@ def place_of(error: BaseException, file: Path | None) -> str:
     return f" ({file.name}, line {lines[-1]})" if lines else ""
 
 
-def shown(value) -> str:
+def printable(value) -> str:
     """What a user's code raised or returned, as one line that can be printed and stored.
 
     Its own text may be long, or raise an error itself.
@@ -180,7 +180,7 @@ def check_arguments(plain: Callable, count: int, must: str) -> None:
         raise ValueError(f"{must}; received one that takes {taken} arguments")
 
 
-def compiled(
+def compile_plugin(
     function: Callable, signature, must: str, keep: bool = False, plainly: str = "", **options
 ):
     """The function by Numba; `must` says what must hold, and begins the message if it does not.
@@ -192,7 +192,7 @@ def compiled(
 
     from torquer.compile.numba_private import (
         NumbaError,
-        kept,
+        keep_compiled,
         rare_collections,
         register_dispatcher,
     )
@@ -200,7 +200,7 @@ def compiled(
     try:
         found = numba.njit(**options)(function)
         if keep:
-            kept(found)
+            keep_compiled(found)
         with register_dispatcher(found), rare_collections():
             found.compile(signature)
         found.disable_compile()
@@ -209,30 +209,30 @@ def compiled(
         text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         message = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
-        place = _named_place(error, text, file_of(plain_of(function)))
+        place = _named_place(error, text, source_file(plain_function(function)))
         reason, way_out = reasons.in_words((message or lines)[0], text, plainly)
         raise ValueError(f"{must}; received: {reason[:200]}{place}{way_out}") from None
     except KeyError as error:  # Numba's answer to a field that a record does not have
         raise ValueError(f"{must}; received one whose memory has no {error}") from None
     except AttributeError as error:  # and to a name that a module does not have
-        raise ValueError(f"{must}; received: {shown(error)}") from None
+        raise ValueError(f"{must}; received: {printable(error)}") from None
     except (AssertionError, IndexError, TypeError) as error:  # and to defaults of a named tuple
         raise ValueError(
-            f"{must}; received: {shown(error)} (in compiled code a named tuple, such as "
+            f"{must}; received: {printable(error)} (in compiled code a named tuple, such as "
             "torquer.Command, must be given all its fields)"
         ) from None
 
 
 def first_class(function: Callable, signature, must: str):
     """The function as kernels take it; plain without the compiler."""
-    plain = plain_of(function)
+    plain = plain_function(function)
     if not engine.COMPILED:
         return plain
     check_arguments(plain, len(signature.args), must)
-    file, own = file_of(plain), engine.is_own(plain)
+    file, own = source_file(plain), engine.is_own(plain)
     known = file is not None and plain.__closure__ is None
     with cache_beside(file if known and not own else None):
-        found = compiled(plain, signature, must, keep=known, error_model="numpy")
+        found = compile_plugin(plain, signature, must, keep=known, error_model="numpy")
         from torquer.compile.overloads import FirstClass
 
         return FirstClass(found, signature)

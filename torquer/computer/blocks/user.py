@@ -61,7 +61,7 @@ class GivenLaw(Spec):
         )
 
 
-def spec_of(law: Law, kinds: Collection[str]) -> Spec:
+def as_spec(law: Law, kinds: Collection[str]) -> Spec:
     """The spec of a law to fly, which is given as a spec, in a file or in Python.
 
     `kinds`: the kinds allowed there.
@@ -81,10 +81,10 @@ def _in_a_file(law: Law, parameters: dict[str, Parameter]) -> UserLaw | None:
     The file must have been imported as a module of its own (a script would run again, a package's
     module need not load by itself), and not been edited since.
     """
-    function = plugin.plain_of(law.function)
+    function = plugin.plain_function(law.function)
     if not isinstance(function, FunctionType) or not plugin.source_text(function):
         return None
-    file, module = plugin.file_of(function), sys.modules.get(function.__module__)
+    file, module = plugin.source_file(function), sys.modules.get(function.__module__)
     if file is None or function.__module__ == "__main__" or getattr(module, "__package__", "-"):
         return None
     for name, value in vars(module).items():
@@ -114,7 +114,7 @@ def _differ_in_numbers_only(known: Law, law: Law) -> bool:
 
 def _same_function(a, b) -> bool:
     """Whether two functions are one, or the same text imported twice."""
-    a, b = plugin.plain_of(a), plugin.plain_of(b)
+    a, b = plugin.plain_function(a), plugin.plain_function(b)
     closed = getattr(a, "__closure__", None) or getattr(b, "__closure__", None)
     return a is b or (not closed and getattr(a, "__code__", None) == b.__code__)
 
@@ -131,13 +131,13 @@ def load_law(file: Path, name: str | None = None) -> Law:
     if file.suffix != ".py":
         raise ValueError(f"law file: must be a Python file (.py); received {file}")
     with plugin.cache_beside(file):
-        found = _find(_module_of(file), file, name)
+        found = _find(_import_file(file), file, name)
         if found.compiled:
             found.in_loop()
     return found
 
 
-def _module_of(file: Path):
+def _import_file(file: Path):
     """The file as a module of its own, with the files next to it importable."""
     mark = hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:8]
     spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}_{mark}", file)
@@ -147,7 +147,7 @@ def _module_of(file: Path):
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        received = plugin.shown(error) + plugin.place_of(error, Path(spec.origin))
+        received = plugin.printable(error) + plugin.error_place(error, Path(spec.origin))
         raise ValueError(f"law file {file}: must import; received {received}") from None
     finally:
         sys.path.pop(0)

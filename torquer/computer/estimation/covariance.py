@@ -106,24 +106,24 @@ def put_uncorrelated(p, row, variance):
 
 
 @inlined
-def slices_of(prior):
+def state_slices(prior):
     """First row of each state in the covariance; 0 for one that the filter does not have.
 
     `prior`: variances at the start; a state without one is not estimated.
     """
-    gyro_bias, free = _placed(prior.gyro_bias, 3)
-    rate, free = _placed(prior.rate, free)
-    dipole, free = _placed(prior.residual_dipole, free)
-    bias, free = _placed(prior.magnetometer_bias, free)
-    scale_b, free = _placed(prior.magnetometer_scale, free)
-    turn_b, free = _placed(prior.magnetometer_misalignment, free)
-    scale_w, free = _placed(prior.gyro_scale, free)
-    turn_w, free = _placed(prior.gyro_misalignment, free)
+    gyro_bias, free = _place(prior.gyro_bias, 3)
+    rate, free = _place(prior.rate, free)
+    dipole, free = _place(prior.residual_dipole, free)
+    bias, free = _place(prior.magnetometer_bias, free)
+    scale_b, free = _place(prior.magnetometer_scale, free)
+    turn_b, free = _place(prior.magnetometer_misalignment, free)
+    scale_w, free = _place(prior.gyro_scale, free)
+    turn_w, free = _place(prior.gyro_misalignment, free)
     return States(0, gyro_bias, rate, dipole, bias, scale_b, turn_b, scale_w, turn_w)
 
 
 @inlined
-def _placed(variance, free):
+def _place(variance, free):
     """(First row of a state, 0 for none; the next free row)."""
     if variance > 0.0:
         return free, free + 3
@@ -131,7 +131,7 @@ def _placed(variance, free):
 
 
 @inlined
-def state_of(states, at):
+def read_state(states, at):
     """A state beyond the attitude error, by its first row in the covariance; zeros for none."""
     if at == 0:
         return (0.0, 0.0, 0.0)
@@ -184,13 +184,13 @@ def turn_attitude(p, turn):
 
 
 @inlined
-def variance_of(p, row):
+def mean_variance(p, row):
     """Mean variance of the three components of a state."""
     return (p[row, row] + p[row + 1, row + 1] + p[row + 2, row + 2]) / 3.0
 
 
 @inlined
-def gain_of(p, i, m, row):
+def gain_element(p, i, m, row):
     """Element of P H^T for a state's component i and a component of the measurement."""
     h = m.h[row]
     g = p[i, 0] * h[0] + p[i, 1] * h[1] + p[i, 2] * h[2]
@@ -203,7 +203,7 @@ def gain_of(p, i, m, row):
 
 
 @inlined
-def seen_of(gain, column, m, row):
+def row_times_gain(gain, column, m, row):
     """Product of a row of H and a column of P H^T, which is a row of `gain`."""
     h = m.h[row]
     s = h[0] * gain[column, 0] + h[1] * gain[column, 1] + h[2] * gain[column, 2]
@@ -216,19 +216,19 @@ def seen_of(gain, column, m, row):
 
 
 @inlined
-def factors_of(gain, m):
+def factor_innovation(gain, m):
     """(L, D) of the innovation's covariance H P H^T + R = L D L^T: (l21, l31, l32), (d1, d2, d3).
 
     For two components d3 is one.
     """
     last = m.count - 1
-    d1 = seen_of(gain, 0, m, 0) + m.r
-    l21, l31 = seen_of(gain, 0, m, 1) / d1, seen_of(gain, 0, m, last) / d1
-    d2 = seen_of(gain, 1, m, 1) + m.r - l21 * l21 * d1
-    l32 = (seen_of(gain, 1, m, last) - l31 * l21 * d1) / d2
+    d1 = row_times_gain(gain, 0, m, 0) + m.r
+    l21, l31 = row_times_gain(gain, 0, m, 1) / d1, row_times_gain(gain, 0, m, last) / d1
+    d2 = row_times_gain(gain, 1, m, 1) + m.r - l21 * l21 * d1
+    l32 = (row_times_gain(gain, 1, m, last) - l31 * l21 * d1) / d2
     d3 = 1.0
     if m.count == 3:
-        d3 = seen_of(gain, 2, m, 2) + m.r - l31 * l31 * d1 - l32 * l32 * d2
+        d3 = row_times_gain(gain, 2, m, 2) + m.r - l31 * l31 * d1 - l32 * l32 * d2
     return (l21, l31, l32), (d1, d2, d3)
 
 
@@ -250,12 +250,12 @@ def update(p, gain, correction, m, gate, estimated):
     for i in range(n):
         correction[i] = 0.0
         for row in range(m.count):
-            gain[row, i] = gain_of(p, i, m, row)
+            gain[row, i] = gain_element(p, i, m, row)
     if m.since > 0.0:  # what the error has gained since the reading is not in it
         for row in range(m.count):
             for i in range(3):
                 gain[row, i] -= m.since * m.h[row][i]
-    lower, d = factors_of(gain, m)
+    lower, d = factor_innovation(gain, m)
     e1 = m.z[0]
     e2 = m.z[1] - lower[0] * e1
     nis, e3 = e1 * e1 / d[0] + e2 * e2 / d[1], 0.0

@@ -10,8 +10,8 @@ from torquer.computer.estimation.measurements.measurement import (
     FIRST_CELL,
     NADIR_CHANNEL,
     SUN_CHANNEL,
-    as_of_now,
     is_usable,
+    turn_to_now,
 )
 from torquer.computer.estimation.measurements.sun_cells import sun_by_cells
 from torquer.computer.estimation.triad import CONTRADICTION_RAD, field_at
@@ -40,7 +40,7 @@ class Direction(NamedTuple):
 
 
 @inlined
-def direction_of(inputs, parameters, sensor):
+def read_direction(inputs, parameters, sensor):
     """The latest reading of a sensor of directions; of any other it is not used."""
     sensing, at = parameters.sensing, inputs.read_at
     read_s, v, reference, r, per, cells_used = 0.0, _ZERO, _ZERO, 0.0, 1.0, False
@@ -71,6 +71,6 @@ def contradicts(q, d, turned):
 
     A misalignment that users leave out does not count, see `CONTRADICTION_RAD`.
     """
-    seen = rotate(q, as_of_now(turned, 1.0, d.v))
+    seen = rotate(q, turn_to_now(turned, 1.0, d.v))
     angle = math.atan2(norm(cross(seen, d.reference)), dot(seen, d.reference))
     return angle > CONTRADICTION_RAD + 6.0 * math.sqrt(d.r)

@@ -27,7 +27,7 @@ def _flags(v):
     )  # fmt: skip
 
 
-def _isolated(e):
+def _isolate(e):
     """`isolated` of an estimate, which may have been made without it."""
     return e.isolated
 
@@ -36,7 +36,7 @@ def _isolated(e):
 def _overload() -> None:
     from numba.extending import overload
 
-    @overload(_isolated, inline="always")
+    @overload(_isolate, inline="always")
     def choose(e):
         """Compiled code has no default values: an estimate may lack its last part."""
         if len(e.types) == len(Estimate._fields):
@@ -56,7 +56,7 @@ def as_estimate(e):
         _numbers(e.gyro_bias_rad_s),
         float(e.sigma_rad),
         float(e.sigma_rad_s),
-        _flags(_isolated(e)),
+        _flags(_isolate(e)),
     )
 
 

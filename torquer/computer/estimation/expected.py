@@ -10,21 +10,21 @@ import numpy as np
 
 from torquer.compile.engine import called, inlined, kernel, plugged
 from torquer.computer.estimation import kalman_dynamics, kalman_gyro
-from torquer.computer.estimation.covariance import slices_of, update
-from torquer.computer.estimation.kalman_dynamics import ModelEnvironment, full, linearised
-from torquer.computer.estimation.measurements.magnetometer import errors_at, of_field
+from torquer.computer.estimation.covariance import state_slices, update
+from torquer.computer.estimation.kalman_dynamics import ModelEnvironment, full, linearise
+from torquer.computer.estimation.measurements.magnetometer import errors_at, measure_field
 from torquer.computer.estimation.measurements.measurement import (
     direction_measurement,
     estimated_rows,
 )
-from torquer.computer.estimation.measurements.star_tracker import of_attitude
-from torquer.computer.estimation.measurements.sun_cells import of_cell
-from torquer.computer.estimation.triad import quaternion_of
+from torquer.computer.estimation.measurements.star_tracker import measure_attitude
+from torquer.computer.estimation.measurements.sun_cells import measure_cell
+from torquer.computer.estimation.triad import read_quaternion
 from torquer.environment.albedo import earthlight
 from torquer.maths.geometry.quaternion import rotate_inverse
-from torquer.maths.geometry.vec3 import add, norm, put_matrix, scale, unit, vector_of
+from torquer.maths.geometry.vec3 import add, norm, put_matrix, read_vector, scale, unit
 from torquer.spacecraft.sensors.attitude_sensor import earth_cosine, is_blind
-from torquer.spacecraft.sensors.horizon_sensor import centre_of_disc, sees_horizon
+from torquer.spacecraft.sensors.horizon_sensor import disc_centre, sees_horizon
 from torquer.spacecraft.sensors.sun_cells import CELLS
 from torquer.spacecraft.sensors.sun_sensor import sensor_that_sees
 
@@ -58,14 +58,14 @@ class Nominal(NamedTuple):
 def keep_seen(sensors, sun_body, seen):
     """Clear `seen` (k,) where no sensor sees the Sun, in direction `sun_body` (k, 3)."""
     for k in range(seen.shape[0]):
-        seen[k] = seen[k] and sensor_that_sees(sensors, vector_of(sun_body[k])) >= 0
+        seen[k] = seen[k] and sensor_that_sees(sensors, read_vector(sun_body[k])) >= 0
 
 
 @kernel
 def put_earthlight(albedo, r, sun, out):
     """Light of the Earth (k, 3) (inertial), as `torquer.environment.albedo` gives it."""
     for k in range(out.shape[0]):
-        out[k, 0], out[k, 1], out[k, 2] = earthlight(albedo, vector_of(r[k]), vector_of(sun[k]))
+        out[k, 0], out[k, 1], out[k, 2] = earthlight(albedo, read_vector(r[k]), read_vector(sun[k]))
 
 
 @kernel
@@ -76,10 +76,10 @@ def put_stars(sensor, q, omega, sun, r, stars):
     inertial.
     """
     for k in range(stars.shape[0]):
-        at, place = quaternion_of(q[k]), vector_of(r[k])
-        to_sun, nadir = rotate_inverse(at, vector_of(sun[k])), rotate_inverse(at, unit(place))
+        at, place = read_quaternion(q[k]), read_vector(r[k])
+        to_sun, nadir = rotate_inverse(at, read_vector(sun[k])), rotate_inverse(at, unit(place))
         cosine = earth_cosine(sensor, norm(place))
-        turning = vector_of(omega[k])
+        turning = read_vector(omega[k])
         stars[k] = not is_blind(sensor, turning, to_sun, scale(-1.0, nadir), cosine)
 
 
@@ -90,15 +90,15 @@ def put_earth(sensor, q, omega, r, earth):
     At attitudes (k, 4), rates (k, 3), positions (k, 3) [m, inertial].
     """
     for k in range(earth.shape[0]):
-        centre = rotate_inverse(quaternion_of(q[k]), centre_of_disc(sensor, vector_of(r[k])))
-        earth[k] = sees_horizon(sensor, vector_of(omega[k]), centre)
+        centre = rotate_inverse(read_quaternion(q[k]), disc_centre(sensor, read_vector(r[k])))
+        earth[k] = sees_horizon(sensor, read_vector(omega[k]), centre)
 
 
 @inlined
 def field_reading(parameters, q, reference, field):
     """(z, H, R) of a field [T, inertial] where the model gives another one."""
     read = rotate_inverse(q, field)
-    return of_field(q, reference, read, errors_at(parameters), parameters.sensing.r_field)
+    return measure_field(q, reference, read, errors_at(parameters), parameters.sensing.r_field)
 
 
 @inlined
@@ -110,17 +110,17 @@ def sun_reading(parameters, q, reference, sun):
 @called
 def take_readings(parameters, along, k, p, gain, correction):
     """Update a covariance by what sensors would read at a place of the motion."""
-    q, sensing = quaternion_of(along.q[k]), parameters.sensing
+    q, sensing = read_quaternion(along.q[k]), parameters.sensing
     if sensing.r_field > 0.0:
-        b = vector_of(along.b[k])
+        b = read_vector(along.b[k])
         m = field_reading(parameters, q, b, b)
         update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
     if sensing.r_sun > 0.0 and along.seen[k]:
-        s = vector_of(along.sun[k])
+        s = read_vector(along.sun[k])
         m = sun_reading(parameters, q, s, s)
         update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
     if sensing.r_star > 0.0 and along.stars[k]:
-        m = of_attitude(q, q, sensing, 0.0, 0.0)
+        m = measure_attitude(q, q, sensing, 0.0, 0.0)
         update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
     if sensing.r_nadir > 0.0 and along.earth[k]:
         nadir = nadir_along(along, k)
@@ -142,20 +142,20 @@ def fill_information(parameters, along, b, sun, nadir, gained, pulled):
     """
     sensing, h = parameters.sensing, np.zeros(gained.shape[1])
     for k in range(gained.shape[0]):
-        q = quaternion_of(along.q[k])
+        q = read_quaternion(along.q[k])
         if sensing.r_field > 0.0:
-            field = vector_of(along.b[k])
-            m = field_reading(parameters, q, field, vector_of(b[k]))
+            field = read_vector(along.b[k])
+            m = field_reading(parameters, q, field, read_vector(b[k]))
             add_information(m, h, gained[k], pulled[k])
         if sensing.r_sun > 0.0 and along.seen[k]:
-            s = vector_of(along.sun[k])
-            m = sun_reading(parameters, q, s, vector_of(sun[k]))
+            s = read_vector(along.sun[k])
+            m = sun_reading(parameters, q, s, read_vector(sun[k]))
             add_information(m, h, gained[k], pulled[k])
         if sensing.r_star > 0.0 and along.stars[k]:
-            m = of_attitude(q, q, sensing, 0.0, 0.0)
+            m = measure_attitude(q, q, sensing, 0.0, 0.0)
             add_information(m, h, gained[k], pulled[k])
         if sensing.r_nadir > 0.0 and along.earth[k]:
-            m = nadir_reading(parameters, q, nadir_along(along, k), vector_of(nadir[k]))
+            m = nadir_reading(parameters, q, nadir_along(along, k), read_vector(nadir[k]))
             add_information(m, h, gained[k], pulled[k])
         if sensing.r_cell > 0.0 and along.sunlit[k] >= 0.5:
             for cell in range(CELLS):
@@ -166,7 +166,7 @@ def fill_information(parameters, along, b, sun, nadir, gained, pulled):
 @inlined
 def nadir_along(along, k):
     """Direction to the Earth's centre (inertial) at a place of the motion."""
-    return scale(-1.0, unit(vector_of(along.gravity[k])))
+    return scale(-1.0, unit(read_vector(along.gravity[k])))
 
 
 @inlined
@@ -178,11 +178,15 @@ def nadir_reading(parameters, q, reference, nadir):
 @inlined
 def cell_reading(parameters, along, k, cell):
     """(z, H, R) of the expected signal of a Sun cell: z is zero."""
-    q, sensing, row = quaternion_of(along.q[k]), parameters.sensing, parameters.sensing.cells[cell]
-    light = scale(along.sunlit[k], vector_of(along.sun[k]))
-    earth = vector_of(along.earthlight[k])
-    dark = of_cell(q, row, 0.0, light, earth, sensing, 0.0)
-    return of_cell(q, row, -dark.z[0], light, earth, sensing, 0.0)
+    q, sensing, row = (
+        read_quaternion(along.q[k]),
+        parameters.sensing,
+        parameters.sensing.cells[cell],
+    )
+    light = scale(along.sunlit[k], read_vector(along.sun[k]))
+    earth = read_vector(along.earthlight[k])
+    dark = measure_cell(q, row, 0.0, light, earth, sensing, 0.0)
+    return measure_cell(q, row, -dark.z[0], light, earth, sensing, 0.0)
 
 
 @inlined
@@ -217,17 +221,17 @@ def fill(parameters, along, out, propagate):
 
 @inlined
 def _by_gyro(parameters, along, k, dt, p):
-    omega = vector_of(along.omega[k])
+    omega = read_vector(along.omega[k])
     kalman_gyro.propagate_covariance(parameters, p, omega, scale(dt, omega), dt)
 
 
 @inlined
 def _by_dynamics(parameters, along, k, dt, p):
-    around = ModelEnvironment(vector_of(along.gravity[k]), vector_of(along.b[k]))
-    q, omega = quaternion_of(along.q[k]), vector_of(along.omega[k])
-    wheels = add(parameters.fixed, vector_of(along.wheels[k]))
-    linear = linearised(parameters, q, omega, wheels, around, _ZERO, dt)
-    dipole, inverse = slices_of(parameters.prior).residual_dipole, full(parameters.inverse)
+    around = ModelEnvironment(read_vector(along.gravity[k]), read_vector(along.b[k]))
+    q, omega = read_quaternion(along.q[k]), read_vector(along.omega[k])
+    wheels = add(parameters.fixed, read_vector(along.wheels[k]))
+    linear = linearise(parameters, q, omega, wheels, around, _ZERO, dt)
+    dipole, inverse = state_slices(parameters.prior).residual_dipole, full(parameters.inverse)
     kalman_dynamics.propagate_covariance(p, linear, parameters.torque, inverse, dipole, dt)
 
 

@@ -15,7 +15,7 @@ from torquer.computer.estimation.measurements.measurement import CHANNELS, VECTO
 from torquer.computer.estimation.measurements.star_tracker import PAST
 from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
 from torquer.computer.estimation.starts import UNINFORMED
-from torquer.computer.estimation.state_names import axes_of
+from torquer.computer.estimation.state_names import state_axes
 from torquer.computer.estimation.watch import WATCHED
 from torquer.spacecraft.sensors.sun_cells import CELLS
 
@@ -27,7 +27,7 @@ MAGNETOMETER_ERRORS = (
 )
 
 
-def memory_of(n: int) -> dict:
+def filter_memory(n: int) -> dict:
     """Memory of a filter of n states that has not started; `states`: those beyond the attitude."""
     row = (0.0,) * n
     return {
@@ -68,7 +68,7 @@ LOG = dict.fromkeys(("rejected", "starts", "not_started"), "1") | {
 }
 
 
-def keys_of(spec: type[Spec]) -> str:
+def describe_keys(spec: type[Spec]) -> str:
     """A spec's docstring after its first line, to be appended to those of its kinds."""
     return "\n\n" + (spec.__doc__ or "").partition("\n\n")[2]
 
@@ -96,7 +96,7 @@ class Filter(SensorKeys):
     gives: ClassVar = frozenset({"attitude", "rate"})
     #: Whether a gyro shows the motion.
     has_gyro: ClassVar[bool] = False
-    #: The kernel, and what it remembers beyond `memory_of`.
+    #: The kernel, and what it remembers beyond `filter_memory`.
     kernel: ClassVar[Callable]
     remembers: ClassVar[dict] = {}
     #: The kernel for the magnetometer alone, and what makes its further memory for n states.
@@ -221,7 +221,7 @@ class Filter(SensorKeys):
         """The filter, not yet started."""
         cls, parameters = type(self), self.constants()
         n, kernel = 3 * len(self.initial_variances()), cls.kernel
-        memory = memory_of(n) | cls.remembers
+        memory = filter_memory(n) | cls.remembers
         if self.starts_by_field:
             kernel, more = cls.by_field
             # first: a record that begins as another does is a kind of it to Numba, which warns
@@ -241,7 +241,7 @@ class Filter(SensorKeys):
     def logs(self) -> dict:
         """What is logged: names in the memory, units or axes."""
         by_field = {"hypotheses": "1"} if self.starts_by_field else {}
-        covariance = axes_of(self.initial_variances()) if self.record_covariance else {}
+        covariance = state_axes(self.initial_variances()) if self.record_covariance else {}
         innovations = {
             f"innovation_{sensor}": "1" for sensor in NOISE_KEYS if sensor in self.sensors
         }

@@ -16,18 +16,23 @@ this memory see the mixture.
 import math
 
 from torquer.compile.engine import inlined, plugged
-from torquer.computer.estimation.covariance import ATTITUDE, factors_of, gain_of, variance_of
+from torquer.computer.estimation.covariance import (
+    ATTITUDE,
+    factor_innovation,
+    gain_element,
+    mean_variance,
+)
 from torquer.computer.estimation.kalman import (
     advance,
     nothing_estimated,
     put_back,
-    stated,
+    state_estimate,
     take_readings,
 )
 from torquer.computer.estimation.measurements.magnetometer import magnetometer
 from torquer.computer.estimation.measurements.measurement import FIELD_CHANNEL
 from torquer.computer.estimation.starts import UNINFORMED, has_attitude
-from torquer.computer.estimation.triad import put_quaternion, quaternion_of, rate_between
+from torquer.computer.estimation.triad import put_quaternion, rate_between, read_quaternion
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
 from torquer.maths.geometry.vec3 import put_matrix, put_row, scale, unit
 
@@ -65,7 +70,7 @@ def step_by_field(
     dt = inputs.t_s - memory.t_s
     if memory.hypotheses == 0.0:
         advance(inputs, parameters, memory, dt, propagate, rate_of)
-        return stated(inputs, parameters, memory, dt, rate_of)
+        return state_estimate(inputs, parameters, memory, dt, rate_of)
     before, read_s = remembered(memory), memory.read_s[FIELD_CHANNEL]
     rejected, in_a_row = memory.rejected, memory.rejected_in_a_row[FIELD_CHANNEL]
     start_s, first = memory.t_s, likeliest(memory) + 1
@@ -86,13 +91,13 @@ def step_by_field(
     weigh(memory)
     split_the_wide(memory)
     mix(memory)
-    return stated(inputs, parameters, memory, dt, rate_of)
+    return state_estimate(inputs, parameters, memory, dt, rate_of)
 
 
 @inlined
 def suppose(memory, along):
     """Hypotheses of equal weight at equal turns about the field (unit vector, body)."""
-    p, q, spacing = memory.covariance, quaternion_of(memory.q), 2.0 * math.pi / _AT_START
+    p, q, spacing = memory.covariance, read_quaternion(memory.q), 2.0 * math.pi / _AT_START
     share = _SHARE * spacing
     known = UNINFORMED - share * share
     for i in range(3):
@@ -133,8 +138,8 @@ def log_likelihood(inputs, parameters, memory, omega):
         return 0.0
     for i in range(gain.shape[1]):
         for row in range(m.count):
-            gain[row, i] = gain_of(memory.covariance, i, m, row)
-    lower, d = factors_of(gain, m)
+            gain[row, i] = gain_element(memory.covariance, i, m, row)
+    lower, d = factor_innovation(gain, m)
     e1 = m.z[0]
     e2 = m.z[1] - lower[0] * e1
     nis, gate = e1 * e1 / d[0] + e2 * e2 / d[1], parameters.sensing.gate_2
@@ -171,7 +176,7 @@ def weigh(memory):
 def split_the_wide(memory):
     """Split hypotheses that are too wide for linear motion as long as there are free places."""
     for k in range(_PLACES):
-        wide = 3.0 * variance_of(memory.hypothesis_covariance[k], ATTITUDE) > _WIDE
+        wide = 3.0 * mean_variance(memory.hypothesis_covariance[k], ATTITUDE) > _WIDE
         if wide and memory.log_weight[k] > -math.inf:
             free = 0
             while free < _PLACES and memory.log_weight[free] > -math.inf:
@@ -235,21 +240,21 @@ def mix(memory):
             for i in range(c.shape[0]):
                 for j in range(c.shape[0]):
                     p[i, j] += weight * (own[i, j] + apart[i] * apart[j])
-    memory.hypotheses = count if 3.0 * variance_of(p, ATTITUDE) > _NARROW else 0.0
+    memory.hypotheses = count if 3.0 * mean_variance(p, ATTITUDE) > _NARROW else 0.0
 
 
 @inlined
 def put_apart(memory, k):
     """Write what takes the filter's estimate to a hypothesis into the first row of `gain`."""
-    turn = rate_between(quaternion_of(memory.q), quaternion_of(memory.hypothesis_q[k]), 1.0)
+    turn = rate_between(read_quaternion(memory.q), read_quaternion(memory.hypothesis_q[k]), 1.0)
     for i in range(3):
         memory.gain[0, i] = turn[i]
     for i in range(memory.states.shape[0]):
         memory.gain[0, 3 + i] = memory.hypothesis_states[k, i] - memory.states[i]
 
 
-def memory_of_hypotheses(n: int) -> dict:
-    """Memory beyond that of a filter of n states, before the start; see `memory_of`.
+def hypotheses_memory(n: int) -> dict:
+    """Memory beyond that of a filter of n states, before the start; see `filter_memory`.
 
     `hypotheses`: their number, 0 when the filter works alone.
     """

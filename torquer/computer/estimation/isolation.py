@@ -6,7 +6,7 @@ See `torquer.computer.estimation.watch` for the tests; design/0010 for what was 
 import math
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.covariance import ATTITUDE, RATE_ERROR, variance_of
+from torquer.computer.estimation.covariance import ATTITUDE, RATE_ERROR, mean_variance
 from torquer.computer.estimation.measurements.magnetometer import has_field_magnitude
 from torquer.computer.estimation.measurements.measurement import (
     CHANNELS,
@@ -17,7 +17,7 @@ from torquer.computer.estimation.measurements.measurement import (
     VECTORS,
     is_field_alone,
 )
-from torquer.computer.estimation.triad import CONTRADICTION_RAD, quaternion_of
+from torquer.computer.estimation.triad import CONTRADICTION_RAD, read_quaternion
 from torquer.computer.estimation.watch import GROWN_S, watch
 from torquer.maths.geometry.vec3 import dot
 
@@ -47,8 +47,8 @@ def judge(inputs, parameters, memory, m, sensor, rate_variances):
     """
     if sensor >= VECTORS:
         return
-    q, rotation = quaternion_of(memory.q), quaternion_of(memory.rotation)
-    now, attitude = memory.t_s, variance_of(memory.covariance, ATTITUDE)
+    q, rotation = read_quaternion(memory.q), read_quaternion(memory.rotation)
+    now, attitude = memory.t_s, mean_variance(memory.covariance, ATTITUDE)
     doubted = _ANY_ATTITUDE if is_field_alone(parameters.sensing) else attitude
     variances = (attitude, rate_variances[0], rate_variances[1], doubted)
     turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
@@ -57,7 +57,9 @@ def judge(inputs, parameters, memory, m, sensor, rate_variances):
         odd = not has_field_magnitude(parameters, m.read, m.reference)
     elif sensor == SUN_CHANNEL:
         odd = inputs.ephemeris.sunlit_fraction == 0.0
-    status = status_of(memory.isolated[sensor], turned, odd, memory.rejected_in_a_row[sensor], most)
+    status = sensor_status(
+        memory.isolated[sensor], turned, odd, memory.rejected_in_a_row[sensor], most
+    )
     if turned.moves:
         memory.missed[sensor] = turned.rate_error
     if status == USED and turned.moves:
@@ -71,7 +73,7 @@ def judge(inputs, parameters, memory, m, sensor, rate_variances):
 
 
 @inlined
-def status_of(status, turned, odd, in_a_row, most):
+def sensor_status(status, turned, odd, in_a_row, most):
     """What a sensor is to the filter after a reading that is odd or not.
 
     A sensor is stuck until its readings move; so is one that has been odd for `most` readings.

@@ -11,9 +11,9 @@ from torquer.compile.engine import inlined, plugged
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     RATE_ERROR,
+    mean_variance,
     turn_attitude,
     update,
-    variance_of,
 )
 from torquer.computer.estimation.isolation import USED, is_broken, judge, widen
 from torquer.computer.estimation.measurements.horizon_sensor import horizon_sensor
@@ -33,11 +33,11 @@ from torquer.computer.estimation.measurements.sun_sensors import sun_sensors
 from torquer.computer.estimation.starts import has_attitude
 from torquer.computer.estimation.triad import (
     put_quaternion,
-    quaternion_of,
+    read_quaternion,
 )
 from torquer.computer.estimation.watch import follow
 from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
 from torquer.maths.geometry.vec3 import put_vector
 
 NOTHING = (math.nan, math.nan, math.nan)
@@ -56,15 +56,15 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
         return nothing_estimated(parameters, memory)
     dt = inputs.t_s - memory.t_s
     advance(inputs, parameters, memory, dt, propagate, rate_of)
-    return stated(inputs, parameters, memory, dt, rate_of)
+    return state_estimate(inputs, parameters, memory, dt, rate_of)
 
 
 @plugged
 def advance(inputs, parameters, memory, dt, propagate, rate_of):
     """Propagate a filter to now, dt seconds, and take the readings."""
-    before = quaternion_of(memory.q)
+    before = read_quaternion(memory.q)
     propagate(inputs, parameters, memory, dt)
-    follow(memory.rotation, before, quaternion_of(memory.q))
+    follow(memory.rotation, before, read_quaternion(memory.q))
     memory.t_s = inputs.t_s
     if parameters.sensing.r_star > 0.0:
         keep_rotation(memory)
@@ -74,16 +74,16 @@ def advance(inputs, parameters, memory, dt, propagate, rate_of):
 
 
 @plugged
-def stated(inputs, parameters, memory, dt, rate_of):
+def state_estimate(inputs, parameters, memory, dt, rate_of):
     """What the filter states dt seconds after its last step."""
     omega, bias, lasting, noise = rate_of(inputs, parameters, memory, dt)
-    sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
-    q, sigma_rate = quaternion_of(memory.q), math.sqrt(lasting + noise)
-    return Estimate(memory.t_s, q, omega, bias, sigma, sigma_rate, isolated(parameters, memory))
+    sigma = math.sqrt(mean_variance(memory.covariance, ATTITUDE))
+    q, sigma_rate = read_quaternion(memory.q), math.sqrt(lasting + noise)
+    return Estimate(memory.t_s, q, omega, bias, sigma, sigma_rate, isolate(parameters, memory))
 
 
 @inlined
-def isolated(parameters, memory):
+def isolate(parameters, memory):
     """Which sensors the filter judges to be wrong, as `Estimate` has them."""
     field = 1.0 if memory.isolated[FIELD_CHANNEL] != USED else 0.0
     sun = 1.0 if memory.isolated[SUN_CHANNEL] != USED else 0.0
@@ -101,7 +101,7 @@ def nothing_estimated(parameters, memory):
     """The estimate of a filter without an attitude: which sensors it judges to be wrong."""
     e = UNKNOWN_ESTIMATE
     nothing, bias = e.omega_body_rad_s, e.gyro_bias_rad_s
-    wrong = isolated(parameters, memory)
+    wrong = isolate(parameters, memory)
     return Estimate(e.t_s, e.q_body_to_inertial, nothing, bias, e.sigma_rad, e.sigma_rad_s, wrong)
 
 
@@ -178,7 +178,7 @@ def put_back(memory):
     c = memory.correction
     turn = from_rotation_vector((c[0], c[1], c[2]))
     turn_attitude(memory.covariance, turn)
-    put_quaternion(memory.q, normalised(multiply(quaternion_of(memory.q), turn)))
+    put_quaternion(memory.q, normalise(multiply(read_quaternion(memory.q), turn)))
     for i in range(3, c.shape[0]):
         memory.states[i - 3] += c[i]
     for i in range(RATE_ERROR, RATE_ERROR + 3):

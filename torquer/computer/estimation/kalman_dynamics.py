@@ -20,27 +20,27 @@ from torquer.computer.estimation.covariance import (
     block,
     mat_add,
     mat_scale,
+    mean_variance,
     put_block,
     put_state,
     put_uncorrelated,
     put_variance,
+    read_state,
     skew,
-    slices_of,
-    state_of,
-    variance_of,
+    state_slices,
 )
-from torquer.computer.estimation.filter import Filter, keys_of
-from torquer.computer.estimation.hypotheses import memory_of_hypotheses, step_by_field
+from torquer.computer.estimation.filter import Filter, describe_keys
+from torquer.computer.estimation.hypotheses import hypotheses_memory, step_by_field
 from torquer.computer.estimation.kalman import step
 from torquer.computer.estimation.measurements.measurement import Sensing
-from torquer.computer.estimation.triad import put_quaternion, quaternion_of
+from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.environment.earth.gravity import gravity_gradient_at, gravity_gradient_torque
 from torquer.maths.geometry.frames import mat_mul, transpose
 from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
-    normalised,
+    normalise,
     rotate_inverse,
     to_dcm,
 )
@@ -52,10 +52,10 @@ from torquer.maths.geometry.vec3 import (
     cross,
     norm,
     put_vector,
+    read_vector,
     scale,
     sub,
     sym_vec,
-    vector_of,
 )
 
 #: First row of the rate.
@@ -110,7 +110,7 @@ def torque_on(p, q, around, dipole):
 
 
 @inlined
-def propagated(p, q, omega, before, after, around, dipole, dt):
+def step_motion(p, q, omega, before, after, around, dipole, dt):
     """(Attitude, rate) after dt seconds by the midpoint rule; wheels' momentum before and after.
 
     The momentum of body and wheels together is propagated: the wheels' torques need not be known.
@@ -124,11 +124,11 @@ def propagated(p, q, omega, before, after, around, dipole, dt):
     rate = sub(torque_on(p, q_mid, around, dipole), cross(omega_mid, halfway))
     omega_after = sym_vec(p.inverse, sub(add_scaled(h, dt, rate), after))
     turned = multiply(q, from_rotation_vector(scale(dt, omega_mid)))
-    return normalised(turned), omega_after
+    return normalise(turned), omega_after
 
 
 @inlined
-def linearised(p, q, omega, wheels, around, dipole, dt):
+def linearise(p, q, omega, wheels, around, dipole, dt):
     """How small errors move in dt seconds."""
     inertia, inverse = full(p.inertia), full(p.inverse)
     turn = scale(dt, omega)
@@ -149,7 +149,7 @@ def linearised(p, q, omega, wheels, around, dipole, dt):
 
 
 @inlined
-def moved(p, linear, column, dipole):
+def move_covariance(p, linear, column, dipole):
     """Attitude and rate rows of the covariance times the motion, in three columns."""
     k, attitude, rate = linear, block(p, ATTITUDE, column), block(p, RATE, column)
     x = mat_add(mat_mul(k.turn, attitude), 1.0, mat_mul(k.attitude_by_rate, rate))
@@ -165,10 +165,10 @@ def propagate_covariance(p, linear, torque, inverse, dipole, dt):
 
     `dipole`: first row of the residual dipole, 0 if it is no state.
     """
-    x00, x30 = moved(p, linear, ATTITUDE, dipole)
-    x03, x33 = moved(p, linear, RATE, dipole)
+    x00, x30 = move_covariance(p, linear, ATTITUDE, dipole)
+    x03, x33 = move_covariance(p, linear, RATE, dipole)
     for c in range(RATE + 3, p.shape[0], 3):
-        x, y = moved(p, linear, c, dipole)
+        x, y = move_covariance(p, linear, c, dipole)
         put_block(p, ATTITUDE, c, x)
         put_block(p, RATE, c, y)
     turn_t, rate_t = transpose(linear.turn), transpose(linear.attitude_by_rate)
@@ -204,10 +204,14 @@ def propagate(inputs, parameters, memory, dt):
     """Propagate attitude, rate and covariance by dt seconds, in steps of small rotations."""
     if dt <= 0.0:
         return
-    p, place, dipole_at = parameters, inputs.ephemeris, slices_of(parameters.prior).residual_dipole
-    wheels, after = vector_of(memory.wheels), add(inputs.wheel_momentum_body_n_m_s, p.fixed)
-    q, omega = quaternion_of(memory.q), state_of(memory.states, RATE)
-    dipole = add(state_of(memory.states, dipole_at), inputs.coil_dipole_body_a_m2)
+    p, place, dipole_at = (
+        parameters,
+        inputs.ephemeris,
+        state_slices(parameters.prior).residual_dipole,
+    )
+    wheels, after = read_vector(memory.wheels), add(inputs.wheel_momentum_body_n_m_s, p.fixed)
+    q, omega = read_quaternion(memory.q), read_state(memory.states, RATE)
+    dipole = add(read_state(memory.states, dipole_at), inputs.coil_dipole_body_a_m2)
     steps = 1 + int(min(norm(omega) * dt / _LONGEST_TURN, 1000.0))
     h = dt / steps
     gained = scale(1.0 / steps, sub(after, wheels))
@@ -217,10 +221,10 @@ def propagate(inputs, parameters, memory, dt):
             gravity_gradient_at(add_scaled(place.r_inertial_m, -ago, place.v_inertial_m_s)),
             add_scaled(place.b_inertial_t, -ago, place.b_rate_inertial_t_s),
         )
-        linear = linearised(p, q, omega, wheels, around, dipole, h)
+        linear = linearise(p, q, omega, wheels, around, dipole, h)
         propagate_covariance(memory.covariance, linear, p.torque, full(p.inverse), dipole_at, h)
         later = add(wheels, gained)
-        q, omega = propagated(p, q, omega, wheels, later, around, dipole, h)
+        q, omega = step_motion(p, q, omega, wheels, later, around, dipole, h)
         wheels = later
     put_quaternion(memory.q, q)
     put_state(memory.states, RATE, omega)
@@ -228,16 +232,16 @@ def propagate(inputs, parameters, memory, dt):
 
 
 @inlined
-def rate_of(inputs, parameters, memory, dt):
+def read_rate(inputs, parameters, memory, dt):
     """The rate, no bias of a gyro, the rate's variance, no noise."""
-    omega, variance = state_of(memory.states, RATE), variance_of(memory.covariance, RATE)
+    omega, variance = read_state(memory.states, RATE), mean_variance(memory.covariance, RATE)
     return omega, (0.0, 0.0, 0.0), variance, 0.0
 
 
 @inlined
-def remembered(memory):
+def remember(memory):
     """What `propagate` reads of the step before."""
-    return vector_of(memory.wheels)
+    return read_vector(memory.wheels)
 
 
 @inlined
@@ -249,25 +253,25 @@ def put_remembered(memory, before):
 @kernel
 def kalman_dynamics(inputs, parameters, memory):
     """One step of the filter without a gyro."""
-    return step(inputs, parameters, memory, begin, propagate, rate_of)
+    return step(inputs, parameters, memory, begin, propagate, read_rate)
 
 
 @kernel
 def kalman_dynamics_by_field(inputs, parameters, memory):
     """One step of a filter without a gyro that uses the magnetometer alone."""
     return step_by_field(
-        inputs, parameters, memory, begin, propagate, rate_of, remembered, put_remembered
+        inputs, parameters, memory, begin, propagate, read_rate, remember, put_remembered
     )
 
 
 class KalmanDynamics(Filter):
     """Multiplicative Kalman filter without a gyro, with any of the sensors of `Filter`."""
 
-    __doc__ = f"{__doc__}{keys_of(Filter)}"
+    __doc__ = f"{__doc__}{describe_keys(Filter)}"
 
     kind: Literal["kalman_dynamics"] = "kalman_dynamics"
     kernel: ClassVar = kalman_dynamics
-    by_field: ClassVar = (kalman_dynamics_by_field, memory_of_hypotheses)
+    by_field: ClassVar = (kalman_dynamics_by_field, hypotheses_memory)
     remembers: ClassVar = {"wheels": (0.0, 0.0, 0.0)}
     inertia_kg_m2: Inertia
     """Inertia of the body with its wheels: three moments or 3x3."""

@@ -23,22 +23,22 @@ from torquer.computer.estimation.covariance import (
     put_state,
     put_uncorrelated,
     put_variance,
+    read_state,
     skew,
-    slices_of,
-    state_of,
+    state_slices,
 )
-from torquer.computer.estimation.filter import Filter, keys_of
-from torquer.computer.estimation.hypotheses import memory_of_hypotheses, step_by_field
+from torquer.computer.estimation.filter import Filter, describe_keys
+from torquer.computer.estimation.hypotheses import hypotheses_memory, step_by_field
 from torquer.computer.estimation.kalman import step
 from torquer.computer.estimation.measurements.measurement import Sensing
 from torquer.computer.estimation.mounting import by_misalignment, by_scale, without_mounting
-from torquer.computer.estimation.triad import put_quaternion, quaternion_of
+from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.maths.geometry.frames import mat_mul, transpose
 from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
-    normalised,
+    normalise,
     to_dcm,
 )
 from torquer.maths.geometry.vec3 import (
@@ -47,9 +47,9 @@ from torquer.maths.geometry.vec3 import (
     dot,
     norm,
     put_vector,
+    read_vector,
     scale,
     sub,
-    vector_of,
 )
 
 #: First row of the gyro's bias.
@@ -102,7 +102,7 @@ def rate_error_covariance(p, at, omega):
 @inlined
 def propagate_covariance(parameters, p, omega, turn, dt):
     """Covariance after a turn [rad, body] in dt seconds, with a mean rate omega."""
-    white, walk, at = parameters.white, parameters.walk, slices_of(parameters.prior)
+    white, walk, at = parameters.white, parameters.walk, state_slices(parameters.prior)
     r = to_dcm(conjugate(from_rotation_vector(turn)))
     g = mat_scale(-dt, mat_add(IDENTITY, -0.5, skew(turn)))
     ae = transpose(rate_error_rows(p, at, omega, ATTITUDE))
@@ -126,7 +126,7 @@ def keep_reading(inputs, memory):
     if at > memory.gyro_s[2] and math.isfinite(omega[0] + omega[1] + omega[2]):
         for k in range(2):
             memory.gyro_s[k] = memory.gyro_s[k + 1]
-            put_vector(memory.gyro_rad_s[k], vector_of(memory.gyro_rad_s[k + 1]))
+            put_vector(memory.gyro_rad_s[k], read_vector(memory.gyro_rad_s[k + 1]))
         memory.gyro_s[2] = at
         put_vector(memory.gyro_rad_s[2], omega)
 
@@ -141,15 +141,15 @@ class Course(NamedTuple):
 
 
 @inlined
-def course_of(memory):
+def rate_course(memory):
     """The course of the rate through the gyro's last three readings, or as many as there are."""
-    t, c = memory.gyro_s, vector_of(memory.gyro_rad_s[2])
+    t, c = memory.gyro_s, read_vector(memory.gyro_rad_s[2])
     slope, bend, step = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
     if t[1] > -math.inf:
-        step, b = t[2] - t[1], vector_of(memory.gyro_rad_s[1])
+        step, b = t[2] - t[1], read_vector(memory.gyro_rad_s[1])
         slope = scale(1.0 / step, sub(c, b))
         if t[0] > -math.inf:
-            before = scale(1.0 / (t[1] - t[0]), sub(b, vector_of(memory.gyro_rad_s[0])))
+            before = scale(1.0 / (t[1] - t[0]), sub(b, read_vector(memory.gyro_rad_s[0])))
             bend = scale(1.0 / (t[2] - t[0]), sub(slope, before))
     return Course(c, slope, bend, step)
 
@@ -170,10 +170,10 @@ def mean_rate(course, x0, x1):
 
 
 @inlined
-def calibrated(parameters, states, omega):
+def calibrate(parameters, states, omega):
     """A reading of the gyro [rad/s] without its errors as they are known."""
-    at = slices_of(parameters.prior)
-    v = sub(omega, state_of(states, BIAS))
+    at = state_slices(parameters.prior)
+    v = sub(omega, read_state(states, BIAS))
     return without_mounting(states, at.gyro_scale, at.gyro_misalignment, v)
 
 
@@ -197,17 +197,17 @@ def propagate(inputs, parameters, memory, dt):
     term of J. Bortz, 'A new mathematical formulation for strapdown inertial navigation' (1971).
     Without new readings for longer than usual, the last rate is held.
     """
-    course, x1 = course_of(memory), inputs.t_s - memory.gyro_s[2]
+    course, x1 = rate_course(memory), inputs.t_s - memory.gyro_s[2]
     x0 = x1 - dt
     if is_overdue(course, x1):
         coast(memory.covariance, course, x0, x1)
         course = Course(course.w, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
-    first = calibrated(parameters, memory.states, rate_at(course, x0))
-    last = calibrated(parameters, memory.states, rate_at(course, x1))
-    mean = calibrated(parameters, memory.states, mean_rate(course, x0, x1))
+    first = calibrate(parameters, memory.states, rate_at(course, x0))
+    last = calibrate(parameters, memory.states, rate_at(course, x1))
+    mean = calibrate(parameters, memory.states, mean_rate(course, x0, x1))
     turn = add_scaled(scale(dt, mean), dt * dt / 12.0, cross(first, last))
-    q = multiply(quaternion_of(memory.q), from_rotation_vector(turn))
-    put_quaternion(memory.q, normalised(q))
+    q = multiply(read_quaternion(memory.q), from_rotation_vector(turn))
+    put_quaternion(memory.q, normalise(q))
     propagate_covariance(parameters, memory.covariance, mean, turn, dt)
 
 
@@ -218,7 +218,7 @@ def is_overdue(course, x):
 
 
 @inlined
-def error_of_held(course, x):
+def held_rate_error(course, x):
     """Error [rad/s] of the last rate, held for x seconds.
 
     The true rate leaves it with its last slope, and is no larger than the last rate.
@@ -229,35 +229,35 @@ def error_of_held(course, x):
 @inlined
 def coast(p, course, x0, x1):
     """Uncertainty of the attitude by a rate held from x0 to x1 seconds after the last reading."""
-    before, after = error_of_held(course, x0) * x0, error_of_held(course, x1) * x1
+    before, after = held_rate_error(course, x0) * x0, held_rate_error(course, x1) * x1
     for i in range(3):
         p[i, i] += after * after - before * before
 
 
 @inlined
-def rate_of(inputs, parameters, memory, dt):
+def read_rate(inputs, parameters, memory, dt):
     """The gyro's last finite rate without its errors, its bias, variances of the rate.
 
     `dt`: time since the last step [s]. The variances are those of the error that lasts, infinite
     before the first reading, and of the noise over dt.
     """
-    bias, noise = state_of(memory.states, BIAS), 0.0
-    omega = calibrated(parameters, memory.states, vector_of(memory.gyro_rad_s[2]))
-    of_errors = rate_error_covariance(memory.covariance, slices_of(parameters.prior), omega)
+    bias, noise = read_state(memory.states, BIAS), 0.0
+    omega = calibrate(parameters, memory.states, read_vector(memory.gyro_rad_s[2]))
+    of_errors = rate_error_covariance(memory.covariance, state_slices(parameters.prior), omega)
     lasting = (of_errors[0][0] + of_errors[1][1] + of_errors[2][2]) / 3.0
     if dt > 0.0:
         noise = parameters.white / dt
-    course, age = course_of(memory), inputs.t_s - memory.gyro_s[2]
+    course, age = rate_course(memory), inputs.t_s - memory.gyro_s[2]
     if memory.gyro_s[2] == -math.inf:
         lasting = math.inf
     elif is_overdue(course, age):
-        error = error_of_held(course, age)
+        error = held_rate_error(course, age)
         noise += error * error
     return omega, bias, lasting, noise
 
 
 @inlined
-def remembered(memory):
+def remember(memory):
     """What `propagate` reads of the step before and writes: nothing, readings are kept first."""
     return 0.0
 
@@ -271,7 +271,7 @@ def put_remembered(memory, before):
 def kalman_gyro(inputs, parameters, memory):
     """One step of the filter with a gyro."""
     keep_reading(inputs, memory)
-    return step(inputs, parameters, memory, begin, propagate, rate_of)
+    return step(inputs, parameters, memory, begin, propagate, read_rate)
 
 
 @kernel
@@ -279,7 +279,7 @@ def kalman_gyro_by_field(inputs, parameters, memory):
     """One step of a filter with a gyro that uses the magnetometer alone."""
     keep_reading(inputs, memory)
     return step_by_field(
-        inputs, parameters, memory, begin, propagate, rate_of, remembered, put_remembered
+        inputs, parameters, memory, begin, propagate, read_rate, remember, put_remembered
     )
 
 
@@ -289,7 +289,7 @@ class KalmanGyro(Filter):
     `torquer.computer.estimation.gyro_noise.filter_noise` makes the two noises from a data sheet.
     """
 
-    __doc__ = f"{__doc__}{keys_of(Filter)}"
+    __doc__ = f"{__doc__}{describe_keys(Filter)}"
 
     kind: Literal["kalman_gyro"] = "kalman_gyro"
     has_gyro: ClassVar = True
@@ -298,7 +298,7 @@ class KalmanGyro(Filter):
         "gyro_s": (-math.inf, -math.inf, -math.inf),
         "gyro_rad_s": ((0.0, 0.0, 0.0),) * 3,
     }
-    by_field: ClassVar = (kalman_gyro_by_field, memory_of_hypotheses)
+    by_field: ClassVar = (kalman_gyro_by_field, hypotheses_memory)
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
     """White noise of the gyro, deg/sqrt(s); readings with a standard deviation sigma, taken every T
     seconds, have sigma sqrt(T).

@@ -6,7 +6,7 @@ first order v' = v + diag(v) k + v x d + bias.
 """
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.covariance import skew, state_of
+from torquer.computer.estimation.covariance import read_state, skew
 from torquer.maths.geometry.quaternion import from_rotation_vector, rotate
 
 
@@ -29,8 +29,8 @@ def without_mounting(states, scale_at, misalignment_at, v):
     `scale_at`, `misalignment_at`: first rows of these states in the covariance, 0 for none.
     """
     if scale_at > 0:
-        k = state_of(states, scale_at)
+        k = read_state(states, scale_at)
         v = (v[0] / (1.0 + k[0]), v[1] / (1.0 + k[1]), v[2] / (1.0 + k[2]))
     if misalignment_at > 0:
-        v = rotate(from_rotation_vector(state_of(states, misalignment_at)), v)
+        v = rotate(from_rotation_vector(read_state(states, misalignment_at)), v)
     return v

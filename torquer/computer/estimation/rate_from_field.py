@@ -15,7 +15,7 @@ from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.interface import Estimate
-from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, scale, vector_of
+from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale
 
 _UNKNOWN = (math.nan, math.nan, math.nan)
 
@@ -38,7 +38,7 @@ def rate_from_field(inputs, parameters, memory):
         put_vector(memory.b_body_t, b)
     # the half of a microsecond keeps rounding of the times from skipping a reading
     elif t_s > memory.t_s and t_s - memory.t_s > parameters.interval - 5e-7:
-        before = vector_of(memory.b_body_t)
+        before = read_vector(memory.b_body_t)
         normal, along = cross(b, before), dot(b, before)
         sine = norm(normal)
         rate = math.atan2(sine, along) / (t_s - memory.t_s)
@@ -48,7 +48,7 @@ def rate_from_field(inputs, parameters, memory):
         put_vector(memory.omega_body_rad_s, omega)
         put_vector(memory.b_body_t, b)
         memory.known_s = memory.t_s = t_s
-    omega = vector_of(memory.omega_body_rad_s)
+    omega = read_vector(memory.omega_body_rad_s)
     q = (math.nan, math.nan, math.nan, math.nan)
     return Estimate(memory.known_s, q, omega, (0.0, 0.0, 0.0), math.nan, math.nan)
 

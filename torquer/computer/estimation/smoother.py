@@ -17,18 +17,18 @@ import numpy as np
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.estimation.covariance import ATTITUDE, put_uncorrelated, turn_attitude
 from torquer.computer.estimation.estimator import Estimator, call_estimator
-from torquer.computer.estimation.filter import memory_of
+from torquer.computer.estimation.filter import filter_memory
 from torquer.computer.estimation.measurements.measurement import VECTORS
 from torquer.computer.estimation.measurements.star_tracker import PAST
 from torquer.computer.estimation.starts import UNINFORMED
-from torquer.computer.estimation.triad import put_quaternion, quaternion_of, rate_between
+from torquer.computer.estimation.triad import put_quaternion, rate_between, read_quaternion
 from torquer.computer.estimation.watch import WATCHED
-from torquer.computer.interface import UNKNOWN_ESTIMATE, estimate_of, put_estimate
+from torquer.computer.interface import UNKNOWN_ESTIMATE, put_estimate, read_estimate
 from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
-    normalised,
+    normalise,
 )
 from torquer.maths.geometry.vec3 import put_matrix, put_row
 
@@ -75,7 +75,7 @@ def with_copies(filter_: Estimator) -> tuple[Estimator, Places]:
     """The filter with room for copies of its errors in its memory, and where they stand."""
     n = len(filter_.memory["covariance"])
     memory = dict(filter_.memory)
-    for name, doubled in memory_of(2 * n).items():
+    for name, doubled in filter_memory(2 * n).items():
         if np.shape(doubled) != np.shape(memory[name]):
             memory[name] = doubled
     larger = replace(filter_, memory=memory, log={}, spec=None)
@@ -130,7 +130,7 @@ def fly(estimator, known, parameters, memory, places, works, seeds, out, logged,
         copy_errors(p, states[n - 3 :], n)
         if math.isfinite(seeds[k, 4]):
             begin_at(p, memory, places, known[k].t_s, seeds[k])
-        after = estimate_of(known[k])
+        after = read_estimate(known[k])
         if works[k]:
             put_estimate(known[k], before)
             after = call_estimator(estimator, known[k : k + 1], parameters, memory)
@@ -212,7 +212,7 @@ def smooth(forward, q, states, covariance):
     for k in range(last - 1, -1, -1):
         if not math.isfinite(forward.q[k, 0]):
             return  # not started: what is before is not known either
-        own, later = quaternion_of(forward.q[k + 1]), quaternion_of(q[k + 1])
+        own, later = read_quaternion(forward.q[k + 1]), read_quaternion(q[k + 1])
         turn = rate_between(own, later, 1.0)
         apart[0], apart[1], apart[2] = turn
         for i in range(3, n):
@@ -229,6 +229,6 @@ def smooth(forward, q, states, covariance):
         put_better(covariance[k], gain, better, half)
         turn = from_rotation_vector((change[0], change[1], change[2]))
         turn_attitude(covariance[k], turn)
-        put_quaternion(q[k], normalised(multiply(quaternion_of(forward.q[k]), turn)))
+        put_quaternion(q[k], normalise(multiply(read_quaternion(forward.q[k]), turn)))
         for i in range(3, n):
             states[k, i - 3] = forward.states[k, i - 3] + change[i]

@@ -7,10 +7,10 @@ from torquer.computer.estimation.covariance import (
     ATTITUDE,
     forget,
     make_uncertain,
+    mean_variance,
     put_uncorrelated,
-    variance_of,
 )
-from torquer.computer.estimation.directions import contradicts, direction_of
+from torquer.computer.estimation.directions import contradicts, read_direction
 from torquer.computer.estimation.isolation import (
     CONTRADICTS,
     USED,
@@ -27,8 +27,8 @@ from torquer.computer.estimation.measurements.measurement import (
     STAR_CHANNEL,
     SUN_CHANNEL,
     VECTORS,
-    as_of_now,
     is_field_alone,
+    turn_to_now,
 )
 from torquer.computer.estimation.measurements.star_tracker import PAST, is_attitude
 from torquer.computer.estimation.triad import (
@@ -36,10 +36,10 @@ from torquer.computer.estimation.triad import (
     by_two,
     contradict,
     put_quaternion,
-    quaternion_of,
+    read_quaternion,
     sine_between,
 )
-from torquer.maths.geometry.quaternion import multiply, normalised, rotate
+from torquer.maths.geometry.quaternion import multiply, normalise, rotate
 from torquer.maths.geometry.vec3 import cross, dot, scale, unit
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
@@ -75,11 +75,11 @@ NO_STARS, OTHER_STARS, NO_NADIR, FEW_CELLS = 8.0, 9.0, 10.0, 11.0
 def has_attitude(inputs, parameters, memory, begin, rate_of):
     """Whether the filter has an attitude: its own, or one from a start or restart in this step."""
     sensing = parameters.sensing
-    if not variance_of(memory.covariance, ATTITUDE) <= _NOTHING_KNOWN:
+    if not mean_variance(memory.covariance, ATTITUDE) <= _NOTHING_KNOWN:
         forget_all(parameters.prior, memory)
     must = must_begin(inputs, sensing, memory)
     rejected = rejected_sensor(sensing, memory)
-    lost = 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost
+    lost = 3.0 * mean_variance(memory.covariance, ATTITUDE) > sensing.lost
     if must or rejected >= 0 or lost:
         return find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of)
     return True
@@ -126,7 +126,7 @@ def must_begin(inputs, sensing, memory):
 
     It was away if the last estimate is not its own.
     """
-    e, own = inputs.estimate, variance_of(memory.covariance, ATTITUDE)
+    e, own = inputs.estimate, mean_variance(memory.covariance, ATTITUDE)
     away = e.t_s != memory.t_s
     gap = inputs.t_s - memory.t_s > sensing.gap
     better = e.t_s > memory.t_s and e.sigma_rad * e.sigma_rad < own
@@ -221,9 +221,9 @@ def start_by_stars(inputs, parameters, memory, rejected, omega):
     usable = is_attitude(sensing.r_star, read, at_s, inputs.t_s - sensing.gap)
     if is_broken(memory, STAR_CHANNEL) or not usable:
         return NO_STARS
-    q, contradicting = normalised(read), 0
+    q, contradicting = normalise(read), 0
     for sensor in range(FIRST_CELL + 1):
-        d = direction_of(inputs, parameters, sensor)
+        d = read_direction(inputs, parameters, sensor)
         if d.is_usable and not is_broken(memory, sensor):
             if not contradicts(q, d, scale(at_s - d.read_s, omega)):
                 contradicting -= 1
@@ -247,8 +247,8 @@ def start_by_triad(inputs, parameters, memory, omega):
     for first in range(FIRST_CELL + 1):
         for second in range(first + 1, FIRST_CELL + 1):
             if found != STARTED:
-                a = direction_of(inputs, parameters, first)
-                b = direction_of(inputs, parameters, second)
+                a = read_direction(inputs, parameters, first)
+                b = read_direction(inputs, parameters, second)
                 if a.is_used and b.is_used:
                     missing = not_read(memory, a, first)
                     if missing == STARTED:
@@ -285,7 +285,7 @@ def start_by_two(parameters, memory, one, other, omega, once):
     """
     prior = parameters.prior
     later_s, apart = max(one.read_s, other.read_s), one.read_s - other.read_s
-    a, b = as_of_now(omega, -apart, one.v), as_of_now(omega, apart, other.v)
+    a, b = turn_to_now(omega, -apart, one.v), turn_to_now(omega, apart, other.v)
     if not sine_between(a, b) > LEAST_SINE:
         return PARALLEL
     mounted = (prior.gyro_scale + prior.gyro_misalignment) * dot(omega, omega)
@@ -310,20 +310,20 @@ def start_by_direction(inputs, parameters, memory, sensor, omega):
     The remaining angle is found as the field turns along the orbit: see `hypotheses`. (The Sun's
     direction does not turn: from it alone that angle is never found.)
     """
-    d, q = direction_of(inputs, parameters, sensor), (0.0, 0.0, 0.0, 1.0)
+    d, q = read_direction(inputs, parameters, sensor), (0.0, 0.0, 0.0, 1.0)
     if not d.is_usable:
         return False
     read_s, v = d.read_s, d.v
     if memory.t_s > -math.inf:
-        q = quaternion_of(memory.q)
-        read_s, v = inputs.t_s, as_of_now(omega, inputs.t_s - read_s, v)
+        q = read_quaternion(memory.q)
+        read_s, v = inputs.t_s, turn_to_now(omega, inputs.t_s - read_s, v)
     memory.read_s[:] = -math.inf
-    put_attitude(memory, read_s, fitted(q, v, d.reference), parameters.prior.attitude)
+    put_attitude(memory, read_s, fit(q, v, d.reference), parameters.prior.attitude)
     return True
 
 
 @inlined
-def fitted(q, v, reference):
+def fit(q, v, reference):
     """The attitude next to q that gives a vector v (body) the direction of a reference (inertial).
 
     The quaternion takes the body into the inertial frame.
@@ -331,11 +331,11 @@ def fitted(q, v, reference):
     seen, wanted = unit(rotate(q, v)), unit(reference)
     cosine = dot(seen, wanted)
     x, y, z = cross(seen, wanted)
-    turn = normalised((x, y, z, 1.0 + cosine))
+    turn = normalise((x, y, z, 1.0 + cosine))
     if cosine < -0.999999:  # half a turn about any axis across
         x, y, z = unit(cross(seen, (1.0, 0.0, 0.0) if abs(seen[0]) < 0.8 else (0.0, 1.0, 0.0)))
         turn = (x, y, z, 0.0)
-    return normalised(multiply(turn, q))
+    return normalise(multiply(turn, q))
 
 
 @inlined

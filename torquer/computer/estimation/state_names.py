@@ -18,14 +18,14 @@ UNITS = {
 }
 
 
-def axis_of(name: str, states: Iterable[str]) -> Axis:
+def state_axis(name: str, states: Iterable[str]) -> Axis:
     """A dimension along the components of states: `gyro_bias_x` and so on."""
     rows = [(f"{state}_{c}", UNITS[state]) for state in states for c in "xyz"]
     return Axis(name, tuple(label for label, _ in rows), tuple(unit for _, unit in rows))
 
 
-def axes_of(states: Iterable[str]) -> dict[str, tuple[Axis, ...]]:
+def state_axes(states: Iterable[str]) -> dict[str, tuple[Axis, ...]]:
     """Axes of what a filter with these states, attitude first, keeps in its memory."""
     states = list(states)
-    errors = axis_of("error", states), axis_of("other_error", states)
-    return {"states": (axis_of("state", states[1:]),), "covariance": errors}
+    errors = state_axis("error", states), state_axis("other_error", states)
+    return {"states": (state_axis("state", states[1:]),), "covariance": errors}

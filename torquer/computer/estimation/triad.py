@@ -22,9 +22,9 @@ from torquer.maths.geometry.vec3 import (
     dot,
     norm,
     put_vector,
+    read_vector,
     scale,
     unit,
-    vector_of,
 )
 
 #: Sine of the angle between two directions below which they are taken for parallel.
@@ -37,7 +37,7 @@ SAME_TIME_S = 1e-6
 
 
 @inlined
-def triad_of(first, second):
+def make_triad(first, second):
     """Rows of three orthogonal unit vectors: the first, the normal of both, their product."""
     w1 = unit(first)
     w2 = unit(cross(w1, second))
@@ -47,8 +47,8 @@ def triad_of(first, second):
 @inlined
 def triad(first_body, second_body, first_inertial, second_inertial):
     """Attitude quaternion, body to inertial, from two directions (any lengths, not parallel)."""
-    in_body = triad_of(first_body, second_body)
-    in_inertial = triad_of(first_inertial, second_inertial)
+    in_body = make_triad(first_body, second_body)
+    in_inertial = make_triad(first_inertial, second_inertial)
     return from_dcm(mat_mul(transpose(in_inertial), in_body))
 
 
@@ -99,7 +99,7 @@ def put_quaternion(cells, q):
 
 
 @inlined
-def quaternion_of(cells):
+def read_quaternion(cells):
     """The quaternion in four cells."""
     return (cells[0], cells[1], cells[2], cells[3])
 
@@ -161,7 +161,7 @@ def triad_estimator(inputs, parameters, memory):
             inertial, first = inputs.ephemeris.sun_inertial, parameters.sun_first != 0.0
             q, total = by_two(b, sun, field_at(inputs, t_s), inertial, r, s * s, first)
             sigma = math.sqrt(total / 3.0)
-        turned = rate_between(quaternion_of(memory.q), q, t_s - memory.t_s)
+        turned = rate_between(read_quaternion(memory.q), q, t_s - memory.t_s)
         put_vector(memory.omega_body_rad_s, turned)
         before = memory.sigma if memory.known != 0.0 else math.nan
         memory.sigma_rate = math.sqrt(before * before + sigma * sigma) / (t_s - memory.t_s)
@@ -170,10 +170,10 @@ def triad_estimator(inputs, parameters, memory):
         put_quaternion(memory.q, q)
     if memory.known == 0.0:
         return UNKNOWN_ESTIMATE
-    omega, sigma_rate = vector_of(memory.omega_body_rad_s), memory.sigma_rate
+    omega, sigma_rate = read_vector(memory.omega_body_rad_s), memory.sigma_rate
     if parameters.gyro != 0.0:
         omega, sigma_rate = inputs.omega_body_rad_s, math.nan
-    q = quaternion_of(memory.q)
+    q = read_quaternion(memory.q)
     e = UNKNOWN_ESTIMATE
     bias, isolated = e.gyro_bias_rad_s, e.isolated
     return Estimate(memory.t_s, q, omega, bias, memory.sigma, sigma_rate, isolated)

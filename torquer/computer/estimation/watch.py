@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
-from torquer.maths.geometry.quaternion import conjugate, multiply, normalised, rotate_inverse
+from torquer.maths.geometry.quaternion import conjugate, multiply, normalise, rotate_inverse
 from torquer.maths.geometry.vec3 import add, dot, sub
 
 #: Time [s] for which a reading is compared with later ones: in longer ones, smaller errors of the
@@ -55,7 +55,7 @@ def follow(cells, before, after):
     """Add the rotation between two attitudes to the propagated rotation in four cells."""
     turn = multiply(conjugate(before), after)
     rotation = multiply((cells[0], cells[1], cells[2], cells[3]), turn)
-    cells[0], cells[1], cells[2], cells[3] = normalised(rotation)
+    cells[0], cells[1], cells[2], cells[3] = normalise(rotation)
 
 
 @inlined

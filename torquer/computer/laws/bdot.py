@@ -13,7 +13,7 @@ from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.computer.blocks.law import Law
 from torquer.maths.geometry.quaternion import rotate_inverse
-from torquer.maths.geometry.vec3 import cross, put_vector, scale, sub, vector_of
+from torquer.maths.geometry.vec3 import cross, put_vector, read_vector, scale, sub
 
 _ZERO = (0.0, 0.0, 0.0)
 #: An interval of readings this many times the shortest so far is a gap: the law has rested in a
@@ -54,13 +54,13 @@ def bdot_difference(inputs, parameters, memory):
     second reading. Memory: see `PREVIOUS_READING`.
     """
     b, t_s = inputs.b_body_t, inputs.read_at.magnetometer_s
-    m, interval_s = vector_of(memory.dipole_a_m2), t_s - memory.t_s
+    m, interval_s = read_vector(memory.dipole_a_m2), t_s - memory.t_s
     if memory.has_reading == 0.0 or interval_s > 0.0:
         m = (0.0, 0.0, 0.0)
         if memory.has_reading == 1.0:
             is_first = memory.shortest_s == 0.0
             if is_first or interval_s <= GAP * memory.shortest_s:
-                difference = sub(b, vector_of(memory.b_body_t))
+                difference = sub(b, read_vector(memory.b_body_t))
                 m = scale(-parameters.gain / interval_s, difference)
             is_shorter = is_first or interval_s < memory.shortest_s
             memory.shortest_s = interval_s if is_shorter else memory.shortest_s

@@ -100,7 +100,7 @@ NO_LIMIT = 2.0
 
 
 @inlined
-def limited(half_turn, most):
+def limit(half_turn, most):
     """e sin(a/2), or where that is longer than `most` a vector of this length along it."""
     size = norm(half_turn)
     return scale(most / size, half_turn) if size > most else half_turn

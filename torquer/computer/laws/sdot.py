@@ -17,7 +17,7 @@ from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.blocks.law import Law
 from torquer.computer.laws.bdot import GAP
-from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, scale, sub, vector_of
+from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale, sub
 
 _ZERO = (0.0, 0.0, 0.0)
 #: Memory of the law of differences: whether there was a reading, its time, its direction to the
@@ -57,7 +57,7 @@ def sdot_rate(inputs, parameters, memory):
 def _difference(sun, interval_s, memory):
     """dS/dt [1/s] from the reading before; zero at the first one and after a gap."""
     if memory.has_reading == 1.0 and interval_s <= GAP * memory.shortest_s:
-        return scale(1.0 / interval_s, sub(sun, vector_of(memory.sun_body)))
+        return scale(1.0 / interval_s, sub(sun, read_vector(memory.sun_body)))
     return (0.0, 0.0, 0.0)
 
 
@@ -81,7 +81,7 @@ def sdot_difference(inputs, parameters, memory):
         memory.has_reading, memory.t_s = 1.0, t_s
         put_vector(memory.sun_body, sun)
     factor = -parameters.gain * cos_alpha(inputs.ephemeris)
-    return scale(factor, vector_of(memory.sun_rate_body_per_s))
+    return scale(factor, read_vector(memory.sun_rate_body_per_s))
 
 
 class _Sdot(Spec):

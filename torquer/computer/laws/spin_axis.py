@@ -37,7 +37,7 @@ class PointedParameters(NamedTuple):
 
 
 @inlined
-def switched(parameters, wanted_a_m2):
+def switch(parameters, wanted_a_m2):
     """Dipole [A m^2] for a coil: the wanted one, or with a relay the relay's with its sign."""
     if parameters.relay > 0.0:
         return parameters.relay * np.sign(wanted_a_m2)
@@ -47,7 +47,7 @@ def switched(parameters, wanted_a_m2):
 @inlined
 def one_coil(parameters, wanted_a_m2):
     """Dipole [A m^2] of the coil about the spin axis alone; zero if none is wanted."""
-    return scale(switched(parameters, wanted_a_m2), parameters.axis)
+    return scale(switch(parameters, wanted_a_m2), parameters.axis)
 
 
 @inlined

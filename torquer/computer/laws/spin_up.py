@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from torquer.compile.engine import kernel
 from torquer.computer.blocks.law import Law
-from torquer.computer.laws.spin_axis import AboutAxis, switched, unit_vector
+from torquer.computer.laws.spin_axis import AboutAxis, switch, unit_vector
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 
@@ -40,8 +40,8 @@ def spin_up(inputs, parameters, memory):
         return (0.0, 0.0, 0.0)
     wanted = scale(-parameters.gain, cross(e3, inputs.b_body_t))
     second = cross(e3, first)
-    m = scale(switched(parameters, dot(wanted, first)), first)
-    return add_scaled(m, switched(parameters, dot(wanted, second)), second)
+    m = scale(switch(parameters, dot(wanted, first)), first)
+    return add_scaled(m, switch(parameters, dot(wanted, second)), second)
 
 
 class SpinUp(AboutAxis):

@@ -15,7 +15,7 @@ from torquer.computer.blocks.law import Law
 from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
-    limited,
+    limit,
     most_half_turn,
     reference_acceleration,
     reference_motion,
@@ -68,7 +68,7 @@ def wheel_lyapunov(inputs, parameters, memory):
     m = add(cross(omega, momentum), sym_vec(j, speeding))
     if p.gravity != 0.0:
         m = sub(m, known_gravity_torque(inputs, j))
-    half_turn = limited(short_way(error), p.most)
+    half_turn = limit(short_way(error), p.most)
     return add_scaled(add_scaled(m, -p.rate_gain, relative), -p.angle_gain, half_turn)
 
 

@@ -15,7 +15,7 @@ from pydantic import Field
 from torquer.base.spec import Inertia, Spec
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.blocks.law import Law
-from torquer.computer.laws.pointing import limited, most_half_turn
+from torquer.computer.laws.pointing import limit, most_half_turn
 from torquer.computer.laws.spin_axis import unit_vector
 from torquer.computer.laws.wheel_lyapunov import known_gravity_torque
 from torquer.maths.geometry.quaternion import rotate_inverse
@@ -80,7 +80,7 @@ def wheel_one_axis(inputs, parameters, memory):
     if p.gravity != 0.0:
         m = sub(m, known_gravity_torque(inputs, p.inertia))
     m = add_scaled(m, -p.rate_gain, add_scaled(omega, -about, p.axis))
-    return add_scaled(m, p.angle_gain, limited(half_turn_between(p.axis, direction), p.most))
+    return add_scaled(m, p.angle_gain, limit(half_turn_between(p.axis, direction), p.most))
 
 
 class WheelOneAxis(Spec):

@@ -14,7 +14,7 @@ from torquer.computer.blocks.law import Law
 from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
-    limited,
+    limit,
     most_half_turn,
     reference_motion,
     short_way,
@@ -55,7 +55,7 @@ def wheel_pd(inputs, parameters, memory):
         turning = scale(p.orbital_rate / norm(turning), turning)
     error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
     damper = scale(-2.0 * p.damping * p.bandwidth, omega)
-    spring = scale(-2.0 * p.bandwidth * p.bandwidth, limited(short_way(error), p.most))
+    spring = scale(-2.0 * p.bandwidth * p.bandwidth, limit(short_way(error), p.most))
     turned = cross(inputs.estimate.omega_body_rad_s, inputs.wheel_momentum_body_n_m_s)
     return add(sym_vec(p.inertia, add(damper, spring)), turned)
 

@@ -17,10 +17,19 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.measurements.measurement import as_of_now
-from torquer.computer.estimation.triad import quaternion_of
+from torquer.computer.estimation.measurements.measurement import turn_to_now
+from torquer.computer.estimation.triad import read_quaternion
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate
-from torquer.maths.geometry.vec3 import add, cross, norm, put_vector, scale, sub, sym_vec, vector_of
+from torquer.maths.geometry.vec3 import (
+    add,
+    cross,
+    norm,
+    put_vector,
+    read_vector,
+    scale,
+    sub,
+    sym_vec,
+)
 
 #: Time of the momentum's change [s], and the longest between two control steps.
 _WINDOW_S, _LONGEST_S = 30.0, 10.0
@@ -109,9 +118,9 @@ def has_field_reversed(now):
 @inlined
 def momentum_at(table, now, inputs):
     """Momentum of body and wheels in axes that turn with the gyro's rotation alone."""
-    own = sym_vec(table.inertia_kg_m2, vector_of(now.omega))
+    own = sym_vec(table.inertia_kg_m2, read_vector(now.omega))
     wheels = add(inputs.wheel_momentum_body_n_m_s, table.wheel_momentum_n_m_s)
-    return rotate(quaternion_of(now.q), add(own, wheels))
+    return rotate(read_quaternion(now.q), add(own, wheels))
 
 
 @inlined
@@ -129,10 +138,10 @@ def add_impulse(now, inputs):
     The field that was read some time ago, and the axes at the gyro's latest reading, are turned to
     the present with the gyro's rate.
     """
-    m, dt, omega = inputs.coil_dipole_body_a_m2, inputs.t_s - now.lever_s, vector_of(now.omega)
+    m, dt, omega = inputs.coil_dipole_body_a_m2, inputs.t_s - now.lever_s, read_vector(now.omega)
     turn = from_rotation_vector(scale(inputs.t_s - now.gyro_s, omega))
-    q = multiply(quaternion_of(now.q), turn)
-    b = as_of_now(omega, inputs.t_s - inputs.read_at.magnetometer_s, inputs.b_body_t)
+    q = multiply(read_quaternion(now.q), turn)
+    b = turn_to_now(omega, inputs.t_s - inputs.read_at.magnetometer_s, inputs.b_body_t)
     for i in range(3):
         lever = rotate(q, cross(_AXES[i], b))
         for k in range(3):
@@ -194,7 +203,7 @@ def correct(now, row, y, variance):
 def close_window(table, now, inputs):
     """Compare the momentum's change with what the coils should have done."""
     t_s, momentum = inputs.t_s - now.window_s, momentum_at(table, now, inputs)
-    change, noise = sub(momentum, vector_of(now.momentum)), table.noise
+    change, noise = sub(momentum, read_vector(now.momentum)), table.noise
     j = table.inertia_kg_m2
     mean = (j[0] + j[1] + j[2]) / 3.0
     read, drift = mean * noise.rate_rad_s, 0.25 * noise.rate_tolerance * norm(momentum) * t_s

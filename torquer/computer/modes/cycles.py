@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from torquer.computer.modes.explore import Explored, Sight, Step
 from torquer.computer.modes.finding import Finding
 from torquer.computer.modes.graph import Edge, components, cycle_along, waits
-from torquer.computer.modes.strip import strip_of
+from torquer.computer.modes.strip import draw_strip
 from torquer.computer.modes.wording import condition_in_words
 
 _REMEDY = "for_s, at_least_s or hysteresis prevent it"
@@ -29,7 +29,7 @@ def chatter(sight: Sight) -> Iterator[Finding]:
             if steps and not restless & moved:  # else it only follows
                 cycle = _own(view, name, steps)
                 text = f"{_path(name, cycle)} can switch at every control step; {_REMEDY}"
-                strip = strip_of(view, steps) if len(view.regions) > 1 else ()
+                strip = draw_strip(view, steps) if len(view.regions) > 1 else ()
                 yield Finding("chatter", name, _states(cycle), text, strip)
             restless |= {name} if steps else set()
 
@@ -87,16 +87,16 @@ def _own(view: Explored, name: str, steps: list[Step]) -> tuple[Edge, ...]:
 
 def _view(sight: Sight, name: str) -> Explored:
     """A region and those that it follows, explored; the region alone if they are too many."""
-    return sight.explored(_followed(sight, name)) or sight.alone(name)
+    return sight.explore(_follow(sight, name)) or sight.alone(name)
 
 
-def _followed(sight: Sight, name: str) -> list[str]:
+def _follow(sight: Sight, name: str) -> list[str]:
     """A region and those whose states its conditions ask for, and so on."""
     found = [name]
     for each in found:
         for _, transition in sight.modes.regions[each].all_transitions():
             asked = [c for c in transition.when if c.signal == "in_state"]
-            found += {sight.modes.region_of("when", c) for c in asked} - {*found}
+            found += {sight.modes.find_region("when", c) for c in asked} - {*found}
     return found
 
 

@@ -12,15 +12,15 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 from torquer.computer.modes.finding import Facts
-from torquer.computer.modes.graph import Edge, commanded, edges_of, waits
+from torquer.computer.modes.graph import Edge, commanded_states, find_edges, waits
 from torquer.computer.modes.signals import SIGNALS
 from torquer.computer.modes.spec import Modes
 from torquer.computer.modes.valuations import (
     Subject,
     Valuations,
     all_values,
+    condition_subject,
     holds,
-    subject_of,
 )
 
 #: Steps between combinations of states, beyond which regions are explored in pairs.
@@ -76,7 +76,7 @@ class Sight:
 
     def __init__(self, modes: Modes, facts: Facts):
         self.modes, self.facts = modes, facts
-        self.edges = {name: edges_of(region) for name, region in modes.regions.items()}
+        self.edges = {name: find_edges(region) for name, region in modes.regions.items()}
         self.values = all_values(modes, facts)
         self.valuations = Valuations(self.values)
         #: Transitions that can never be taken, with the reason.
@@ -95,16 +95,16 @@ class Sight:
 
     def subject(self, region: str, edge: Edge, condition) -> Subject:
         """What a condition of an edge compares."""
-        return subject_of(self.modes, region, edge.leave, condition)
+        return condition_subject(self.modes, region, edge.leave, condition)
 
     def masks(self, region: str, edge: Edge, now: dict[str, str]) -> Masks:
         """When an edge can be taken while regions are in these states."""
         way = region, edge.number
         if way not in self._masks:
-            self._masks[way] = self._signals_of(region, edge)
+            self._masks[way] = self._group_signals(region, edge)
         return Masks(*map(int.__and__, self._masks[way], self._follows(edge, now)))
 
-    def _signals_of(self, region: str, edge: Edge) -> Masks:
+    def _group_signals(self, region: str, edge: Edge) -> Masks:
         """By the signals and times; `in_state` apart."""
         transition, every = edge.transition, self.valuations.all
         may = must = nearly = every
@@ -133,7 +133,7 @@ class Sight:
         transition, every = edge.transition, self.valuations.all
         may = must = every
         for condition in (c for c in transition.when if c.signal == "in_state"):
-            region = self.modes.region_of("when", condition)
+            region = self.modes.find_region("when", condition)
             if region not in now:
                 must = 0
                 continue
@@ -176,7 +176,7 @@ class Sight:
             needs = needs - {"attitude"}
         return not needs <= gives
 
-    def explored(self, names: Iterable[str]) -> Explored | None:
+    def explore(self, names: Iterable[str]) -> Explored | None:
         """The combinations of states of some regions; None if there are too many of several."""
         names = tuple(name for name in self.modes.regions if name in set(names))
         if names not in self._explored:
@@ -185,7 +185,7 @@ class Sight:
 
     def alone(self, name: str) -> Explored:
         """The states of one region, whatever the others do."""
-        found = self.explored([name])
+        found = self.explore([name])
         assert found is not None
         return found
 
@@ -204,7 +204,7 @@ class Sight:
                 if step.end == len(joints):
                     joints.append(after)
                     came[step.end] = step
-            for after in self._commanded(names, joint):
+            for after in self._command(names, joint):
                 step = Step(start, numbers.setdefault(after, len(joints)), (None,) * len(names))
                 commands.append(step)
                 if step.end == len(joints):
@@ -214,11 +214,11 @@ class Sight:
                 return None
         return Explored(names, joints, steps, commands, came)
 
-    def _commanded(self, names: tuple[str, ...], joint: tuple[str, ...]) -> list[tuple[str, ...]]:
+    def _command(self, names: tuple[str, ...], joint: tuple[str, ...]) -> list[tuple[str, ...]]:
         """The combinations that one command leads to."""
         found = []
         for place, name in enumerate(names):
-            for state in commanded(self.modes.regions[name]):
+            for state in commanded_states(self.modes.regions[name]):
                 found.append((*joint[:place], state, *joint[place + 1 :]))
         return found
 
@@ -251,10 +251,10 @@ class Sight:
     def together(self) -> list[Explored]:
         """All regions together or, if they have too many combinations, in pairs."""
         names = [*self.modes.regions]
-        if whole := self.explored(names):
+        if whole := self.explore(names):
             return [whole]
         pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
-        return [found for pair in pairs if (found := self.explored(pair))]
+        return [found for pair in pairs if (found := self.explore(pair))]
 
     @property
     def is_whole(self) -> bool:

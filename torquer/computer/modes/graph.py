@@ -56,7 +56,7 @@ def waits(edge: Edge) -> bool:
     return edge.from_any or len(one.when) > 1 or one.for_s > 0.0 or one.at_least_s is not None
 
 
-def edges_of(region: Region) -> list[Edge]:
+def find_edges(region: Region) -> list[Edge]:
     """All edges, those from any state first, in the order in which they are tried."""
     found = [
         (leave, transition.to, transition, True)
@@ -69,14 +69,16 @@ def edges_of(region: Region) -> list[Edge]:
     return [Edge(*each, number) for number, each in enumerate(found)]
 
 
-def commanded(region: Region) -> list[str]:
+def commanded_states(region: Region) -> list[str]:
     """States that a command leads to."""
     return [name for name, state in region.states.items() if state.commanded]
 
 
 def reachable(region: Region) -> list[str]:
     """States that the initial one and the commanded ones lead to, themselves included."""
-    return _led_to(list(dict.fromkeys([region.initial, *commanded(region)])), edges_of(region))
+    return _led_to(
+        list(dict.fromkeys([region.initial, *commanded_states(region)])), find_edges(region)
+    )
 
 
 def _led_to(first: list[str], edges: list[Edge]) -> list[str]:

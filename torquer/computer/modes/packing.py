@@ -15,14 +15,14 @@ from torquer.maths.geometry.vec3 import as_symmetric
 _ROUNDING_S = 1e-6
 
 
-def must_be_one_of(key: str, names: Iterable[str], received) -> None:
+def check_choice(key: str, names: Iterable[str], received) -> None:
     """ValueError that lists `names`, unless `received` is one of them."""
     if received not in names:
         known = ", ".join(names) or "none"
         raise ValueError(f"{key}: must be one of {known}; received {received!r}")
 
 
-def packed(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
+def pack_modes(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
     """(table, state before the first evaluation) of `modes`, a `torquer.computer.modes.spec.Modes`.
 
     Rows lie in the order of the text: a region's transitions from any state, then those of its
@@ -104,7 +104,7 @@ def _condition_row(modes, region: str, condition, numbers: dict) -> tuple:
 
 def _index(modes, region: str, condition, numbers: dict) -> int:
     if condition.state is not None:
-        return numbers[modes.region_of("when", condition), condition.state]
+        return numbers[modes.find_region("when", condition), condition.state]
     if condition.sensor is not None:
         return SENSORS.index(condition.sensor)
     if condition.coil is not None:
@@ -119,16 +119,16 @@ def _actions(modes, region: str, name: str, laws, estimators, parameters) -> lis
     state, key = modes.regions[region].states[name], f"{modes.key_of(region)}states.{name}"
     found = []
     for law, factor in state.laws.items():
-        must_be_one_of(f"{key}.laws", laws, law)
+        check_choice(f"{key}.laws", laws, law)
         found.append((table.LAW, laws[law], factor))
     if state.estimator is not None:
-        must_be_one_of(f"{key}.estimator", estimators, state.estimator)
+        check_choice(f"{key}.estimator", estimators, state.estimator)
         found.append((table.ESTIMATOR, estimators[state.estimator], 0.0))
     for parameter, value in state.set.items():
         found += _settings(f"{key}.set", parameter, value, parameters)
     found += [(table.AXIS_OFF, AXES.index(axis), 0.0) for axis in state.coils_off]
     for law in state.laws_off:
-        must_be_one_of(f"{key}.laws_off", laws, law)
+        check_choice(f"{key}.laws_off", laws, law)
         found.append((table.LAW_OFF, laws[law], 0.0))
     for kind, switch in ((table.COILS, state.coils), (table.WHEELS, state.wheels)):
         if switch is not None:
@@ -139,7 +139,7 @@ def _actions(modes, region: str, name: str, laws, estimators, parameters) -> lis
 def _settings(key: str, parameter: str, value, parameters: Mapping) -> list[tuple]:
     """Actions that set the numbers of one parameter."""
     of_law = [name for name in parameters if name.startswith(parameter.partition(".")[0] + ".")]
-    must_be_one_of(key, of_law or parameters, parameter)
+    check_choice(key, of_law or parameters, parameter)
     first, count = parameters[parameter]
     numbers = value if isinstance(value, tuple) else (value,)
     if len(numbers) != count:

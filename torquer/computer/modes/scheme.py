@@ -18,9 +18,9 @@ _IN_VIEW = Condition(signal="sun_in_view", above=0.5)
 _TURNING = Condition(signal="rate_deg_s", above=0.0)
 
 
-def modes_of(scheme: Scheme) -> tuple[Modes, dict]:
+def as_modes(scheme: Scheme) -> tuple[Modes, dict]:
     """(mode table, laws by the names that it uses); each stage has laws of its own."""
-    named = [_named(number, stage) for number, stage in enumerate(scheme.stages, start=1)]
+    named = [_name_laws(number, stage) for number, stage in enumerate(scheme.stages, start=1)]
     names = [*(f"stage_{number}" for number in range(1, len(named) + 1)), DONE]
     states = {}
     for name, after, laws, stage in zip(names, names[1:], named, scheme.stages, strict=False):
@@ -34,7 +34,7 @@ def modes_of(scheme: Scheme) -> tuple[Modes, dict]:
     return modes, {name: law for laws in named for name, law in laws.items()}
 
 
-def _named(number: int, stage: Stage) -> dict:
+def _name_laws(number: int, stage: Stage) -> dict:
     """A stage's laws by name; the place distinguishes a second one of a kind."""
     found = {}
     for place, law in enumerate(stage.laws, start=1):

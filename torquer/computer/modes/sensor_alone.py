@@ -36,7 +36,7 @@ SENSOR_NOW = np.dtype(
 
 
 @inlined
-def reading_of(inputs, sensor):
+def latest_reading(inputs, sensor):
     """(Time of a sensor's latest reading, its numbers)."""
     at = inputs.read_at
     x, y, z = inputs.b_body_t
@@ -81,7 +81,7 @@ def fails_by_itself(now, sensor, inputs, first_s, oldest_s):
 
     `oldest_s`: how old its readings become by the timetable.
     """
-    read_s, v = reading_of(inputs, sensor)
+    read_s, v = latest_reading(inputs, sensor)
     now.is_read = now.is_new = 0.0
     if read_s > now.read_s:
         same = v[0] == now.x and v[1] == now.y and v[2] == now.z and v[3] == now.w

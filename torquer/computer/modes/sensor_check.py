@@ -17,21 +17,21 @@ from torquer.computer.estimation.measurements.magnetometer import has_magnitude
 from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     Measurement,
-    as_of_now,
+    turn_to_now,
 )
 from torquer.computer.estimation.triad import (
     both_read_s,
     contradict,
     field_at,
     put_quaternion,
-    quaternion_of,
+    read_quaternion,
 )
 from torquer.computer.estimation.watch import WATCHED, watch
 from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.computer.modes.coil_check import follow_coils, forget_coils, has_field_reversed
 from torquer.computer.modes.sensor_alone import fails_by_itself
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
-from torquer.maths.geometry.vec3 import add, dot, norm, put_vector, scale, unit, vector_of
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
+from torquer.maths.geometry.vec3 import add, dot, norm, put_vector, read_vector, scale, unit
 
 #: A suspicion lasts for this time [s] after the last sign of the failure.
 SUSPECTED_S = 120.0
@@ -130,9 +130,9 @@ def follow_gyro(now, gyro, inputs):
     if interval_s > _LONGEST_S:
         now.watched[0, :, 0] = now.watched[1, :, 0] = -math.inf
     elif interval_s > 0.0:
-        turn = scale(0.5 * interval_s, add(omega, vector_of(now.omega)))
-        q = multiply(quaternion_of(now.q), from_rotation_vector(turn))
-        put_quaternion(now.q, normalised(q))
+        turn = scale(0.5 * interval_s, add(omega, read_vector(now.omega)))
+        q = multiply(read_quaternion(now.q), from_rotation_vector(turn))
+        put_quaternion(now.q, normalise(q))
         part = min(interval_s / _AVERAGED_S, 1.0) if now.gyro_interval_s > 0.0 else 1.0
         now.gyro_interval_s += part * (interval_s - now.gyro_interval_s)
     put_vector(now.omega, omega)
@@ -147,14 +147,14 @@ def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_variance):
     `tolerance`: difference of the rates [rad/s] that is allowed; `gyro_variance`: of the rotation
     by the gyro's noise [rad^2/s].
     """
-    omega = vector_of(now.omega)
-    seen = as_of_now(omega, now.gyro_s - read_s, unit(v))
-    seen = as_of_now(scale(-1.0, omega), read_s - now.gyro_s, seen)  # read after the gyro
+    omega = read_vector(now.omega)
+    seen = turn_to_now(omega, now.gyro_s - read_s, unit(v))
+    seen = turn_to_now(scale(-1.0, omega), read_s - now.gyro_s, seen)  # read after the gyro
     none = NO_MEASUREMENT
     m = Measurement(none.z, none.h, none.h_other, none.at, sigma * sigma, 2, seen, _FIXED, 0.0)
     rate = (tolerance + _SCALE * norm(omega)) / _SIGMAS
     variances = (0.0, rate * rate, gyro_variance, 0.0)
-    turned = watch(cells, now.gyro_s, m, _NO_TURN, quaternion_of(now.q), variances)
+    turned = watch(cells, now.gyro_s, m, _NO_TURN, read_quaternion(now.q), variances)
     return turned.stuck or turned.rate_error > 0.0
 
 
@@ -215,7 +215,7 @@ def is_field_doubtful(now):
 
 
 @inlined
-def blamed(now, sensors, t_s):
+def blame(now, sensors, t_s):
     """(Magnetometer, gyro, Sun sensors): whether each is to blame for what does not agree.
 
     A contradiction with a sensor that fails by itself says nothing about the others. Only a test of
@@ -234,12 +234,12 @@ def blamed(now, sensors, t_s):
         gyro = by_field and fails_now(now, FIELD_TURN, t_s)
         return field, gyro or (by_sun and fails_now(now, SUN_TURN, t_s)), sun
     if now.tested_s[ANGLE] == t_s:
-        now.liar, now.liar_s = liar_of(now, by_field, by_sun), t_s
+        now.liar, now.liar_s = find_liar(now, by_field, by_sun), t_s
     return field or now.liar > 0.0, False, sun or now.liar < 0.0
 
 
 @inlined
-def liar_of(now, by_field, by_sun):
+def find_liar(now, by_field, by_sun):
     """Whose direction is wrong where field and Sun contradict each other: see `SENSORS_NOW`.
 
     The one that does not turn as the gyro says, now or earlier; where neither was found to, a sign
@@ -292,7 +292,7 @@ def check_sensors(table, state, inputs):
     else:
         forget_turns(now)
     compare_with_models(now, sensors, noise, inputs)
-    field, gyro, sun = blamed(now, sensors, t_s)
+    field, gyro, sun = blame(now, sensors, t_s)
     for i, is_blamed in ((MAGNETOMETER, field), (GYRO, gyro), (SUN_SENSORS, sun)):
         if is_blamed:
             sensors[i].blamed_s = t_s

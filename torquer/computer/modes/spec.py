@@ -20,7 +20,7 @@ from torquer.base.validate import storable_name
 from torquer.computer.interface import SENSORS
 from torquer.computer.laws.pointing import HeldAttitude
 from torquer.computer.laws.spin_axis import unit_vector
-from torquer.computer.modes.packing import must_be_one_of, packed
+from torquer.computer.modes.packing import check_choice, pack_modes
 from torquer.computer.modes.signals import AXES, SIGNALS
 from torquer.computer.modes.table import ModeState, ModeTable, Noise
 
@@ -84,7 +84,7 @@ class Condition(Spec):
 
     @model_validator(mode="after")
     def _makes_sense(self):
-        must_be_one_of("signal", SIGNALS, self.signal)
+        check_choice("signal", SIGNALS, self.signal)
         if (self.above is None) == (self.below is None):
             received = "none" if self.above is None else "both"
             raise ValueError(f"above, below: one of the two must be given; received {received}")
@@ -120,7 +120,7 @@ class Condition(Spec):
             raise ValueError(f"region: must be given with a state; received {self.region!r}")
         for key, known in (("sensor", SENSORS), ("coil", AXES)):
             if getattr(self, key) is not None:
-                must_be_one_of(key, known, getattr(self, key))
+                check_choice(key, known, getattr(self, key))
         if self.since_entry and SIGNALS[self.signal].unit in ("s", "yes/no", "times"):
             raise ValueError(
                 f"since_entry: must not be given for {self.signal}, a time, count or yes/no; "
@@ -128,7 +128,7 @@ class Condition(Spec):
             )
 
 
-def _compared(condition: Condition) -> tuple[str, float]:
+def _split_condition(condition: Condition) -> tuple[str, float]:
     """The signal of a condition and the value with which it is compared."""
     return condition.signal, condition.above if condition.below is None else condition.below
 
@@ -310,9 +310,9 @@ class Modes(Spec):
                 raise ValueError(f"{key}states: must hold one state or more; received none")
             for state in states:
                 storable_name(f"{key}states", state)
-            must_be_one_of(f"{key}initial", states, region.initial)
+            check_choice(f"{key}initial", states, region.initial)
             for place, transition in region.all_transitions():
-                must_be_one_of(f"{key}{place}.to", states, transition.to)
+                check_choice(f"{key}{place}.to", states, transition.to)
             for i, transition in enumerate(region.transitions):
                 if transition.back_off > 1.0 or transition.most_entries is not None:
                     raise ValueError(
@@ -342,12 +342,12 @@ class Modes(Spec):
                 continue
             storable_name(f"{place}.threshold", condition.threshold)
             there, other = first.setdefault(condition.threshold, (place, condition))
-            if _compared(condition) != _compared(other):
-                signal, limit = _compared(other)
+            if _split_condition(condition) != _split_condition(other):
+                signal, limit = _split_condition(other)
                 raise ValueError(
                     f"{place}.threshold: must be of {signal} and {limit:g} as at {there}, which "
                     f"has the name {condition.threshold!r} too; received "
-                    f"{condition.signal} and {_compared(condition)[1]:g}"
+                    f"{condition.signal} and {_split_condition(condition)[1]:g}"
                 )
         return self
 
@@ -355,13 +355,13 @@ class Modes(Spec):
     def _conditions_can_be_evaluated(self):
         for place, condition in self.all_conditions():
             if condition.flag is not None:
-                must_be_one_of(f"{place}.flag", self.flags, condition.flag)
+                check_choice(f"{place}.flag", self.flags, condition.flag)
             for key in SIGNALS[condition.signal].needs:
                 if key in Modes.model_fields and getattr(self, key) is None:
                     signal = condition.signal
                     raise ValueError(f"{key}: must be given for the signal {signal}; received none")
             if condition.state is not None:
-                self.region_of(place, condition)
+                self.find_region(place, condition)
         return self
 
     def states(self) -> Iterator[State]:
@@ -379,11 +379,11 @@ class Modes(Spec):
         """Where a region stands, with its dot; nowhere, if its keys are given directly."""
         return "" if [*self.regions] == [MAIN] else f"regions.{region}."
 
-    def region_of(self, place: str, condition: Condition) -> str:
+    def find_region(self, place: str, condition: Condition) -> str:
         """The region whose state a condition names."""
         if condition.region is not None:
-            must_be_one_of(f"{place}.region", self.regions, condition.region)
-            must_be_one_of(f"{place}.state", self.regions[condition.region].states, condition.state)
+            check_choice(f"{place}.region", self.regions, condition.region)
+            check_choice(f"{place}.state", self.regions[condition.region].states, condition.state)
             return condition.region
         having = [name for name, r in self.regions.items() if condition.state in r.states]
         if len(having) > 1:
@@ -392,7 +392,7 @@ class Modes(Spec):
                 f"{condition.state!r}; received none"
             )
         known = dict.fromkeys(name for r in self.regions.values() for name in r.states)
-        must_be_one_of(f"{place}.state", known, condition.state)
+        check_choice(f"{place}.state", known, condition.state)
         return having[0]
 
     def pack(
@@ -406,4 +406,4 @@ class Modes(Spec):
         `laws`, `estimators`: their numbers by name; `parameters`: by `"law.parameter"` the first
         place in the flat array, and how many numbers. ValueError for a name that is not there.
         """
-        return packed(self, laws, estimators or {}, parameters or {})
+        return pack_modes(self, laws, estimators or {}, parameters or {})

@@ -5,7 +5,7 @@ from torquer.computer.modes.graph import Edge
 from torquer.computer.modes.wording import transition_in_words
 
 
-def strip_of(explored: Explored, path: list[Step]) -> tuple[str, ...]:
+def draw_strip(explored: Explored, path: list[Step]) -> tuple[str, ...]:
     """The states of all regions along a path, side by side, and why each step is taken."""
     rows = [("", *explored.regions, "because")]
     rows.append(("0", *explored.joints[path[0].start if path else 0], "start"))

@@ -158,7 +158,7 @@ def first_state(table: ModeTable, initial, flags: int = 0) -> ModeState:
 
 
 @inlined
-def truth_of_condition(table, state, inputs, place):
+def evaluate_condition(table, state, inputs, place):
     """Whether a condition is true; it remembers that it was (hysteresis)."""
     row, now = table.conditions[place], state.conditions[place]
     value = signal_value(row["signal"], table, state, inputs, row["index"])
@@ -180,7 +180,7 @@ def held_for_s(table, state, inputs, place):
     row, now = table.transitions[place], state.transitions[place]
     truth = TRUE
     for condition in range(row["first_condition"], row["after_condition"]):
-        one = truth_of_condition(table, state, inputs, condition)
+        one = evaluate_condition(table, state, inputs, condition)
         truth = one if one < truth else truth  # Numba's `min` does not compile for CUDA
     if truth == FALSE:
         now["true_since_s"] = NEVER_S

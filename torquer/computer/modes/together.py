@@ -5,9 +5,9 @@ from itertools import combinations
 
 from torquer.computer.modes.explore import Explored, Sight, Step
 from torquer.computer.modes.finding import Finding
-from torquer.computer.modes.graph import components, edges_of, reachable
+from torquer.computer.modes.graph import components, find_edges, reachable
 from torquer.computer.modes.spec import Region, State
-from torquer.computer.modes.strip import strip_of
+from torquer.computer.modes.strip import draw_strip
 
 #: Kinds of laws that take all rotation away, and of those that make it.
 _BRAKES = ("bdot", "bdot_rate", "bdot_derivative", "bdot_model")
@@ -24,8 +24,8 @@ def deadlocks(sight: Sight) -> Iterator[Finding]:
             found = {name: now[name] for name in view.regions if number in stuck[name]}
             if said.issuperset(found.items()):
                 continue
-            strip = strip_of(view, view.path_to(number))
-            asked = {name: _asked(sight, name, now) for name in found}
+            strip = draw_strip(view, view.path_to(number))
+            asked = {name: _asked_regions(sight, name, now) for name in found}
             ring = [name for name in found if asked[name] & found.keys()]
             if len(ring) > 1 and not said.issuperset((name, found[name]) for name in ring):
                 places = " and ".join(f"{name}.{found[name]}" for name in ring)
@@ -40,10 +40,10 @@ def deadlocks(sight: Sight) -> Iterator[Finding]:
             said.update(found.items())
 
 
-def _asked(sight: Sight, name: str, now: dict[str, str]) -> set[str]:
+def _asked_regions(sight: Sight, name: str, now: dict[str, str]) -> set[str]:
     """Other regions whose states the transitions out of a region's state ask for."""
     found = {
-        sight.modes.region_of("when", condition)
+        sight.modes.find_region("when", condition)
         for edge in sight.leaving(name, now[name])
         for condition in edge.transition.when
         if condition.signal == "in_state"
@@ -94,7 +94,7 @@ def conflicts(sight: Sight) -> Iterator[Finding]:
                 states = sight.modes.regions[one].states[a], sight.modes.regions[two].states[b]
                 for what in _contradictions(sight, *states):
                     text = f"{one}.{a} and {two}.{b} can be active together, and {what}"
-                    strip = strip_of(view, view.path_to(number))
+                    strip = draw_strip(view, view.path_to(number))
                     yield Finding("conflict", f"{one}, {two}", (a, b), text, strip)
 
 
@@ -180,7 +180,7 @@ def _comes_for_good(region: Region) -> set[str]:
     passing = [state for state in known if state not in final]
     ways = {s: (*region.transitions, *region.states[s].transitions) for s in passing}
     timed = all(any(t.at_most_s is not None and t.to != s for t in ways[s]) for s in passing)
-    circles = components(e for e in edges_of(region) if e.leave in passing)
+    circles = components(e for e in find_edges(region) if e.leave in passing)
     return final if final and timed and not circles else set()
 
 
@@ -221,7 +221,7 @@ def _leftover(sight: Sight, view: Explored, parameter: str) -> Finding | None:
                 f"{users[0]}.{now[users[0]]}: {law} works with its own {parameter} until {setter} "
                 "has set it, which nothing undoes; set it here, too"
             )
-            strip = strip_of(view, came[number, setter])
+            strip = draw_strip(view, came[number, setter])
             return Finding("leftover", users[0], (now[users[0]],), text, strip)
     return None
 

@@ -34,12 +34,12 @@ class Subject(NamedTuple):
         return (low - high, high - low) if self.since_entry else (low, high)
 
 
-def subject_of(modes: Modes, region: str, state: str, condition: Condition) -> Subject:
+def condition_subject(modes: Modes, region: str, state: str, condition: Condition) -> Subject:
     """What a condition of a state's transition compares."""
     if condition.since_entry:
         return Subject(condition.signal, (region, state), True)
     if condition.state is not None:
-        return Subject(condition.signal, (modes.region_of("when", condition), condition.state))
+        return Subject(condition.signal, (modes.find_region("when", condition), condition.state))
     if condition.signal == "time_in_state_s":
         return Subject(condition.signal, (region,))
     named = (condition.sensor, condition.coil, condition.flag)
@@ -68,7 +68,9 @@ def holds(condition: Condition, value: float, late=False, nearly=False) -> bool:
     return value >= limit if closed else value > limit
 
 
-def values_of(subject: Subject, numbers: Iterable[float], facts: Facts) -> tuple[float, ...]:
+def representative_values(
+    subject: Subject, numbers: Iterable[float], facts: Facts
+) -> tuple[float, ...]:
     """Values that represent all that a subject may have, compared with these numbers."""
     low, high = subject.range
     unit = SIGNALS[subject.signal].unit
@@ -95,12 +97,12 @@ def all_values(modes: Modes, facts: Facts) -> dict[Subject, tuple[float, ...]]:
         for state, spec in region.states.items():
             for transition in (*region.transitions, *spec.transitions):
                 for condition in transition.when:
-                    subject = subject_of(modes, name, state, condition)
+                    subject = condition_subject(modes, name, state, condition)
                     used = [x for x in limits(condition) if x is not None]
                     numbers.setdefault(subject, []).extend(used)
                     regions.setdefault(subject, set()).add(name)
     order = sorted(numbers, key=lambda subject: -len(regions[subject]))
-    return {subject: values_of(subject, numbers[subject], facts) for subject in order}
+    return {subject: representative_values(subject, numbers[subject], facts) for subject in order}
 
 
 class Valuations:

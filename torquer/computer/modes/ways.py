@@ -25,13 +25,13 @@ def on_transitions(sight: Sight) -> Iterator[Finding]:
             kind, reason = _fault(sight, name, edge)
             if kind == "never":
                 sight.dead[name, edge.number] = reason
-            place = place_of(name, edge)
+            place = describe_edge(name, edge)
             if reason and (place, reason) not in seen:
                 seen.add((place, reason))
                 yield Finding(kind.split(":")[0], name, (edge.leave,), f"{place}: {reason}")
 
 
-def place_of(name: str, edge: Edge) -> str:
+def describe_edge(name: str, edge: Edge) -> str:
     """A transition in words: `main.a -> b`, `main: any state -> b`."""
     return (
         f"{name}: any state -> {edge.to}" if edge.from_any else f"{name}.{edge.leave} -> {edge.to}"
@@ -43,7 +43,7 @@ def _fault(sight: Sight, name: str, edge: Edge) -> tuple[str, str]:
     by_time = edge.transition.at_most_s is not None
     if reason := _impossible(sight, name, edge):
         return ("never:conditions" if by_time else "never"), reason
-    if reason := _hidden(sight, name, edge):
+    if reason := _why_hidden(sight, name, edge):
         return "never", reason
     if reason := _idle(edge):
         return "never:conditions", reason
@@ -89,7 +89,7 @@ def _range(sight: Sight, subject) -> str:
     return f"{name} is within {low:g} to {high:g}{shown}"
 
 
-def _hidden(sight: Sight, name: str, edge: Edge) -> str:
+def _why_hidden(sight: Sight, name: str, edge: Edge) -> str:
     """Why other transitions out of the state are always taken before an edge."""
     before = True
     for other in sight.leaving(name, edge.leave):
@@ -152,7 +152,7 @@ def _says_nothing(sight: Sight, name: str, edge: Edge) -> str:
     """Which condition of an edge always holds, or for good once it has held; "" if none does."""
     for condition in edge.transition.when:
         subject = sight.subject(name, edge, condition)
-        words, known = condition_in_words(condition), _known(sight.values[subject])
+        words, known = condition_in_words(condition), _known_values(sight.values[subject])
         limit, back = limits(condition)
         if all(holds(condition, x) for x in known) and not _on_the_edge(subject, limit):
             return f"{words} always holds: {_range(sight, subject)}; leave it out or correct it"
@@ -163,7 +163,7 @@ def _says_nothing(sight: Sight, name: str, edge: Edge) -> str:
     return ""
 
 
-def _known(values) -> list[float]:
+def _known_values(values) -> list[float]:
     return [x for x in values if not math.isnan(x)]
 
 
@@ -190,7 +190,7 @@ def never_taken(sight: Sight, stuck: set[tuple[str, str]]) -> Iterator[Finding]:
             if edges and (reason := _why_not(sight, name, edges, views)):
                 states = tuple(edge.leave for edge in edges if edge.leave in region.states)
                 sight.dead |= {(name, edge.number): reason for edge in edges}
-                yield Finding("never", name, states, f"{place_of(name, edges[0])}: {reason}")
+                yield Finding("never", name, states, f"{describe_edge(name, edges[0])}: {reason}")
 
 
 def _why_not(sight: Sight, name: str, edges: list[Edge], views) -> str:

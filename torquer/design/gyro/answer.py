@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torquer.base.rows import Row, data_of, html_of, text_of
+from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.statistics import number, quantile
 from torquer.design.gyro.case import GyroCase
 from torquer.design.gyro.flown_scenario import EXACT_DEG, POINTED_DEG
@@ -84,7 +84,7 @@ class GyroDesign:
         craft, along = self.case.craft, self.case.along
         h, nano = craft.stiffness, 1e9 * along.strength_t
         ends = f"{along.normal:.3f} of it ({along.least:.3f} to {along.greatest:.3f})"
-        alias = craft.dipole_of_bias(1e-9, along.mean_square_t2)
+        alias = craft.bias_dipole(1e-9, along.mean_square_t2)
         return [
             Row("name", "satellite", self.case.scenario.name, text=self.case.scenario.name),
             Row("inertia_kg_m2", "J", craft.inertia, "kg m^2", f"{craft.inertia:.4g}"),
@@ -178,12 +178,12 @@ class GyroDesign:
     def data(self) -> dict:
         """Plain data, with units in the keys."""
         theory = {**self.time._asdict(), "stage_2_s": self.time.stage_2_s}
-        times = data_of([row for line in self.times() for row in line])
+        times = as_data([row for line in self.times() for row in line])
         flights = times.get("flights")
         if flights is not None and self.flights is not None:
             flights = {"runs": len(self.flights.error_deg), **flights}
         return {
-            **data_of(self.rows()),
+            **as_data(self.rows()),
             "errors_deg": {
                 cause.text: [row.value for row in angles] for cause, *angles in self.errors_table()
             },
@@ -204,9 +204,9 @@ class GyroDesign:
             *(line.format_map(texts) for line in _GAINS),
             *(f"over a day with {', '.join(part)}" for part in (margins[:4], margins[4:])),
             *(line.format_map(texts) for line in _REACH),
-            *text_of(self.times(), 14, 24),
+            *as_text(self.times(), 14, 24),
             self._in_words(),
-            *text_of(self.errors_table(), 10, 20),
+            *as_text(self.errors_table(), 10, 20),
             *self._cost_lines(),
             _BIAS.format_map(texts),
             *(f"note: {note}" for note in self.notes),
@@ -235,7 +235,7 @@ class GyroDesign:
             for row in self.rows()
             if row.text
         ]
-        return html_of(shown) + html_of(self.times()) + html_of(self.errors_table(), self.notes)
+        return as_html(shown) + as_html(self.times()) + as_html(self.errors_table(), self.notes)
 
 
 def _ends(found: Range, unit: str) -> str:

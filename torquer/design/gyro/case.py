@@ -13,7 +13,7 @@ from torquer.spacecraft.actuators.coils import Coils
 from torquer.theory.magneto_gyro.along_orbit import FieldAlong, field_along
 from torquer.theory.magneto_gyro.capture import filter_rate_for
 from torquer.theory.magneto_gyro.craft import BRAKED, GyroCraft, greatest_tip_off
-from torquer.theory.magneto_gyro.satellite import craft_of
+from torquer.theory.magneto_gyro.satellite import make_craft
 
 #: Least tip-off rate designed for, unless another is given, and the greatest [deg/s].
 _USUAL, _GREATEST = 3.0, 30.0
@@ -42,11 +42,11 @@ class GyroCase:
         return coils
 
 
-def case_of(scenario: Scenario, request: MagnetoGyroRequest) -> GyroCase:
+def make_case(scenario: Scenario, request: MagnetoGyroRequest) -> GyroCase:
     """The case of a scenario; ValueError for a satellite on which the system cannot work."""
-    craft, notes = craft_of(scenario)
+    craft, notes = make_craft(scenario)
     tip_off = _tip_off(scenario, request)
-    inclination, varies = _orbit_of(scenario)
+    inclination, varies = _describe_orbit(scenario)
     if varies > _CIRCULAR:
         notes = (*notes, f"the orbit's radius varies by {100.0 * varies:.2g} %: linear theory is "
                          "that of a circular orbit with the same period")  # fmt: skip
@@ -86,7 +86,7 @@ def _filter_rate(request: MagnetoGyroRequest, tip_off_deg_s: float) -> float:
     return found
 
 
-def _orbit_of(scenario: Scenario) -> tuple[float, float]:
+def _describe_orbit(scenario: Scenario) -> tuple[float, float]:
     """Inclination [deg]; by which part the radius of the first revolution varies."""
     times = np.linspace(0.0, scenario.orbit.period_s, 100)
     r, v = scenario.orbit_environment().state(times)

@@ -117,6 +117,6 @@ def campaign_table(scenario: Scenario, tip_off_deg_s: float) -> dict:
     }
 
 
-def campaign_of(scenario: Scenario, tip_off_deg_s: float) -> Campaign:
+def make_campaign(scenario: Scenario, tip_off_deg_s: float) -> Campaign:
     """The campaign of that table."""
     return campaign_from_data(campaign_table(scenario, tip_off_deg_s), scenario)

@@ -6,21 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from torquer.analysis.notes.bdot_notes import tumbling_of
+from torquer.analysis.notes.bdot_notes import as_tumbling
 from torquer.base.limits import RequestError
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.design.gyro.answer import GyroDesign
-from torquer.design.gyro.case import GyroCase, case_of
-from torquer.design.gyro.flown_scenario import EXACT_DEG, campaign_of, designed_scenario
+from torquer.design.gyro.case import GyroCase, make_case
+from torquer.design.gyro.flown_scenario import EXACT_DEG, designed_scenario, make_campaign
 from torquer.design.gyro.notes import WEAK, notes_on
 from torquer.design.gyro.reach import (
     EQUATOR,
     EVALUATIONS,
-    costs_of,
-    errors_of,
-    margins_of,
-    reach_of,
-    total_of,
+    degree_costs,
+    find_margins,
+    pointing_errors,
+    stable_reach,
+    total_error,
 )
 from torquer.design.pointing_flights import fly_releases
 from torquer.design.requests import MagnetoGyroRequest
@@ -59,12 +59,12 @@ def magneto_gyro(
     which the system cannot work.
     """
     try:
-        made = _design(case_of(scenario, request), request)
+        made = _design(make_case(scenario, request), request)
     except ArithmeticError as error:
         raise ValueError(str(error)) from None
     count = _flights_that_fit(made.scenario) if request.fly is None else request.fly
     if count:
-        campaign = campaign_of(made.scenario, made.case.tip_off_deg_s)
+        campaign = make_campaign(made.scenario, made.case.tip_off_deg_s)
         made = replace(made, flights=fly_releases(made.scenario, campaign, count, progress))
     return replace(made, notes=tuple(notes_on(made)))
 
@@ -76,15 +76,15 @@ def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
     better = None
     if craft.stiffness < WEAK or second.degree < 0.9 * request.degree:
         better = _better_wheel(case, request)
-    day, inclinations, altitudes = reach_of(case, loop := DayLoop(craft, second.gains, form))
+    day, inclinations, altitudes = stable_reach(case, loop := DayLoop(craft, second.gains, form))
     h, pitch_inertia = craft.gyrostat
     frozen = frozen_2(second.gains, stiffness=h, pitch_inertia=pitch_inertia, b=along.normal)
-    law, errors = _law(case, first, second, form), errors_of(case, second, form)
-    costs = sorted([(second.degree, total_of(errors)), *costs_of(case, request)])
+    law, errors = _law(case, first, second, form), pointing_errors(case, second, form)
+    costs = sorted([(second.degree, total_error(errors)), *degree_costs(case, request)])
     time = _time(case, MagnetoGyro.model_validate(law), first, day)
     return GyroDesign(
         case, request, first, second, -np.linalg.eigvals(frozen).real.max(), day, errors,
-        tuple(costs), margins_of(case, loop), inclinations, altitudes, time, better, law,
+        tuple(costs), find_margins(case, loop), inclinations, altitudes, time, better, law,
         designed_scenario(case.scenario, law, case.tip_off_deg_s, _orbits(case, time)),
     )  # fmt: skip
 
@@ -126,7 +126,7 @@ def _second(case: GyroCase, request: MagnetoGyroRequest) -> Stage2Design:
 
 
 def _time(case: GyroCase, law: MagnetoGyro, first: Stage1Design, degree: float) -> TimeToPoint:
-    tumbling = tumbling_of(case.scenario, law)
+    tumbling = as_tumbling(case.scenario, law)
     switch = Hysteresis(math.radians(law.stage_2_angle_deg), law.mean_time_s)
     tip_off = math.radians(case.tip_off_deg_s)
     time = time_to_point(case.craft, tumbling, first, degree, tip_off, switch)

@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.design.gyro.case import GyroCase
 from torquer.design.requests import MagnetoGyroRequest
-from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.accuracy import follow_revolution, noise_error, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import model_error
 from torquer.theory.magneto_gyro.day import (
     ALTITUDES_KM,
@@ -27,7 +27,7 @@ EQUATOR = (
 )
 
 
-def reach_of(case: GyroCase, loop: DayLoop) -> tuple[float, Range, Range]:
+def stable_reach(case: GyroCase, loop: DayLoop) -> tuple[float, Range, Range]:
     """Degree over a day; inclinations and altitudes around the orbit's own with stable loops."""
     own = degree_over_a_day(loop, case.inclination_deg)
     if not own > 0.0:
@@ -44,13 +44,13 @@ def reach_of(case: GyroCase, loop: DayLoop) -> tuple[float, Range, Range]:
     return own, inclinations, altitudes
 
 
-def errors_of(case: GyroCase, second: Stage2Design, form: str) -> dict[str, np.ndarray]:
+def pointing_errors(case: GyroCase, second: Stage2Design, form: str) -> dict[str, np.ndarray]:
     """Root mean squares [deg] by what causes them, in the usual field."""
     scenario, craft, along = case.scenario, case.craft, case.along
     loop = stage_2_loop(
         craft.satellite(), craft.gyrostat, second.gains, normal=along.normal, form=form
     )
-    around, meter = revolution_of(loop), scenario.spacecraft.magnetometer
+    around, meter = follow_revolution(loop), scenario.spacecraft.magnetometer
     noise = noise_intensity(scenario, craft, along.strength_t)
     bias = [0.0, 0.0, 0.0, *(1e-9 / along.strength_t * np.array(meter.bias_nt))]
     disturbance = scenario.disturbance
@@ -65,12 +65,12 @@ def errors_of(case: GyroCase, second: Stage2Design, form: str) -> dict[str, np.n
     return {name: np.degrees(error) for name, error in radians.items()}
 
 
-def total_of(errors: dict[str, np.ndarray]) -> float:
+def total_error(errors: dict[str, np.ndarray]) -> float:
     """Root mean square of the whole angle [deg], of errors by their independent causes."""
     return float(np.linalg.norm(list(errors.values())))
 
 
-def costs_of(case: GyroCase, request: MagnetoGyroRequest) -> list[tuple[float, float]]:
+def degree_costs(case: GyroCase, request: MagnetoGyroRequest) -> list[tuple[float, float]]:
     """Degrees and errors of designs for other degrees, where a stable loop is found."""
     found = []
     for part in _OTHER_DEGREES:
@@ -82,7 +82,7 @@ def costs_of(case: GyroCase, request: MagnetoGyroRequest) -> list[tuple[float, f
             )  # fmt: skip
         except ArithmeticError:
             continue
-        found.append((other.degree, total_of(errors_of(case, other, request.form))))
+        found.append((other.degree, total_error(pointing_errors(case, other, request.form))))
     return found
 
 
@@ -90,7 +90,7 @@ def _rms(motion) -> np.ndarray:
     return np.sqrt(np.mean(motion[:, :3] ** 2, axis=0))
 
 
-def margins_of(case: GyroCase, loop: DayLoop) -> dict[str, float]:
+def find_margins(case: GyroCase, loop: DayLoop) -> dict[str, float]:
     """Degrees over a day of a satellite, or of an orbit, that is not what the law knows."""
     s, inclination = loop.craft.satellite(), case.inclination_deg
     others = {

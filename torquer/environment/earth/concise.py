@@ -17,7 +17,7 @@ import numpy as np
 from torquer.base.conventions import ASTRONOMICAL_UNIT_M
 from torquer.base.time import DAY_S
 from torquer.compile.engine import kernel
-from torquer.environment.earth.rotation_table import dcm_of_pole
+from torquer.environment.earth.rotation_table import dcm_to_pole
 from torquer.maths.geometry.vec3 import mat_t_vec
 
 #: Noon of 1 January 2000 as a Julian date, and days of a Julian century.
@@ -92,9 +92,9 @@ def earth_at(ut1_days, tt_minus_ut1_s, is_precise):
     lag = _LAG_TURNS + _LAG_RATE * ut1_days + u * u * (0.093104 - 6.2e-6 * u) / DAY_S
     turns = np.fmod(ut1_days, 1.0) + _ERA_TURNS + _ERA_EXCESS * ut1_days
     if not is_precise:
-        to_ecef = dcm_of_pole(0.0, 0.0, _TURN * (turns + lag))
-        return EarthNow(to_ecef, dcm_of_pole(0.0, 0.0, 0.0), sun)
+        to_ecef = dcm_to_pole(0.0, 0.0, _TURN * (turns + lag))
+        return EarthNow(to_ecef, dcm_to_pole(0.0, 0.0, 0.0), sun)
     x, y = _pole(t, node, mean, moon, anomaly)
     origin = 0.5 * x * y  # minus the locator s
-    to_teme = dcm_of_pole(x, y, origin - _TURN * lag)
-    return EarthNow(dcm_of_pole(x, y, _TURN * turns + origin), to_teme, mat_t_vec(to_teme, sun))
+    to_teme = dcm_to_pole(x, y, origin - _TURN * lag)
+    return EarthNow(dcm_to_pole(x, y, _TURN * turns + origin), to_teme, mat_t_vec(to_teme, sun))

@@ -106,7 +106,7 @@ def _slow_at(rotation, t):
 
 
 @kernel
-def dcm_of_pole(x, y, angle):
+def dcm_to_pole(x, y, angle):
     """Rows of the matrix to the frame of the pole (x, y), rotated about it by an angle [rad]."""
     a = 1.0 / (1.0 + math.sqrt(1.0 - x * x - y * y))
     c, s = math.cos(angle), math.sin(angle)
@@ -120,7 +120,7 @@ def dcm_of_pole(x, y, angle):
 def rotation_at(rotation, t):
     """Inertial to Earth-fixed (rows), and the Sun's direction, inertial, at a time [s]."""
     x, y, s, lag, sun = _slow_at(rotation, t)
-    return dcm_of_pole(x, y, rotation.angle + ERA_RATE_RAD_S * t + lag - s), sun
+    return dcm_to_pole(x, y, rotation.angle + ERA_RATE_RAD_S * t + lag - s), sun
 
 
 @kernel

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.environment.field.coefficients import pieces, published
-from torquer.environment.field.drift import coefficients_of
+from torquer.environment.field.coefficients import pieces, published_epochs
+from torquer.environment.field.drift import coefficients_name
 from torquer.environment.field.globe import Elements, at_geodetic, elements
 
 #: Horizontal over total intensity below which the field counts as vertical, without declination.
@@ -26,16 +26,16 @@ def yearly_change(model, decimal_year: float, *place, geocentric: bool = False):
     difference between two epochs over the years between them is exact. At an epoch, that of the
     years that follow. `place` as in `at_geodetic`.
     """
-    source = coefficients_of(model)
+    source = coefficients_name(model)
     if source is None:
         return None
-    years = published(source).years
+    years = published_epochs(source).years
     k = int(pieces(source, decimal_year))
     first, last = (at_geodetic(model, y, *place, geocentric=geocentric) for y in years[k : k + 2])
     return (last - first) / (years[k + 1] - years[k])
 
 
-def rates_of(now: Elements, b_rate_ned) -> Elements:
+def element_rates(now: Elements, b_rate_ned) -> Elements:
     """Rates of the elements [nT/yr, deg/yr] of a field that changes by `b_rate_ned` [T/yr]."""
     x, y, z = np.moveaxis(1e9 * np.asarray(b_rate_ned, dtype=np.float64), -1, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -56,7 +56,7 @@ def point_field(
     place = (lat_deg, lon_deg, alt_km)
     now = elements(at_geodetic(model, decimal_year, *place, geocentric=geocentric))
     change = yearly_change(model, decimal_year, *place, geocentric=geocentric)
-    rates = None if change is None else rates_of(now, change)
+    rates = None if change is None else element_rates(now, change)
     upright = now.h_nt <= _VERTICAL * now.f_nt
     now = now._replace(d_deg=np.where(upright, np.nan, now.d_deg))
     if rates is not None:

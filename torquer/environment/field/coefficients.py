@@ -45,7 +45,7 @@ def read_cof(path: Path, valid_years: float = 5.0) -> Epochs:
 
 
 @cache
-def published(model: str) -> Epochs:
+def published_epochs(model: str) -> Epochs:
     """The epochs of `igrf14` or `wmm2025`."""
     if model == "igrf14":
         return read_shc(FOLDER / "IGRF14.shc")
@@ -54,7 +54,7 @@ def published(model: str) -> Epochs:
 
 def max_degree(model: str) -> int:
     """Highest degree of a model."""
-    return published(model).g.shape[1] - 1
+    return published_epochs(model).g.shape[1] - 1
 
 
 def check_date(model: str, decimal_year: float, extrapolate: bool, when: str = "") -> None:
@@ -62,7 +62,7 @@ def check_date(model: str, decimal_year: float, extrapolate: bool, when: str = "
 
     `when` names the date in the message.
     """
-    first, *_, last = published(model).years
+    first, *_, last = published_epochs(model).years
     if first <= decimal_year <= last:
         return
     received = f"{round(float(decimal_year), 6)}{when}"
@@ -81,7 +81,7 @@ def schmidt_coefficients(
     which both files give as (or are read into) a last epoch five years on.
     """
     check_date(model, decimal_year, extrapolate)
-    years, g, h = published(model)
+    years, g, h = published_epochs(model)
     k = int(pieces(model, decimal_year))
     part = (decimal_year - years[k]) / (years[k + 1] - years[k])
     mixed = [NANOTESLA * ((1.0 - part) * c[k] + part * c[k + 1]) for c in (g, h)]
@@ -93,13 +93,13 @@ def pieces(model: str, decimal_years) -> np.ndarray:
 
     At an epoch, its own; the first and the last piece extrapolate.
     """
-    years = published(model).years
+    years = published_epochs(model).years
     return np.clip(np.searchsorted(years, decimal_years, side="right") - 1, 0, len(years) - 2)
 
 
 def schmidt_rates(model: str, piece: int) -> tuple[np.ndarray, np.ndarray]:
     """dg/dt and dh/dt `[n, m]` in T/yr of a piece, to the last degree that changes."""
-    years, g, h = published(model)
+    years, g, h = published_epochs(model)
     span = years[piece + 1] - years[piece]
     rates = np.stack([NANOTESLA * (c[piece + 1] - c[piece]) / span for c in (g, h)])
     size = int(np.flatnonzero(rates.any(axis=(0, 2)))[-1]) + 1

@@ -12,12 +12,12 @@ from datetime import datetime
 import numpy as np
 
 from torquer.base.time import decimal_year, decimal_years, new_years
-from torquer.environment.field.coefficients import check_date, pieces, published
+from torquer.environment.field.coefficients import check_date, pieces, published_epochs
 from torquer.environment.field.gauss import Gauss
 from torquer.environment.field.tilted_dipole import TiltedDipole
 
 
-def coefficients_of(model) -> str | None:
+def coefficients_name(model) -> str | None:
     """Name of the published coefficients of a model; None if it does not depend on the date."""
     if getattr(model, "held_at_year", None) is not None:
         return None
@@ -29,14 +29,14 @@ def coefficients_of(model) -> str | None:
 
 
 @functools.lru_cache(maxsize=64)
-def _prepared(model, year: float) -> tuple:
+def _prepare(model, year: float) -> tuple:
     return model.prepare(year)
 
 
 @functools.lru_cache(maxsize=64)
-def piece_of(model, number: int) -> tuple:
+def linear_piece(model, number: int) -> tuple:
     """(Epoch, field at the epoch, its change per year) of a model between two epochs."""
-    epoch = float(published(coefficients_of(model)).years[number])
+    epoch = float(published_epochs(coefficients_name(model)).years[number])
     return epoch, model.prepare(epoch), model.prepare_rate(number)
 
 
@@ -49,9 +49,9 @@ def b_inertial_along(
     validity a model is extrapolated linearly.
     """
     points = (r_inertial, v_inertial, dcm_inertial_to_ecef)
-    source = coefficients_of(model)
+    source = coefficients_name(model)
     if source is None or len(t_s) == 0:
-        return model.b_inertial(_prepared(model, decimal_year(start)), *points)
+        return model.b_inertial(_prepare(model, decimal_year(start)), *points)
     years = decimal_years(start, t_s)
     numbers = pieces(source, years)
     if np.all(numbers == numbers[0]):
@@ -64,7 +64,7 @@ def b_inertial_along(
 
 
 def _within_piece(model, number: int, years, *points) -> np.ndarray:
-    epoch, at_epoch, per_year = piece_of(model, number)
+    epoch, at_epoch, per_year = linear_piece(model, number)
     change = model.b_inertial(per_year, *points)
     change *= (years - epoch)[:, None]
     change += model.b_inertial(at_epoch, *points)
@@ -73,7 +73,7 @@ def _within_piece(model, number: int, years, *points) -> np.ndarray:
 
 def check_span(model, start: datetime, *times_s: float) -> None:
     """`ValueError` (a warning if the model extrapolates) for a time outside its validity."""
-    source = coefficients_of(model)
+    source = coefficients_name(model)
     if source is None:
         return
     for t_s in times_s:
@@ -90,10 +90,10 @@ def bends_s(model, start: datetime, first_s: float, last_s: float) -> np.ndarray
     Each 1 January: at an epoch of the coefficients, which come first, by another rate per year;
     else because one of the two years has 366 days.
     """
-    source = coefficients_of(model)
+    source = coefficients_name(model)
     if source is None:
         return np.empty(0)
     at_s, years = new_years(start, first_s, last_s)
     within = (at_s > first_s) & (at_s < last_s)
-    at_s, common = at_s[within], ~np.isin(years[within], published(source).years)
+    at_s, common = at_s[within], ~np.isin(years[within], published_epochs(source).years)
     return at_s[np.argsort(common, kind="stable")]

@@ -76,14 +76,14 @@ def cube_root(x):
 
 
 @kernel
-def _axis_of(motion):
+def _semi_major_axis(motion):
     """Semi-major axis of a mean motion [rad/min]."""
     ratio = _RATE / motion
     return cube_root(ratio * ratio)
 
 
 @kernel
-def mean_of(elements):
+def mean_elements(elements):
     """Elements of SGP4: the mean motion of Kozai made that of Brouwer.
 
     `elements`: numbers of a two-line set under their names, in its units.
@@ -93,7 +93,7 @@ def mean_of(elements):
     inclination = _DEGREE * elements.inclination_deg
     s, c = math.sin(inclination), math.cos(inclination)
     across = 1.0 - e * e
-    first = _axis_of(motion)
+    first = _semi_major_axis(motion)
     d1 = 0.75 * _J2 * (3.0 * c * c - 1.0) / (math.sqrt(across) * across)
     d = d1 / (first * first)
     second = first * (1.0 - d * d - d * (1.0 / 3.0 + 134.0 * d * d / 81.0))
@@ -101,7 +101,7 @@ def mean_of(elements):
     return Mean(
         motion, e, inclination, _DEGREE * elements.raan_deg,
         _DEGREE * elements.argument_of_perigee_deg, _DEGREE * elements.mean_anomaly_deg,
-        elements.drag_term, _axis_of(motion), s, c,
+        elements.drag_term, _semi_major_axis(motion), s, c,
     )  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def _air(perigee):
 
 
 @kernel
-def drag_of(m):
+def drag_coefficients(m):
     """Coefficients of drag of mean elements."""
     e, theta = m.eccentricity, m.c * m.c
     s4, q4 = _air(m.axis * (1.0 - e))
@@ -148,7 +148,7 @@ def drag_of(m):
 
 
 @kernel
-def rates_of(m, c1):
+def zonal_rates(m, c1):
     """Rates of the angles by the Earth's zonal harmonics."""
     theta = m.c * m.c
     theta2 = theta * theta
@@ -203,8 +203,8 @@ def _by_drag(m, d, mean, t):
 @kernel
 def mean_now(m, t):
     """Mean elements at t minutes after the epoch."""
-    d = drag_of(m)
-    rates = rates_of(m, d.c1)
+    d = drag_coefficients(m)
+    rates = zonal_rates(m, d.c1)
     mean, perigee = m.anomaly + rates.anomaly * t, m.perigee + rates.perigee * t
     node = m.node + rates.node * t + rates.node_by_drag * t * t
     root, loss, longitude, moved = _by_drag(m, d, mean, t)
@@ -277,7 +277,7 @@ def sgp4_state(elements, t):
     nowhere = ((math.nan, math.nan, math.nan), (math.nan, math.nan, math.nan))
     if not (elements.mean_motion_rev_day > 0.0 and 0.0 <= elements.eccentricity < 1.0):
         return nowhere
-    m = mean_of(elements)
+    m = mean_elements(elements)
     if not _TURN / m.motion < DEEP_SPACE_MIN:
         return nowhere
     now = mean_now(m, t / 60.0)

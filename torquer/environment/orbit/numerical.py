@@ -134,12 +134,12 @@ class Numerical(Spec):
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean motion [rad/s] of the osculating orbit of the start state."""
-        epoch = epoch_of(self.start) if isinstance(self.start, Sgp4) else None
+        epoch = tle_epoch(self.start) if isinstance(self.start, Sgp4) else None
         return mean_motion(semi_major_axis(*self.start.state([0.0], epoch)))
 
     def anchor(self, start_utc: str | datetime) -> datetime:
         """Instant of the start state: a TLE's epoch, else the start of the run."""
-        return epoch_of(self.start) if isinstance(self.start, Sgp4) else parse_utc(start_utc)
+        return tle_epoch(self.start) if isinstance(self.start, Sgp4) else parse_utc(start_utc)
 
     def state(
         self, t_s, start_utc: str | datetime, dut1_s: float = 0.0
@@ -178,7 +178,7 @@ class Numerical(Spec):
         return Forces(harmonics, self.drag.atmosphere.pack(), self.drag.half_coefficient_m2_kg)
 
 
-def epoch_of(elements: Sgp4) -> datetime:
+def tle_epoch(elements: Sgp4) -> datetime:
     """Epoch of a two-line element set, to the microsecond."""
     text = elements.tle[0]
     year = int(text[18:20])

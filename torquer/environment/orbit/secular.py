@@ -31,7 +31,7 @@ class Drift(NamedTuple):
 
 
 @kernel
-def drift_of(semi_major_axis_m, eccentricity, inclination, j2):
+def secular_rates(semi_major_axis_m, eccentricity, inclination, j2):
     """Mean rates [rad/s] of an orbit (Brouwer, first order in J2); j2 = 0: of two bodies."""
     rate = math.sqrt(MU_EARTH_M3_S2 / semi_major_axis_m) / semi_major_axis_m
     across = (1.0 - eccentricity) * (1.0 + eccentricity)
@@ -55,7 +55,7 @@ def drifting_state(elements, t):
     if not (axis > 0.0 and 0.0 <= eccentricity < 1.0):
         return nowhere
     inclination = _DEGREE * elements.inclination_deg
-    drift = drift_of(axis, eccentricity, inclination, elements.j2)
+    drift = secular_rates(axis, eccentricity, inclination, elements.j2)
     node = _DEGREE * elements.raan_deg + drift.node * t
     perigee = _DEGREE * elements.argument_of_perigee_deg + drift.perigee * t
     anomaly = _DEGREE * elements.mean_anomaly_deg + drift.anomaly * t

@@ -60,7 +60,7 @@ def checksum(line: str) -> int:
     return (sum(int(c) for c in head if c.isdigit()) + head.count("-")) % 10
 
 
-def _faults_of_line(number: int, line: str) -> list[str]:
+def _line_faults(number: int, line: str) -> list[str]:
     """What keeps a line from having the published layout and its checksum, a text each."""
     where = f"tle line {number}"
     if len(line) > _LENGTH and line.isascii():
@@ -68,7 +68,7 @@ def _faults_of_line(number: int, line: str) -> list[str]:
             f"{where}: must have {_LENGTH} columns; received {len(line)}, with "
             f"{line[_LENGTH : _LENGTH + 40].strip()!r} beyond them"
         )
-        return [beyond, *_faults_of_line(number, line[:_LENGTH])]
+        return [beyond, *_line_faults(number, line[:_LENGTH])]
     if len(line) != _LENGTH or not line.isascii():
         return [f"{where}: must have {_LENGTH} columns; received {len(line)}"]
     faults, blank = [], set(range(1, _LENGTH + 1))
@@ -88,7 +88,7 @@ def _faults_of_line(number: int, line: str) -> list[str]:
     return faults
 
 
-def _faults_of_ranges(first: str, second: str) -> list[str]:
+def _range_faults(first: str, second: str) -> list[str]:
     """Which numbers of two well-formed lines cannot describe an orbit, a text each."""
     faults = []
     if first[2:7] != second[2:7]:
@@ -144,8 +144,8 @@ class Sgp4(Spec):
     def _check(cls, tle):
         """All faults at once, a line each; those of the numbers in well-formed lines only."""
         numbered = enumerate(tle, start=1)
-        faults = [fault for number, line in numbered for fault in _faults_of_line(number, line)]
-        if faults := faults or _faults_of_ranges(*tle):
+        faults = [fault for number, line in numbered for fault in _line_faults(number, line)]
+        if faults := faults or _range_faults(*tle):
             raise ValueError("\n".join(faults))
         _check_size(tle[1])
         return tle

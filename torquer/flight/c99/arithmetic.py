@@ -95,19 +95,19 @@ def binary(op: ast.operator, a: Value, b: Value, helpers: set[str]) -> Value:
         )
     kind = type(op)
     if a.is_known and b.is_known:
-        return _folded(op, a, b)
+        return _fold(op, a, b)
     if kind in _BITS:
         return _bits(kind, a, b)
     if kind is ast.Pow:
         return _power(a, b, helpers)
     if kind in _HELPED:
-        return _helped(kind, a, b, helpers)
+        return _help_out(kind, a, b, helpers)
     if kind not in _PLAIN:
         raise Impossible("write a product or // by a power of two")
     return _plain(kind, a, b)
 
 
-def _folded(op: ast.operator, a: Value, b: Value) -> Value:
+def _fold(op: ast.operator, a: Value, b: Value) -> Value:
     known = {k: f for k, (*_, f) in {**_PLAIN, **_BITS, **_HELPED}.items()} | {
         ast.Pow: operator.pow
     }
@@ -183,54 +183,54 @@ def _power(a: Value, b: Value, helpers: set[str]) -> Value:
     if b.type in (INT, BOOL):
         raise Impossible("write a product, or float(n) as the exponent: with n the bits differ")
     helpers.add("power_of")
-    return called("power_of", [as_real(as_whole(a)), as_real(as_whole(b))], REAL)
+    return call_function("power_of", [as_real(as_whole(a)), as_real(as_whole(b))], REAL)
 
 
-def _helped(kind: type, a: Value, b: Value, helpers: set[str]) -> Value:
+def _help_out(kind: type, a: Value, b: Value, helpers: set[str]) -> Value:
     of_floats, of_whole, _ = _HELPED[kind]
     a, b = as_whole(a), as_whole(b)
     whole = a.type == b.type == INT
     if not whole:
-        return as_real(helped(of_floats, [a, b], helpers))
+        return as_real(help_out(of_floats, [a, b], helpers))
     helpers.add(of_whole)
-    made = called(of_whole, [a, b], INT)
+    made = call_function(of_whole, [a, b], INT)
     if kind is ast.Mod and b.is_known and b.known > 0:
         return Value(made.text, INT, reads=made.reads, bounds=(0, b.known - 1))
     return made
 
 
-def helped(name: str, values: list[Value], helpers: set[str]) -> Value:
+def help_out(name: str, values: list[Value], helpers: set[str]) -> Value:
     """A call of a function of floats that the C text has of its own, or of its twin for times."""
     has_times = any(each.type == TIME for each in values)
     name = f"{name}_times" if has_times else name
     helpers.add(name)
     if has_times:
-        return called(name, [as_time(each) for each in values], TIME)
-    return called(name, [as_real(each) for each in values], REAL)
+        return call_function(name, [as_time(each) for each in values], TIME)
+    return call_function(name, [as_real(each) for each in values], REAL)
 
 
-def of_library(name: str, values: list[Value]) -> Value:
+def call_library(name: str, values: list[Value]) -> Value:
     """A call of a function of the C library.
 
     In single precision those that round correctly are the library's own for floats; the others are
     computed for doubles and rounded, so that libraries which differ in a last bit agree.
     """
     if any(each.type == TIME for each in values):
-        found = called(name, [as_time(each) for each in values], TIME)
+        found = call_function(name, [as_time(each) for each in values], TIME)
         return found if name == "fabs" else as_real(found)
     values = [as_real(each) for each in values]
     if not is_single() or name.endswith("_of"):
-        return called(name, values, REAL)
+        return call_function(name, values, REAL)
     if name in _EXACT:
-        return called(f"{name}f", values, REAL)
-    return as_real(called(name, [as_time(each) for each in values], TIME))
+        return call_function(f"{name}f", values, REAL)
+    return as_real(call_function(name, [as_time(each) for each in values], TIME))
 
 
-def whole_of(name: str, value: Value) -> Value:
+def nearest_whole(name: str, value: Value) -> Value:
     """A whole number near a float, as a float: floor, ceil, trunc."""
     if value.type == TIME:
-        return called(name, [value], TIME)
-    return called(f"{name}f" if is_single() else name, [value], REAL)
+        return call_function(name, [value], TIME)
+    return call_function(f"{name}f" if is_single() else name, [value], REAL)
 
 
 def to_whole(value: Value, helpers: set[str]) -> Value:
@@ -243,10 +243,10 @@ def to_whole(value: Value, helpers: set[str]) -> Value:
         return Value(f"(int64_t){value.within(SIGN)}", INT, SIGN, reads=value.reads)
     name = "int_of_times" if value.type == TIME else "int_of"
     helpers.add(name)
-    return called(name, [value], INT)
+    return call_function(name, [value], INT)
 
 
-def called(name: str, values: list[Value], kind: Number) -> Value:
+def call_function(name: str, values: list[Value], kind: Number) -> Value:
     """A call of a function of numbers."""
     text = f"{name}({', '.join(value.text for value in values)})"
     return Value(text, kind, reads=any(value.reads for value in values))
@@ -296,7 +296,7 @@ def compare(op: ast.cmpop, a: Value, b: Value) -> Value:
     sign, rank, known = _COMPARE[type(op)]
     if a.is_known and b.is_known:
         return constant(bool(known(a.known, b.known)))
-    if b.is_known and a.type == b.type == INT and (found := _decided(op, a, b.known)) is not None:
+    if b.is_known and a.type == b.type == INT and (found := _decide(op, a, b.known)) is not None:
         return constant(found)
     if a.type != b.type:
         a, b = as_whole(a), as_whole(b)
@@ -306,7 +306,7 @@ def compare(op: ast.cmpop, a: Value, b: Value) -> Value:
     return Value(text, BOOL, rank, reads=a.reads or b.reads)
 
 
-def _decided(op: ast.cmpop, a: Value, limit: int) -> bool | None:
+def _decide(op: ast.cmpop, a: Value, limit: int) -> bool | None:
     """What a comparison with a number says by the bounds of the other side alone."""
     low, high = a.bounds
     if isinstance(op, ast.Lt | ast.GtE):

@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.blocks.plugin import plain_function
 from torquer.flight.c99 import arithmetic
 from torquer.flight.c99.evaluate import (
     at_hand,
-    of_outside,
+    evaluate,
+    evaluate_outside,
+    make_tuple,
     operation,
     parts_in_order,
     translates,
-    tuple_of,
-    value_of,
 )
 from torquer.flight.c99.places import Chosen, may_overlap
 from torquer.flight.c99.scope import Scope
@@ -81,7 +81,7 @@ class Cast:
 @translates(ast.Call)
 def call(s: Scope, node: ast.Call) -> Value:
     """A call, with its arguments in order."""
-    function = value_of(s, node.func)
+    function = evaluate(s, node.func)
     if not isinstance(function.type, Static):
         raise s.refuse(node, "call a kernel by its name")
     called = function.type.value
@@ -91,28 +91,31 @@ def call(s: Scope, node: ast.Call) -> Value:
     values = parts_in_order(s, [*node.args, *(each.value for each in node.keywords)])
     split = len(values) - len(keywords)
     named = dict(zip(keywords, values[split:], strict=True))
-    return call_of(s, node, called, values[:split], named, function)
+    return translate_call(s, node, called, values[:split], named, function)
 
 
-def call_of(s: Scope, node, called, values: list[Value], named: dict, function: Value) -> Value:
+def translate_call(
+    s: Scope, node, called, values: list[Value], named: dict, function: Value
+) -> Value:
     """A call of what is known to be called."""
     if _is_caller(called):
         return _call_by_number(s, node, values)
     if isinstance(called, type) and hasattr(called, "_fields"):
-        return tuple_of(s, node, _bound(s, node, called.__new__, [static(called), *values], named)[
+        given = [static(called), *values]
+        return make_tuple(s, node, _bound(s, node, called.__new__, given, named)[
             1:
         ], called)  # fmt: skip
     if isinstance(called, Cast):
         return _cast(s, called.kind, values[0])
-    if named and not hasattr(plain_of(called), "__code__"):
+    if named and not hasattr(plain_function(called), "__code__"):
         raise s.refuse(node, "give the arguments by their places")
-    found = _of_numbers(s, node, called, values)
+    found = _call_numbers(s, node, called, values)
     if found is not None:
         return found
-    if not hasattr(plain_of(called), "__code__"):
+    if not hasattr(plain_function(called), "__code__"):
         name = getattr(called, "__name__", "")
         raise s.refuse(node, _INSTEAD.get(name, "use math, min, max, abs, or a kernel"))
-    return call_kernel(s, node, called, _bound(s, node, plain_of(called), values, named))
+    return call_kernel(s, node, called, _bound(s, node, plain_function(called), values, named))
 
 
 def _is_caller(called) -> bool:
@@ -130,7 +133,7 @@ def _bound(s: Scope, node, function, values: list[Value], named: dict) -> list[V
     if any(p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in signature.parameters.values()):
         raise s.refuse(node, "call a kernel with a fixed number of arguments")
     bound.apply_defaults()
-    return [of_outside(s, node, each) for each in bound.arguments.values()]
+    return [evaluate_outside(s, node, each) for each in bound.arguments.values()]
 
 
 def _call_by_number(s: Scope, node: ast.Call, values: list[Value]) -> Value:
@@ -158,7 +161,7 @@ def call_kernel(s: Scope, node: ast.AST, function, values: list[Value]) -> Value
     place = s.program.returned_argument(function)
     if place is not None:
         return values[place]
-    replaced = s.program.replaced.get(plain_of(function))
+    replaced = s.program.replaced.get(plain_function(function))
     if replaced is not None:
         return replaced(s, node, values)
     made = s.program.function(function, [each.type for each in values], s, node)
@@ -227,13 +230,13 @@ def _cast(s: Scope, kind: Tuple | Record | None, cells: Value) -> Value:
     return Value(text, kind, SIGN, Form.ADDRESS, reads=cells.reads, roots=cells.roots)
 
 
-def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value | None:
+def _call_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value | None:
     """A function of numbers that C has, or its text has of its own; None for any other."""
     hashable = getattr(called, "__hash__", None) is not None
     if not hashable:
         return None
     if called in (float, np.float64, int, bool, len, abs, np.abs, min, max, np.sign):
-        return _of_python(s, node, called, values)
+        return _call_python(s, node, called, values)
     if called is math.pow and len(values) == 2:
         return operation(s, node, ast.Pow(), *values)
     name = arithmetic.OF_FLOATS.get(called)
@@ -250,11 +253,11 @@ def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value 
         return _known_answer(s, node, called, values)
     floats = [as_float(arithmetic.as_whole(each)) for each in values]
     if name:
-        return arithmetic.of_library(name, floats)
+        return arithmetic.call_library(name, floats)
     if test:
-        found = arithmetic.called(test, floats, BOOL)
+        found = arithmetic.call_function(test, floats, BOOL)
         return replace(found, text=f"{found.text} != 0", rank=EQUAL)
-    found = arithmetic.whole_of(whole or "", floats[0])
+    found = arithmetic.nearest_whole(whole or "", floats[0])
     return arithmetic.to_whole(found, s.program.helpers)
 
 
@@ -266,7 +269,7 @@ def _known_answer(s: Scope, node: ast.Call, called, values: list[Value]) -> Valu
         raise s.refuse(node, "call it where it is defined") from None
 
 
-def _of_python(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
+def _call_python(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
     first = values[0] if values else static(None)
     if called is len and len(values) == 1:
         return _length(s, node, first)
@@ -289,11 +292,11 @@ def _magnitude_or_sign(s: Scope, node: ast.Call, called, value: Value) -> Value:
     if called is np.sign:
         if value.type == INT:
             raise s.refuse(node, "write np.sign(float(...)), or (n > 0) - (n < 0)")
-        return as_real(arithmetic.helped("sign_of", [value], s.program.helpers))
+        return as_real(arithmetic.help_out("sign_of", [value], s.program.helpers))
     if value.type == INT:
         s.program.helpers.add("abs_int")
-        return arithmetic.called("abs_int", [value], INT)
-    return arithmetic.of_library("fabs", [value])
+        return arithmetic.call_function("abs_int", [value], INT)
+    return arithmetic.call_library("fabs", [value])
 
 
 def _whole(s: Scope, node: ast.Call, value: Value) -> Value:
@@ -330,7 +333,7 @@ def _least_or_greatest(s: Scope, node: ast.Call, name: str, values: list[Value])
     for each in values[1:]:
         if found.type == INT:
             s.program.helpers.add(f"{name}_of_int")
-            found = arithmetic.called(f"{name}_of_int", [found, each], INT)
+            found = arithmetic.call_function(f"{name}_of_int", [found, each], INT)
         else:
-            found = arithmetic.helped(f"{name}_of", [found, each], s.program.helpers)
+            found = arithmetic.help_out(f"{name}_of", [found, each], s.program.helpers)
     return found

@@ -10,16 +10,16 @@ import numpy as np
 
 from torquer.computer import computer as on_board
 from torquer.computer.blocks import adapter
-from torquer.computer.blocks.adapter import floats, names_of
+from torquer.computer.blocks.adapter import floats, memory_names
 from torquer.computer.blocks.block import Block
-from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.computer import Blocks, control_step, first_board
 from torquer.computer.interface import KNOWN
 from torquer.computer.modes import signals
 from torquer.computer.modes.table import ModeState
 from torquer.flight.c99.calls import Cast, call_switch
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.program import Program, translated
+from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.types import (
     INT,
     NOTHING,
@@ -30,16 +30,16 @@ from torquer.flight.c99.types import (
     Static,
     Tuple,
     Type,
-    type_of,
+    find_type,
 )
 from torquer.flight.c99.values import Value, constant
 from torquer.scenario.spec import Scenario
-from torquer.simulation.outside.library import fingerprint_of
+from torquer.simulation.outside.library import make_fingerprint
 from torquer.simulation.setup.prepare import (
-    blocks_of,
+    collect_needs,
     estimator_numbers,
+    make_blocks,
     modes_for,
-    needs_of,
     oldest_readings_s,
     signals_need,
     timetable_for,
@@ -73,23 +73,23 @@ class Export(NamedTuple):
     state: Record
 
 
-def on_board_of(scenario: Scenario) -> OnBoard:
+def find_computer(scenario: Scenario) -> OnBoard:
     """The computer of a scenario as the simulation flies it, laws in plain Python included."""
-    blocks = blocks_of(scenario)
+    blocks = make_blocks(scenario)
     table, modes = modes_for(scenario, blocks)
-    needs = needs_of(blocks) | signals_need(scenario)
+    needs = collect_needs(blocks) | signals_need(scenario)
     table = table._replace(oldest_s=oldest_readings_s(scenario, timetable_for(scenario, needs)))
     estimator = estimator_numbers(scenario, blocks)["estimator"]
-    made = on_board.computer_of(_all_plain(blocks), estimator, table, is_flown=False)
+    made = on_board.make_computer(_all_plain(blocks), estimator, table, is_flown=False)
     laws, estimators = list(blocks.laws.values()), list(blocks.estimators.values())
     computer = {
         "laws": _adapters(blocks.laws), "estimators": _adapters(blocks.estimators),
-        "law_blocks": _numbered(made.law_blocks, laws),
-        "estimator_blocks": _numbered(made.estimator_blocks, estimators), "modes": table,
+        "law_blocks": _number_blocks(made.law_blocks, laws),
+        "estimator_blocks": _number_blocks(made.estimator_blocks, estimators), "modes": table,
         "switch": _switches(table), "estimator": estimator, "host": 0,
     }  # fmt: skip
     board = first_board(blocks, modes, estimator)
-    return OnBoard(scenario, blocks, computer, board, needs, fingerprint_of(made, blocks))
+    return OnBoard(scenario, blocks, computer, board, needs, make_fingerprint(made, blocks))
 
 
 def _all_plain(blocks: Blocks) -> Blocks:
@@ -100,7 +100,7 @@ def _all_plain(blocks: Blocks) -> Blocks:
     )
 
 
-def _numbered(rows: np.ndarray, blocks: Sequence[Block]) -> np.ndarray:
+def _number_blocks(rows: np.ndarray, blocks: Sequence[Block]) -> np.ndarray:
     """The rows of blocks, with a function of its own for each."""
     rows = rows.copy()
     rows["function"] = range(len(blocks))
@@ -121,11 +121,11 @@ def _adapters(blocks: dict) -> tuple:
 
 def _adapter(name: str, block: Block) -> FunctionType:
     """A block as the control step calls it: `blocks.adapter` without the compiler."""
-    plain, parameters, names = adapter._plain_adapter, block.parameters, names_of(block.memory)
-    kind = type_of(floats(parameters)) if parameters else None
-    memory = adapter._unchanged if names is None else Cast(_memory_type(block, names))
+    plain, parameters, names = adapter._plain_adapter, block.parameters, memory_names(block.memory)
+    kind = find_type(floats(parameters)) if parameters else None
+    memory = adapter._same if names is None else Cast(_memory_type(block, names))
     parts = {
-        "_function": block.function, "_inputs": adapter._first_of, "_unify": block.kind.unify,
+        "_function": block.function, "_inputs": adapter._first_record, "_unify": block.kind.unify,
         "_named": Cast(kind if isinstance(kind, Tuple) else None), "_cells": memory,
     }  # fmt: skip
     own = f"{block.kind.name}_{name}"
@@ -135,10 +135,10 @@ def _adapter(name: str, block: Block) -> FunctionType:
 def _memory_type(block: Block, names: tuple) -> Record:
     """The memory of a block by its names."""
     fields = tuple((name, Array(shape) if shape else REAL) for name, shape in names)
-    return Record(f"{plain_of(block.function).__name__}_memory", fields)
+    return Record(f"{plain_function(block.function).__name__}_memory", fields)
 
 
-def exported(computer: OnBoard, again: int = 2) -> Export:
+def translate_step(computer: OnBoard, again: int = 2) -> Export:
     """The translation of the control step; `Refused` where a kernel cannot be translated.
 
     `again`: how often it is made again with what is known of indices: see `translated`.
@@ -149,14 +149,14 @@ def exported(computer: OnBoard, again: int = 2) -> Export:
     def build(program: Program) -> None:
         program.function(control_step, [of_computer, state])
 
-    program = translated(build, _replaced(computer), again, _TIMES if is_single() else ())
+    program = translate_repeatedly(build, _replace(computer), again, _TIMES if is_single() else ())
     program.type_name(of_computer)
     program.type_name(state)
     step = program.function(control_step, [of_computer, state])
     return Export(program, step.name, of_computer, state)
 
 
-def _replaced(computer: OnBoard) -> dict:
+def _replace(computer: OnBoard) -> dict:
     """Kernels that are chosen by number: signals, of those that the conditions use."""
     used = sorted(set(computer.computer["modes"].conditions["signal"].tolist()))
     functions = [each.function for each in signals.SIGNALS.values()]
@@ -166,13 +166,15 @@ def _replaced(computer: OnBoard) -> dict:
         chosen = {each: functions[each] for each in used}
         return call_switch(s, node, chosen, number, rest, constant(math.nan))
 
-    replaced = {plain_of(signals.signal_value): signal}
+    replaced = {plain_function(signals.signal_value): signal}
     if not computer.blocks.estimators:
-        replaced[plain_of(on_board.estimate_step)] = lambda s, node, values: Value("", NOTHING)
+        replaced[plain_function(on_board.estimate_step)] = lambda s, node, values: Value(
+            "", NOTHING
+        )
     return replaced
 
 
-def record_of(name: str, dtype: np.dtype, rows: np.ndarray | None = None) -> Record:
+def make_record(name: str, dtype: np.dtype, rows: np.ndarray | None = None) -> Record:
     """The record of a structured dtype; `rows`: constants, whose whole numbers are bounded."""
     assert dtype.names is not None
     fields, bounds = [], []
@@ -192,11 +194,11 @@ def constants_type(name: str, values: dict[str, Any]) -> Record:
 def _constant_type(name: str, value) -> Type:
     word = "".join(part.capitalize() for part in name.rstrip("s").split("_"))
     if isinstance(value, np.ndarray):
-        return Rows(record_of(word, value.dtype, value), len(value))
+        return Rows(make_record(word, value.dtype, value), len(value))
     if hasattr(value, "_fields") and any(isinstance(part, np.ndarray) for part in value):
         return constants_type("ModeTable", value._asdict())
     if isinstance(value, tuple) and value and not callable(value[0]):
-        kind = type_of(value)
+        kind = find_type(value)
         assert kind is not None
         return kind
     if isinstance(value, int) and name != "host":
@@ -211,15 +213,15 @@ def state_type(board: on_board.Board) -> Record:
         for name, part in zip(ModeState._fields, board.modes, strict=True)
     )
     return Record("adcs_state", (
-        ("known", Rows(record_of("Known", KNOWN), 1)),
+        ("known", Rows(make_record("Known", KNOWN), 1)),
         ("parameters", Array((len(board.parameters),), is_real=True)),
         ("memory", Array((len(board.memory),))),
         ("modes", Record("ModesNow", modes)),
-        ("chosen", Rows(record_of("Chosen", on_board.CHOSEN), 1)),
+        ("chosen", Rows(make_record("Chosen", on_board.CHOSEN), 1)),
     ))  # fmt: skip
 
 
 def _changing(name: str, part: np.ndarray) -> Type:
     if part.dtype.names is None:
         return Array(part.shape)
-    return Rows(record_of(name, part.dtype), len(part))
+    return Rows(make_record(name, part.dtype), len(part))

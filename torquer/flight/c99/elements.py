@@ -22,7 +22,7 @@ _INSTANTS = 289
 _SCALES = np.array([1e2, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4])
 
 
-def elements_of(kind: str, own: OrbitEnvironment) -> np.ndarray:
+def find_elements(kind: str, own: OrbitEnvironment) -> np.ndarray:
     """Elements (one row of `ELEMENTS[kind]`) of an orbit at its start.
 
     ValueError of one line for an orbit that has none of this kind.
@@ -56,7 +56,7 @@ def _kepler(own: OrbitEnvironment) -> dict[str, float]:
         axis, eccentricity = orbit.shape
         perigee, anomaly = orbit.argument_of_perigee_deg, math.degrees(orbit.mean_anomaly_rad)
     else:
-        return _at_start(own) | _fitted(own)
+        return _at_start(own) | _fit(own)
     return _at_start(own) | {
         "semi_major_axis_m": axis, "eccentricity": eccentricity,
         "inclination_deg": orbit.inclination_deg, "raan_deg": orbit.raan_deg,
@@ -65,7 +65,7 @@ def _kepler(own: OrbitEnvironment) -> dict[str, float]:
 
 
 @functools.lru_cache(maxsize=4)
-def _fitted(own: OrbitEnvironment) -> dict[str, float]:
+def _fit(own: OrbitEnvironment) -> dict[str, float]:
     """Elements that drift by J2, fitted to the day before the start."""
     from scipy.optimize import least_squares
 
@@ -79,10 +79,10 @@ def _fitted(own: OrbitEnvironment) -> dict[str, float]:
         return 1e-3 * np.ravel(found - r)
 
     found = least_squares(off_km, np.zeros(6), method="lm")
-    return _named(first + _SCALES * found.x)
+    return _name_elements(first + _SCALES * found.x)
 
 
-def _named(x: np.ndarray) -> dict[str, float]:
+def _name_elements(x: np.ndarray) -> dict[str, float]:
     """Elements by name of: axis [m], e cos, e sin of the perigee, inclination, node, latitude."""
     axis, ex, ey, inclination, node, latitude = x.tolist()
     perigee = math.atan2(ey, ex)
@@ -96,7 +96,7 @@ def _named(x: np.ndarray) -> dict[str, float]:
 
 def _row(x: np.ndarray) -> np.ndarray:
     out = np.zeros(1, ELEMENTS["kepler"])
-    for name, value in _named(x).items():
+    for name, value in _name_elements(x).items():
         out[name] = value
     return out
 
@@ -110,10 +110,10 @@ def _sgp4(own: OrbitEnvironment) -> dict[str, float]:
             "ephemeris: must be 'given' or 'kepler' unless orbit, or control.ephemeris.orbit, is "
             f"of kind sgp4 or numerical; received 'sgp4' with kind {orbit.kind}"
         )
-    return elements_of_tle(orbit)
+    return elements_from_tle(orbit)
 
 
-def elements_of_tle(orbit: Sgp4) -> dict[str, float]:
+def elements_from_tle(orbit: Sgp4) -> dict[str, float]:
     """Numbers of two-line elements under the names that the computer on board has for them."""
     satellite, line = Satrec.twoline2rv(*orbit.tle), orbit.tle[1]
     period_min = TWO_PI / satellite.no

@@ -11,11 +11,11 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.earth.harmonics import Harmonics
 from torquer.environment.field import DirectDipole, Gauss, TiltedDipole, harmonics
 from torquer.environment.field.coefficients import pieces
-from torquer.environment.field.drift import coefficients_of, piece_of
+from torquer.environment.field.drift import coefficients_name, linear_piece
 from torquer.environment.orbit import Bench
-from torquer.flight.c99.elements import elements_of
-from torquer.flight.c99.program import Program, translated
-from torquer.flight.c99.types import INT, REAL, Array, Record, Tuple, Type, type_of
+from torquer.flight.c99.elements import find_elements
+from torquer.flight.c99.program import Program, translate_repeatedly
+from torquer.flight.c99.types import INT, REAL, Array, Record, Tuple, Type, find_type
 from torquer.scenario.spec import Scenario
 
 #: Field models that a sum of harmonics in Earth-fixed axes can be.
@@ -33,7 +33,7 @@ class OnBoardEphemeris(NamedTuple):
     own: OrbitEnvironment
 
 
-def ephemeris_of(scenario: Scenario, kind: str) -> OnBoardEphemeris:
+def find_ephemeris(scenario: Scenario, kind: str) -> OnBoardEphemeris:
     """The ephemeris of a scenario's computer: its field model, its orbit without stated errors.
 
     ValueError of one line where there is none.
@@ -45,7 +45,7 @@ def ephemeris_of(scenario: Scenario, kind: str) -> OnBoardEphemeris:
     _check(kind, truth, field)
     environment = truth.environment.model_copy(update={"field": field})
     own = OrbitEnvironment(environment, stated.orbit_on_board(truth), truth.start)
-    return OnBoardEphemeris(kind, models_of(own), elements_of(kind, own), own)
+    return OnBoardEphemeris(kind, find_models(own), find_elements(kind, own), own)
 
 
 def _check(kind: str, truth: OrbitEnvironment, field) -> None:
@@ -59,14 +59,14 @@ def _check(kind: str, truth: OrbitEnvironment, field) -> None:
             raise ValueError(f"ephemeris: must be left out with {what}; received {kind!r}")
 
 
-def models_of(own: OrbitEnvironment) -> Models:
+def find_models(own: OrbitEnvironment) -> Models:
     """The constants of an orbit and its environment at the start."""
     model, year = own.environment.field, decimal_year(own.start)
-    source = coefficients_of(model)
+    source = coefficients_name(model)
     if source is None:
         field, change, epoch = model.prepare(year), (0.0, 0.0, 0.0), year
     else:
-        epoch, field, change = piece_of(model, int(pieces(source, year)))
+        epoch, field, change = linear_piece(model, int(pieces(source, year)))
     is_precise = own.environment.earth_rotation == "precise"
     return Models(_expansion(field), _expansion(change), epoch, own.shadow, is_precise)
 
@@ -102,7 +102,7 @@ def translated_ephemeris(ephemeris: OnBoardEphemeris) -> tuple[Program, str, Rec
             program.type_name(each)
         return program.function(kernel, [models, elements, REAL, *place])
 
-    program = translated(build, prefix="eph_")
+    program = translate_repeatedly(build, prefix="eph_")
     return program, build(program).name, models
 
 
@@ -112,7 +112,7 @@ def elements_type(kind: str) -> Record:
 
 
 def _models_type(models: Models) -> Record:
-    fields = {name: type_of(value) or _harmonics_type(value)
+    fields = {name: find_type(value) or _harmonics_type(value)
               for name, value in models._asdict().items()}  # fmt: skip
     return Record("Models", tuple(fields.items()), True)
 

@@ -157,7 +157,7 @@ def ephemeris_files(ephemeris: OnBoardEphemeris, name: str) -> dict[str, str]:
     }  # fmt: skip
     return {
         "adcs_ephemeris.h": Template(_HEADER).substitute(header),
-        "adcs_ephemeris.c": Template(_SOURCE).substitute(general | _of_source(ephemeris)),
+        "adcs_ephemeris.c": Template(_SOURCE).substitute(general | _source_text(ephemeris)),
     }
 
 
@@ -167,7 +167,7 @@ def _values(ephemeris: OnBoardEphemeris) -> dict[str, float]:
     return dict(zip(names, ephemeris.elements[0].tolist(), strict=True))
 
 
-def _of_source(ephemeris: OnBoardEphemeris) -> dict[str, str]:
+def _source_text(ephemeris: OnBoardEphemeris) -> dict[str, str]:
     portable = _PORTABLE if is_single() else ""
     arguments = ["&constants", "elements", "inputs->t_s"]
     if ephemeris.kind == "given":

@@ -13,9 +13,9 @@ import numpy as np
 from torquer.flight.c99 import arithmetic
 from torquer.flight.c99.lines import Block
 from torquer.flight.c99.scope import Scope
-from torquer.flight.c99.times import of_class, of_constant, written_tuple
-from torquer.flight.c99.types import NOTHING, PLACES, Static, Tuple, tuple_type, type_of
-from torquer.flight.c99.values import Form, Value, constant, part_of, static
+from torquer.flight.c99.times import type_constant, type_tuple, written_tuple
+from torquer.flight.c99.types import NOTHING, PLACES, Static, Tuple, find_type, tuple_type
+from torquer.flight.c99.values import Form, Value, constant, select_part, static
 
 #: What to write in place of constructs that are often met.
 _INSTEAD = {
@@ -46,7 +46,7 @@ def translates(kind: type) -> Callable:
     return registered
 
 
-def value_of(s: Scope, node: ast.expr) -> Value:
+def evaluate(s: Scope, node: ast.expr) -> Value:
     """An expression; what it must do before goes to the scope's lines."""
     handler = _HANDLERS.get(type(node))
     if handler is None:
@@ -69,13 +69,13 @@ def in_order(s: Scope, nodes: list[ast.expr]) -> list[Value]:
 def apart(s: Scope, node: ast.expr, deeper: int = 0) -> tuple[Block, Value]:
     """An expression, and what it must do before, which is not yet said."""
     with s.captured(deeper) as block:
-        value = value_of(s, node)
+        value = evaluate(s, node)
     return block, value
 
 
-def truth_of(s: Scope, node: ast.expr) -> Value:
+def evaluate_truth(s: Scope, node: ast.expr) -> Value:
     """An expression as a truth."""
-    value = value_of(s, node)
+    value = evaluate(s, node)
     with s.refusing(node):
         return arithmetic.truth(value)
 
@@ -89,7 +89,7 @@ def operation(s: Scope, node: ast.AST, op: ast.operator, a: Value, b: Value) -> 
         return arithmetic.binary(op, a, b, s.program.helpers)
 
 
-def of_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
+def evaluate_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
     """A value from outside the kernel: a constant, or what is known while translating."""
     if isinstance(value, Value):
         return value
@@ -99,10 +99,10 @@ def of_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
         number = float(value) if isinstance(value, float) else int(value)
         with s.refusing(node):
             return s.program.named_constant(name, number)
-    kind = type_of(value) if isinstance(value, tuple) else None
+    kind = find_type(value) if isinstance(value, tuple) else None
     if isinstance(kind, Tuple):
         with s.refusing(node):
-            return s.program.named_constant(name, value, of_constant(s.program, kind))
+            return s.program.named_constant(name, value, type_constant(s.program, kind))
     if callable(value) or isinstance(value, ModuleType | tuple) or value is None:
         return static(value)
     hint = "use a number, a tuple, parameters or memory"
@@ -114,18 +114,18 @@ def parts_in_order(s: Scope, nodes: list[ast.expr]) -> list[Value]:
     plain = [each.value if isinstance(each, ast.Starred) else each for each in nodes]
     found: list[Value] = []
     for node, value in zip(nodes, in_order(s, plain), strict=True):
-        found += parts_of(s, node, value) if isinstance(node, ast.Starred) else [value]
+        found += split_tuple(s, node, value) if isinstance(node, ast.Starred) else [value]
     return found
 
 
-def parts_of(s: Scope, node: ast.AST, value: Value) -> list[Value]:
+def split_tuple(s: Scope, node: ast.AST, value: Value) -> list[Value]:
     """The parts of a tuple, which is kept where it would be evaluated for each."""
     if isinstance(value.type, Static) and isinstance(value.type.value, tuple):
-        return [of_outside(s, node, each) for each in value.type.value]  # type: ignore[arg-type]
+        return [evaluate_outside(s, node, each) for each in value.type.value]  # type: ignore[arg-type]
     if not isinstance(value.type, Tuple):
         raise s.refuse(node, "unpack a tuple")
     held = at_hand(s, value)
-    return [part_of(held, place) for place in range(len(value.type.parts))]
+    return [select_part(held, place) for place in range(len(value.type.parts))]
 
 
 def at_hand(s: Scope, value: Value) -> Value:
@@ -133,7 +133,7 @@ def at_hand(s: Scope, value: Value) -> Value:
     return s.kept(value) if value.form is Form.RESULT else value
 
 
-def tuple_of(s: Scope, node: ast.AST, parts: list[Value], of: type = tuple) -> Value:
+def make_tuple(s: Scope, node: ast.AST, parts: list[Value], of: type = tuple) -> Value:
     """A tuple of these parts."""
     if not parts:
         return static(())
@@ -143,6 +143,6 @@ def tuple_of(s: Scope, node: ast.AST, parts: list[Value], of: type = tuple) -> V
         raise s.refuse(node, "write tuples of numbers")
     if any(isinstance(each.type, PLACES) or each.type == NOTHING for each in parts):
         raise s.refuse(node, "write tuples of numbers: records and arrays stay where they are")
-    parts = of_class(s, of, parts)
+    parts = type_tuple(s, of, parts)
     kind = tuple_type(tuple(each.type for each in parts), of)
     return written_tuple(s.program, kind, parts)

@@ -4,21 +4,21 @@ import struct
 from pathlib import Path
 from string import Template
 
-from torquer.base.spec import checked
+from torquer.base.spec import check_spec
 from torquer.base.version import VERSION
-from torquer.computer.computer import places_of
+from torquer.computer.computer import parameter_places
 from torquer.flight.c99 import texts
-from torquer.flight.c99.computer import Export, OnBoard, exported, on_board_of
-from torquer.flight.c99.ephemeris import OnBoardEphemeris, ephemeris_of, instants
+from torquer.flight.c99.computer import Export, OnBoard, find_computer, translate_step
+from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, instants
 from torquer.flight.c99.ephemeris_texts import ephemeris_files
 from torquer.flight.c99.in_the_loop import in_the_loop_text
 from torquer.flight.c99.interface import enums, input_copies, input_members
 from torquer.flight.c99.portable import PORTABLE
 from torquer.flight.c99.precision import HELD, computing_in, is_held, is_single
 from torquer.flight.c99.print_c import INCLUDES, program_text, signature, types_text
-from torquer.flight.c99.program import Program, translated
+from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
-from torquer.flight.c99.recording import recorded
+from torquer.flight.c99.recording import record_steps
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text
 from torquer.flight.c99.types import REAL
@@ -52,17 +52,17 @@ def export_c(
         raise ValueError(f"steps: must be a whole number of 1 or more; received {steps!r}")
     if real not in ("double", "float"):
         raise ValueError(f"real: must be 'double' or 'float'; received {real!r}")
-    computer = on_board_of(checked(scenario))
-    own = None if ephemeris is None else ephemeris_of(computer.scenario, ephemeris)
+    computer = find_computer(check_spec(scenario))
+    own = None if ephemeris is None else find_ephemeris(computer.scenario, ephemeris)
     with computing_in(real):
         _check_parameters(computer)
-        made = exported(computer)
-        record = recorded(computer.scenario, steps)
-        files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks), own)}
+        made = translate_step(computer)
+        record = record_steps(computer.scenario, steps)
+        files: dict[str, str | bytes] = {**make_texts(computer, made, len(record.marks), own)}
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
     for left in set(_EPHEMERIS) - set(files):  # of an export that was here before
         (Path(folder) / left).unlink(missing_ok=True)
-    return [_written(Path(folder) / name, content) for name, content in files.items()]
+    return [_write(Path(folder) / name, content) for name, content in files.items()]
 
 
 def _instants(ephemeris: OnBoardEphemeris) -> bytes:
@@ -73,7 +73,7 @@ def _instants(ephemeris: OnBoardEphemeris) -> bytes:
 
 def _check_parameters(computer: OnBoard) -> None:
     """ValueError of one line for a parameter that single precision does not hold."""
-    for name, (first, count) in places_of(computer.blocks).items() if is_single() else ():
+    for name, (first, count) in parameter_places(computer.blocks).items() if is_single() else ():
         for value in computer.board.parameters[first : first + count].tolist():
             if not is_held(value):
                 raise ValueError(
@@ -85,19 +85,19 @@ def _check_parameters(computer: OnBoard) -> None:
 def export_notes(scenario: Scenario) -> list[str]:
     """A note with the reason where a scenario's computer cannot be exported; else none."""
     try:
-        exported(on_board_of(scenario), again=0)
+        translate_step(find_computer(scenario), again=0)
     except Refused as refused:
         return [f"cannot be exported as C: {refused}"]
     return []
 
 
-def _written(file: Path, content: str | bytes) -> Path:
+def _write(file: Path, content: str | bytes) -> Path:
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
     return file
 
 
-def texts_of(
+def make_texts(
     computer: OnBoard, made: Export, steps: int, ephemeris: OnBoardEphemeris | None = None
 ) -> dict[str, str]:
     """All texts of an export by the names of their files."""
@@ -107,10 +107,10 @@ def texts_of(
     places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
     inputs = {"enums": enums(computer), "inputs": input_members()}
     return {
-        "adcs.h": _filled(texts.HEADER, general | inputs | _of_precision()),
-        "adcs_types.h": _filled(texts.TYPES, general | places),
-        "adcs.c": _filled(texts.SOURCE, general | _of_source(computer, made) | _of_precision()),
-        "adcs_tables.c": _filled(texts.TABLES, general | _of_tables(computer, made)),
+        "adcs.h": _fill(texts.HEADER, general | inputs | _precision_text()),
+        "adcs_types.h": _fill(texts.TYPES, general | places),
+        "adcs.c": _fill(texts.SOURCE, general | _source_text(computer, made) | _precision_text()),
+        "adcs_tables.c": _fill(texts.TABLES, general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
         "README.md": readme_text(computer, name, steps, ephemeris),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
@@ -132,7 +132,7 @@ def _portable() -> dict[str, str]:
             program.function(kernel, types).is_public = True
 
     with computing_in("double"):
-        return _portable_texts(translated(build, prefix="math_"))
+        return _portable_texts(translate_repeatedly(build, prefix="math_"))
 
 
 def _portable_texts(program: Program) -> dict[str, str]:
@@ -140,16 +140,16 @@ def _portable_texts(program: Program) -> dict[str, str]:
     prototypes = "".join(f"{signature(program, each)};\n" for each in public)
     places = {"version": VERSION, "includes": INCLUDES, "program": program_text(program)}
     return {
-        "adcs_math.h": _filled(texts.MATH_HEADER, {"prototypes": prototypes}),
-        "adcs_math.c": _filled(texts.MATH, places),
+        "adcs_math.h": _fill(texts.MATH_HEADER, {"prototypes": prototypes}),
+        "adcs_math.c": _fill(texts.MATH, places),
     }
 
 
-def _filled(text: str, places: dict[str, str]) -> str:
+def _fill(text: str, places: dict[str, str]) -> str:
     return Template(text).substitute(places)
 
 
-def _of_precision() -> dict[str, str]:
+def _precision_text() -> dict[str, str]:
     """What differs between an export in double and in single precision."""
     names = ("precision", "single_test", "self_test", "to_double", "to_real")
     if not is_single():
@@ -159,7 +159,7 @@ def _of_precision() -> dict[str, str]:
     return dict(zip(names, parts, strict=True))
 
 
-def _of_source(computer: OnBoard, made: Export) -> dict[str, str]:
+def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:
     step = next(f for f in made.program.functions.values() if f.name == made.step)
     own = {"computer": "adcs_constants()", "board": "state"}
     arguments = [own[n] for n, k in step.arguments if n not in step.unused]
@@ -170,7 +170,7 @@ def _of_source(computer: OnBoard, made: Export) -> dict[str, str]:
     }  # fmt: skip
 
 
-def _of_tables(computer: OnBoard, made: Export) -> dict[str, str]:
+def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
     program = made.program
     return {
         "computer": program.type_name(made.computer),

@@ -6,18 +6,18 @@ from collections.abc import Callable
 from torquer.flight.c99 import arithmetic
 from torquer.flight.c99.evaluate import (
     apart,
+    evaluate,
+    evaluate_outside,
+    evaluate_truth,
     in_order,
-    of_outside,
+    make_tuple,
     operation,
     parts_in_order,
-    parts_of,
+    split_tuple,
     translates,
-    truth_of,
-    tuple_of,
-    value_of,
 )
 from torquer.flight.c99.scope import Scope
-from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.types import (
     BOOL,
     INT,
@@ -53,12 +53,12 @@ def _name(s: Scope, node: ast.Name) -> Value:
         raise s.refuse(node, "set it before it is read")
     if not s.source.is_known(node.id):
         raise s.refuse(node, "define it before the kernel is exported")
-    return of_outside(s, node, s.source.value(node.id), node.id)
+    return evaluate_outside(s, node, s.source.value(node.id), node.id)
 
 
 @translates(ast.Tuple)
 def _tuple(s: Scope, node: ast.Tuple) -> Value:
-    return tuple_of(s, node, parts_in_order(s, node.elts))
+    return make_tuple(s, node, parts_in_order(s, node.elts))
 
 
 @translates(ast.BinOp)
@@ -69,7 +69,7 @@ def _binary(s: Scope, node: ast.BinOp) -> Value:
 
 @translates(ast.UnaryOp)
 def _unary(s: Scope, node: ast.UnaryOp) -> Value:
-    value = value_of(s, node.operand)
+    value = evaluate(s, node.operand)
     with s.refusing(node):
         if isinstance(node.op, ast.Not):
             return arithmetic.inverse(value)
@@ -82,16 +82,16 @@ def _unary(s: Scope, node: ast.UnaryOp) -> Value:
 @translates(ast.BoolOp)
 def _bool(s: Scope, node: ast.BoolOp) -> Value:
     is_and = isinstance(node.op, ast.And)
-    found = value_of(s, node.values[0])
+    found = evaluate(s, node.values[0])
     for each in [None, *node.values[1:]]:
         if each is not None:
-            found = joined(s, found, each, is_and, value_of)
+            found = join_truths(s, found, each, is_and, evaluate)
         if found.type != BOOL:
             raise s.refuse(node, "write truths: `x != 0` for a number, an `if` to choose a value")
     return found
 
 
-def joined(s: Scope, first: Value, node, is_and: bool, evaluate: Callable) -> Value:
+def join_truths(s: Scope, first: Value, node, is_and: bool, evaluate: Callable) -> Value:
     """The first truth, and where that matters the second, which may have to do something."""
     if first.is_known and bool(first.known) != is_and:
         return first
@@ -131,11 +131,11 @@ def _chain(s: Scope, node: ast.Compare, k: int, a: Value, b: Value) -> Value:
         return found
 
     def rest(s, each):
-        right, is_last = value_of(s, each), k + 2 == len(node.ops)
+        right, is_last = evaluate(s, each), k + 2 == len(node.ops)
         right = right if right.is_simple or is_last else s.kept(right)
         return _chain(s, node, k + 1, b, right)
 
-    return joined(s, found, node.comparators[k + 1], True, rest)
+    return join_truths(s, found, node.comparators[k + 1], True, rest)
 
 
 def _pair(s: Scope, node: ast.Compare, op: ast.cmpop, a: Value, b: Value) -> Value:
@@ -160,7 +160,7 @@ def _among(s: Scope, node: ast.Compare) -> Value:
         raise s.refuse(node, "write == for each number: `in` takes a NaN for the same NaN")
     a = a if a.is_simple else s.kept(a)
     found = constant(False)
-    for each in parts_of(s, node, b):
+    for each in split_tuple(s, node, b):
         same = _pair(s, node, ast.Eq(), a, each)
         found = arithmetic.both(found, same, False)
     with s.refusing(node):
@@ -169,9 +169,9 @@ def _among(s: Scope, node: ast.Compare) -> Value:
 
 @translates(ast.IfExp)
 def _choice(s: Scope, node: ast.IfExp) -> Value:
-    test = truth_of(s, node.test)
+    test = evaluate_truth(s, node.test)
     if test.is_known:
-        return value_of(s, node.body if test.known else node.orelse)
+        return evaluate(s, node.body if test.known else node.orelse)
     (first, a), (second, b) = apart(s, node.body, 1), apart(s, node.orelse, 1)
     kind = common_type(a.type, b.type)
     if kind is None or isinstance(kind, Static):
@@ -182,10 +182,10 @@ def _choice(s: Scope, node: ast.IfExp) -> Value:
         raise s.refuse(node, "write an `if` for each of them")
     if first or second:
         return _chosen_by_statements(s, test, (first, a), (second, b), kind)
-    return _chosen(test, converted(s, a, kind), converted(s, b, kind))
+    return _choose(test, convert(s, a, kind), convert(s, b, kind))
 
 
-def _chosen(test: Value, a: Value, b: Value) -> Value:
+def _choose(test: Value, a: Value, b: Value) -> Value:
     if isinstance(a.type, Record):
         texts, form = (a.address, b.address), Form.ADDRESS
     else:
@@ -204,7 +204,7 @@ def _chosen_by_statements(s: Scope, test: Value, first: tuple, second: tuple, ki
         s.say(head)
         s.add(block)
         s.depth += 1
-        value = converted(s, value, kind)
+        value = convert(s, value, kind)
         text = value.address if isinstance(value.type, Record) else value.content.text
         s.say(f"{held.text} = {text};")
         s.depth -= 1

@@ -122,7 +122,7 @@ static int64_t place_of(int64_t index, int64_t n)
 }
 
 
-def _of_library(name: str, arguments: str) -> str:
+def _call_library(name: str, arguments: str) -> str:
     """A function of the library, or the portable one where the build asks for it."""
     taken = ", ".join(f"REAL {each}" for each in arguments)
     given = ", ".join(f"TO_DOUBLE{each}" for each in arguments)
@@ -139,7 +139,7 @@ static REAL {name}_of({taken})
 
 
 HELPERS |= {
-    f"{name}_of": _of_library(name, arguments)
+    f"{name}_of": _call_library(name, arguments)
     for name, arguments in {
         "sin": "x", "cos": "x", "asin": "x", "acos": "x", "atan": "x", "atan2": "yx",
     }.items()
@@ -154,18 +154,18 @@ def helper_texts() -> dict[str, str]:
     """The functions by their names, in the precision of the program."""
     if not is_single():
         words = {"REAL": "double", "TO_DOUBLE": "", "TO_REAL": ""}
-        return {name: _filled(text, words) for name, text in HELPERS.items()}
+        return {name: _fill(text, words) for name, text in HELPERS.items()}
     words = {"REAL": "float", "TO_DOUBLE": "(double)", "TO_REAL": "(float)"}
     exact = {
         f"{name}_times": HELPERS[name].replace(f" {name}(", f" {name}_times(") for name in _OF_TIMES
     }
     return exact | {
-        name: _filled(text, words) if "TO_REAL" in text else _in_single(text)
+        name: _fill(text, words) if "TO_REAL" in text else _in_single(text)
         for name, text in HELPERS.items()
     }
 
 
-def _filled(text: str, words: dict[str, str]) -> str:
+def _fill(text: str, words: dict[str, str]) -> str:
     """The text of a function that is written for both precisions."""
     return re.sub(r"TO_DOUBLE|TO_REAL|\bREAL\b", lambda found: words[found[0]], text)
 

@@ -3,10 +3,10 @@
 import re
 from dataclasses import dataclass
 
-from torquer.computer.computer import places_of
+from torquer.computer.computer import parameter_places
 from torquer.computer.interface import KNOWN, SENSORS
 from torquer.flight.c99.computer import OnBoard
-from torquer.simulation.setup.prepare import log_of
+from torquer.simulation.setup.prepare import make_log
 from torquer.spacecraft.failures import in_words
 from torquer.spacecraft.sensors.sun_cells import CELLS
 
@@ -81,7 +81,7 @@ def c_constant(*words: str) -> str:
     return re.sub(r"\W+", "_", "_".join(["adcs", *words])).upper()
 
 
-def constants_of(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
+def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
     """Numbers with names for the header, by what they are: name -> (number, what it is)."""
     modes = computer.scenario.control.named().modes
     found: dict[str, dict[str, tuple[int, str]]] = {
@@ -96,10 +96,10 @@ def constants_of(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
                 number += 1
         for place, flag in enumerate(modes.flags):
             found["flags"][c_constant("flag", flag)] = place, f"flag {flag}"
-    for name, _, part, cells in log_of(computer.blocks):
+    for name, _, part, cells in make_log(computer.blocks):
         unit = part.unit or "units by axis"
         found["logs"][c_constant("log", name)] = cells[0], f"{name} [{unit}], {len(cells)} cells"
-    for name, (first, count) in places_of(computer.blocks).items():
+    for name, (first, count) in parameter_places(computer.blocks).items():
         found["parameters"][c_constant("parameter", name)] = first, f"{name}, {count} numbers"
     return found
 
@@ -107,7 +107,7 @@ def constants_of(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
 def enums(computer: OnBoard) -> str:
     """These numbers as constants of C."""
     texts = []
-    for what, names in constants_of(computer).items():
+    for what, names in named_constants(computer).items():
         if names:
             lines = "".join(f"    {n} = {k}, /* {said} */\n" for n, (k, said) in names.items())
             texts.append(f"/* {what} */\nenum {{\n{lines.rstrip()[: -0 or None]}\n}};\n")

@@ -50,7 +50,7 @@ class Block:
 def without_unread(lines: list[Line], kept: set[str]) -> list[Line]:
     """The lines without variables that nothing reads; what has an effect stays, unread."""
     while True:
-        words = words_of(lines)
+        words = count_words(lines)
         unread = {
             each.name
             for each in lines
@@ -69,6 +69,6 @@ def _without(line: Line, unread: set[str]) -> list[Line]:
     return [Line(line.depth, f"(void){line.text};")] if line.has_effect else []
 
 
-def words_of(lines: list[Line]) -> Counter[str]:
+def count_words(lines: list[Line]) -> Counter[str]:
     """How often each word is read; members of structs are none."""
     return Counter(word for line in lines for word in _WORD.findall(line.text))

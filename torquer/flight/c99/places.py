@@ -7,11 +7,11 @@ from types import ModuleType
 
 from torquer.flight.c99.evaluate import (
     at_hand,
+    evaluate,
+    evaluate_outside,
     in_order,
-    of_outside,
+    make_tuple,
     translates,
-    tuple_of,
-    value_of,
 )
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.scope import Scope
@@ -31,11 +31,11 @@ from torquer.flight.c99.values import (
     ATOM,
     SIGN,
     Value,
-    cell_of,
     constant,
-    field_of,
-    part_of,
-    row_of,
+    select_cell,
+    select_field,
+    select_part,
+    select_row,
     static,
 )
 
@@ -43,16 +43,16 @@ from torquer.flight.c99.values import (
 @translates(ast.Attribute)
 def attribute(s: Scope, node: ast.Attribute) -> Value:
     """A field of a record or tuple, the shape of an array, or a name of a module."""
-    value = value_of(s, node.value)
+    value = evaluate(s, node.value)
     kind, name = value.type, node.attr
     if isinstance(kind, Static):
         if isinstance(kind.value, ModuleType | EnumType) and hasattr(kind.value, name):
-            return of_outside(s, node, getattr(kind.value, name), name)
+            return evaluate_outside(s, node, getattr(kind.value, name), name)
         raise s.refuse(node, "use a name that the module has, or a constant of its own")
     if isinstance(kind, Tuple) and kind.fields and name in kind.fields:
-        return part_of(at_hand(s, value), kind.fields.index(name))
+        return select_part(at_hand(s, value), kind.fields.index(name))
     if isinstance(kind, Record) and name in dict(kind.fields):
-        return field_of(value, name, s.program.times)
+        return select_field(value, name, s.program.times)
     if name == "shape" and isinstance(kind, Array | Rows):
         shape = kind.shape if isinstance(kind, Array) else (kind.count,)
         return static(tuple(shape))
@@ -64,9 +64,9 @@ def subscript(s: Scope, node: ast.Subscript) -> Value:
     """A part of a tuple, a cell or a row of an array, a field of a record by its name."""
     name = _text(node.slice)
     if name is not None:
-        value = value_of(s, node.value)
+        value = evaluate(s, node.value)
         if isinstance(value.type, Record) and name in dict(value.type.fields):
-            return field_of(value, name, s.program.times)
+            return select_field(value, name, s.program.times)
         raise s.refuse(node, "use a field that the record has")
     if isinstance(node.slice, ast.Slice):
         return _slice(s, node, node.slice)
@@ -75,7 +75,7 @@ def subscript(s: Scope, node: ast.Subscript) -> Value:
         raise s.refuse(node, "write a loop over the cells")
     value, *places = in_order(s, [node.value, *indices])
     _check_whole(s, node, places)
-    return indexed(s, node, value, places)
+    return index(s, node, value, places)
 
 
 def _check_whole(s: Scope, node: ast.AST, indices: list[Value]) -> None:
@@ -87,30 +87,30 @@ def _text(node: ast.expr) -> str | None:
     return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
 
-def indexed(s: Scope, node: ast.AST, value: Value, indices: list[Value]) -> Value:
+def index(s: Scope, node: ast.AST, value: Value, indices: list[Value]) -> Value:
     """What stands at these places."""
     kind = value.type
     if isinstance(kind, Array) and len(indices) <= len(kind.shape):
         texts = [_index(s, node, i, n) for i, n in zip(indices, kind.shape, strict=False)]
-        return cell_of(value, indices, texts)
+        return select_cell(value, indices, texts)
     if len(indices) != 1:
         raise s.refuse(node, "use as many indices as there are dimensions")
     index = indices[0]
     if isinstance(kind, Rows):
-        return row_of(value, index, _index(s, node, index, kind.count))
+        return select_row(value, index, _index(s, node, index, kind.count))
     if isinstance(kind, Tuple):
         return _part(s, node, at_hand(s, value), index)
     if isinstance(kind, Static) and isinstance(kind.value, tuple):
-        return _of_static(s, node, kind.value, index)
+        return _choose_static(s, node, kind.value, index)
     raise s.refuse(node, f"use an index where {in_words(kind)} is a tuple or an array")
 
 
-def _of_static(s: Scope, node: ast.AST, values: tuple, index: Value) -> Value:
+def _choose_static(s: Scope, node: ast.AST, values: tuple, index: Value) -> Value:
     """One of several functions: chosen now, or a switch when its number is known."""
     if index.is_known:
         if not -len(values) <= index.known < len(values):
             raise s.refuse(node, "use an index that the tuple has")
-        return of_outside(s, node, values[index.known])  # type: ignore[arg-type]
+        return evaluate_outside(s, node, values[index.known])  # type: ignore[arg-type]
     if not values or not all(map(callable, values)):
         raise s.refuse(node, "use a constant index")
     return replace(index, type=Static(Chosen(values)), known=None)
@@ -130,7 +130,7 @@ def _part(s: Scope, node: ast.AST, value: Value, index: Value) -> Value:
     if index.is_known:
         if not -count <= index.known < count:
             raise s.refuse(node, f"use an index that {in_words(kind)} has")
-        return part_of(value, index.known % count)
+        return select_part(value, index.known % count)
     if not kind.is_array:
         raise s.refuse(node, "use a constant index, or a tuple of parts of one type")
     text = value.member(f".v[{_index(s, node, index, count)}]")
@@ -166,7 +166,7 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
     if isinstance(kind, Tuple) and all(each.is_known for each in edges):
         held, count = at_hand(s, value), len(kind.parts)
         chosen = range(count)[low.known : high.known if high else None]
-        return tuple_of(s, node, [part_of(held, place) for place in chosen])
+        return make_tuple(s, node, [select_part(held, place) for place in chosen])
     if not isinstance(kind, Array) or len(kind.shape) != 1:
         raise s.refuse(node, "cut a tuple at constants, or an array of one dimension")
     least = low.bounds[0]
@@ -184,7 +184,7 @@ def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
     cuts = target.slice.elts if isinstance(target.slice, ast.Tuple) else [target.slice]
     if not any(isinstance(each, ast.Slice) for each in cuts):
         return False
-    array = value_of(s, target.value)
+    array = evaluate(s, target.value)
     if not isinstance(array.type, Array) or len(cuts) > len(array.type.shape):
         raise s.refuse(target, "write a loop over the cells")
     if isinstance(value.type, Array) and all(map(_is_all, cuts)):
@@ -244,7 +244,7 @@ def _in_loops(s: Scope, target: ast.AST, cuts: list, array: Value, value: Value)
     s.add(before)
     text, depth, of_value = array.within(ATOM), s.depth, ""
     for cut, given, count in zip(cuts, indices, array.type.shape, strict=True):
-        index = _index(s, target, given, count) if given else _filled(s, target, cut, count)
+        index = _index(s, target, given, count) if given else _fill(s, target, cut, count)
         text, of_value = f"{text}[{index}]", f"{of_value}[{index}]"
     of_value = of_value if isinstance(value.type, Array) else ""
     s.say(f"{text} = {value.within(ATOM) if of_value else value.text}{of_value};", effect=True)
@@ -254,12 +254,12 @@ def _in_loops(s: Scope, target: ast.AST, cuts: list, array: Value, value: Value)
 
 
 def _whole_index(s: Scope, node: ast.expr) -> Value:
-    index = value_of(s, node)
+    index = evaluate(s, node)
     _check_whole(s, node, [index])
     return index
 
 
-def _filled(s: Scope, target: ast.AST, cut: ast.expr, count: int | None) -> str:
+def _fill(s: Scope, target: ast.AST, cut: ast.expr, count: int | None) -> str:
     """The index of one dimension; a loop is opened over all of it."""
     if not _is_all(cut) or count is None:
         raise s.refuse(target, "write a loop over the cells")

@@ -44,7 +44,7 @@ def _sum(a, b):
     return total, b - (total - a)
 
 
-def _sum_of_any(a, b):
+def _exact_sum(a, b):
     """Sum of two numbers and what it lacks."""
     total = a + b
     part = total - a
@@ -62,8 +62,8 @@ def _product(a, b):
 
 def _plus(a, b):
     """Sum of two pairs."""
-    high, low = _sum_of_any(a[0], b[0])
-    further, rest = _sum_of_any(a[1], b[1])
+    high, low = _exact_sum(a[0], b[0])
+    further, rest = _exact_sum(a[1], b[1])
     high, low = _sum(high, low + further)
     return _sum(high, low + rest)
 
@@ -78,7 +78,7 @@ def _negative(a):
     return (-a[0], -a[1])
 
 
-def _sine_of_part(r):
+def _sine_series(r):
     """Sine of a pair within an eighth of a turn: its series."""
     z = _times(r, r)
     x = z[0]
@@ -91,7 +91,7 @@ def _sine_of_part(r):
     return _plus(r, _times(r, s))
 
 
-def _cosine_of_part(r):
+def _cosine_series(r):
     """Cosine of a pair within an eighth of a turn: its series."""
     z = _times(r, r)
     x = z[0]
@@ -104,13 +104,13 @@ def _cosine_of_part(r):
     return _plus((1.0, 0.0), _times(z, _plus((-0.5, 0.0), c)))
 
 
-def _reduced(x):
+def _reduce(x):
     """The quarter of a turn (0 to 3) nearest to an angle, and its distance from it as a pair."""
     angle = x
     if math.fabs(x) > _LARGEST_RAD:  # the same everywhere, no longer exact
         angle = math.fmod(x, 6.283185307179586)
     count = float(np.floor(angle * 0.6366197723675814 + 0.5))
-    r = _sum_of_any(angle, -count * _QUARTER_1)
+    r = _exact_sum(angle, -count * _QUARTER_1)
     r = _plus(r, (-count * _QUARTER_2, 0.0))
     r = _plus(r, (-count * _QUARTER_3, 0.0))
     r = _plus(r, (-count * _QUARTER_4, 0.0))
@@ -123,8 +123,8 @@ def portable_sin(x):
         return x
     if math.isinf(x):
         return math.nan
-    quarter, r = _reduced(x)
-    s = _sine_of_part(r) if quarter == 0.0 or quarter == 2.0 else _cosine_of_part(r)
+    quarter, r = _reduce(x)
+    s = _sine_series(r) if quarter == 0.0 or quarter == 2.0 else _cosine_series(r)
     return -s[0] if quarter >= 2.0 else s[0]
 
 
@@ -132,8 +132,8 @@ def portable_cos(x):
     """Cosine of an angle [rad]."""
     if math.isinf(x) or math.isnan(x):
         return math.nan
-    quarter, r = _reduced(x)
-    c = _cosine_of_part(r) if quarter == 0.0 or quarter == 2.0 else _sine_of_part(r)
+    quarter, r = _reduce(x)
+    c = _cosine_series(r) if quarter == 0.0 or quarter == 2.0 else _sine_series(r)
     return -c[0] if quarter == 1.0 or quarter == 2.0 else c[0]
 
 
@@ -149,7 +149,7 @@ def _first_guess(t):
 def _angle_below_eighth(y, x):
     """Angle of the point of pairs (x, y), 0 < y <= x, as a pair: a guess, turned back by itself."""
     guess = _first_guess(y[0] / x[0])
-    s, c = _sine_of_part((guess, 0.0)), _cosine_of_part((guess, 0.0))
+    s, c = _sine_series((guess, 0.0)), _cosine_series((guess, 0.0))
     across = _plus(_times(y, c), _negative(_times(x, s)))
     u = across[0] / (x[0] * c[0] + y[0] * s[0])
     return _sum(guess, u - u * u * u / 3.0)
@@ -193,7 +193,7 @@ def portable_atan(x):
 
 def _leg(x):
     """The square root of 1 - x^2 as a pair."""
-    z = _times(_sum_of_any(1.0, -x), _sum_of_any(1.0, x))
+    z = _times(_exact_sum(1.0, -x), _exact_sum(1.0, x))
     root = math.sqrt(z[0])
     square = _product(root, root)
     return _sum(root, ((z[0] - square[0]) + (z[1] - square[1])) / (2.0 * root))

@@ -102,7 +102,7 @@ def function_text(program: Program, function: Function) -> str:
     """A function with its comment."""
     storage = "" if function.is_public else "static "
     body = "".join(f"{_line(program, function, each)}\n" for each in function.lines)
-    head = wrapped(f"{storage}{signature(program, function)}", 0)
+    head = wrap_line(f"{storage}{signature(program, function)}", 0)
     return f"{_comment(function)}{head}\n{{\n{body}}}\n"
 
 
@@ -117,7 +117,7 @@ def _line(program: Program, function: Function, line: Line) -> str:
         text = _declaration(program, function, line)
     elif isinstance(line, Stored):
         text = f"{line.name} = {text};"
-    return wrapped("    " * line.depth + text, line.depth)
+    return wrap_line("    " * line.depth + text, line.depth)
 
 
 def _declaration(program: Program, function: Function, line: Declared) -> str:
@@ -150,7 +150,7 @@ def _is_const(kind: Type | None) -> bool:
     return bool(getattr(of, "const", False))
 
 
-def wrapped(text: str, depth: int) -> str:
+def wrap_line(text: str, depth: int) -> str:
     """A line of C, broken at commas and blanks where it is too long."""
     lines, further = [], "    " * (depth + 1)
     while len(text) > _WIDTH:
@@ -177,7 +177,7 @@ def constants_text(program: Program, used: str) -> str:
         if re.search(rf"\b{name}\b", used):
             kind = program.type_name(value.type)
             text = value.text.removeprefix(f"({kind})")
-            found.append(wrapped(f"static const {kind} {name} = {text};", 0) + "\n")
+            found.append(wrap_line(f"static const {kind} {name} = {text};", 0) + "\n")
     return "".join(found)
 
 

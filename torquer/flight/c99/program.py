@@ -3,13 +3,13 @@
 import ast
 from collections.abc import Callable, Iterable
 
-from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.blocks.plugin import plain_function
 from torquer.flight.c99 import calls, expressions, places  # noqa: F401  register what they translate
-from torquer.flight.c99.lines import Line, without_unread, words_of
+from torquer.flight.c99.lines import Line, count_words, without_unread
 from torquer.flight.c99.scope import Scope, Variable
-from torquer.flight.c99.source import Source, source_of
+from torquer.flight.c99.source import Source, read_source
 from torquer.flight.c99.statements import block
-from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.translation import Function, Place, Translation
 from torquer.flight.c99.types import (
     INT,
@@ -35,7 +35,7 @@ class Program(Translation):
 
     def returned_argument(self, function) -> int | None:
         """The place of the argument that a function returns as it is; None if it does more."""
-        source = self._source(function) if hasattr(plain_of(function), "__code__") else None
+        source = self._source(function) if hasattr(plain_function(function), "__code__") else None
         if source is None or len(source.body) != 1 or not isinstance(source.body[0], ast.Return):
             return None
         names = [each.arg for each in source.tree.args.args]
@@ -43,32 +43,32 @@ class Program(Translation):
         if (
             isinstance(value, ast.Name)
             and value.id in names
-            and plain_of(function) not in (self.replaced)
+            and plain_function(function) not in (self.replaced)
         ):
             return names.index(value.id)
         return None
 
     def _source(self, function) -> Source | None:
         try:
-            return source_of(function)
+            return read_source(function)
         except ValueError:
             return None
 
     def function(self, kernel, types: list[Type], s: Place | None = None, node=None) -> Function:
         """A kernel for these types of arguments."""
-        plain = plain_of(kernel)
+        plain = plain_function(kernel)
         key = (plain, tuple(types))
         if key in self._at_work:
             assert s is not None
             raise s.refuse(node, "write a loop", f"{plain.__name__}, which calls itself,")
         if key not in self.functions:
             self._at_work.append(key)
-            self.functions[key] = self._translated(kernel, types)
+            self.functions[key] = self._translate(kernel, types)
             self._at_work.remove(key)
         return self.functions[key]
 
-    def _translated(self, kernel, types: list[Type]) -> Function:
-        source = source_of(kernel)
+    def _translate(self, kernel, types: list[Type]) -> Function:
+        source = read_source(kernel)
         s = Scope(self, source, _key_text(source.plain, types))
         self._declare_arguments(s, types)
         ended = block(s, source.body)
@@ -77,7 +77,7 @@ class Program(Translation):
         name = self.free_name(source.plain.__name__.lstrip("_"))
         lines = without_unread([*s.at_top, *s.block.lines], set())
         names = {each: v.name for each, v in s.first_variables.items()}
-        words = words_of(lines)
+        words = count_words(lines)
         arguments = list(zip(s.arguments, types, strict=True))
         unused = {n for n, k in arguments if isinstance(k, Static) or names[n] not in words}
         place = f"{source.file.rpartition('/')[2]}, line {source.tree.lineno}"
@@ -123,7 +123,7 @@ class Program(Translation):
             kind = self._common_result(list(made.values()))
             if kind is None:
                 raise s.refuse(node, "let all of them return the same")
-            last = converted(s, otherwise, kind).text if otherwise else ""
+            last = convert(s, otherwise, kind).text if otherwise else ""
             self.functions[key] = _switch(self, made, types, last)
         return self.functions[key]
 
@@ -142,11 +142,13 @@ def _switch(
     names = [f"a{k}" for k in range(len(types))]
     lines, last = [Line(1, "switch (number) {")], list(made)[-1]
     if len(made) == 1 and not otherwise:  # a switch has two cases or more (MISRA C:2012, rule 16.6)
-        lines = [Line(1, _returned(each, _used(each, names))) for each in made.values()]
+        lines = [
+            Line(1, _return_type(each, _used_arguments(each, names))) for each in made.values()
+        ]
         return _switching(program, made, types, names, lines)
     for number, each in made.items():
         head = "default" if number == last and not otherwise else f"case {number}"
-        lines += [Line(1, f"{head}:"), Line(2, _returned(each, _used(each, names)))]
+        lines += [Line(1, f"{head}:"), Line(2, _return_type(each, _used_arguments(each, names)))]
         if each.result == NOTHING:
             lines.append(Line(2, "break;"))
     if otherwise:
@@ -155,7 +157,7 @@ def _switch(
     return _switching(program, made, types, names, lines)
 
 
-def _used(made: Function, names: list[str]) -> list[str]:
+def _used_arguments(made: Function, names: list[str]) -> list[str]:
     """Those of the arguments that C takes."""
     pairs = zip(names, made.arguments, strict=True)
     return [
@@ -167,18 +169,19 @@ def _switching(
     program: Program, made: dict[int, Function], types: list[Type], names: list[str], lines: list
 ) -> Function:
     """The function of these lines, which calls one of several."""
-    words = words_of(lines)
+    words = count_words(lines)
     arguments = [("number", INT), *zip(names, types, strict=True)]
     first = next(iter(made.values()))
     return Function(
         program.free_name(f"one_of_{len(made)}_as_{first.name}"), arguments, first.result, lines,
-        {n: n for n, _ in arguments}, _of_any(made, names, "writes"),
-        _of_any(made, names, "mutable"), frozenset(n for n, _ in arguments if n not in words),
-        "The kernel of a number.", times=_of_any(made, names, "times"),
+        {n: n for n, _ in arguments}, _written_by_any(made, names, "writes"),
+        _written_by_any(made, names, "mutable"),
+        frozenset(n for n, _ in arguments if n not in words),
+        "The kernel of a number.", times=_written_by_any(made, names, "times"),
     )  # fmt: skip
 
 
-def _of_any(made: dict[int, Function], names: list[str], what: str) -> frozenset[str]:
+def _written_by_any(made: dict[int, Function], names: list[str], what: str) -> frozenset[str]:
     """Arguments of a switch that any of its functions writes, or needs to be writable."""
     return frozenset(
         name
@@ -188,7 +191,7 @@ def _of_any(made: dict[int, Function], names: list[str], what: str) -> frozenset
     )
 
 
-def _returned(made: Function, arguments: list[str]) -> str:
+def _return_type(made: Function, arguments: list[str]) -> str:
     call = f"{made.name}({', '.join(arguments)});"
     return call if made.result == NOTHING else f"return {call}"
 
@@ -198,7 +201,7 @@ def _key_text(plain: Callable, types: list[Type]) -> str:
     return repr([getattr(plain, "__qualname__", plain), tuple(types)])
 
 
-def translated(
+def translate_repeatedly(
     build: Callable[[Program], None], replaced: dict | None = None, again: int = 2,
     times: Iterable[str] = (), prefix: str = "",
 ) -> Program:  # fmt: skip

@@ -6,9 +6,9 @@ from torquer.base.version import VERSION
 from torquer.flight.c99.computer import OnBoard
 from torquer.flight.c99.ephemeris import OnBoardEphemeris
 from torquer.flight.c99.ephemeris_texts import ephemeris_readme
-from torquer.flight.c99.interface import INPUTS, constants_of
+from torquer.flight.c99.interface import INPUTS, named_constants
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.tables import words_of
+from torquer.flight.c99.tables import count_state_words
 
 _README = """\
 # On-board computer of $name
@@ -143,11 +143,11 @@ def _places(computer: OnBoard, steps: int) -> dict[str, str]:
         rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")
     named = [
         f"| `{name}` | {said} |"
-        for names in constants_of(computer).values()
+        for names in named_constants(computer).values()
         for name, (_, said) in names.items()
     ]
     return {
-        "state_bytes": str(8 * words_of(computer.board)), "inputs": "\n".join(rows),
+        "state_bytes": str(8 * count_state_words(computer.board)), "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
         "bits": _BITS_IN_SINGLE if is_single() else _BITS,
         "compared": _COMPARED_IN_SINGLE if is_single() else _COMPARED,

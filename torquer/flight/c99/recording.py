@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.computer.blocks.plugin import plain_of
+from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.interface import KNOWN
 from torquer.flight.c99.interface import HANDED_IN
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.tables import numbers_of, words_of
+from torquer.flight.c99.tables import count_state_words, state_numbers
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import WAITING
 from torquer.simulation.loop.state import CELLS
@@ -47,7 +47,7 @@ class Recorded(NamedTuple):
         )
 
 
-def mark_of(numbers: np.ndarray) -> int:
+def mark_numbers(numbers: np.ndarray) -> int:
     """Mark of the bits of all numbers; one that is not a number has one mark."""
     words = numbers.view(np.uint64).copy()
     words[np.isnan(numbers)] = 0x7FF8000000000000
@@ -57,7 +57,7 @@ def mark_of(numbers: np.ndarray) -> int:
     return mark
 
 
-def recorded(scenario: Scenario, most: int) -> Recorded:
+def record_steps(scenario: Scenario, most: int) -> Recorded:
     """The first control steps of a run, at most so many.
 
     They have no marks for an export in single precision, whose state has other bits.
@@ -71,15 +71,15 @@ def recorded(scenario: Scenario, most: int) -> Recorded:
         inputs.append(known[_PLACES])
         commands.append(run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].copy())
         estimates.append(known[_ESTIMATE].copy())
-        marks.append(0 if is_single() else mark_of(numbers_of(run.state.board)))
+        marks.append(0 if is_single() else mark_numbers(state_numbers(run.state.board)))
         before_s = known[0]
     if not marks:
         raise ValueError("simulation: must have a control step to be recorded; received none")
     a, i, c, e = map(np.array, (afresh, inputs, commands, estimates))
-    return Recorded(a, i, c, e, marks, words_of(run.state.board))
+    return Recorded(a, i, c, e, marks, count_state_words(run.state.board))
 
 
 def _begins_afresh(run: Run, before_s: float, t_s: float) -> bool:
     """Whether the computer comes back from a failure at this step."""
     failures = run.plan.plant.failures.computer
-    return bool(len(failures)) and bool(plain_of(is_back)(failures, before_s, t_s))
+    return bool(len(failures)) and bool(plain_function(is_back)(failures, before_s, t_s))

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from torquer.flight.c99.lines import Block, Declared, Line, Stored
-from torquer.flight.c99.refusal import Impossible, Refused, refused, shown
+from torquer.flight.c99.refusal import Impossible, Refused, quote_source, refuse
 from torquer.flight.c99.source import Source
-from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.translation import Translation
 from torquer.flight.c99.types import NOTHING, PLACES, TIME, Static, Tuple, Type, in_words
 from torquer.flight.c99.values import Form, Value, as_real, as_time
-from torquer.flight.c99.words import apart_of_headers, is_reserved
+from torquer.flight.c99.words import avoid_headers, is_reserved
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Scope:
 
     def refuse(self, node: ast.AST, instead: str, construct: str = "") -> Refused:
         """The error for a construct of this kernel."""
-        return refused(self.source.file, node, construct or shown(node), instead)
+        return refuse(self.source.file, node, construct or quote_source(node), instead)
 
     @contextlib.contextmanager
     def refusing(self, node: ast.AST) -> Iterator[None]:
@@ -102,14 +102,14 @@ class Scope:
         )
         self.block.lines.append(line)
         self.block.effects |= effect
-        return self.variable_value(Variable(name, value.type, _form_of(value), value.roots))
+        return self.variable_value(Variable(name, value.type, _find_form(value), value.roots))
 
     def unset(self, kind: Type, *values: Value) -> Value:
         """A variable for one of these values in a type that holds all; to be set afterwards."""
         roots = frozenset().union(*(each.roots for each in values))
         name = self.new_name()
         self.block.lines.append(Declared(self.depth, "", name, kind, roots))
-        return self.variable_value(Variable(name, kind, _form_of(values[0]), roots))
+        return self.variable_value(Variable(name, kind, _find_form(values[0]), roots))
 
     def variable_value(self, variable: Variable) -> Value:
         """A variable as it is read."""
@@ -124,7 +124,7 @@ class Scope:
     def c_name(self, name: str) -> str:
         """What a variable of the kernel is called in C: nothing else there has this name."""
         if name not in self._c_names:
-            own = apart_of_headers(name)
+            own = avoid_headers(name)
             while is_reserved(own) or own in self.program.avoided or (
                 own != name and own in self._names
             ):  # fmt: skip
@@ -153,7 +153,7 @@ class Scope:
                 return
             variable.roots |= value.roots
             self.program.roots[self.key, name] = variable.roots
-        self.block.lines.append(Stored(self.depth, _text_of(value), variable.name))
+        self.block.lines.append(Stored(self.depth, _assigned_text(value), variable.name))
 
     def _in_type_of(self, name: str, variable: Variable, value: Value) -> Value:
         """A value as a variable holds it; one that must hold times as well is noted."""
@@ -162,7 +162,7 @@ class Scope:
             return value
         if kind != variable.type:
             self.program.kinds[self.key, name] = kind
-        return converted(self, value, variable.type)
+        return convert(self, value, variable.type)
 
     def copy_argument(self, name: str) -> None:
         """An argument that is set later: a variable in place of what is handed over by its address,
@@ -171,7 +171,7 @@ class Scope:
         given = self.variables[name]
         kind = self.known_kind(name, given.type)
         if kind != given.type or (given.form is Form.ADDRESS and isinstance(kind, Tuple)):
-            value = converted(self, self.variable_value(given), kind).content
+            value = convert(self, self.variable_value(given), kind).content
             own = Variable(self.new_name(self.c_name(name)), kind)
             self.at_top.append(Declared(1, value.text, own.name, kind))
             self.variables[name] = own
@@ -217,10 +217,10 @@ class Scope:
 
     def _set_first(self, name: str, value: Value, statement: ast.stmt | None) -> None:
         own = self.c_name(name)
-        value = converted(self, value, self.known_kind(name, value.type))
+        value = convert(self, value, self.known_kind(name, value.type))
         is_place, settled = isinstance(value.type, PLACES), value.is_settled
         roots = self.known_roots(name, value.roots) if is_place else frozenset()
-        variable = Variable(own, value.type, _form_of(value), roots, settled=settled)
+        variable = Variable(own, value.type, _find_form(value), roots, settled=settled)
         self.variables[name] = variable
         if isinstance(value.type, Static):
             return
@@ -229,11 +229,11 @@ class Scope:
             variable.bounds = value.bounds
         if statement is not None and self.source.is_set_first(name, statement):
             self.block.lines.append(
-                Declared(self.depth, _text_of(value), own, value.type, roots, once)
+                Declared(self.depth, _assigned_text(value), own, value.type, roots, once)
             )
             return
         self.at_top.append(Declared(1, "", own, value.type, roots))
-        self.block.lines.append(Stored(self.depth, _text_of(value), own))
+        self.block.lines.append(Stored(self.depth, _assigned_text(value), own))
 
     def loop_variable(self, name: str, counter: Value) -> None:
         """The variable of a loop, which C declares with the loop."""
@@ -268,11 +268,11 @@ class Scope:
             raise self.refuse(node, "return numbers or a tuple of numbers")
 
 
-def _form_of(value: Value) -> Form:
+def _find_form(value: Value) -> Form:
     return Form.ADDRESS if isinstance(value.type, PLACES[:1]) else Form.VARIABLE
 
 
-def _text_of(value: Value) -> str:
+def _assigned_text(value: Value) -> str:
     """What is assigned: numbers and tuples themselves, the address of a record."""
     if isinstance(value.type, PLACES[:1]):
         return value.address

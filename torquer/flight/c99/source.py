@@ -11,8 +11,8 @@ from types import FunctionType
 from typing import TypeGuard
 
 from torquer.compile.sources import is_own
-from torquer.computer.blocks.plugin import plain_of, source_text
-from torquer.flight.c99.refusal import refused
+from torquer.computer.blocks.plugin import plain_function, source_text
+from torquer.flight.c99.refusal import refuse
 
 #: Statements that hold further statements.
 _BLOCKS = ("body", "orelse")
@@ -24,10 +24,10 @@ class Source:
     """
 
     def __init__(self, function: Callable):
-        self.plain = plain_of(function)
+        self.plain = plain_function(function)
         if not isinstance(self.plain, FunctionType):
             what = getattr(function, "__name__", repr(function))
-            raise refused("export", None, f"{what}, which has no text in Python,", "write a kernel")
+            raise refuse("export", None, f"{what}, which has no text in Python,", "write a kernel")
         self.file = self.plain.__code__.co_filename
         self.tree = self._parsed()
         self.body = self.tree.body
@@ -42,7 +42,7 @@ class Source:
         self.own = {each.arg for each in self.tree.args.args} | self.stored
         for name in sorted({self.tree.name, *self.own}):
             if not name.isascii():
-                raise refused(self.file, self.tree, f"the name {name}", "use letters from a to z")
+                raise refuse(self.file, self.tree, f"the name {name}", "use letters from a to z")
         self.read = {
             node.id
             for node in ast.walk(self.tree)
@@ -57,10 +57,10 @@ class Source:
             tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
         except (OSError, SyntaxError):
             what, instead = f"{self.plain.__name__}, whose text is not found,", "put it in a file"
-            raise refused(self.file, None, what, instead) from None
+            raise refuse(self.file, None, what, instead) from None
         ast.increment_lineno(tree, first - 1)
         if not isinstance(tree, ast.FunctionDef):
-            raise refused(self.file, tree, "a lambda", "write a function with def")
+            raise refuse(self.file, tree, "a lambda", "write a function with def")
         self._check_unchanged(tree)
         return tree
 
@@ -68,7 +68,7 @@ class Source:
         """A text that is not what runs must not be exported."""
         if not is_own(self.plain) and not source_text(self.plain):
             what, instead = f"{tree.name}, edited since it was loaded,", "load the scenario again"
-            raise refused(self.file, tree, what, instead)
+            raise refuse(self.file, tree, what, instead)
 
     @property
     def doc(self) -> str:
@@ -120,9 +120,9 @@ class Source:
         return all(at is statement for at in within) and name not in read
 
 
-def source_of(function: Callable) -> Source:
+def read_source(function: Callable) -> Source:
     """The text of a kernel, read once."""
-    return _read(plain_of(function))
+    return _read(plain_function(function))
 
 
 @functools.cache

@@ -6,19 +6,19 @@ from collections.abc import Callable
 from torquer.flight.c99 import arithmetic
 from torquer.flight.c99.evaluate import (
     apart,
+    evaluate,
+    evaluate_truth,
     in_order,
     operation,
     parts_in_order,
-    parts_of,
-    truth_of,
-    value_of,
+    split_tuple,
 )
 from torquer.flight.c99.lines import Line
 from torquer.flight.c99.places import fill, fill_all
 from torquer.flight.c99.scope import Scope
-from torquer.flight.c99.times import common_type, converted
+from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.types import INT, NOTHING, REAL, TIME, Array, Number, Static, Tuple
-from torquer.flight.c99.values import ATOM, SIGN, SUM, Value, cell_of, constant
+from torquer.flight.c99.values import ATOM, SIGN, SUM, Value, constant, select_cell
 
 _INSTEAD = {
     ast.Assert: "leave it out: check when parameters are made",
@@ -50,12 +50,12 @@ def _assign(s: Scope, node: ast.Assign) -> None:
     if len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple):
         _unpack(s, node, node.targets[0], node.value)
         return
-    value = value_of(s, node.value)
+    value = evaluate(s, node.value)
     if len(node.targets) > 1 and not value.is_known:
         value = s.kept(value)
     for target in node.targets:
         if isinstance(target, ast.Tuple):
-            _spread(s, node, target, parts_of(s, node.value, value))
+            _spread(s, node, target, split_tuple(s, node.value, value))
         else:
             store(s, node, target, value)
 
@@ -67,11 +67,11 @@ def _unpack(s: Scope, node: ast.Assign, target: ast.Tuple, source: ast.expr) -> 
         if len(target.elts) > 1:
             values = [_safe(s, target, source, k, value) for k, value in enumerate(values)]
     else:
-        values = parts_of(s, source, _held(s, target, value_of(s, source)))
+        values = split_tuple(s, source, _hold_tuple(s, target, evaluate(s, source)))
     _spread(s, node, target, values)
 
 
-def _held(s: Scope, target: ast.Tuple, value: Value) -> Value:
+def _hold_tuple(s: Scope, target: ast.Tuple, value: Value) -> Value:
     """A tuple that the targets do not change while it is read."""
     changed = value.text in _names(target) or value.reads
     return s.kept(value) if changed and not isinstance(value.type, Static) else value
@@ -98,7 +98,7 @@ def _spread(s: Scope, node: ast.stmt, target: ast.Tuple, values: list[Value]) ->
         raise s.refuse(node, f"use as many names as there are parts ({len(values)})")
     for each, value in zip(target.elts, values, strict=True):
         if isinstance(each, ast.Tuple):
-            _spread(s, node, each, parts_of(s, node, value))
+            _spread(s, node, each, split_tuple(s, node, value))
         elif isinstance(each, ast.Starred):
             raise s.refuse(node, "name every part")
         else:
@@ -142,9 +142,9 @@ def _write(s: Scope, node: ast.stmt, target: ast.expr, place: Value, value: Valu
     s.say(f"{place.stored or place.text} = {value.text};", effect=True)
 
 
-def _augmented(s: Scope, node: ast.AugAssign) -> None:
+def _augment(s: Scope, node: ast.AugAssign) -> None:
     """`a += b`: the place is found once, and read before b is evaluated."""
-    place = value_of(s, node.target)
+    place = evaluate(s, node.target)
     after, value = apart(s, node.value)
     if after.effects and isinstance(node.target, ast.Subscript) and place.type != INT:
         place = _cell_kept(s, place)
@@ -163,13 +163,13 @@ def _cell_kept(s: Scope, place: Value) -> Value:
     cells = Array((1,), of=place.type, is_real=not place.stored and place.type == REAL)
     address = f"&{place.stored or place.text}"
     held = s.kept(Value(address, cells, SIGN, reads=True, roots=place.roots))
-    return cell_of(held, [constant(0)], ["0"])
+    return select_cell(held, [constant(0)], ["0"])
 
 
-def _annotated(s: Scope, node: ast.AnnAssign) -> None:
+def _annotate(s: Scope, node: ast.AnnAssign) -> None:
     if node.value is None:
         raise s.refuse(node, "give it a value")
-    store(s, node, node.target, value_of(s, node.value))
+    store(s, node, node.target, evaluate(s, node.value))
 
 
 def _return(s: Scope, node: ast.Return) -> bool:
@@ -177,8 +177,8 @@ def _return(s: Scope, node: ast.Return) -> bool:
         s.returns(node, NOTHING)
         s.say("return;")
         return True
-    value = value_of(s, node.value)
-    value = converted(s, value, s.known_kind("return", value.type))
+    value = evaluate(s, node.value)
+    value = convert(s, value, s.known_kind("return", value.type))
     s.returns(node, value.type)
     s.say("return;" if value.type == NOTHING else f"return {value.content.text};")
     return True
@@ -249,7 +249,7 @@ def _while(s: Scope, node: ast.While) -> bool:
     if node.orelse:
         raise s.refuse(node, "leave out the else of the loop", "a loop with else")
     with s.captured(1) as before:
-        test = truth_of(s, node.test)
+        test = evaluate_truth(s, node.test)
     if test.is_known and not test.known:
         return False
     if before:
@@ -278,11 +278,11 @@ def _for(s: Scope, node: ast.For) -> None:
     if node.orelse:
         raise s.refuse(node, "leave out the else of the loop", "a loop with else")
     if isinstance(node.iter, ast.Call) and isinstance(node.iter.func, ast.Name):
-        function = value_of(s, node.iter.func)
+        function = evaluate(s, node.iter.func)
         if isinstance(function.type, Static) and function.type.value is range:
             _over_range(s, node, node.iter)
             return
-    _over_tuple(s, node, value_of(s, node.iter))
+    _over_tuple(s, node, evaluate(s, node.iter))
 
 
 def _range(s: Scope, node: ast.For, call: ast.Call) -> tuple[Value, Value, int]:
@@ -316,7 +316,7 @@ def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
     further = f"{name}{by[0] * 2}" if abs(step) == 1 else f"{name} {by} {abs(step)}"
     first = low.text
     s.say(f"for (int64_t {name} = {first}; {name} {sign} {high.within(SUM)}; {further}) {{")
-    counter = Value(name, INT, bounds=_counted(low, high, step))
+    counter = Value(name, INT, bounds=_count_range(low, high, step))
     s.depth += 1
     if own:
         s.loop_variable(node.target.id, counter)
@@ -327,7 +327,7 @@ def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
     s.say("}")
 
 
-def _counted(low: Value, high: Value, step: int) -> tuple[int | None, int | None]:
+def _count_range(low: Value, high: Value, step: int) -> tuple[int | None, int | None]:
     """Least and greatest number that a loop counts."""
     (a0, a1), (b0, b1) = low.bounds, high.bounds
     if step > 0:
@@ -337,19 +337,19 @@ def _counted(low: Value, high: Value, step: int) -> tuple[int | None, int | None
 
 def _over_tuple(s: Scope, node: ast.For, value: Value) -> None:
     """A loop over the parts of a tuple, which are of one type."""
-    parts = parts_of(s, node.iter, value)
+    parts = split_tuple(s, node.iter, value)
     if not parts:
         return
     kind = common_type(*(each.type for each in parts))
     if not isinstance(kind, Number | Tuple):
         raise s.refuse(node, "loop over range, or over a tuple of parts of one type")
-    parts = [converted(s, each, kind) for each in parts]
+    parts = [convert(s, each, kind) for each in parts]
     held, name = s.listed(parts), s.new_name("k")
     s.say(f"for (int64_t {name} = 0; {name} < {len(parts)}; {name}++) {{")
     s.depth += 1
     item = Value(f"{held}[{name}]", parts[0].type)
     if isinstance(node.target, ast.Tuple):
-        _spread(s, node, node.target, parts_of(s, node, item))
+        _spread(s, node, node.target, split_tuple(s, node, item))
     else:
         store(s, node, node.target, item)
     block(s, node.body)
@@ -363,7 +363,7 @@ def _expression(s: Scope, node: ast.Expr) -> None:
         return
     if not isinstance(node.value, ast.Call):
         raise s.refuse(node, "leave it out: it does nothing")
-    value_of(s, node.value)
+    evaluate(s, node.value)
 
 
 def _jump(s: Scope, node: ast.stmt) -> bool:
@@ -373,8 +373,8 @@ def _jump(s: Scope, node: ast.stmt) -> bool:
 
 _HANDLERS: dict[type, Callable] = {
     ast.Assign: _assign,
-    ast.AugAssign: _augmented,
-    ast.AnnAssign: _annotated,
+    ast.AugAssign: _augment,
+    ast.AnnAssign: _annotate,
     ast.Return: _return,
     ast.If: _if,
     ast.While: _while,

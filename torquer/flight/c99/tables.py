@@ -7,7 +7,7 @@ import numpy as np
 
 from torquer.computer.computer import Board
 from torquer.flight.c99.precision import double_text, is_single
-from torquer.flight.c99.print_c import is_empty, wrapped
+from torquer.flight.c99.print_c import is_empty, wrap_line
 from torquer.flight.c99.program import Program
 from torquer.flight.c99.types import REAL, Array, Record, Rows, Tuple, Type, number_text
 
@@ -29,7 +29,7 @@ def initialiser(value: Any, kind: Type, depth: int = 1) -> str:
     return number_text(value)
 
 
-def _stored(value: Any, kind: Type, depth: int) -> str:
+def _store_field(value: Any, kind: Type, depth: int) -> str:
     """A field of a record, whose floats are doubles."""
     return double_text(float(value)) if kind == REAL else initialiser(value, kind, depth)
 
@@ -40,7 +40,7 @@ def _rows(rows: np.ndarray, kind: Rows, depth: int) -> str:
     texts = []
     for row in rows:
         fields = [(row[name], each) for name, each in kind.record.fields]
-        texts.append("{" + ", ".join(_stored(*each, depth + 1) for each in fields) + "}")
+        texts.append("{" + ", ".join(_store_field(*each, depth + 1) for each in fields) + "}")
     return _lines(texts, depth)
 
 
@@ -48,7 +48,7 @@ def _record(values: Any, kind: Record, depth: int) -> str:
     of = values if isinstance(values, dict) else values._asdict()
     fields = [(name, each) for name, each in kind.fields if not is_empty(each)]
     return _lines(
-        [f"/* {name} */ {_stored(of[name], each, depth + 1)}" for name, each in fields], depth
+        [f"/* {name} */ {_store_field(of[name], each, depth + 1)}" for name, each in fields], depth
     )
 
 
@@ -60,7 +60,7 @@ def _cells(cells: np.ndarray, text: Callable[[float], str]) -> str:
 
 def _lines(texts: list[str], depth: int) -> str:
     further = "    " * depth
-    body = ",\n".join(wrapped(further + text, depth) for text in texts)
+    body = ",\n".join(wrap_line(further + text, depth) for text in texts)
     return f"{{\n{body}\n{'    ' * (depth - 1)}}}"
 
 
@@ -69,7 +69,7 @@ def constant_text(program: Program, kind: Record, name: str, value: Any) -> str:
     return f"static const {program.type_name(kind)} {name} = {initialiser(value, kind)};\n"
 
 
-def numbers_of(board: Board) -> np.ndarray:
+def state_numbers(board: Board) -> np.ndarray:
     """All numbers of a state, in the order in which its struct in C has them.
 
     An array of no length has one place there, which stays zero.
@@ -85,7 +85,7 @@ def numbers_in(part: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(part).view(np.float64).reshape(-1)
 
 
-def words_of(board: Board) -> int:
+def count_state_words(board: Board) -> int:
     """Words of 64 bits that a state has in C, where parameters may be floats."""
-    words, parameters = len(numbers_of(board)), len(numbers_in(board.parameters))
+    words, parameters = len(state_numbers(board)), len(numbers_in(board.parameters))
     return words - parameters // 2 if is_single() else words

@@ -9,18 +9,18 @@ from dataclasses import replace
 
 from torquer.flight.c99.translation import Place, Translation
 from torquer.flight.c99.types import REAL, TIME, Array, Number, Tuple, Type, tuple_type
-from torquer.flight.c99.values import Form, Value, as_real, as_time, part_of
+from torquer.flight.c99.values import Form, Value, as_real, as_time, select_part
 
 
 def common_type(*kinds: Type) -> Type | None:
     """The type that holds values of all: times, where one of them is; None if there is none."""
     found: Type | None = kinds[0]
     for each in kinds[1:]:
-        found = _common_of_two(found, each) if found is not None else None
+        found = _common_type(found, each) if found is not None else None
     return found
 
 
-def _common_of_two(a: Type, b: Type) -> Type | None:
+def _common_type(a: Type, b: Type) -> Type | None:
     if a == b:
         return a
     if {a, b} == {REAL, TIME}:
@@ -36,7 +36,7 @@ def _common_of_two(a: Type, b: Type) -> Type | None:
     return None
 
 
-def converted(s: Place, value: Value, kind: Type) -> Value:
+def convert(s: Place, value: Value, kind: Type) -> Value:
     """A number, an array or a tuple in a type with which its own has a common one."""
     if value.type == kind:
         return value
@@ -46,7 +46,7 @@ def converted(s: Place, value: Value, kind: Type) -> Value:
         return replace(value, type=kind)
     assert isinstance(kind, Tuple)
     held = s.kept(value) if value.form is Form.RESULT else value
-    parts = [converted(s, part_of(held, place), each) for place, each in enumerate(kind.parts)]
+    parts = [convert(s, select_part(held, place), each) for place, each in enumerate(kind.parts)]
     return written_tuple(s.program, kind, parts)
 
 
@@ -65,7 +65,7 @@ def _bare(program: Translation, part: Value) -> str:
     return text[len(cast) :] if cast and text.startswith(cast + "{") else text
 
 
-def of_class(s: Place, of: type, parts: list[Value]) -> list[Value]:
+def type_tuple(s: Place, of: type, parts: list[Value]) -> list[Value]:
     """Parts of a tuple; those of a named one with times in the fields that hold times anywhere."""
     marks = [(of, name) for name in getattr(of, "_fields", ())]
     for mark, part in zip(marks, parts, strict=False):
@@ -73,16 +73,18 @@ def of_class(s: Place, of: type, parts: list[Value]) -> list[Value]:
             s.program.times.add(mark)
     if not marks:
         kind = tuple_type(tuple(each.type for each in parts))
-        return [converted(s, each, k) for each, k in zip(parts, kind.parts, strict=True)]
+        return [convert(s, each, k) for each, k in zip(parts, kind.parts, strict=True)]
     return [
-        converted(s, part, in_times(part.type)) if mark in s.program.times else part
+        convert(s, part, in_times(part.type)) if mark in s.program.times else part
         for mark, part in zip(marks, parts, strict=True)
     ]
 
 
-def of_constant(program: Translation, kind: Tuple) -> Tuple:
+def type_constant(program: Translation, kind: Tuple) -> Tuple:
     """The type of a constant tuple, with times in the fields that hold times anywhere."""
-    parts = [of_constant(program, each) if isinstance(each, Tuple) else each for each in kind.parts]
+    parts = [
+        type_constant(program, each) if isinstance(each, Tuple) else each for each in kind.parts
+    ]
     marks = [(kind.of, name) for name in kind.fields or ()]
     for place, mark in enumerate(marks):
         if mark in program.times:

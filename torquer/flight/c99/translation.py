@@ -10,7 +10,7 @@ from typing import Protocol
 from torquer.flight.c99.arithmetic import either
 from torquer.flight.c99.lines import Line
 from torquer.flight.c99.precision import double_text, real_word
-from torquer.flight.c99.refusal import Refused, refused
+from torquer.flight.c99.refusal import Refused, refuse
 from torquer.flight.c99.types import (
     BOOL,
     INT,
@@ -26,7 +26,7 @@ from torquer.flight.c99.types import (
     Type,
 )
 from torquer.flight.c99.values import ATOM, Form, Value, constant
-from torquer.flight.c99.words import RESERVED, apart_of_headers, is_reserved
+from torquer.flight.c99.words import RESERVED, avoid_headers, is_reserved
 
 #: A name of a constant, as the house writes them.
 _CONSTANT_NAME = re.compile(r"_?[A-Z][A-Z0-9_]+")
@@ -122,7 +122,7 @@ class Translation(ABC):
 
     def free_name(self, word: str) -> str:
         """A name that nothing else has."""
-        word = apart_of_headers(word)
+        word = avoid_headers(word)
         name, count = word, 1
         while name in self.taken or is_reserved(name):
             count += 1
@@ -145,7 +145,7 @@ class Translation(ABC):
             for each in (kind.fields or ()) if isinstance(kind, Tuple) else ():
                 if not each.isascii():
                     what = f"the field {each} of {kind.name}"
-                    raise refused("export", None, what, "use letters from a to z")
+                    raise refuse("export", None, what, "use letters from a to z")
             for each in parts:
                 if not isinstance(each, Static):
                     self.type_name(each)

@@ -132,7 +132,7 @@ Type = Number | Tuple | Record | Array | Rows | Static
 PLACES = (Record, Array, Rows)
 
 
-def type_of(value) -> Type | None:
+def find_type(value) -> Type | None:
     """Type of a number or of a tuple of such; None for what is neither."""
     if isinstance(value, bool | np.bool_):
         return BOOL
@@ -141,7 +141,7 @@ def type_of(value) -> Type | None:
     if isinstance(value, float | np.floating):
         return REAL
     if isinstance(value, tuple) and value:
-        parts = tuple(map(type_of, value))
+        parts = tuple(map(find_type, value))
         return None if None in parts else tuple_type(parts, type(value))
     return None
 

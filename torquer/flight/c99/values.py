@@ -167,13 +167,13 @@ def as_whole(value: Value) -> Value:
     return replace(value, text=text, type=INT, rank=SIGN, bounds=(0, 1))
 
 
-def part_of(value: Value, place: int) -> Value:
+def select_part(value: Value, place: int) -> Value:
     """A part of a tuple that is at hand as a variable or by its address."""
     assert isinstance(value.type, Tuple)
     return Value(value.member(value.type.member(place)), value.type.parts[place], reads=value.reads)
 
 
-def field_of(value: Value, name: str, times: set) -> Value:
+def select_field(value: Value, name: str, times: set) -> Value:
     """A field of a record in memory: a number, or a further place; `times`: names of times."""
     record = value.type
     assert isinstance(record, Record)
@@ -185,13 +185,13 @@ def field_of(value: Value, name: str, times: set) -> Value:
     roots, own = value.roots, f"{record.name}.{name}"
     if is_single():
         roots = frozenset([each for each in roots if "." not in each] + [own])
-        kind = _of_times(kind) if own in times else kind
+        kind = _holds_times(kind) if own in times else kind
     roots = frozenset() if record.const else roots
     place = Value(value.member(f".{c_word(name)}"), kind, reads=reads, roots=roots, bounds=bounds)
     return _read(place)
 
 
-def _of_times(kind: Type) -> Type:
+def _holds_times(kind: Type) -> Type:
     if isinstance(kind, Array):
         return replace(kind, of=TIME)
     return TIME if kind == REAL else kind
@@ -206,7 +206,7 @@ def _constant_if(const: bool, kind: Type) -> Type:
     return replace(kind, const=True)
 
 
-def row_of(value: Value, index: Value, text: str) -> Value:
+def select_row(value: Value, index: Value, text: str) -> Value:
     """A record of several; `text`: the index as it is to be written."""
     assert isinstance(value.type, Rows)
     record = value.type.record
@@ -214,7 +214,7 @@ def row_of(value: Value, index: Value, text: str) -> Value:
     return Value(f"{value.text}[{text}]", record, reads=reads, roots=value.roots)
 
 
-def cell_of(value: Value, indices: list[Value], texts: list[str]) -> Value:
+def select_cell(value: Value, indices: list[Value], texts: list[str]) -> Value:
     """A number of an array, or its rows where fewer indices are given than it has dimensions."""
     array = value.type
     assert isinstance(array, Array)

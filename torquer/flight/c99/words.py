@@ -22,7 +22,7 @@ _OF_HEADERS = re.compile(
 )
 
 
-def apart_of_headers(name: str) -> str:
+def avoid_headers(name: str) -> str:
     """A name that no header has."""
     return f"own_{name}" if _OF_HEADERS.fullmatch(name) else name
 

@@ -34,7 +34,7 @@ def open_link(address: str, dictionary: Dictionary | None = None) -> Link:
     localhost is for this machine alone. `dictionary`: the packets that have identifiers of their
     own on a CAN bus [those of Chibis-M]. ValueError with one line if there is no such link.
     """
-    return _opened(address, dictionary, {"tcp": TcpLink, "udp": UdpLink}, "down")
+    return _open(address, dictionary, {"tcp": TcpLink, "udp": UdpLink}, "down")
 
 
 def connect(address: str, dictionary: Dictionary | None = None) -> Link:
@@ -43,10 +43,10 @@ def connect(address: str, dictionary: Dictionary | None = None) -> Link:
     TCP: connected as soon as the satellite listens, and again after it was lost. ValueError with
     one line if there cannot be such a link.
     """
-    return _opened(address, dictionary, {"tcp": TcpClient, "udp": UdpClient}, "up")
+    return _open(address, dictionary, {"tcp": TcpClient, "udp": UdpClient}, "up")
 
 
-def _opened(
+def _open(
     address: str, dictionary: Dictionary | None, ends: Mapping[str, Any], sends: Direction
 ) -> Link:
     """The end of a link; `ends`: its class by kind; `sends`: the direction of what it sends."""

@@ -11,7 +11,7 @@ import can
 from torquer.flight.link.link import GRACE_S, MOST_WAITING, Link
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Direction
-from torquer.flight.packets.segments import SEGMENT_BYTES, Joiner, Segment, Splitter, direction_of
+from torquer.flight.packets.segments import SEGMENT_BYTES, Joiner, Segment, Splitter, find_direction
 
 #: Pause after each segment [s]: about a third of a bus of 1 Mbit/s; a flood loses segments.
 PAUSE_S = 0.0005
@@ -102,7 +102,7 @@ class CanLink(Link):
         if not message.is_extended_id or message.is_error_frame or message.is_remote_frame:
             self._unreadable += 1
             return b""
-        if direction_of(message.arbitration_id) != self._receives:
+        if find_direction(message.arbitration_id) != self._receives:
             return b""  # what is sent here comes back, on some buses
         return self._joiner.feed(message.arbitration_id, bytes(message.data))
 

@@ -31,7 +31,7 @@ class TcpLink(Link):
         family, *_, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         self._server = socket.create_server(place[:2], family=family, backlog=MOST_PEERS)
         self._server.setblocking(False)
-        super().__init__(f"tcp:{shown(self._server)}")
+        super().__init__(f"tcp:{describe_end(self._server)}")
         self._peers: list[_Peer] = []
 
     @property
@@ -110,7 +110,7 @@ class TcpLink(Link):
         peer.end.close()
 
 
-def shown(end: socket.socket) -> str:
+def describe_end(end: socket.socket) -> str:
     """HOST:PORT of a socket, IPv6 in brackets."""
     host, port = end.getsockname()[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 
 from torquer.flight.link.link import MOST_PEERS, PEER_BYTES, Link
-from torquer.flight.link.tcp import shown
+from torquer.flight.link.tcp import describe_end
 
 #: Most bytes sent in a datagram: no network cuts it.
 DATAGRAM_BYTES = 1400
@@ -28,7 +28,7 @@ class UdpLink(Link):
         except OSError:
             self._socket.close()
             raise
-        super().__init__(f"udp:{shown(self._socket)}")
+        super().__init__(f"udp:{describe_end(self._socket)}")
         #: In the order in which they were last heard of.
         self._peers: dict[tuple, None] = {}
 
@@ -49,7 +49,7 @@ class UdpLink(Link):
             except OSError:  # a peer that has gone, where the system says so
                 continue
             found += data
-            self._heard_of(peer)
+            self._note_peer(peer)
         self.received_bytes += len(found)
         return bytes(found)
 
@@ -65,7 +65,7 @@ class UdpLink(Link):
     def close(self) -> None:
         self._socket.close()
 
-    def _heard_of(self, peer: tuple) -> None:
+    def _note_peer(self, peer: tuple) -> None:
         self._peers.pop(peer, None)
         self._peers[peer] = None
         if len(self._peers) > MOST_PEERS:

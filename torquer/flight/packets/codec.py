@@ -44,7 +44,9 @@ def encoder(packet: Packet) -> Callable[[Sequence], bytes]:
     with zeros, or cut. Never an exception for numbers; ValueError for another count of values, or
     for a value that is not a number.
     """
-    return _compiled(packet, _ENCODER, "encode", numbers=_packed, limited=_limited)
+    return _compile_template(
+        packet, _ENCODER, "encode", numbers=_pack_expression, limited=_limit_expression
+    )
 
 
 @cache
@@ -53,10 +55,12 @@ def decoder(packet: Packet) -> Callable[..., tuple]:
 
     `at`: place of the first byte. ValueError if the data are too short.
     """
-    return _compiled(packet, _DECODER, "decode", numbers=_value)
+    return _compile_template(packet, _DECODER, "decode", numbers=_value)
 
 
-def _compiled(packet: Packet, template: str, name: str, **expressions: Callable) -> Callable:
+def _compile_template(
+    packet: Packet, template: str, name: str, **expressions: Callable
+) -> Callable:
     """The function of a template; `expressions`: text of a number by its name and field."""
     fields = [field for _, field, _ in packet.numbers()]
     made = {
@@ -70,7 +74,7 @@ def _compiled(packet: Packet, template: str, name: str, **expressions: Callable)
         "FAILED": _FAILED,
         "pack": layout.pack,
         "unpack": layout.unpack_from,
-        "saturated": partial(saturated, packet),
+        "saturated": partial(saturate, packet),
         "short": lambda data, at: (
             f"{packet.name}: must have {layout.size} bytes; received {len(data) - at}"
         ),
@@ -79,13 +83,13 @@ def _compiled(packet: Packet, template: str, name: str, **expressions: Callable)
     return space[name]
 
 
-def _packed(number: str, field: Field) -> str:
+def _pack_expression(number: str, field: Field) -> str:
     if not TYPES[field.type].is_whole:
         return number
     return f"round({number})" if field.scale == 1.0 else f"round({number} / {field.scale!r})"
 
 
-def _limited(number: str, field: Field) -> str:
+def _limit_expression(number: str, field: Field) -> str:
     """A number in its range; NaN is in none and above none, and so becomes the least."""
     kind = TYPES[field.type]
     if not kind.is_whole:
@@ -98,7 +102,7 @@ def _value(number: str, field: Field) -> str:
     return number if field.scale == 1.0 else f"{number} * {field.scale!r}"
 
 
-def saturated(packet: Packet, values: Sequence) -> list:
+def saturate(packet: Packet, values: Sequence) -> list:
     """Raw numbers of any values, in the range of their types."""
     values, numbers = list(values), list(packet.numbers())
     if len(values) != len(numbers):

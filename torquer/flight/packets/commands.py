@@ -22,9 +22,9 @@ from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field as PacketField, Packet
 from torquer.flight.packets.frames import EPOCH, Uplink
-from torquer.flight.packets.mistakes import shown
-from torquer.scenario.explain import ScenarioError, validated
-from torquer.scenario.toml_text import data_of, text_of
+from torquer.flight.packets.mistakes import quote_value
+from torquer.scenario.explain import ScenarioError, validate_tables
+from torquer.scenario.toml_text import parse_toml, read_text
 
 #: Answers to commands that wait on board until they are sent down: a further one drops the oldest.
 ANSWERS = 10
@@ -56,10 +56,10 @@ class ScriptFile(Spec):
 
 def load_script(path: Path) -> ScriptFile:
     """The commands of a TOML file; `ScenarioError` with one line for each mistake."""
-    return validated(ScriptFile, data_of(text_of(path, "commands"), "commands"))
+    return validate_tables(ScriptFile, parse_toml(read_text(path, "commands"), "commands"))
 
 
-def frames_of(
+def make_frames(
     script: ScriptFile, dictionary: Dictionary, names: Names, start: datetime
 ) -> list[tuple[float, bytes]]:
     """(time of the run, frame) of each command, by time; `ScenarioError` for one that cannot be.
@@ -69,13 +69,13 @@ def frames_of(
     maker, start_s = Uplink(dictionary), (start - EPOCH).total_seconds()
     found = []
     for i, sent in enumerate(script.commands):
-        numbers = numbers_of(sent, dictionary, names, f"commands[{i}].")
+        numbers = command_numbers(sent, dictionary, names, f"commands[{i}].")
         due_s = 0.0 if sent.delay_s is None else math.ceil(start_s + sent.at_s + sent.delay_s)
         found.append((sent.at_s, maker.frame(sent.command, due_s, numbers)))
     return sorted(found, key=lambda pair: pair[0])
 
 
-def numbers_of(sent: Sent, dictionary: Dictionary, names: Names, place: str = "") -> list:
+def command_numbers(sent: Sent, dictionary: Dictionary, names: Names, place: str = "") -> list:
     """The numbers of a command's packet, in order; `ScenarioError` for what it cannot hold.
 
     `place`: what stands before its keys in messages.
@@ -106,7 +106,7 @@ def _numbers(place: str, sent: Sent, packet: Packet, names: Names) -> list:
         many = field.count > 1 and field.type != "bytes"
         if many and not (isinstance(value, list) and len(value) == field.count):
             raise ScenarioError(
-                f"{place}.{name}: must be {field.count} numbers; received {shown(value)}"
+                f"{place}.{name}: must be {field.count} numbers; received {quote_value(value)}"
             )
         for each in value if many else [value]:
             _check_fits(f"{place}.{name}", field, each)
@@ -120,7 +120,7 @@ def _check_fits(place: str, field: PacketField, value) -> None:
         if not isinstance(value, bytes) or len(value) > field.count:
             raise ScenarioError(
                 f"{place}: must be ASCII text of at most {field.count} characters; received "
-                f"{shown(value)}"
+                f"{quote_value(value)}"
             )
         return
     kind = TYPES[field.type]
@@ -129,7 +129,7 @@ def _check_fits(place: str, field: PacketField, value) -> None:
     is_number = isinstance(value, int | float)
     if not is_number or not low <= value <= high or (must != "a number" and value % 1):
         raise ScenarioError(
-            f"{place}: must be {must} from {low:g} to {high:g}; received {shown(value)}"
+            f"{place}: must be {must} from {low:g} to {high:g}; received {quote_value(value)}"
         )
 
 

@@ -19,7 +19,7 @@ from pydantic import AfterValidator, ValidationError, model_validator
 
 from torquer.base.spec import Spec
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
-from torquer.flight.packets.mistakes import line_of, shown
+from torquer.flight.packets.mistakes import describe_mistake, quote_value
 
 #: Bytes of the longest packet: with its header and the protected frame around it, it fits the 1024
 #: bytes of a CCSDS telecommand frame.
@@ -77,7 +77,7 @@ def _plain(text: str) -> str:
     return text
 
 
-def _given(text: str) -> str:
+def _parse_number(text: str) -> str:
     if not text.strip():
         raise ValueError("must not be empty")
     return text
@@ -91,7 +91,7 @@ def _labels(labels: tuple[str, ...]) -> tuple[str, ...]:
 
 Name = Annotated[str, AfterValidator(_name)]
 Text = Annotated[str, AfterValidator(_plain)]
-Described = Annotated[str, AfterValidator(_plain), AfterValidator(_given)]
+Described = Annotated[str, AfterValidator(_plain), AfterValidator(_parse_number)]
 Labels = Annotated[tuple[Described, ...], AfterValidator(_labels)]
 Id = Annotated[int, pydantic.Field(ge=1, le=255)]
 
@@ -293,11 +293,11 @@ def load_dictionary(source: str | Path, extra: tuple = ()) -> Dictionary:
     found: dict[str, Any] = {}
     for path in (first, *map(Path, extra)):
         try:
-            found = _joined(found, _data_of(path))
+            found = _join(found, _read_toml(path))
             found |= {key: _with_fields(found, key) for key in ("down", "up")}
             dictionary = Dictionary.model_validate(found)
         except ValidationError as error:
-            lines = dict.fromkeys(map(line_of, error.errors()))
+            lines = dict.fromkeys(map(describe_mistake, error.errors()))
             raise DictionaryError("\n".join(f"{path.name}: {line}" for line in lines)) from None
         except ValueError as error:
             raise DictionaryError(f"{path.name}: {error}") from None
@@ -305,7 +305,7 @@ def load_dictionary(source: str | Path, extra: tuple = ()) -> Dictionary:
     return dictionary
 
 
-def _data_of(path: Path) -> dict:
+def _read_toml(path: Path) -> dict:
     """What a TOML file holds; ValueError if it is none."""
     try:
         text = limited_text(path)
@@ -325,13 +325,13 @@ def _data_of(path: Path) -> dict:
     return data
 
 
-def _joined(known: dict, data: dict) -> dict:
+def _join(known: dict, data: dict) -> dict:
     """What is known with the tables of a further file."""
     joined = dict(known)
     for key, value in data.items():
         if key in ("modules", "labels", "down", "up"):
             if not isinstance(value, dict):
-                raise ValueError(f"{key}: must be a table of keys; received {shown(value)}")
+                raise ValueError(f"{key}: must be a table of keys; received {quote_value(value)}")
             before = joined.get(key, {})
             for name in value:
                 if name in before:
@@ -356,17 +356,17 @@ def _with_fields(data: dict, direction: str) -> dict:
         if direction == "down" and "module" in table:
             raise ValueError(f"{place}.module: must not be given for telemetry")
         if isinstance(fields, str):
-            fields = _fields_of(packets, fields, place)
+            fields = _copied_fields(packets, fields, place)
         elif isinstance(fields, list):
             labels = data.get("labels", {})
-            fields = [_labelled(f, labels, f"{place}.fields[{i}]") for i, f in enumerate(fields)]
+            fields = [_label(f, labels, f"{place}.fields[{i}]") for i, f in enumerate(fields)]
             fields = [ACKNOWLEDGE, *fields] if direction == "up" else fields
         known = {} if fields is None else {"fields": fields}
         packets[name] = {**table, "name": name, **known}
     return packets
 
 
-def _fields_of(packets: dict, name: str, place: str):
+def _copied_fields(packets: dict, name: str, place: str):
     """The fields of another packet above in the file."""
     other = packets.get(name)
     if isinstance(other, Packet):
@@ -374,11 +374,11 @@ def _fields_of(packets: dict, name: str, place: str):
     fields = other.get("fields") if isinstance(other, dict) and "name" in other else None
     if not isinstance(fields, list | tuple):
         raise ValueError(f"{place}.fields: must be a list, or the name of a packet above it; "
-                         f"received {shown(name)}")  # fmt: skip
+                         f"received {quote_value(name)}")  # fmt: skip
     return fields
 
 
-def _labelled(field, labels: dict, place: str):
+def _label(field, labels: dict, place: str):
     """A field with the labels themselves in place of their name."""
     name = field.get("labels") if isinstance(field, dict) else None
     if not isinstance(name, str):

@@ -229,7 +229,7 @@ class Stream:
 
     def _frames(self, ended: bool) -> Iterator[Frame]:
         known, buffer = self._known, self._buffer
-        while self._synchronised():
+        while self._synchronise():
             _, time_s, number, code, _, length = _HEADER.unpack_from(buffer)
             entry = known.get(number)
             reason = _reason(entry, code, length)
@@ -247,16 +247,16 @@ class Stream:
             if cut < 0 or len(buffer) < size:
                 return
             raw = bytes(buffer[:size])
-            self._shared = _begun(raw)
+            self._shared = _begins_framesync(raw)
             del buffer[: size - self._shared]
             yield Frame(entry.packet, time_s, code, entry.decode(raw, HEADER_BYTES), raw)
 
-    def _synchronised(self) -> bool:
+    def _synchronise(self) -> bool:
         """Whether the buffer begins with a whole header, after the bytes before it were skipped."""
         buffer = self._buffer
         if not buffer.startswith(_MARK):
             at = buffer.find(_MARK)
-            self._lose(at if at >= 0 else len(buffer) - _begun(buffer))
+            self._lose(at if at >= 0 else len(buffer) - _begins_framesync(buffer))
         return len(buffer) >= HEADER_BYTES
 
     def _cut(self, entry: _Known, size: int, ended: bool) -> int:
@@ -305,7 +305,7 @@ def _reason(entry: _Known | None, code: int, length: int) -> str:
     return "" if code in entry.codes else entry.otherwise
 
 
-def _begun(data: bytes | bytearray) -> int:
+def _begins_framesync(data: bytes | bytearray) -> int:
     """Bytes at the end that may begin a framesync."""
     end = bytes(data[1 - len(_MARK) :])
     return next((n for n in range(len(end), 0, -1) if _MARK.startswith(end[-n:])), 0)

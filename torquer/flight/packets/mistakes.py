@@ -19,18 +19,18 @@ _MUST = {
 }
 
 
-def line_of(mistake: Any) -> str:
+def describe_mistake(mistake: Any) -> str:
     """One of `ValidationError.errors()` as a line: key, what must hold, what was received."""
     place, kind = mistake["loc"], mistake["type"]
     key = _key(place)
-    received = "nothing" if kind == "missing" else shown(mistake["input"])
+    received = "nothing" if kind == "missing" else quote_value(mistake["input"])
     if kind == "value_error":
         text = str(mistake["ctx"]["error"])
         if not text.startswith("must"):
             return f"{key}.{text}" if key else text
         return f"{key}: {text}; received {received}"
     if kind == "missing" and isinstance(mistake["input"], list | tuple):
-        key, kind, received = _key(place[:-1]), "too_long", shown(mistake["input"])
+        key, kind, received = _key(place[:-1]), "too_long", quote_value(mistake["input"])
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 
@@ -45,7 +45,7 @@ def _key(place: tuple) -> str:
     return shown_key.removeprefix(".")
 
 
-def shown(value: Any) -> str:
+def quote_value(value: Any) -> str:
     """A value as the file has it, shortened."""
     text = repr(value)
     return text if len(text) <= 100 else f"{text[:100]}..."

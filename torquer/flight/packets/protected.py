@@ -17,10 +17,10 @@ from torquer.flight.packets.security import (
     TRAILER,
     Receiver,
     check_link,
-    closed,
+    close_frame,
     next_number,
 )
-from torquer.flight.packets.space_packets import PRIMARY_BYTES, size_of
+from torquer.flight.packets.space_packets import PRIMARY_BYTES, packet_size
 
 #: Start mark, then the header of a TC frame (flags and spacecraft, channel and length, sequence
 #: number) with the security header.
@@ -65,7 +65,7 @@ class CommandSender:
         self.counter = next_number(self.counter)
         length = _TC_HEADER + OVERHEAD + len(data) - 1
         head = _TC.pack(_TC_BYPASS | self.spacecraft, length, 0, self.spi, self.counter)
-        return _TC_MARK + closed(self.key, head + data)
+        return _TC_MARK + close_frame(self.key, head + data)
 
 
 class CommandReceiver(Receiver):
@@ -135,7 +135,7 @@ class TelemetrySender:
 
     def wrap_packet(self, packet: bytes) -> bytes:
         """As `wrap`, of a space packet; ValueError for what does not have the length it states."""
-        is_whole = len(packet) >= PRIMARY_BYTES and len(packet) == size_of(packet)
+        is_whole = len(packet) >= PRIMARY_BYTES and len(packet) == packet_size(packet)
         if not is_whole or packet[0] & _VERSION:
             raise ValueError(f"packet: must be a space packet; received {packet[:8].hex()}...")
         return self._put(packet)
@@ -163,7 +163,7 @@ class TelemetrySender:
         self.counter = next_number(self.counter)
         count, status = self.counter & 0xFF, _TM_PACKETS | self._first
         head = _TM.pack(self.spacecraft << 4, count, count, status, self.spi, self.counter)
-        frame = closed(self.key, head + self._field[: self.room])
+        frame = close_frame(self.key, head + self._field[: self.room])
         del self._field[: self.room]
         self._first = _TM_NO_START
         return _TM_MARK + frame
@@ -268,7 +268,7 @@ def _packet_bytes(header: bytes | bytearray) -> int:
     """Bytes of the packet with this header; 0 for a kind of packets that is not ours."""
     kind = header[0]
     if not kind & _VERSION:
-        return size_of(header)
+        return packet_size(header)
     if kind == _SHORT:
         return header[1]
     return header[2] << 8 | header[3] if kind == _LONG else 0

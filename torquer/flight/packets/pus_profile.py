@@ -31,9 +31,9 @@ from torquer.flight.packets.space_packets import (
     Malformed,
     Telecommand,
     cds,
+    packet_size,
     read_cds,
     read_telecommand,
-    size_of,
 )
 
 #: Service and subtype of requests and reports.
@@ -89,16 +89,16 @@ class Profile:
         self.up = {packet.id: packet for packet in dictionary.up.values()}
         self.down = {packet.id: packet for packet in dictionary.down.values()}
         self.modules = {p.id: dictionary.modules[p.module] for p in dictionary.up.values()}
-        self.acknowledgement = _known(dictionary.down, "acknowledgement")
-        self._event = _known(dictionary.down, "event")
-        self._parameter = _known(dictionary.down, "parameter")
+        self.acknowledgement = _known_id(dictionary.down, "acknowledgement")
+        self._event = _known_id(dictionary.down, "event")
+        self._parameter = _known_id(dictionary.down, "parameter")
         self._parameters = {
             kind: number
             for kind, name in (
                 (REPORT_PARAMETERS, "get_parameter"),
                 (SET_PARAMETERS, "set_parameter"),
             )
-            if (number := _known(dictionary.up, name))
+            if (number := _known_id(dictionary.up, name))
         }
 
     def __deepcopy__(self, memo: Any) -> Self:
@@ -152,7 +152,7 @@ class Profile:
             begin = at + TIME_BYTES
             if len(data) < begin + PRIMARY_BYTES:
                 raise Malformed("length")
-            time_s, end = _release(data[at:begin]), begin + size_of(data[begin:])
+            time_s, end = _release(data[at:begin]), begin + packet_size(data[begin:])
             packet = data[begin:end]
             found.append(self.command(read_telecommand(packet, apid), packet, time_s))
             at = end
@@ -179,7 +179,7 @@ class Profile:
             raise Malformed("status")
         if len(packed) != packet.size:
             raise Malformed("length")
-        return framed(packet, time_s, packed, code)
+        return frame_packet(packet, time_s, packed, code)
 
     def _frame(self, kind: tuple[int, int], data: bytes) -> tuple[int, int, bytes]:
         """Id, status and packed fields of a message."""
@@ -207,7 +207,7 @@ def insertion(time_s: int, packet: bytes) -> Message:
     return Message(INSERT_ACTIVITIES, bytes([1]) + cds(time_s) + packet)
 
 
-def framed(packet: Packet, time_s: int, data: bytes, status: int = INFO) -> Frame:
+def frame_packet(packet: Packet, time_s: int, data: bytes, status: int = INFO) -> Frame:
     """The historical frame of packed fields, as a stream of frames gives it."""
     head = _HEADER.pack(FRAMESYNC, time_s, packet.id, status, 0, len(data))
     return Frame(packet, time_s, status, decoder(packet)(data), head + data)
@@ -219,7 +219,7 @@ def _release(code: bytes) -> int:
     return max(1, min(time_s + (ms > 0), 2**32 - 1))
 
 
-def _known(packets: Mapping[str, Packet], name: str) -> int:
+def _known_id(packets: Mapping[str, Packet], name: str) -> int:
     """Id of the packet of a name, if its fields are those that the profile knows; 0 if not."""
     packet = packets.get(name)
     fields = () if packet is None else packet.fields

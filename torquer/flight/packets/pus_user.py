@@ -23,7 +23,7 @@ from torquer.flight.packets.pus_profile import (
     Message,
     Profile,
     ack_flags,
-    framed,
+    frame_packet,
     insertion,
 )
 from torquer.flight.packets.pus_verification import ACCEPTED, COMPLETED, FAILED, REFUSED
@@ -84,9 +84,9 @@ class User:
         made = Made.of(frame)
         count = self._next_count()
         if not made.time_s:
-            return self._remembered(self._profile.request(made), made, count)
-        activity = self._remembered(self._profile.request(made), made, self._next_count())
-        return self._remembered(insertion(made.time_s, activity), made, count)
+            return self._remember(self._profile.request(made), made, count)
+        activity = self._remember(self._profile.request(made), made, self._next_count())
+        return self._remember(insertion(made.time_s, activity), made, count)
 
     def ping(self) -> bytes:
         """A connection test: TC[17,1]; its answer is counted."""
@@ -116,7 +116,7 @@ class User:
         (service, subtype), data = message
         return Telecommand(self._apid, count, ack, service, subtype, SOURCE, data).packed()
 
-    def _remembered(self, message: Message, made: Made, count: int) -> bytes:
+    def _remember(self, message: Message, made: Made, count: int) -> bytes:
         """The packet of a message, its request ID noted for the reports on it."""
         packet = self._telecommand(message, count, ack_flags(made))
         number = request_id(packet)
@@ -171,4 +171,4 @@ class User:
             return None
         number, module, command_s, _ = sent or _NOT_OURS
         values = (number, module, code == DONE, code, command_s, 0)
-        return framed(packet, time_s, encoder(packet)(values))
+        return frame_packet(packet, time_s, encoder(packet)(values))

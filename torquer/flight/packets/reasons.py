@@ -85,6 +85,6 @@ REJECTIONS = {
 _DOCS = {int(reason): reason.doc for reason in Reason}
 
 
-def text_of_code(code: int) -> str:
+def describe_code(code: int) -> str:
     """A reason code in words; those of other software as they are."""
     return _DOCS.get(code, f"code {code}")

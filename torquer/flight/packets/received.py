@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def tables_of(
+def as_tables(
     received: Iterable[tuple[float, Frame]], dictionary: Dictionary
 ) -> dict[str, xr.Dataset]:
     """A dataset for each packet of the downlink that was received, by its name.
@@ -44,11 +44,11 @@ def _table(packet: Packet, received: list[tuple[float, Frame]]) -> xr.Dataset:
     }
     columns = zip(*(frame.values for frame in frames), strict=True)
     for (name, field, _), column in zip(packet.numbers(), columns, strict=True):
-        variables[name] = ("frame", np.array(column), attributes_of(field))
+        variables[name] = ("frame", np.array(column), field_attributes(field))
     return xr.Dataset(variables, attrs={"packet": packet.name, "description": packet.description})
 
 
-def attributes_of(field: Field) -> dict:
+def field_attributes(field: Field) -> dict:
     """Attributes of a variable with the numbers of a field: unit, description, labels."""
     found: dict = {"units": field.unit or "1", "long_name": field.description}
     kind = TYPES[field.type]

@@ -37,7 +37,7 @@ def crc16(data: bytes) -> int:
 
 
 @lru_cache(maxsize=64)
-def _begun(key: bytes):
+def _begin_hashes(key: bytes):
     """Hashes after the inner and the outer key of HMAC, kept because they take half of its time."""
     padded = key.ljust(64, b"\0")
     return tuple(hashlib.sha256(bytes(byte ^ pad for byte in padded)) for pad in (0x36, 0x5C))
@@ -45,14 +45,14 @@ def _begun(key: bytes):
 
 def mac(key: bytes, data: bytes) -> bytes:
     """The first 16 bytes of HMAC-SHA-256; a key of at most 64 bytes."""
-    begun_inner, begun_outer = _begun(key)
+    begun_inner, begun_outer = _begin_hashes(key)
     inner, outer = begun_inner.copy(), begun_outer.copy()
     inner.update(data)
     outer.update(inner.digest())
     return outer.digest()[:MAC_BYTES]
 
 
-def closed(key: bytes, body: bytes) -> bytes:
+def close_frame(key: bytes, body: bytes) -> bytes:
     """A frame: header, SPI, counter and data with their MAC and CRC."""
     body += mac(key, body)
     return body + _CRC.pack(crc_hqx(body, 0xFFFF))

@@ -61,7 +61,7 @@ def _checksum(time_s: int, code: int, counter: int, data: bytes) -> int:
     return crc_hqx(data, crc_hqx(_CHECKED.pack(time_s, code, counter), 0xFFFF))
 
 
-def direction_of(identifier: int) -> Direction:
+def find_direction(identifier: int) -> Direction:
     """Direction of a segment by its identifier."""
     return "down" if identifier >> 16 & 1 else "up"
 
@@ -145,17 +145,17 @@ class Joiner:
         layout = self._places.get(packet_id, ())
         is_known = identifier == can_id(self._direction, packet_id, number) and layout
         if not is_known or number > len(layout):
-            return self._rejected("unknown")
+            return self._reject("unknown")
         place = layout[number - 1] if number else slice(0, SEGMENT_BYTES)
         if len(data) != place.stop - place.start:
-            return self._rejected("length")
+            return self._reject("length")
         parts = self._parts.setdefault(packet_id, [])
         if number and number == len(parts) - 1 and parts[-1] == data:
-            return self._rejected("repeated")
+            return self._reject("repeated")
         if number == 0 or number != len(parts):
             parts.clear()
         if number and not parts:
-            return self._rejected("order")
+            return self._reject("order")
         parts.append(bytes(data))
         return self._joined(packet_id) if len(parts) == 1 + len(layout) else b""
 
@@ -165,22 +165,22 @@ class Joiner:
         time_s, code, counter, check = _FIRST.unpack(first)
         data = b"".join(rest)
         if check != _checksum(time_s, code, counter, data):
-            return self._rejected("checksum")
+            return self._reject("checksum")
         if self._latest.get(packet_id) == counter:
-            return self._rejected("repeated")
+            return self._reject("repeated")
         self.lost_frames += counter - self._latest.get(packet_id, counter - 1) - 1 & 0xFF
         self._latest[packet_id] = counter
         return _HEADER.pack(FRAMESYNC, time_s, packet_id, code, 0, len(data)) + data
 
     def _of_stream(self, number: int, data: bytes) -> bytes:
         if self._latest.get(0) == number and self._latest_data == data:
-            return self._rejected("repeated")
+            return self._reject("repeated")
         self._latest_data = bytes(data)
         self.lost_segments += number - self._latest.get(0, number - 1) - 1 & 0xFF
         self._latest[0] = number
         return bytes(data)
 
-    def _rejected(self, reason: str) -> bytes:
+    def _reject(self, reason: str) -> bytes:
         self.rejected[reason] = self.rejected.get(reason, 0) + 1
         return b""
 

@@ -20,8 +20,8 @@ from pydantic import Field, model_validator
 from torquer.base.spec import Spec
 from torquer.flight.packets.dictionary import Dictionary, load_dictionary
 from torquer.flight.packets.keys import Keys, read_key
-from torquer.scenario.explain import ScenarioError, validated
-from torquer.scenario.toml_text import data_of, text_of
+from torquer.scenario.explain import ScenarioError, validate_tables
+from torquer.scenario.toml_text import parse_toml, read_text
 
 #: The software file that flies unless another is given.
 AS_SHIPPED = Path(__file__).parents[1] / "software" / "chibis_m.toml"
@@ -90,10 +90,10 @@ def load_link(source: str | Path | Mapping | None = None) -> SpaceLink:
 
         load_link("software.toml").dictionary.down["beacon"].size     # bytes
     """
-    return link_of(*read_software(source))
+    return make_link(*read_software(source))
 
 
-def link_of(file: SoftwareFile, folder: Path = Path()) -> SpaceLink:
+def make_link(file: SoftwareFile, folder: Path = Path()) -> SpaceLink:
     """The link that a software file describes; `folder`: to which its paths are relative."""
     return SpaceLink(file.name, _dictionary(file, folder), file.link, _keys(file, folder))
 
@@ -101,9 +101,11 @@ def link_of(file: SoftwareFile, folder: Path = Path()) -> SpaceLink:
 def read_software(source: str | Path | Mapping | None) -> tuple[SoftwareFile, Path]:
     """A software file, and the folder to which its paths are relative."""
     if isinstance(source, Mapping):
-        return validated(SoftwareFile, dict(source)), Path()
+        return validate_tables(SoftwareFile, dict(source)), Path()
     path = AS_SHIPPED if source is None else Path(source)
-    return validated(SoftwareFile, data_of(text_of(path, "software"), "software")), path.parent
+    return validate_tables(
+        SoftwareFile, parse_toml(read_text(path, "software"), "software")
+    ), path.parent
 
 
 def code_in(path: Path) -> dict[str, Path]:
@@ -112,15 +114,15 @@ def code_in(path: Path) -> dict[str, Path]:
     return {f"modules.{name}.file": folder / t.file for name, t in file.modules.items() if t.file}
 
 
-def digest_of_files(software: Path | None) -> str:
+def digest_files(software: Path | None) -> str:
     """SHA-256 of a software file and of all files that it names."""
     found = hashlib.sha256()
-    for path in files_of(software):
+    for path in list_files(software):
         found.update(hashlib.sha256(path.read_bytes()).digest())
     return found.hexdigest()
 
 
-def files_of(software: Path | None) -> list[Path]:
+def list_files(software: Path | None) -> list[Path]:
     """The software file, as shipped for None, and all files that it names."""
     if software is None:
         return [AS_SHIPPED]

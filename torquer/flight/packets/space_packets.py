@@ -60,7 +60,7 @@ class Telecommand(NamedTuple):
     def packed(self) -> bytes:
         """The packet."""
         second = _SECONDARY_TC.pack(_PUS_C << 4 | self.ack, self.service, self.subtype, self.source)
-        return _closed(_TELECOMMAND | self.apid, self.sequence, second + self.data)
+        return _close_packet(_TELECOMMAND | self.apid, self.sequence, second + self.data)
 
 
 class Telemetry(NamedTuple):
@@ -80,21 +80,21 @@ class Telemetry(NamedTuple):
         second = _SECONDARY_TM.pack(
             _PUS_C << 4, self.service, self.subtype, self.counter, self.destination
         )
-        return _closed(self.apid, self.sequence, second + cds(self.time_s) + self.data)
+        return _close_packet(self.apid, self.sequence, second + cds(self.time_s) + self.data)
 
 
 #: Ack flags of a telecommand: acceptance and completion of the execution.
 ACCEPTANCE, COMPLETION = 0b1000, 0b0001
 
 
-def _closed(identification: int, count: int, content: bytes) -> bytes:
+def _close_packet(identification: int, count: int, content: bytes) -> bytes:
     """Primary header, content, CRC. The length field is one less than what follows it."""
     length = len(content) + _CRC.size - 1
     packet = _PRIMARY.pack(_SECONDARY | identification, _UNSEGMENTED | count, length) + content
     return packet + _CRC.pack(crc16(packet))
 
 
-def size_of(header: bytes | bytearray) -> int:
+def packet_size(header: bytes | bytearray) -> int:
     """Bytes of the packet that begins with this primary header."""
     return PRIMARY_BYTES + 1 + (header[4] << 8 | header[5])
 
@@ -106,7 +106,7 @@ def request_id(packet: bytes) -> bytes:
 
 def read_telecommand(packet: bytes, apid: int) -> Telecommand:
     """A telecommand to an application process; `Malformed` for anything else."""
-    count = _checked(packet, _TELECOMMAND, apid, _SECONDARY_TC.size)
+    count = _check_packet(packet, _TELECOMMAND, apid, _SECONDARY_TC.size)
     first, service, subtype, source = _SECONDARY_TC.unpack_from(packet, PRIMARY_BYTES)
     data = packet[PRIMARY_BYTES + _SECONDARY_TC.size : -_CRC.size]
     return Telecommand(apid, count, first & 0xF, service, subtype, source, data)
@@ -114,7 +114,7 @@ def read_telecommand(packet: bytes, apid: int) -> Telecommand:
 
 def read_telemetry(packet: bytes, apid: int) -> Telemetry:
     """A report of an application process; `Malformed` for anything else."""
-    count = _checked(packet, 0, apid, _SECONDARY_TM.size + TIME_BYTES)
+    count = _check_packet(packet, 0, apid, _SECONDARY_TM.size + TIME_BYTES)
     _, service, subtype, counter, destination = _SECONDARY_TM.unpack_from(packet, PRIMARY_BYTES)
     at = PRIMARY_BYTES + _SECONDARY_TM.size
     time_s, _ = read_cds(packet[at : at + TIME_BYTES])
@@ -122,9 +122,9 @@ def read_telemetry(packet: bytes, apid: int) -> Telemetry:
     return Telemetry(apid, count, service, subtype, counter, destination, time_s, data)
 
 
-def _checked(packet: bytes, kind: int, apid: int, second: int) -> int:
+def _check_packet(packet: bytes, kind: int, apid: int, second: int) -> int:
     """Sequence count of a packet that is what it must be. `second`: bytes of secondary header."""
-    if len(packet) < PRIMARY_BYTES + second + _CRC.size or len(packet) != size_of(packet):
+    if len(packet) < PRIMARY_BYTES + second + _CRC.size or len(packet) != packet_size(packet):
         raise Malformed("length")
     if crc16(packet):
         raise Malformed("checksum")

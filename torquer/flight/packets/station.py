@@ -43,20 +43,20 @@ class Station:
     def command(self, frame: bytes) -> bytes:
         """Bytes to send for the frame of a command."""
         data = self.stream.request(frame) if isinstance(self.stream, User) else frame
-        return self._protected(data)
+        return self._protect(data)
 
     def ping(self) -> bytes:
         """Bytes of a connection test, of PUS only; `pings_answered` counts the answers."""
         if not isinstance(self.stream, User):
             raise ValueError("ping: must be of a link with PUS; received another link")
-        return self._protected(self.stream.ping())
+        return self._protect(self.stream.ping())
 
     @property
     def pings_answered(self) -> int:
         """Number of answers to connection tests."""
         return self.stream.pings_answered if isinstance(self.stream, User) else 0
 
-    def _protected(self, data: bytes) -> bytes:
+    def _protect(self, data: bytes) -> bytes:
         return data if self.protection is None else self.protection.commands.wrap(data)
 
     def receive(self, data: bytes) -> Iterator[Frame]:
@@ -84,7 +84,7 @@ class Station:
         yield from self.stream.finish()
 
 
-def station_of(link: SpaceLink) -> Station:
+def make_station(link: SpaceLink) -> Station:
     """A ground station for a satellite with this link.
 
     station = station_of(load_link())

@@ -12,11 +12,11 @@ from typing import NamedTuple, Protocol
 
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.clock import Clock
-from torquer.flight.software.memory import Memory, unsealed
+from torquer.flight.software.memory import Memory, unseal
 from torquer.flight.software.modules.clk import TIME
 from torquer.flight.software.modules.svr import ERRORS
 from torquer.flight.software.services import Services
-from torquer.flight.software.settings import restored, saved, settings_file
+from torquer.flight.software.settings import restore, save, settings_file
 from torquer.flight.software.software import Software
 from torquer.flight.software.state import Cause, State
 from torquer.simulation.outside.flight import Flight
@@ -79,7 +79,7 @@ def _mount(core: AnyCore) -> None:
     if core.state.from_reserve:
         main, reserve = memory.places["main"], memory.places["reserve"]
         for name in memory.names():
-            if name in main and name in reserve and unsealed(name, reserve[name]):
+            if name in main and name in reserve and unseal(name, reserve[name]):
                 main.pop(name)
     memory.mend()
     core.state.log.restore(memory.read(ERRORS) if ERRORS in memory.names() else None)
@@ -105,7 +105,7 @@ def _settings(core: AnyCore, name: str):
     if not type(defaults).model_fields:
         return defaults
     data = core.memory.read(settings_file(name))
-    found = None if data is None else restored(data, defaults)
+    found = None if data is None else restore(data, defaults)
     if found is None:
         is_there = data is not None or settings_file(name) in core.memory.names()
         code = Reason.SETTINGS_DAMAGED if is_there else Reason.SETTINGS_MISSING
@@ -187,6 +187,6 @@ def deliver(core: AnyCore, now_ms: int) -> None:
     """Fill an empty memory as it is delivered: settings of all modules, the FPGA's file, time."""
     for name, one in core.software.modules.items():
         if type(one.settings).model_fields:
-            core.memory.write(settings_file(name), saved(one.settings))
+            core.memory.write(settings_file(name), save(one.settings))
     core.memory.write(FPGA, FPGA_AS_DELIVERED)
     core.memory.write(TIME, Clock(now_ms=now_ms).save())

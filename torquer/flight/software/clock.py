@@ -20,7 +20,7 @@ LAST_MS = 2**32 * 1000 - STEP_MS
 _SAVED = struct.Struct("<Q")
 
 
-def ms_of(utc: datetime) -> int:
+def to_ms(utc: datetime) -> int:
     """On-board time [ms] of a civil time with a zone, rounded down to the step."""
     return (utc - EPOCH) // timedelta(milliseconds=STEP_MS) * STEP_MS
 

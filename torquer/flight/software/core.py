@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.boot import BOOT_S, VARIABLES, deliver, go_on, has_ended, variables
-from torquer.flight.software.clock import ms_of
+from torquer.flight.software.clock import to_ms
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import Services
 from torquer.flight.software.software import Software, load_software
@@ -72,7 +72,7 @@ class Core:
         self.services = Services(self.flight, self.memory, self.software, defaults, there)
         self.exceptions: dict[str, str] = {}
         self._off = {name: _ZERO for name in there}
-        is_new, start_ms = not self.memory.names(), ms_of(scenario.start)
+        is_new, start_ms = not self.memory.names(), to_ms(scenario.start)
         if is_new:
             deliver(self, start_ms)
         self._switch_on(-BOOT_S, Cause.POWER_ON)

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
-from torquer.campaign.faults.kinds import faults_of
-from torquer.flight.software.memory import unsealed
+from torquer.campaign.faults.kinds import find_faults
+from torquer.flight.software.memory import unseal
 from torquer.flight.software.state import Cause
-from torquer.scenario.explain import ScenarioError, validated
+from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import data_of, text_of
+from torquer.scenario.toml_text import parse_toml, read_text
 
 if TYPE_CHECKING:
     from torquer.flight.software.core import Core
@@ -77,12 +77,12 @@ class FaultsFile(Spec):
 
 def load_faults(path: Path) -> FaultsFile:
     """The faults of a TOML file; `ScenarioError` with one line for each mistake."""
-    return validated(FaultsFile, data_of(text_of(path, "faults"), "faults"))
+    return validate_tables(FaultsFile, parse_toml(read_text(path, "faults"), "faults"))
 
 
 def with_device_faults(scenario: Scenario, file: FaultsFile) -> Scenario:
     """The scenario with the faults of its devices; `ScenarioError` for an unknown one."""
-    known = {fault.name: fault for fault in faults_of(scenario)}
+    known = {fault.name: fault for fault in find_faults(scenario)}
     for i, one in enumerate(file.faults):
         if one.fault in OF_SOFTWARE:
             continue
@@ -106,7 +106,7 @@ def check_faults(file: FaultsFile, modules: Collection[str]) -> None:
             )
 
 
-def of_software(file: FaultsFile) -> list[SoftwareFault]:
+def software_faults(file: FaultsFile) -> list[SoftwareFault]:
     """The faults that the software suffers."""
     return [one for one in file.faults if one.fault in OF_SOFTWARE]
 
@@ -147,5 +147,5 @@ def _strike_file(files, name: str, kind: str) -> None:
         return
     if kind == "file lost":
         del files[name]
-    elif unsealed(name, content) is not None:
+    elif unseal(name, content) is not None:
         files[name] = content[:-1] + bytes([content[-1] ^ 1])

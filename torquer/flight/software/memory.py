@@ -90,20 +90,20 @@ class Folder(MutableMapping[str, bytes]):
                 os.close(descriptor)
 
 
-def sealed(name: str, writing: int, data: bytes) -> bytes:
+def seal(name: str, writing: int, data: bytes) -> bytes:
     """Content of a file: seal and data."""
     head = name.encode() + struct.pack("<II", writing, len(data))
     crc = zlib.crc32(data, zlib.crc32(head))
     return _SEAL.pack(_MARK, writing, len(data), crc) + data
 
 
-def unsealed(name: str, content: bytes) -> tuple[int, bytes] | None:
+def unseal(name: str, content: bytes) -> tuple[int, bytes] | None:
     """Number of the writing and data of a file's content; None unless it is whole."""
     if len(content) < _SEAL.size:
         return None
     _, writing, _, _ = _SEAL.unpack_from(content)
     data = content[_SEAL.size :]
-    return (writing, data) if sealed(name, writing, data) == content else None
+    return (writing, data) if seal(name, writing, data) == content else None
 
 
 class Memory:
@@ -121,7 +121,7 @@ class Memory:
         self._writings: dict[str, int] = {}
         self.places: dict[str, MutableMapping[str, bytes]] = {"main": {}, "reserve": {}}
         if folder is not None:
-            self.places = {place: self._mounted(Path(folder), place) for place in self.places}
+            self.places = {place: self._mount(Path(folder), place) for place in self.places}
 
     def read(self, name: str) -> bytes | None:
         """Content of a file: of the copies that are whole, the one written last; None without one.
@@ -144,7 +144,7 @@ class Memory:
         if name not in self._writings:
             self._writings[name] = max(0, *(writing for writing, _ in self._copies(name)))
         self._writings[name] = (self._writings[name] + 1) % 2**32
-        content = sealed(name, self._writings[name], bytes(data))
+        content = seal(name, self._writings[name], bytes(data))
         return sum([self._put(place, name, content) for place in self.places]) > 0
 
     def mend(self) -> None:
@@ -187,7 +187,7 @@ class Memory:
         self._reports = deque(snapshot["reports"], maxlen=_REPORTS)
         self._writings.clear()
 
-    def _mounted(self, folder: Path, place: str) -> Folder:
+    def _mount(self, folder: Path, place: str) -> Folder:
         mounted = Folder(folder / place)
         try:
             mounted.path.mkdir(parents=True, exist_ok=True)
@@ -203,7 +203,7 @@ class Memory:
 
     def _copy(self, files: MutableMapping[str, bytes], name: str) -> tuple[int, bytes | None]:
         try:
-            return unsealed(name, files[name]) or (_DAMAGED, None)
+            return unseal(name, files[name]) or (_DAMAGED, None)
         except KeyError:
             return _MISSING, None
         except OSError:

@@ -38,11 +38,11 @@ def verifications(folder: Path) -> Iterator[tuple[str, str, str]]:
             continue
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.FunctionDef):
-                for number in _verified(node):
+                for number in _verified_by(node):
                     yield number, file.relative_to(folder.parent).as_posix(), node.name
 
 
-def _verified(test: ast.FunctionDef) -> Iterator[str]:
+def _verified_by(test: ast.FunctionDef) -> Iterator[str]:
     """The requirements that a test names."""
     for call in test.decorator_list:
         if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.verifies":

@@ -15,7 +15,7 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.settings import saved, settings_file
+from torquer.flight.software.settings import save, settings_file
 from torquer.flight.software.state import AnyModule, Cause, State
 from torquer.flight.software.telecommand import Telecommand
 
@@ -65,7 +65,7 @@ class Services:
         self._actuators, self._flight = actuators, flight
         self._frame = Downlink(link.dictionary).frame
         self._modes: dict[str, str] | None = None
-        self._commanded: tuple[tuple, tuple] | None = None
+        self._command: tuple[tuple, tuple] | None = None
         self.t_s, self.now_ms = 0.0, 0
 
     def bind(self, state: State) -> None:
@@ -73,13 +73,13 @@ class Services:
         self._state = state
         self.cdh, self.clock, self.log = state.cdh, state.clock, state.log
         self.modules: dict[str, AnyModule] = state.modules
-        self._modes = self._commanded = None
+        self._modes = self._command = None
 
     def at(self, inputs: Inputs) -> None:
         """A new control step, after the computer has worked."""
         self.inputs, self.t_s = inputs, inputs.t_s
         self.now_ms = self.clock.run_to(inputs.t_s)
-        self._modes = self._commanded = None
+        self._modes = self._command = None
 
     # the computer
 
@@ -93,14 +93,14 @@ class Services:
     @property
     def commanded(self) -> tuple[tuple, tuple]:
         """Dipole [A m^2] and torque [N m] of this control step: a manual one goes first."""
-        if self._commanded is None:
+        if self._command is None:
             answer, manual = self._flight.answer, self._state.manual
             dipole, torque = manual.get("dipole_a_m2"), manual.get("torque_n_m")
-            self._commanded = (
+            self._command = (
                 answer.dipole_a_m2 if dipole is None else dipole,
                 answer.torque_n_m if torque is None else torque,
             )
-        return self._commanded
+        return self._command
 
     @property
     def answer(self) -> Command:
@@ -114,7 +114,7 @@ class Services:
         """
         if command not in self._actuators:
             return Reason.NOT_AVAILABLE
-        self._state.manual[command], self._commanded = value, None
+        self._state.manual[command], self._command = value, None
         return Reason.DONE
 
     # telemetry
@@ -199,7 +199,7 @@ class Services:
         """Give a module its default settings, and keep them."""
         defaults = self._defaults[module]
         self.modules[module].settings = defaults
-        written = self.memory.write(settings_file(module), saved(defaults))
+        written = self.memory.write(settings_file(module), save(defaults))
         return Reason.DONE if written else Reason.FAILED
 
     def start(self, module: str) -> None:

@@ -20,13 +20,13 @@ from pydantic import AfterValidator, Field, ValidationError
 
 from torquer.base.spec import Spec
 from torquer.base.version import VERSION
-from torquer.flight.packets.software_file import digest_of_files
+from torquer.flight.packets.software_file import digest_files
 from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
-from torquer.flight.software.faults import FaultsFile, SoftwareFault, of_software, strike
+from torquer.flight.software.faults import FaultsFile, SoftwareFault, software_faults, strike
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.software import load_software
-from torquer.scenario.explain import ScenarioError, validated
+from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals
 
@@ -113,13 +113,13 @@ class Recorder:
         if self.ticks % STRIDE == 0:
             self.digests.append(self._shown())
 
-    def digests_of_all(self) -> tuple[str, ...]:
+    def list_digests(self) -> tuple[str, ...]:
         """Digests as a session has them, that of the end included."""
         return (*self.digests, *([self._shown()] if self.ticks % STRIDE else []))
 
     def parted(self, session: Session) -> int:
         """First control step of the stretch in which other bytes came down than recorded."""
-        pairs = zip(self.digests_of_all(), session.digests, strict=False)
+        pairs = zip(self.list_digests(), session.digests, strict=False)
         alike = [a == b for a, b in pairs]
         return STRIDE * (alike.index(False) if False in alike else len(alike))
 
@@ -148,13 +148,13 @@ class Recorder:
             torquer=VERSION,
             scenario=scenario.model_dump_json(),
             software="" if software is None else str(software),
-            software_sha256=digest_of_files(software),
-            faults=tuple(of_software(faults)),
+            software_sha256=digest_files(software),
+            faults=tuple(software_faults(faults)),
             memory=kept,
             uplink=tuple(self.uplink),
             ticks=self.ticks,
             downlink_bytes=self.downlink_bytes,
-            digests=self.digests_of_all(),
+            digests=self.list_digests(),
         )
 
     def _shown(self) -> str:
@@ -174,7 +174,7 @@ class Tick(NamedTuple):
     late_s: float = 0.0
 
 
-def flown(
+def fly_steps(
     core: Core,
     uplink: Callable[[int, float], bytes],
     faults: Sequence[SoftwareFault] = (),
@@ -228,7 +228,7 @@ def load_session(path: Path) -> Session:
         raise ScenarioError(
             f"session: must be a readable session; received {path}: {why}"
         ) from None
-    session = validated(Session, data)
+    session = validate_tables(Session, data)
     if session.torquer != VERSION:
         raise ScenarioError(
             f"session: must be of torquer {VERSION} to be flown again; received one of "
@@ -237,21 +237,21 @@ def load_session(path: Path) -> Session:
     return session
 
 
-def replayed(session: Session, ticks: int | None = None) -> Iterator[Tick]:
+def replay_session(session: Session, ticks: int | None = None) -> Iterator[Tick]:
     """Fly a session again, to its end or for `ticks` control steps."""
     software = Path(session.software) if session.software else None
-    if digest_of_files(software) != session.software_sha256:
+    if digest_files(software) != session.software_sha256:
         raise ScenarioError(
             f"session: its software must be as it was recorded; received other files of "
             f"{session.software or 'the software as shipped'}"
         )
-    core = Core(_scenario_of(session), load_software(software), _memory_of(session))
+    core = Core(_read_scenario(session), load_software(software), _read_memory(session))
     uplink = {tick: bytes.fromhex(data) for tick, data in session.uplink}
     last = session.ticks if ticks is None else min(ticks, session.ticks)
-    yield from flown(core, lambda tick, _: uplink.get(tick, b""), session.faults, last)
+    yield from fly_steps(core, lambda tick, _: uplink.get(tick, b""), session.faults, last)
 
 
-def _scenario_of(session: Session) -> Scenario:
+def _read_scenario(session: Session) -> Scenario:
     try:
         return Scenario.model_validate_json(session.scenario)
     except ValidationError:
@@ -260,7 +260,7 @@ def _scenario_of(session: Session) -> Scenario:
         ) from None
 
 
-def _memory_of(session: Session) -> Memory:
+def _read_memory(session: Session) -> Memory:
     """The non-volatile memory as it was before the flight."""
     memory = Memory()
     for place, files in session.memory.items():
@@ -286,7 +286,7 @@ def first_difference(first: Session, second: Session) -> Difference | None:
         return None
     shorter = min(first.ticks, second.ticks)
     last = shorter + 1 if stretch is None else (stretch + 1) * STRIDE
-    one, two = replayed(first, last), replayed(second, last)
+    one, two = replay_session(first, last), replay_session(second, last)
     while True:
         a, b = next(one, None), next(two, None)
         if a is None and b is None:
@@ -298,7 +298,7 @@ def first_difference(first: Session, second: Session) -> Difference | None:
             return Difference(a, b)
 
 
-def saved(session: Session, path: Path) -> None:
+def save_session(session: Session, path: Path) -> None:
     """Write a session's file."""
     data: dict[str, Any] = session.model_dump(mode="json", exclude_none=True)
     Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")

@@ -10,12 +10,12 @@ def settings_file(module: str) -> str:
     return f"settings.{module}"
 
 
-def saved(settings: Spec) -> bytes:
+def save(settings: Spec) -> bytes:
     """Settings as the memory keeps them: JSON."""
     return settings.model_dump_json().encode()
 
 
-def restored(data: bytes, defaults: Spec) -> Spec | None:
+def restore(data: bytes, defaults: Spec) -> Spec | None:
     """Settings that `saved` gave, of the same kind as the defaults; None for anything else."""
     try:
         return type(defaults).model_validate_json(data)

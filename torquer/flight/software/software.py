@@ -17,7 +17,7 @@ from torquer.flight.packets.software_file import (
     ModuleTable,
     SoftwareFile,
     SpaceLink,
-    link_of,
+    make_link,
     read_software,
 )
 from torquer.flight.software.modules import MODULES, REQUIRED
@@ -49,12 +49,12 @@ def load_software(source: str | Path | Mapping | None = None) -> Software:
 
     Paths in it are relative to the file. `ScenarioError` with one line for each mistake.
     """
-    return software_of(*read_software(source))
+    return make_software(*read_software(source))
 
 
-def software_of(file: SoftwareFile, folder: Path = Path()) -> Software:
+def make_software(file: SoftwareFile, folder: Path = Path()) -> Software:
     """The software that a file describes, its modules found and checked."""
-    link = link_of(file, folder)
+    link = make_link(file, folder)
     classes = _classes(file, folder)
     installed = {}
     for name, make in classes.items():
@@ -98,7 +98,7 @@ def _own_class(name: str, table: ModuleTable, folder: Path) -> type[Module]:
         raise ScenarioError(f"{key}.class: must be given with a file; received nothing")
     if not path.is_file():
         raise ScenarioError(f"{key}.file: must be a Python file; received {table.file}")
-    found = getattr(_loaded(key, path), table.class_name, None)
+    found = getattr(_load_module(key, path), table.class_name, None)
     if not isinstance(found, type) or not issubclass(found, Module):
         raise ScenarioError(
             f"{key}.class: must be a class of {path.name} derived from "
@@ -123,7 +123,7 @@ def _own_class(name: str, table: ModuleTable, folder: Path) -> type[Module]:
     return found
 
 
-def _loaded(key: str, path: Path):
+def _load_module(key: str, path: Path):
     """The Python file as a module."""
     spec = importlib.util.spec_from_file_location(f"torquer_onboard_{path.stem}", path)
     if spec is None or spec.loader is None:

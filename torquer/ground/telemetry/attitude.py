@@ -31,7 +31,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.environment import RowEnvironments, environments_at_rows
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import explain
-from torquer.scenario.toml_text import data_of, text_of
+from torquer.scenario.toml_text import parse_toml, read_text
 from torquer.simulation.results.variables import ESTIMATED, read
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def load_filter(path: Path | str) -> Filter:
 
 
 def _filter_in(path: Path) -> Filter:
-    data = data_of(text_of(path, "filter"), "filter")
+    data = parse_toml(read_text(path, "filter"), "filter")
     table = data.get("control")
     table = table.get("estimator") if isinstance(table, dict) else None
     kinds = ", ".join(kind for kind, each in ESTIMATORS.items() if issubclass(each, Filter))
@@ -171,7 +171,7 @@ def _filter_in(path: Path) -> Filter:
         raise ValueError("\n".join(explain(error, data))) from None
 
 
-def attitude_of(data: xr.Dataset, spec: Filter, along: OrbitEnvironment) -> Attitude:
+def estimate_attitude(data: xr.Dataset, spec: Filter, along: OrbitEnvironment) -> Attitude:
     """Attitude at every row of a session by a filter, and in hindsight.
 
     `data`: a session, calibrated where it needs to be; `along`: the environment along the orbit

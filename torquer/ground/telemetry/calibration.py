@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal import lfilter
 
-from torquer.ground.telemetry.start import trimmed
+from torquer.ground.telemetry.start import trim_squares
 
 #: Beyond this part of outliers there is no answer.
 MOST_OUTLIERS = 0.3
@@ -93,7 +93,7 @@ class Rows(NamedTuple):
         return Rows(self.t_s[rows], self.m[rows], self.dipole[rows], self.warmth[rows], self.field)
 
 
-def rows_of(data: xr.Dataset, field) -> tuple[Rows, np.ndarray, float]:
+def complete_rows(data: xr.Dataset, field) -> tuple[Rows, np.ndarray, float]:
     """Rows of a session without missing numbers, which they are, and the mean temperature [K]."""
     if "b_measured" not in data:
         raise ValueError("FILE: must hold b_measured; received none")
@@ -291,11 +291,13 @@ def calibrate(
 
     `field`: `FieldAlong` or `FieldGiven` of the session. `TooManyOutliers` above 30 % of them.
     """
-    rows, _, mean = rows_of(data, field)
-    return fitted(rows, groups, refuse=refuse)._replace(mean_temperature_k=mean)
+    rows, _, mean = complete_rows(data, field)
+    return fit_calibration(rows, groups, refuse=refuse)._replace(mean_temperature_k=mean)
 
 
-def fitted(rows: Rows, groups: tuple[str, ...], start=None, refuse: bool = True) -> Calibration:
+def fit_calibration(
+    rows: Rows, groups: tuple[str, ...], start=None, refuse: bool = True
+) -> Calibration:
     """The calibration of rows; `start`: parameters near to it, if known."""
     few = rows
     if len(rows.t_s) > _ROWS:
@@ -329,14 +331,14 @@ def fitted(rows: Rows, groups: tuple[str, ...], start=None, refuse: bool = True)
         residual,
         weight,
         correlation,
-        _undetermined(_names(groups), covariance),
+        _unknown_directions(_names(groups), covariance),
     )
 
 
 def _start(rows: Rows, groups) -> np.ndarray:
     strength, _ = rows.field.strength(rows.t_s)
     some = np.linspace(0, len(rows.t_s) - 1, min(len(rows.t_s), 2000)).astype(int)
-    found = trimmed(rows.m[some], strength[some])
+    found = trim_squares(rows.m[some], strength[some])
     bias = dict(zip(GROUPS["bias"].names, found.bias, strict=True))
     scale = dict.fromkeys(GROUPS["scale"].names, found.factor - 1.0)
     values = np.array([({} | bias | scale).get(name, 0.0) for name in _names(groups)])
@@ -434,7 +436,7 @@ def _autocorrelation(u, used: float) -> tuple[float, float, float]:
     return float(parts[best]), float(decays[best]), first
 
 
-def _undetermined(names, covariance) -> tuple[str, ...]:
+def _unknown_directions(names, covariance) -> tuple[str, ...]:
     """Directions that are known no better than to their usual size, in words."""
     values, vectors = np.linalg.eigh(covariance)
     found = []
@@ -463,12 +465,12 @@ def choose(
     'As well': within one standard error of the difference over the blocks. Outliers of the
     largest model's fit are left out. Models whose data are missing or constant are not tried.
     """
-    every, _, mean_k = rows_of(data, field)
+    every, _, mean_k = complete_rows(data, field)
     rows = every
     if len(rows.t_s) > _COMPARED:
         rows = every.take(np.linspace(0, len(rows.t_s) - 1, _COMPARED).astype(int))
     tried = [model for model in models if _can_fit(model, rows, blocks)]
-    whole = [fitted(rows, model) for model in tried]
+    whole = [fit_calibration(rows, model) for model in tried]
     good = np.flatnonzero(whole[-1].weight > 0.0)
     rows = rows.take(good)
     place = np.minimum((np.arange(len(good)) * blocks) // len(good), blocks - 1)
@@ -489,7 +491,7 @@ def choose(
         Choice(model, each.rms, float(np.sqrt(m)))
         for model, each, m in zip(tried, whole, mean, strict=True)
     )
-    found = whole[chosen] if len(every.t_s) <= _COMPARED else fitted(every, tried[chosen])
+    found = whole[chosen] if len(every.t_s) <= _COMPARED else fit_calibration(every, tried[chosen])
     return found._replace(mean_temperature_k=mean_k), choices
 
 

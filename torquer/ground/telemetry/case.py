@@ -15,7 +15,7 @@ from torquer.ground.telemetry.calibration import MODELS, split_shift
 from torquer.ground.telemetry.examination import Examination, Split
 from torquer.ground.telemetry.examine import examine
 from torquer.ground.telemetry.mapping import load_mapping
-from torquer.ground.telemetry.modulus import start_of
+from torquer.ground.telemetry.modulus import session_start
 from torquer.ground.telemetry.orbit import load_orbit
 from torquer.ground.telemetry.read import Session, read
 from torquer.ground.telemetry.request import Model, TelemetryRequest
@@ -74,7 +74,7 @@ def load_case(files: Path | str | Sequence[Path | str], asked: TelemetryRequest)
     session = read(files, None if asked.mapping is None else load_mapping(asked.mapping))
     orbit, about = None, "positions of the telemetry"
     if asked.orbit is not None:
-        orbit, about = load_orbit(asked.orbit, start_of(session.data))
+        orbit, about = load_orbit(asked.orbit, session_start(session.data))
     filter_ = None if asked.filter is None else load_filter(asked.filter)
     twin = None if asked.twin is None else load_scenario(asked.twin)
     return Case(session, orbit, about, filter_, twin, asked)

@@ -11,7 +11,7 @@ import xarray as xr
 from torquer.base.limits import RequestError
 from torquer.computer.estimation.filter import Filter
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.ground.telemetry.attitude import attitude_of
+from torquer.ground.telemetry.attitude import estimate_attitude
 from torquer.ground.telemetry.axes import rank_axes
 from torquer.ground.telemetry.calibration import (
     GROUPS,
@@ -20,19 +20,19 @@ from torquer.ground.telemetry.calibration import (
     TooManyOutliers,
     calibrate,
     choose,
-    rows_of,
+    complete_rows,
 )
 from torquer.ground.telemetry.convention import Found, find_convention
 from torquer.ground.telemetry.examination import Examination
 from torquer.ground.telemetry.modulus import (
     FieldAlong,
     FieldGiven,
-    environment_of,
+    environment_along,
     unit_slip,
     zone_scan,
 )
 from torquer.ground.telemetry.read import Finding
-from torquer.ground.telemetry.twin import twin_of
+from torquer.ground.telemetry.twin import fit_twin
 from torquer.ground.telemetry.twin_found import Twin
 from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
@@ -63,7 +63,7 @@ def examine(
     if orbit is None and "position_j" not in data:
         raise RequestError("orbit", "must be given where the telemetry has no position_j")
     data, t_s = _late_part(data, leave_out_first_s, findings)
-    environment = environment_of(data, orbit)
+    environment = environment_along(data, orbit)
     given = orbit is None
     field = (
         FieldGiven(environment, t_s, data["position_j"].values)
@@ -108,15 +108,15 @@ def examine(
             mistakes.append(Finding("no calibration", len(b), str(error)))
     if calibration is not None:
         _note(data, field, calibration, findings)
-    made = columns_of(data, environment, field, calibration, given)
+    made = make_columns(data, environment, field, calibration, given)
     conventions: tuple[Found, ...] = ()
     attitude = twin = None
     if calibration is not None:
         corrected = data.assign(b_measured=(data["b_measured"].dims, calibration.apply(data)))
-        along = _shifted(environment, calibration.of("shift"))
+        along = _shift(environment, calibration.of("shift"))
         conventions = _conventions(corrected, along, mistakes, findings)
         if filter_ is not None and not mistakes:
-            attitude = attitude_of(corrected, filter_, along)
+            attitude = estimate_attitude(corrected, filter_, along)
         if scenario is not None and not mistakes:
             twin = _twin(corrected, scenario, calibration)
     return Examination(
@@ -138,12 +138,12 @@ def examine(
 def _twin(corrected: xr.Dataset, scenario: Scenario, calibration: Calibration) -> Twin:
     """The twin, by readings with the noise that the calibration left."""
     bias_sigma = max(calibration.sigmas[name] for name in GROUPS["bias"].names)
-    return twin_of(
+    return fit_twin(
         corrected, scenario, calibration.sigma, bias_sigma, shift_s=calibration.of("shift")
     )
 
 
-def _shifted(environment: OrbitEnvironment, shift_s: float) -> OrbitEnvironment:
+def _shift(environment: OrbitEnvironment, shift_s: float) -> OrbitEnvironment:
     """The environment at the stamps moved by a shift."""
     return replace(environment, start=environment.start + timedelta(seconds=shift_s))
 
@@ -193,7 +193,7 @@ def _calibration(data, field, groups, given):
 
 def _note(data, field, found: Calibration, findings) -> None:
     """What a user must know of a calibration."""
-    rows, _, _ = rows_of(data, field)
+    rows, _, _ = complete_rows(data, field)
     out = int(np.sum(found.weight == 0.0))
     if out:
         text = f"{out} rows ({100 * found.outliers:.1f} %) are outliers, without weight"
@@ -214,7 +214,7 @@ def _note(data, field, found: Calibration, findings) -> None:
             findings.append(Finding("first minutes differ", int(first.sum()), text))
 
 
-def columns_of(data, environment, field, found: Calibration | None, given: bool) -> xr.Dataset:
+def make_columns(data, environment, field, found: Calibration | None, given: bool) -> xr.Dataset:
     """The session with columns like those of Swarm's MAGx_LR products, in nT, deg and m.
 
     `B_VFM` is the corrected reading in axes of the body, `F` its strength, `F_model` IGRF's at the
@@ -227,7 +227,7 @@ def columns_of(data, environment, field, found: Calibration | None, given: bool)
     lat, lon, _ = geodetic_from_ecef(np.einsum("nij,nj->ni", environment.dcm_to_ecef(at_s), r))
     flags = np.full(len(t_s), 255)
     if found is not None:
-        _, used, _ = rows_of(data, field)
+        _, used, _ = complete_rows(data, field)
         flags[used] = found.weight == 0.0
     model = field.strength(at_s)[0]
     nt, deg = {"units": "nT"}, {"units": "deg"}

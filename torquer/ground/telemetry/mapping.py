@@ -9,9 +9,9 @@ from zoneinfo import ZoneInfo
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from torquer.base.spec import Spec
-from torquer.ground.telemetry.quantities import QUANTITIES, unit_of, units_for
+from torquer.ground.telemetry.quantities import QUANTITIES, parse_unit, units_for
 from torquer.scenario.explain import explain
-from torquer.scenario.toml_text import data_of, text_of, toml_of
+from torquer.scenario.toml_text import parse_toml, read_text, to_toml
 
 #: Time formats other than `strptime`'s: numbers that count from an instant in UTC, and ISO 8601.
 COUNTED = {"unix_s": 1.0, "unix_ms": 1e3, "unix_us": 1e6, "unix_ns": 1e9}
@@ -69,7 +69,7 @@ class Mapping(Spec):
     @classmethod
     def _known_zone(cls, zone):
         if zone is not None:
-            zone_of(zone)
+            parse_zone(zone)
         return zone
 
     @model_validator(mode="after")
@@ -102,7 +102,7 @@ class Mapping(Spec):
             raise ValueError(
                 f"units.{name}: must be one of {', '.join(units_for(name))}; received none"
             )
-        if unit is not None and unit_of(unit) not in units_for(name):
+        if unit is not None and parse_unit(unit) not in units_for(name):
             raise ValueError(
                 f"units.{name}: must be one of {', '.join(units_for(name))}; received {unit!r}"
             )
@@ -137,7 +137,7 @@ def names_in(given: Names) -> list[str]:
     return [given] if isinstance(given, str) else list(given)
 
 
-def zone_of(text: str):
+def parse_zone(text: str):
     """The zone of a text: 'UTC', '+04:00' or 'Europe/Moscow'. ValueError for any other."""
     from datetime import UTC, datetime
 
@@ -156,10 +156,10 @@ def zone_of(text: str):
 
 def load_mapping(path: Path | str) -> Mapping:
     """The mapping of a TOML file; ValueError with a line for each mistake."""
-    return mapping_of(data_of(text_of(Path(path), "mapping"), "mapping"))
+    return make_mapping(parse_toml(read_text(Path(path), "mapping"), "mapping"))
 
 
-def mapping_of(data: dict) -> Mapping:
+def make_mapping(data: dict) -> Mapping:
     """The mapping of plain data; ValueError with a line for each mistake."""
     try:
         return Mapping.model_validate(data)
@@ -167,10 +167,10 @@ def mapping_of(data: dict) -> Mapping:
         raise ValueError("\n".join(f"mapping: {line}" for line in explain(error, data))) from None
 
 
-def text_of_mapping(mapping: Mapping, guesses: list[str]) -> str:
+def write_mapping(mapping: Mapping, guesses: list[str]) -> str:
     """A mapping file: what was guessed as comments, then its keys."""
     notes = "".join(f"# guessed: {guess}\n" for guess in guesses)
     kept = mapping.model_dump(exclude_defaults=True)
     return f"# Mapping of telemetry: `torquer telemetry FILE --mapping` reads it.\n{notes}\n" + (
-        toml_of(kept)
+        to_toml(kept)
     )

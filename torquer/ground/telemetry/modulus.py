@@ -36,12 +36,12 @@ _SLIPS = {
 }  # fmt: skip
 
 
-def environment_of(data: xr.Dataset, orbit, start: datetime | None = None) -> OrbitEnvironment:
+def environment_along(data: xr.Dataset, orbit, start: datetime | None = None) -> OrbitEnvironment:
     """The environment along an orbit, whose time 0 is `start` (by default that of the session)."""
-    return OrbitEnvironment(Environment(), orbit, start or start_of(data))
+    return OrbitEnvironment(Environment(), orbit, start or session_start(data))
 
 
-def start_of(data: xr.Dataset) -> datetime:
+def session_start(data: xr.Dataset) -> datetime:
     """UTC of the first row of a session, to the microsecond."""
     if not data.sizes["time"]:
         raise ValueError("FILE: must hold rows; received none")
@@ -145,9 +145,9 @@ def _misfit(m: np.ndarray, strength: np.ndarray) -> float:
     Linear: the square of the strength is a quadric of the readings, fitted to the rows near which
     the trimmed fit of `torquer.ground.telemetry.start` passes.
     """
-    from torquer.ground.telemetry.start import corrected, trimmed
+    from torquer.ground.telemetry.start import correct_readings, trim_squares
 
-    off = np.abs(corrected(trimmed(m, strength, samples=12), m) - strength)
+    off = np.abs(correct_readings(trim_squares(m, strength, samples=12), m) - strength)
     near = off < 4.0 * 1.4826 * np.median(off)
     x, f = m / np.median(strength), strength / np.median(strength)
     pairs = [x[:, i] * x[:, k] for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]

@@ -13,10 +13,10 @@ from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, seconds_between
 from torquer.environment.orbit import AnyOrbit, Sgp4
-from torquer.environment.orbit.numerical import epoch_of
+from torquer.environment.orbit.numerical import tle_epoch
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import explain
-from torquer.scenario.toml_text import data_of, text_of
+from torquer.scenario.toml_text import parse_toml, read_text
 
 _LINE = re.compile(r"^([12]) [ 0-9A-Z]")
 
@@ -54,26 +54,26 @@ def load_orbit(path: Path | str, at: datetime):
     RequestError for a file that has none.
     """
     with mistakes_in_file("orbit"):
-        return _loaded(Path(path), at)
+        return _load(Path(path), at)
 
 
-def _loaded(path: Path, at: datetime):
-    text = text_of(path, "orbit")
+def _load(path: Path, at: datetime):
+    text = read_text(path, "orbit")
     lines = [line.rstrip() for line in text.splitlines() if _LINE.match(line)]
     if len(lines) >= 2 and path.suffix.lower() != ".toml":
         sets = [
-            _orbit_of({"kind": "sgp4", "tle": lines[k : k + 2]})
+            _read_orbit({"kind": "sgp4", "tle": lines[k : k + 2]})
             for k in range(0, len(lines) - 1, 2)
         ]
-        return _described(min(sets, key=lambda each: abs(epoch_of(each) - at)), at)
-    data = data_of(text, "orbit")
+        return _describe(min(sets, key=lambda each: abs(tle_epoch(each) - at)), at)
+    data = parse_toml(text, "orbit")
     if not isinstance(data.get("orbit"), dict):
         raise RequestError(
             "orbit", f"must hold two-line elements or a table [orbit]; received {path}"
         )
-    orbit = _orbit_of(data["orbit"])
+    orbit = _read_orbit(data["orbit"])
     if isinstance(orbit, Sgp4):
-        return _described(orbit, at)
+        return _describe(orbit, at)
     if "start" not in data:
         raise RequestError(
             "orbit", f"must state `start`, the time of the elements; received {path}"
@@ -82,7 +82,7 @@ def _loaded(path: Path, at: datetime):
     return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}"
 
 
-def _orbit_of(table: dict) -> AnyOrbit:
+def _read_orbit(table: dict) -> AnyOrbit:
     """The orbit of a table `[orbit]`; ValueError with a line for each mistake."""
     data = {"orbit": table}
     try:
@@ -91,7 +91,7 @@ def _orbit_of(table: dict) -> AnyOrbit:
         raise ValueError("\n".join(explain(error, data))) from None
 
 
-def _described(orbit: Sgp4, at: datetime):
-    days = (at - epoch_of(orbit)) / timedelta(days=1)
+def _describe(orbit: Sgp4, at: datetime):
+    days = (at - tle_epoch(orbit)) / timedelta(days=1)
     side = "before" if days > 0.0 else "after"
     return orbit, f"SGP4, elements of {abs(days):.1f} d {side} the first row"

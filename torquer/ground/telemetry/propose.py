@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.ground.telemetry.mapping import Mapping, mapping_of, text_of_mapping
-from torquer.ground.telemetry.quantities import QUANTITIES, UNITS, in_si, unit_of, units_for
+from torquer.ground.telemetry.mapping import Mapping, make_mapping, write_mapping
+from torquer.ground.telemetry.quantities import QUANTITIES, UNITS, in_si, parse_unit, units_for
 from torquer.ground.telemetry.read import split_numbers
-from torquer.ground.telemetry.tables import format_of, table_of
+from torquer.ground.telemetry.tables import find_format, read_table
 
 #: What column names hold by quantity, in the order in which they are tried: words, anywhere, and
 #: beginnings too short for that, before which and after which no further letters of a word stand.
@@ -40,7 +40,7 @@ class Proposal(NamedTuple):
     @property
     def text(self) -> str:
         """The mapping file: guesses as comments, then its keys."""
-        return text_of_mapping(self.mapping, self.guesses)
+        return write_mapping(self.mapping, self.guesses)
 
     def _repr_html_(self) -> str:
         """The file for a notebook."""
@@ -57,7 +57,7 @@ def propose_mapping(path: Path | str) -> Proposal:
     path = Path(path)
     if not path.is_file():
         raise ValueError(f"FILE: must be a file; received {path}")
-    kind = format_of(path)
+    kind = find_format(path)
     guesses: list[str] = []
     base: dict[str, Any] = {}
     if kind == "archive":
@@ -65,7 +65,7 @@ def propose_mapping(path: Path | str) -> Proposal:
     if kind == "text":
         base |= _layout(path, guesses)
     draft = Mapping.model_construct(**base)
-    table = table_of(path, draft)
+    table = read_table(path, draft)
     base |= _time(table, guesses)
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
@@ -74,7 +74,7 @@ def propose_mapping(path: Path | str) -> Proposal:
         found = [c for c in free if re.search(words, c, re.I)]
         picked = _in_order(name, found)
         if picked is None:
-            joined = _joined(table, name, found)
+            joined = _join(table, name, found)
             if joined is None:
                 continue
             column, sign = joined
@@ -95,7 +95,7 @@ def propose_mapping(path: Path | str) -> Proposal:
         )
     if "q_measured" in columns:
         guesses.append("q_measured is body to J, scalar last: |B| does not check it")
-    return Proposal(mapping_of({**base, "columns": columns, "units": units}), guesses)
+    return Proposal(make_mapping({**base, "columns": columns, "units": units}), guesses)
 
 
 def _packet(path: Path, guesses) -> str:
@@ -197,7 +197,7 @@ def _in_order(name: str, found: list[str]) -> list[str] | None:
     return None
 
 
-def _joined(table, name: str, found: list[str]):
+def _join(table, name: str, found: list[str]):
     size = QUANTITIES[name].size
     for column in found:
         known = [text for text in table.data[column].dropna().head(20) if isinstance(text, str)]
@@ -208,12 +208,12 @@ def _joined(table, name: str, found: list[str]):
 
 
 def _unit(table, name: str, columns: list[str], split, guesses) -> str:
-    stated = unit_of(table.units.get(columns[0], ""))
+    stated = parse_unit(table.units.get(columns[0], ""))
     if stated in units_for(name):
         return stated
     found = _UNIT.search(columns[0])
     lower = {each.lower(): each for each in units_for(name)}
-    word = unit_of(found[1]) if found else ""
+    word = parse_unit(found[1]) if found else ""
     if word.lower() in lower and columns[0] != word:
         return lower[word.lower()]
     if split:

@@ -100,7 +100,7 @@ _SPELLINGS = {
 }  # fmt: skip
 
 
-def unit_of(text: str) -> str:
+def parse_unit(text: str) -> str:
     """The unit in the spelling of `UNITS`, whatever the spelling received."""
     return _SPELLINGS.get(text.strip(), text.strip())
 
@@ -116,7 +116,7 @@ def in_si(name: str, unit: str, values: np.ndarray) -> np.ndarray:
     return factor * values + offset
 
 
-def session_of(utc: np.ndarray, values: dict[str, np.ndarray], **attributes: str) -> xr.Dataset:
+def make_session(utc: np.ndarray, values: dict[str, np.ndarray], **attributes: str) -> xr.Dataset:
     """A session of UTC stamps (datetime64[ns], ascending) [n] and values by name, SI.
 
     ValueError for names that no quantity has, shapes that do not fit, stamps that descend.

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from torquer.base.limits import RequestError
-from torquer.ground.telemetry.mapping import COUNTED, DAYS, Mapping, names_in, zone_of
-from torquer.ground.telemetry.quantities import QUANTITIES, RENAMED, in_si, session_of, unit_of
-from torquer.ground.telemetry.tables import Table, table_of
+from torquer.ground.telemetry.mapping import COUNTED, DAYS, Mapping, names_in, parse_zone
+from torquer.ground.telemetry.quantities import QUANTITIES, RENAMED, in_si, make_session, parse_unit
+from torquer.ground.telemetry.tables import Table, read_table
 
 #: A quaternion shorter than this states no attitude.
 _NO_QUATERNION = 0.5
@@ -57,16 +57,16 @@ def read(paths, mapping: Mapping | None = None) -> Session:
     lost = sorted({name for _, each in parts for name in each} - set(names))
     if lost:
         findings.append(Finding("not in all files", 0, f"not in all files: {', '.join(lost)}"))
-    utc, values = _ordered(utc, values, findings)
+    utc, values = _order(utc, values, findings)
     _check_quaternions(values, findings)
-    data = session_of(utc, values, source=", ".join(each.name for each in map(Path, files)))
-    findings += _of_stamps(utc) + _of_values(values)
+    data = make_session(utc, values, source=", ".join(each.name for each in map(Path, files)))
+    findings += _describe_stamps(utc) + _describe_values(values)
     data.attrs["findings"] = json.dumps([each._asdict() for each in findings])
     return Session(data, tuple(findings))
 
 
 def _part(path: Path, mapping: Mapping | None) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    table = table_of(path, mapping)
+    table = read_table(path, mapping)
     if mapping is None:
         return _own(table, path)
     for column in [
@@ -114,7 +114,7 @@ def _quantity(table: Table, mapping: Mapping, name: str) -> np.ndarray:
         values = split_numbers(table, columns[0], mapping.split[name], quantity.size)
     else:
         values = np.stack([_numbers(table, column) for column in columns], axis=1)
-    values = in_si(name, unit_of(mapping.units.get(name, quantity.units)), values)
+    values = in_si(name, parse_unit(mapping.units.get(name, quantity.units)), values)
     if quantity.dimension == "component":
         if mapping.order.get(name, "xyzw") == "wxyz":
             values = values[:, [1, 2, 3, 0]]
@@ -203,7 +203,7 @@ def _stamps(table: Table, mapping: Mapping) -> np.ndarray:
                 f"{str(text.iloc[0])!r}"
             )
         try:
-            stamps = stamps.dt.tz_localize(zone_of(zone), ambiguous="raise", nonexistent="raise")
+            stamps = stamps.dt.tz_localize(parse_zone(zone), ambiguous="raise", nonexistent="raise")
         except Exception as error:
             raise ValueError(
                 f"zone: must be one in which every stamp is an instant; received {zone}: "
@@ -225,7 +225,7 @@ def _check_stamps(known: np.ndarray, given, column: str) -> None:
         )
 
 
-def _ordered(utc, values, findings) -> tuple[np.ndarray, dict]:
+def _order(utc, values, findings) -> tuple[np.ndarray, dict]:
     """Rows in order of time; of rows with one stamp the first."""
     back = int(np.sum(np.diff(utc) < np.timedelta64(0)))
     if back:
@@ -268,7 +268,7 @@ def _check_quaternions(values: dict, findings: list[Finding]) -> None:
         values[name] = each / length[:, None]
 
 
-def _of_stamps(utc: np.ndarray) -> list[Finding]:
+def _describe_stamps(utc: np.ndarray) -> list[Finding]:
     if len(utc) < 3:
         return []
     steps = np.diff(utc) / np.timedelta64(1, "s")
@@ -284,7 +284,7 @@ def _of_stamps(utc: np.ndarray) -> list[Finding]:
     return [Finding("gaps", len(gaps), text)]
 
 
-def _of_values(values: dict[str, np.ndarray]) -> list[Finding]:
+def _describe_values(values: dict[str, np.ndarray]) -> list[Finding]:
     found = []
     for name, each in values.items():
         rows = each if each.ndim == 2 else each[:, None]

@@ -25,12 +25,14 @@ class Start(NamedTuple):
     factor: float
 
 
-def corrected(start: Start, m: np.ndarray) -> np.ndarray:
+def correct_readings(start: Start, m: np.ndarray) -> np.ndarray:
     """Strength [n] T after the correction of readings [n, 3] T."""
     return start.factor * np.linalg.norm(m - start.bias, axis=1)
 
 
-def trimmed(m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES, seed: int = 0) -> Start:
+def trim_squares(
+    m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES, seed: int = 0
+) -> Start:
     """Least trimmed squares of readings `m` [n, 3] T and the field's strength [n] T.
 
     ValueError for fewer than 8 rows.
@@ -44,10 +46,10 @@ def trimmed(m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES, seed: 
     rows = np.column_stack([np.einsum("ij,ij->i", x, x), x, np.ones(len(x))]) / f[:, None]
     rng, kept = np.random.default_rng(seed), max(_UNKNOWNS + 1, int(KEPT * len(m)))
     drawn = np.array([rng.choice(len(m), _UNKNOWNS + 1, replace=False) for _ in range(samples)])
-    costs, tries = _improved(rows, f, _fits(rows, f, drawn), kept, _STEPS)
-    _, everything = _improved(rows, f, _fits(rows, f, np.arange(len(m))[None]), kept, _STEPS)
+    costs, tries = _improve(rows, f, _fits(rows, f, drawn), kept, _STEPS)
+    _, everything = _improve(rows, f, _fits(rows, f, np.arange(len(m))[None]), kept, _STEPS)
     best = np.concatenate([tries[np.argsort(costs)[:3]], everything])
-    costs, tries = _improved(rows, f, best, kept, 12)
+    costs, tries = _improve(rows, f, best, kept, 12)
     k = tries[np.argmin(costs)]
     a = max(float(k[0]), 1e-12)
     return Start(-0.5 * k[1:4] / a * size * unit, float(np.sqrt(a) / size))
@@ -62,7 +64,7 @@ def _fits(rows, f, chosen) -> np.ndarray:
     return np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
 
 
-def _improved(rows, f, fits, kept: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
+def _improve(rows, f, fits, kept: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """Fits refitted to the rows that they fit best, some times: costs [s] and unknowns [s, 5]."""
     for step in range(steps + 1):
         off = np.abs(fits @ rows.T - f)

@@ -45,7 +45,7 @@ class Table(NamedTuple):
     is_utc: frozenset[str] = frozenset()
 
 
-def format_of(path: Path) -> str:
+def find_format(path: Path) -> str:
     """archive, parquet, netcdf, cdf or text; ValueError for anything else."""
     with path.open("rb") as file:
         head = file.read(4096)
@@ -62,11 +62,11 @@ def format_of(path: Path) -> str:
     return found
 
 
-def table_of(path: Path, mapping=None) -> Table:
+def read_table(path: Path, mapping=None) -> Table:
     """The columns of a file. `mapping` (`Mapping`): how its text is written, or which packet."""
     if not path.is_file():
         raise ValueError(f"FILE: must be a file; received {path}")
-    kind = format_of(path)
+    kind = find_format(path)
     read = {"archive": _archive, "parquet": _parquet, "netcdf": _netcdf, "cdf": _cdf, "text": _text}
     return read[kind](path, mapping)
 
@@ -154,8 +154,8 @@ def _netcdf(path: Path, mapping) -> Table:
 def _archive(path: Path, mapping) -> Table:
     import pandas as pd
 
-    from torquer.flight.packets.received import attributes_of
-    from torquer.ground.archive import dictionary_in, quoted, read_only
+    from torquer.flight.packets.received import field_attributes
+    from torquer.ground.archive import dictionary_in, quote_names, read_only
 
     with closing(read_only(path)) as db:
         down = dictionary_in(db).down
@@ -165,9 +165,9 @@ def _archive(path: Path, mapping) -> Table:
             raise ValueError(f"packet: must be one of {', '.join(down)}; received {received}")
         packet = down[name]
         names = ("_time_ms", *packet.names)
-        statement = f'SELECT {quoted(names)} FROM "{name}" ORDER BY _time_ms, _digest'
+        statement = f'SELECT {quote_names(names)} FROM "{name}" ORDER BY _time_ms, _digest'
         data = pd.DataFrame(db.execute(statement).fetchall(), columns=list(names))
-    units = {each: attributes_of(field).get("units", "") for each, field, _ in packet.numbers()}
+    units = {each: field_attributes(field).get("units", "") for each, field, _ in packet.numbers()}
     return Table(data, {key: unit for key, unit in units.items() if unit}, "archive")
 
 

@@ -29,16 +29,16 @@ from torquer.ground.telemetry.twin_flights import (
     Flights,
     Points,
     States,
-    changed,
-    dipole_of,
-    gain_of,
+    change_scenario,
     has_gain,
-    inertia_of,
+    twin_dipole,
+    twin_gain,
+    twin_inertia,
 )
 from torquer.ground.telemetry.twin_found import Twin
 from torquer.ground.telemetry.twin_legs import Legs
-from torquer.ground.telemetry.twin_members import GAIN, SCALE, tables_of
-from torquer.ground.telemetry.twin_readings import Readings, first_end, readings_of
+from torquer.ground.telemetry.twin_members import GAIN, SCALE, member_tables
+from torquer.ground.telemetry.twin_readings import Readings, first_end, select_readings
 from torquer.ground.telemetry.twin_start import guesses
 from torquer.maths.geometry.attitudes import rotation_vector, to_body
 from torquer.scenario.change import with_values
@@ -72,7 +72,7 @@ _APART, _SAME = 0.25, 0.01
 _GUESSES, _FIRST_ROUNDS, _ROUNDS = 12, 12, 30
 
 
-def twin_of(
+def fit_twin(
     data: xr.Dataset,
     scenario: Scenario,
     sigma_b: float,
@@ -86,7 +86,7 @@ def twin_of(
     standard deviation of the bias that is left. `shift_s`: of the stamps. ValueError for telemetry
     without a gyro, and for a scenario that cannot be a twin.
     """
-    readings, start_s = readings_of(data, scenario, sigma_b, bias_b, shift_s)
+    readings, start_s = select_readings(data, scenario, sigma_b, bias_b, shift_s)
     return _Search(scenario, start_s, readings).twin()
 
 
@@ -174,7 +174,7 @@ class _Search:
             window_s = min(growth * step.window_s, self.end_s)
             tried = self._fitted(step.fits.points, window_s)
             if tried.excess(_USUAL) >= 1.0:
-                others = self._fitted(_rescaled(step.fits.points), window_s, _FIRST_ROUNDS)
+                others = self._fitted(_rescale(step.fits.points), window_s, _FIRST_ROUNDS)
                 tried = min(tried, others, key=lambda each: each.excess(_USUAL))
             if tried.excess(_USUAL) < 1.0:
                 return tried, growth
@@ -207,7 +207,7 @@ class _Search:
         # motion at the start of the last leg, and what all legs share
         last = fit.covariance[-12 - len(place) : -6, -12 - len(place) : -6]
         inner = last[6:, 6:]
-        undetermined, scale = _undetermined(inner, self.prior[6:][place], place)
+        undetermined, scale = _unknown_directions(inner, self.prior[6:][place], place)
         found = self._as_found(points)
         onward = self._as_found(fit.course.starts.take([-1]), legs.firsts[-1])
         saturated = _saturation(found, step.window_s)
@@ -221,13 +221,13 @@ class _Search:
             names, values, slopes @ inner @ slopes.T, only_ratio, saturated,
             fit.chi2, step.freedoms, step.window_s, self.end_s, undetermined, doubt,
             _side_by_side(readings, legs.predicted(fit.course)), found,
-            onward, tables_of(onward, names, slopes, last, only_ratio),
+            onward, member_tables(onward, names, slopes, last, only_ratio),
         )  # fmt: skip
 
     def _as_found(self, points: Points, after_s: float = 0.0) -> Scenario:
         """The scenario of a twin, from its motion some seconds after the flights' start."""
         rate_deg_s = np.degrees(points.omega[0]).tolist()
-        return with_values(changed(self.scenario, points.physical[0]), {
+        return with_values(change_scenario(self.scenario, points.physical[0]), {
             "start": self.scenario.start + timedelta(seconds=self.start_s + after_s),
             "initial": {"quaternion": points.q[0].tolist(), "rate_deg_s": rate_deg_s},
         })  # fmt: skip
@@ -243,13 +243,13 @@ class _Search:
         """Names of what is known, values, and derivatives by the physical parameters."""
 
         def values(given):
-            inertia = inertia_of(self.scenario, given)
-            gain = gain_of(self.scenario, given)
+            inertia = twin_inertia(self.scenario, given)
+            gain = twin_gain(self.scenario, given)
             parts = [inertia[np.triu_indices(3)][[0, 3, 5, 1, 2, 4]]]
             if shows_gain:
                 parts.append(np.array([gain]))
             if self.limit:
-                parts.append(dipole_of(self.scenario, given))
+                parts.append(twin_dipole(self.scenario, given))
             return np.concatenate(parts) / (gain if only_ratio else 1.0)
 
         names = [f"inertia_{each}" for each in INERTIA]
@@ -262,7 +262,7 @@ class _Search:
         return tuple(names), values(physical), np.stack(slopes, axis=1)
 
 
-def _rescaled(points: Points) -> Points:
+def _rescale(points: Points) -> Points:
     """A twin with other inertia and the same ratios of moments and gain.
 
     As long as its coils do not saturate this changes nothing, and no slope leads to the twin whose
@@ -287,7 +287,7 @@ def _distinct(fits: Fits, apart: float) -> list[int]:
     return chosen
 
 
-def _undetermined(covariance, prior, place) -> tuple[tuple[str, ...], bool]:
+def _unknown_directions(covariance, prior, place) -> tuple[tuple[str, ...], bool]:
     """Directions, in words, of which the telemetry says nothing; whether inertia and gain times the
     same factor are among them."""
     names = [

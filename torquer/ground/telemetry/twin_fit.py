@@ -49,7 +49,7 @@ class Problem:
     ):
         self.flights, self.readings, self.prior = flights, readings, prior
         self.free = np.flatnonzero(free)
-        self.root = root_of(covariance)
+        self.root = triangular_root(covariance)
 
     def fit(self, points: Points, rounds: int) -> Fits:
         """Twins improved for some rounds."""
@@ -95,35 +95,35 @@ class Problem:
 
     def _costs(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Squares of errors and departures from what was known [n]; those of the errors alone."""
-        miss = self._whitened(self.readings.measured() - self._predicted(points))
+        miss = self._whiten(self.readings.measured() - self._predict(points))
         chi2 = np.where(np.isfinite(miss).all(axis=1), np.sum(miss**2, axis=1), np.inf)
         known = points.parameters()[:, self.free] / self.prior[self.free]
         return chi2 + np.sum(known**2, axis=1), chi2
 
-    def _predicted(self, points: Points) -> np.ndarray:
+    def _predict(self, points: Points) -> np.ndarray:
         return self.readings.predicted(self.flights.fly(points, self.readings.t_s))
 
-    def _whitened(self, rows: np.ndarray) -> np.ndarray:
-        return whitened(self.root, rows)
+    def _whiten(self, rows: np.ndarray) -> np.ndarray:
+        return whiten(self.root, rows)
 
     def _slopes(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Information [n, p, p] of the readings and their pull [n, p] on what is free."""
         steps = STEPS[self.free]
         moved = around(points, self.free)
-        numbers = self._predicted(moved).reshape(len(points.q), 1 + 2 * len(steps), -1)
-        miss = self._whitened(self.readings.measured() - numbers[:, 0])
+        numbers = self._predict(moved).reshape(len(points.q), 1 + 2 * len(steps), -1)
+        miss = self._whiten(self.readings.measured() - numbers[:, 0])
         slope = (numbers[:, 1::2] - numbers[:, 2::2]) / (2.0 * steps[:, None])
-        slope = np.nan_to_num(self._whitened(slope))
+        slope = np.nan_to_num(self._whiten(slope))
         return np.einsum("nik,njk->nij", slope, slope), np.einsum("nik,nk->ni", slope, miss)
 
 
-def root_of(covariance: np.ndarray) -> np.ndarray:
+def triangular_root(covariance: np.ndarray) -> np.ndarray:
     """Lower triangular root of a covariance [k, k], with what rounding may have taken from it."""
     least = _ROUNDING * float(np.max(np.diag(covariance)))
     return np.linalg.cholesky(covariance + least * np.eye(len(covariance)))
 
 
-def whitened(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def whiten(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Rows [..., k] turned into numbers with independent errors of size 1; NaN for rows with one
     that is not finite."""
     from scipy.linalg import solve_triangular

@@ -69,7 +69,7 @@ class Points(NamedTuple):
         return np.hstack([np.zeros((len(self.q), 6)), self.physical])
 
 
-def joined(parts: list[Points]) -> Points:
+def join_points(parts: list[Points]) -> Points:
     """All twins of some lists."""
     return Points(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
@@ -86,7 +86,7 @@ class States(NamedTuple):
         return States(self.q[:, rows], self.omega[:, rows])
 
 
-def gain_of(scenario: Scenario, physical: np.ndarray) -> float:
+def twin_gain(scenario: Scenario, physical: np.ndarray) -> float:
     """Gain of the only law of a twin; 0 if it has none."""
     key = gain_key(scenario)
     own = 0.0 if key is None else getattr(scenario.control.law, key)
@@ -106,13 +106,13 @@ def gain_key(scenario: Scenario) -> str | None:
     return given[0] if len(given) == 1 else None
 
 
-def dipole_of(scenario: Scenario, physical: np.ndarray) -> np.ndarray:
+def twin_dipole(scenario: Scenario, physical: np.ndarray) -> np.ndarray:
     """Residual dipole [3] A m^2 of a twin."""
     coils = scenario.spacecraft.coils
     return (0.0 if coils is None else np.array(coils.residual_dipole_a_m2)) + physical[OF_DIPOLE]
 
 
-def inertia_of(scenario: Scenario, physical: np.ndarray) -> np.ndarray:
+def twin_inertia(scenario: Scenario, physical: np.ndarray) -> np.ndarray:
     """Inertia [3, 3] kg m^2 of a twin: E J E with E the exponential of half the change."""
     half = np.zeros((3, 3))
     half[_ROWS, _COLUMNS] = half[_COLUMNS, _ROWS] = 0.5 * physical[OF_INERTIA]
@@ -122,13 +122,13 @@ def inertia_of(scenario: Scenario, physical: np.ndarray) -> np.ndarray:
     return 0.5 * (found + found.T)
 
 
-def changed(scenario: Scenario, physical: np.ndarray) -> Scenario:
+def change_scenario(scenario: Scenario, physical: np.ndarray) -> Scenario:
     """The scenario with the physical parameters [10] of a twin."""
-    values: dict = {"spacecraft.body.inertia_kg_m2": inertia_of(scenario, physical).tolist()}
+    values: dict = {"spacecraft.body.inertia_kg_m2": twin_inertia(scenario, physical).tolist()}
     if scenario.spacecraft.coils:
-        values["spacecraft.coils.residual_dipole_a_m2"] = dipole_of(scenario, physical).tolist()
+        values["spacecraft.coils.residual_dipole_a_m2"] = twin_dipole(scenario, physical).tolist()
     if gain_key(scenario) is not None:
-        values[f"control.law.{gain_key(scenario)}"] = gain_of(scenario, physical)
+        values[f"control.law.{gain_key(scenario)}"] = twin_gain(scenario, physical)
     return with_values(scenario, values)
 
 
@@ -161,7 +161,7 @@ class Flights:
         key = physical.tobytes()
         if key not in self._known:
             try:
-                run = prepare(changed(self.scenario, physical), piece=self._run.piece)
+                run = prepare(change_scenario(self.scenario, physical), piece=self._run.piece)
                 taken = self._lanes.takes(run)
                 self._known[key] = None if taken is None else taken.numbers
             except ValueError:

@@ -18,9 +18,9 @@ from torquer.ground.telemetry.twin_fit import (
     around,
     departures,
     moved_by_noise,
-    root_of,
+    triangular_root,
 )
-from torquer.ground.telemetry.twin_flights import COUNT, Flights, Points, States, joined
+from torquer.ground.telemetry.twin_flights import COUNT, Flights, Points, States, join_points
 from torquer.ground.telemetry.twin_readings import Readings
 from torquer.scenario.spec import Scenario
 
@@ -160,7 +160,7 @@ class Legs:
             angles.append(moved.angle)
             own = np.full(len(moved.covariance), loose**2)
             own[: np.sum(leg.readings.there)] = 1.0
-            found.append(np.linalg.inv(root_of(moved.covariance + np.diag(own))))
+            found.append(np.linalg.inv(triangular_root(moved.covariance + np.diag(own))))
         return found, max(angles)
 
     def _improved(self, course: Course, whiteners) -> Course:
@@ -203,7 +203,7 @@ class Legs:
         """Squares of errors and departures from what was known [n]; those of the errors alone."""
         total = np.array([each.biases @ each.biases for each in courses])
         for k, (leg, whiten) in enumerate(zip(self.legs, whiteners, strict=True)):
-            numbers, ends = leg.fly(joined([each.starts.take([k]) for each in courses]))
+            numbers, ends = leg.fly(join_points([each.starts.take([k]) for each in courses]))
             for n, each in enumerate(courses):
                 missed = whiten @ self._misses(each, k, numbers[n], ends.take([n]))
                 total[n] += missed @ missed

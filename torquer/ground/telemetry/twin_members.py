@@ -15,7 +15,7 @@ from torquer.ground.telemetry.twin_flights import TURN, gain_key
 from torquer.ground.telemetry.twin_found import Twin
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import toml_from_data, toml_of
+from torquer.scenario.toml_text import to_toml, toml_from_data
 
 #: Standard deviations of logarithms of what the telemetry does not show: the inertia's size, and
 #: with it that of gain and dipole; the gain.
@@ -27,7 +27,7 @@ _RUNS, _WIDE = 1000, 500
 _FASTER = 1.2
 
 
-def tables_of(
+def member_tables(
     twin: Scenario,
     names: tuple[str, ...],
     slopes: np.ndarray,
@@ -72,7 +72,7 @@ def _table(changes: dict[str, str], covariance: np.ndarray) -> dict:
     }
 
 
-def text_of_members(onward: Scenario, twin: Twin) -> str:
+def write_members(onward: Scenario, twin: Twin) -> str:
     """The file that `torquer campaign` flies: a twin from its last leg `onward`, and its members.
 
     Its fixed steps let members fly side by side.
@@ -81,11 +81,11 @@ def text_of_members(onward: Scenario, twin: Twin) -> str:
     data = json.loads(scenario.model_dump_json(exclude_unset=True, exclude_none=True))
     data["name"] = f"{scenario.name}-twin"
     campaign = {"campaign": {"runs": _RUNS, "correlated": list(twin.members)}}
-    said = "".join(f"# {line}\n" for line in _said(twin, scenario))
-    return "\n".join([said, toml_from_data(data), toml_of(campaign, _WIDE)])
+    said = "".join(f"# {line}\n" for line in _comments(twin, scenario))
+    return "\n".join([said, toml_from_data(data), to_toml(campaign, _WIDE)])
 
 
-def _said(twin: Twin, scenario: Scenario) -> list[str]:
+def _comments(twin: Twin, scenario: Scenario) -> list[str]:
     """Lines of comment of the file of a twin's members."""
     said = [
         f"The twin at {scenario.start:%Y-%m-%dT%H:%M:%SZ}, at the end of the telemetry, flown on.",

@@ -11,7 +11,7 @@ import xarray as xr
 from torquer.base.limits import RequestError
 from torquer.base.time import seconds_between
 from torquer.environment.field.along import angles_deg
-from torquer.ground.telemetry.modulus import start_of
+from torquer.ground.telemetry.modulus import session_start
 from torquer.ground.telemetry.twin_flights import States
 from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
@@ -125,14 +125,14 @@ class Readings(NamedTuple):
         return np.eye(len(shared)) + shared @ shared.T
 
 
-def readings_of(
+def select_readings(
     data: xr.Dataset, scenario: Scenario, sigma_b: float, bias_b: float, shift_s: float
 ) -> tuple[Readings, float]:
     """The rows of a session that can be fitted, and when the flights start [s]."""
     for name in ("b_measured", "omega_measured"):
         if name not in data:
             raise RequestError("twin", f"needs {name} in the telemetry; received none")
-    first_s = seconds_between(scenario.start, start_of(data)) + shift_s
+    first_s = seconds_between(scenario.start, session_start(data)) + shift_s
     if first_s < 0.0:
         raise RequestError(
             "twin",
@@ -159,7 +159,7 @@ def readings_of(
     bias_omega = math.hypot(sigma_omega, *np.radians(gyro.bias_deg_s))
     sun = _sunlight(data, scenario, t_s, b, b_j, math.hypot(sigma_b, bias_b))
     found = Readings(t_s - start_s, b, omega, b_j, sigma_b, sigma_omega, bias_b, bias_omega, sun)
-    return _thinned(found.take(rows)), start_s
+    return _thin(found.take(rows)), start_s
 
 
 def _sunlight(data, scenario: Scenario, t_s, b, b_j, off_b) -> Sunlight | None:
@@ -183,7 +183,7 @@ def _sunlight(data, scenario: Scenario, t_s, b, b_j, off_b) -> Sunlight | None:
     return Sunlight(np.where(good[:, None], seen, np.nan), to_sun, sigma) if good.any() else None
 
 
-def _thinned(readings: Readings) -> Readings:
+def _thin(readings: Readings) -> Readings:
     """At most so many rows that the first window keeps enough of them."""
     first = int(np.sum(readings.t_s <= first_end(readings)))
     parts = np.split(np.arange(len(readings.t_s)), [first])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from torquer.ground.telemetry.twin_flights import COUNT, Points, inertia_of, joined
+from torquer.ground.telemetry.twin_flights import COUNT, Points, join_points, twin_inertia
 from torquer.ground.telemetry.twin_readings import Readings
 from torquer.scenario.spec import Scenario
 
@@ -26,11 +26,11 @@ def guesses(scenario: Scenario, readings: Readings) -> Points:
     parts = []
     for change in _changes():
         omega, back = _carried_back(
-            inertia_of(scenario, change), readings.omega[0], float(readings.t_s[0])
+            twin_inertia(scenario, change), readings.omega[0], float(readings.t_s[0])
         )
         q = (at_first * back).as_quat()
         parts.append(Points(q, np.tile(omega, (_ANGLES, 1)), np.tile(change, (_ANGLES, 1))))
-    return joined(parts)
+    return join_points(parts)
 
 
 def _changes() -> list[np.ndarray]:

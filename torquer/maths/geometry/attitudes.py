@@ -31,7 +31,7 @@ def dcm_body_to_reference(q) -> np.ndarray:
     return np.swapaxes(columns, -1, -2)
 
 
-def interpolated(t, q, wanted) -> np.ndarray:
+def interpolate(t, q, wanted) -> np.ndarray:
     """Attitudes [m, 4] at times [m] within t [n >= 2], of q [n, 4] turning at constant rates."""
     after = np.clip(np.searchsorted(t, wanted), 1, len(t) - 1)
     part = ((wanted - t[after - 1]) / (t[after] - t[after - 1]))[:, None]

@@ -37,7 +37,7 @@ def dcm(axes, angles):
 
 
 @kernel
-def angles_of(axes, m):
+def euler_angles(axes, m):
     """The three angles [rad] of a rotation matrix (rows); in gimbal lock the third is zero.
 
     The third angle is read off the matrix with the first rotation undone, where it is well
@@ -81,7 +81,7 @@ def _fill_angles(axes, m, out):
             (a[1, 0], a[1, 1], a[1, 2]),
             (a[2, 0], a[2, 1], a[2, 2]),
         )
-        out[row, 0], out[row, 1], out[row, 2] = angles_of(axes, rows)
+        out[row, 0], out[row, 1], out[row, 2] = euler_angles(axes, rows)
 
 
 @kernel
@@ -92,13 +92,13 @@ def _fill_quaternions(axes, angles, out):
 
 
 @kernel
-def _fill_angles_of_quaternions(axes, q, out):
+def _fill_quaternion_angles(axes, q, out):
     for row in range(q.shape[0]):
-        unit = quaternion.normalised((q[row, 0], q[row, 1], q[row, 2], q[row, 3]))
-        out[row, 0], out[row, 1], out[row, 2] = angles_of(axes, quaternion.to_dcm(unit))
+        unit = quaternion.normalise((q[row, 0], q[row, 1], q[row, 2], q[row, 3]))
+        out[row, 0], out[row, 1], out[row, 2] = euler_angles(axes, quaternion.to_dcm(unit))
 
 
-def axes_of(sequence: str) -> tuple[int, int, int]:
+def sequence_axes(sequence: str) -> tuple[int, int, int]:
     """Axis numbers (0, 1, 2) of a sequence such as "313"; another text is a `ValueError`."""
     good = isinstance(sequence, str) and len(sequence) == 3 and set(sequence) <= set("123")
     if not good or sequence[0] == sequence[1] or sequence[1] == sequence[2]:
@@ -111,7 +111,7 @@ def axes_of(sequence: str) -> tuple[int, int, int]:
 
 def to_dcm(sequence: str, angles) -> np.ndarray:
     """Body to reference direction cosines [..., 3, 3] of Euler angles [..., 3] in rad."""
-    return _mapped(_fill_dcms, sequence, "Euler angles", angles, (3,), (3, 3))
+    return _map_rows(_fill_dcms, sequence, "Euler angles", angles, (3,), (3, 3))
 
 
 def from_dcm(sequence: str, m) -> np.ndarray:
@@ -119,22 +119,22 @@ def from_dcm(sequence: str, m) -> np.ndarray:
 
     In gimbal lock the third angle is zero. The matrices are taken to be rotations.
     """
-    return _mapped(_fill_angles, sequence, "direction cosines", m, (3, 3), (3,))
+    return _map_rows(_fill_angles, sequence, "direction cosines", m, (3, 3), (3,))
 
 
 def to_quaternion(sequence: str, angles) -> np.ndarray:
     """Body to reference quaternions [..., 4], scalar last, of Euler angles [..., 3] in rad."""
-    return _mapped(_fill_quaternions, sequence, "Euler angles", angles, (3,), (4,))
+    return _map_rows(_fill_quaternions, sequence, "Euler angles", angles, (3,), (4,))
 
 
 def from_quaternion(sequence: str, q) -> np.ndarray:
     """Euler angles [..., 3] in rad of body to reference quaternions [..., 4], scalar last."""
-    return _mapped(_fill_angles_of_quaternions, sequence, "quaternion", q, (4,), (3,))
+    return _map_rows(_fill_quaternion_angles, sequence, "quaternion", q, (4,), (3,))
 
 
-def _mapped(fill, sequence, name, values, shape, out_shape) -> np.ndarray:
+def _map_rows(fill, sequence, name, values, shape, out_shape) -> np.ndarray:
     """Apply a row-wise kernel to an array whose last axes have `shape`."""
-    axes = axes_of(sequence)
+    axes = sequence_axes(sequence)
     array = validate.finite(name, values)
     lead = array.shape[: array.ndim - len(shape)]
     if array.shape != lead + shape:

@@ -57,7 +57,7 @@ def derivative(q, omega_body):
 
 
 @inlined
-def normalised(q):
+def normalise(q):
     """The quaternion scaled to length one.
 
     Near it one Newton step does (error 3/8 (|q|^2 - 1)^2): a root and a quotient would be the
@@ -102,7 +102,7 @@ def from_dcm(m):
         q = (m[1][0] + m[0][1], 1.0 + 2.0 * m[1][1] - trace, m[2][1] + m[1][2], m[0][2] - m[2][0])
     else:
         q = (m[0][2] + m[2][0], m[2][1] + m[1][2], 1.0 + 2.0 * m[2][2] - trace, m[1][0] - m[0][1])
-    return normalised(q)
+    return normalise(q)
 
 
 def angle_between(p: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from torquer.compile.engine import inlined
 
 
 @inlined
-def vector_of(cells):
+def read_vector(cells):
     """The first three cells of an array as a vector."""
     return (cells[0], cells[1], cells[2])
 

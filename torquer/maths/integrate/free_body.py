@@ -11,7 +11,7 @@ spins and the neighbourhood of the separatrix need no special treatment but one.
 import math
 
 from torquer.compile.engine import kernel
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
 from torquer.maths.geometry.vec3 import cross, dot, norm, scale
 
 #: Nodes and weights of the six-point Gauss-Legendre rule on [0, 1].
@@ -130,7 +130,7 @@ def _momentum(moments, omega):
 def _shortest_turn(a, b):
     """Quaternion of the shortest turn of the unit vector a to the unit vector b (not opposite)."""
     n = cross(a, b)
-    return normalised((n[0], n[1], n[2], 1.0 + dot(a, b)))
+    return normalise((n[0], n[1], n[2], 1.0 + dot(a, b)))
 
 
 @kernel
@@ -179,4 +179,4 @@ def free_rotation(moments, q, omega, t):
     turn = from_rotation_vector(scale(psi, axis))
     to_axis = _shortest_turn(end, axis)
     from_axis = _shortest_turn(axis, start)
-    return normalised(multiply(q, multiply(from_axis, multiply(turn, to_axis)))), ahead
+    return normalise(multiply(q, multiply(from_axis, multiply(turn, to_axis)))), ahead

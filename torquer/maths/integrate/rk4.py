@@ -12,7 +12,7 @@ import math
 
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.motion import Motion
-from torquer.maths.geometry.quaternion import normalised
+from torquer.maths.geometry.quaternion import normalise
 from torquer.maths.geometry.vec3 import add_scaled
 
 #: Turns within one step [rad] beyond which RK4 does not follow: of a nutation (it loses half a
@@ -21,21 +21,21 @@ MOST_NUTATION, MOST_TURN = 1.0, 2.0
 
 
 @inlined
-def damping_of_steps(square, h, steps):
+def rk4_damping(square, h, steps):
     """What RK4 takes of the logarithm of an amplitude; `square` of the frequency [1/s^2]."""
     z = square * h * h
     return steps * z * z * z / 144.0
 
 
 @inlined
-def lag_of_steps(square, h, steps):
+def rk4_lag(square, h, steps):
     """Phase lag [rad] of a rotation under RK4; `square` of the rate [1/s^2]."""
     z = square * h * h
     return steps * z * z * math.sqrt(z) / 1920.0
 
 
 @inlined
-def moved(x, h, rate):
+def advance(x, h, rate):
     """x + h rate for a motion."""
     p, d = x.q, rate.q
     q = (p[0] + h * d[0], p[1] + h * d[1], p[2] + h * d[2], p[3] + h * d[3])
@@ -50,5 +50,5 @@ def rk4_sum(x, h, k1, k2, k3, k4):
     moved(x, h/2, k2), k4 at moved(x, h, k3). (A right-hand side handed over as an argument
     would be called through a pointer, three times slower, and could not be cached.)
     """
-    y = moved(moved(moved(moved(x, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4)
-    return Motion(normalised(y.q), y.omega)
+    y = advance(advance(advance(advance(x, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4)
+    return Motion(normalise(y.q), y.omega)

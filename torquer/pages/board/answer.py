@@ -23,8 +23,8 @@ from torquer.analysis.attitude import (
     body_axes_from_sun_deg,
     body_axes_from_vertical_deg,
 )
-from torquer.analysis.goals import goals_of
-from torquer.analysis.verdict import judged_series, verdict_of
+from torquer.analysis.goals import find_goals
+from torquer.analysis.verdict import judge_run, judged_series
 from torquer.base.strict_json import json_text
 from torquer.pages.board.flown import Flown
 from torquer.pages.browser.scene import scene
@@ -46,19 +46,19 @@ class Panel(NamedTuple):
     values: np.ndarray
 
 
-def answer_of(flown: Flown, most: int = MOST_POINTS, intervals: int = INTERVALS) -> bytes:
+def make_answer(flown: Flown, most: int = MOST_POINTS, intervals: int = INTERVALS) -> bytes:
     """The answer for a run.
 
     `most`: records of the 3D view; `intervals`: of a plot, which has all records of a run that has
     at most two in each.
     """
-    panels = [*panels_of(flown)]
+    panels = [*make_panels(flown)]
     header = {
         "panels": [
             {"key": p.key, "title": p.title, "unit": p.unit, "lines": p.lines} for p in panels
         ],
         "verdict": verdict_in(flown),
-        "numbers": numbers_of(flown),
+        "numbers": key_numbers(flown),
         "scene": scene(flown.scenario.spacecraft),
         "period_s": flown.scenario.orbit.period_s,
         "records": len(flown.t_s),
@@ -67,7 +67,7 @@ def answer_of(flown: Flown, most: int = MOST_POINTS, intervals: int = INTERVALS)
     for panel in panels:
         kept = extremes(panel.values, intervals)
         arrays |= {panel.key: panel.values[kept], f"{panel.key}.t_s": flown.t_s[kept]}
-    return packed(header, arrays)
+    return pack_answer(header, arrays)
 
 
 def _view(flown: Flown, most: int) -> dict[str, np.ndarray]:
@@ -81,7 +81,7 @@ def _view(flown: Flown, most: int) -> dict[str, np.ndarray]:
     }
 
 
-def packed(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
+def pack_answer(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
     """A header and arrays as the page reads them."""
     shapes = {name: list(values.shape) for name, values in arrays.items()}
     text = json_text({**header, "arrays": shapes}, indent=None).encode()
@@ -90,7 +90,7 @@ def packed(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
     return begin + b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in arrays.values())
 
 
-def panels_of(flown: Flown) -> Iterator[Panel]:
+def make_panels(flown: Flown) -> Iterator[Panel]:
     """All plots that apply to a run, with every record."""
     rate = np.degrees(flown["omega_body"].values)
     size = np.degrees(np.linalg.norm(flown["omega_body"].values, axis=1))
@@ -113,11 +113,11 @@ def panels_of(flown: Flown) -> Iterator[Panel]:
 
 def verdict_in(flown: Flown) -> dict:
     """The verdict, as the summary of a result has it."""
-    scenario, goals = flown.scenario, goals_of(flown.scenario)
-    return verdict_of(scenario, goals, flown.t_s, judged_series(flown, scenario, goals), True)
+    scenario, goals = flown.scenario, find_goals(flown.scenario)
+    return judge_run(scenario, goals, flown.t_s, judged_series(flown, scenario, goals), True)
 
 
-def numbers_of(flown: Flown) -> dict[str, float]:
+def key_numbers(flown: Flown) -> dict[str, float]:
     """Key numbers, as the summary of a result has them."""
     rate = np.linalg.norm(flown["omega_body"].values, axis=1)
     found = {

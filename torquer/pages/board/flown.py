@@ -19,8 +19,8 @@ from torquer.simulation.loop.state import Record
 from torquer.simulation.results.dataset import rate_in_orbit, sun_direction
 from torquer.simulation.results.variables import RECORDED, read
 from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
-from torquer.simulation.setup.run import Piece, Run, environments_of, prepare, record_this_instant
-from torquer.simulation.setup.size import check_memory, size_of
+from torquer.simulation.setup.run import Piece, Run, make_environments, prepare, record_this_instant
+from torquer.simulation.setup.size import check_memory, estimate_size
 
 #: Orbits whose tables are kept.
 MOST_ORBITS = 6
@@ -57,7 +57,7 @@ class Orbits:
         self._pieces: list[Piece] = []
         self._along: list[tuple[OrbitEnvironment, np.ndarray, Along]] = []
 
-    def prepared(self, scenario: Scenario) -> Run:
+    def prepare(self, scenario: Scenario) -> Run:
         """A prepared run, with kept tables where some fit."""
         for piece in self._fitting(scenario):
             try:
@@ -82,7 +82,7 @@ class Orbits:
         return found
 
     def _fitting(self, scenario: Scenario) -> list[Piece]:
-        wanted = (*environments_of(scenario), scenario.grid_s)
+        wanted = (*make_environments(scenario), scenario.grid_s)
         return [p for p in self._pieces if (p.environment, p.believed, p.step_s) == wanted]
 
     def _keep(self, piece: Piece) -> None:
@@ -139,14 +139,14 @@ def fly(
     `Superseded` soon after `is_superseded` says so; `NotFlown` for a run that ends early,
     ValueError for one that cannot be flown.
     """
-    check_memory(size_of(scenario), False)
+    check_memory(estimate_size(scenario), False)
 
     def look(done: float) -> None:
         if is_superseded():
             raise Superseded
 
     look(0.0)
-    run, parts = orbits.prepared(scenario), []
+    run, parts = orbits.prepare(scenario), []
     run.keep = lambda run: parts.append(run.rows())
     look(0.0)
     ended = advance_in_pieces(run, run.steps, look, _UNSAVED)
@@ -155,10 +155,10 @@ def fly(
     run.enter()
     record_this_instant(run)
     run.keep(run)
-    return Flown(run, _joined(parts), orbits)
+    return Flown(run, _join(parts), orbits)
 
 
-def _joined(parts: list[Record]) -> Record:
+def _join(parts: list[Record]) -> Record:
     if len(parts) == 1:
         return parts[0]
     return Record(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))

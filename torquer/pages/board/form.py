@@ -17,7 +17,7 @@ from pydantic.fields import FieldInfo
 
 from torquer.scenario.described import Key
 from torquer.scenario.explain import ScenarioError
-from torquer.scenario.keys import bounds_of, first_sentence, keys_of, words_of
+from torquer.scenario.keys import first_sentence, key_bounds, key_words, spec_keys
 from torquer.scenario.load import presets, with_presets
 from torquer.scenario.spec import Scenario
 
@@ -57,7 +57,7 @@ class _Kinds(NamedTuple):
     optional: bool
 
 
-def form_of(data: dict) -> list[dict]:
+def make_form(data: dict) -> list[dict]:
     """Tables of a scenario's data, each with its fields, in the order of the specs.
 
     A table: its `key`, `title`, `about`, `present`, `optional`, the `kind` with its `choices` or
@@ -78,7 +78,7 @@ def _tables(spec: type[BaseModel], known: dict, given: dict, place: str, title: 
         where = f"{place}.{name}".lstrip(".")
         if name == "kind" or where in _LEFT_TO_TEXT:
             continue
-        kinds = _kinds_of(field)
+        kinds = _field_kinds(field)
         if kinds is None:
             if (found := _field(where, keys[name], field, known, given)) is not None:
                 fields.append(found)
@@ -127,13 +127,13 @@ def _field(place: str, key: Key, field: FieldInfo, known: dict, given: dict) -> 
     """
     default = None if field.is_required() else field.get_default(call_default_factory=True)
     value = known.get(key.name, _plain(default))
-    kind, choices = _type_of(field, value)
+    kind, choices = _field_type(field, value)
     if kind == "data" and key.name not in known:
         return None
     if kind == "numbers" and value is None and _is_vector(field):
         value = [0.0, 0.0, 0.0] if field.is_required() else None
     return {
-        "key": place, "name": words_of(key.name), "about": key.description, "unit": key.unit,
+        "key": place, "name": key_words(key.name), "about": key.description, "unit": key.unit,
         "values": key.values, "default": key.default, "required": field.is_required(),
         "given": key.name in given, "value": value, "type": kind, "choices": choices,
         "slider": _slider(key, field, kind, value),
@@ -144,7 +144,7 @@ def _slider(key: Key, field: FieldInfo, kind: str, value) -> dict | None:
     """Ends of a slider, and whether it is logarithmic."""
     if kind not in ("number", "numbers"):
         return None
-    low, high = bounds_of(field)
+    low, high = key_bounds(field)
     numbers = [x for x in (value if isinstance(value, list) else [value]) if _is_number(x)]
     span = _longest(_SPANS, key.name)
     if span is not None:
@@ -175,7 +175,7 @@ def _longest(table: dict, name: str):
     return table[max(endings, key=len)] if endings else None
 
 
-def _type_of(field: FieldInfo, value) -> tuple[str, list[str]]:
+def _field_type(field: FieldInfo, value) -> tuple[str, list[str]]:
     """How a key is shown, and its choices."""
     members = [_bare(each) for each in _members(field.annotation)]
     literals = [x for each in members if get_origin(each) is Literal for x in get_args(each)]
@@ -224,10 +224,10 @@ def _presets(table: str) -> list[str]:
 
 @cache
 def _keys(spec: type[BaseModel]) -> list[Key]:
-    return keys_of(spec)
+    return spec_keys(spec)
 
 
-def _kinds_of(field: FieldInfo) -> _Kinds | None:
+def _field_kinds(field: FieldInfo) -> _Kinds | None:
     """The specs that a key holds; None for a key without, or with a list of them."""
     annotation = _bare(field.annotation)
     if get_origin(annotation) is dict:

@@ -29,14 +29,14 @@ from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from torquer.base.text_files import MOST_BYTES
-from torquer.pages.board.answer import answer_of
+from torquer.pages.board.answer import make_answer
 from torquer.pages.board.flown import Flown, Orbits, Superseded, fly
-from torquer.pages.board.form import form_of
+from torquer.pages.board.form import make_form
 from torquer.pages.board.starts import Starts
-from torquer.pages.board.text import data_from_toml, mistakes_in, scenario_of
-from torquer.pages.board.theory import theory_of
+from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
+from torquer.pages.board.theory import predict
 from torquer.pages.browser.bodies import json_object
-from torquer.pages.browser.files import files_of
+from torquer.pages.browser.files import serve_files
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_from_data
 
@@ -63,11 +63,11 @@ class Board:
 
     def scenario(self, data: dict) -> Scenario:
         """The scenario of the page's data; its name is no matter of the page."""
-        return scenario_of({"name": self.name, **data}, self.folder, self.code)
+        return read_scenario({"name": self.name, **data}, self.folder, self.code)
 
     def make_ready(self) -> None:
         """Compile what a flight of the first scenario needs, which can take a minute."""
-        self.orbits.prepared(self.scenario(self.data)).make_ready()
+        self.orbits.prepare(self.scenario(self.data)).make_ready()
 
     def flown(self, data: dict, is_superseded: IsSuperseded = lambda: False) -> Flown:
         """A flight."""
@@ -97,7 +97,7 @@ def application(board: Board, ready: Callable[[], None]) -> Starlette:
                 Route(f"/api/{name}", getattr(routes, name), methods=["POST"])
                 for name in ("form", "fly", "theory", "starts", "read", "write")
             ),
-            files_of(WEB),
+            serve_files(WEB),
         ],
         exception_handlers={
             ValueError: _refused,
@@ -123,7 +123,7 @@ class _Routes:
 
     async def form(self, request: Request) -> Response:
         """Tables and fields."""
-        return JSONResponse({"tables": form_of(await _data(request))})
+        return JSONResponse({"tables": make_form(await _data(request))})
 
     async def read(self, request: Request) -> Response:
         """The data of a TOML text."""
@@ -139,7 +139,7 @@ class _Routes:
         data, board = await _data(request), self._board
 
         def work(is_superseded: IsSuperseded) -> bytes:
-            return answer_of(board.flown(data, is_superseded))
+            return make_answer(board.flown(data, is_superseded))
 
         found = await _worked(request, board, board.flights, work)
         return Response(found, media_type="application/octet-stream")
@@ -148,7 +148,7 @@ class _Routes:
         """Lines of theory."""
         data, board = await _data(request), self._board
         return JSONResponse(
-            await _worked(request, board, board.theory, lambda _: theory_of(board.scenario(data)))
+            await _worked(request, board, board.theory, lambda _: predict(board.scenario(data)))
         )
 
     async def starts(self, request: Request) -> Response:

@@ -31,7 +31,7 @@ _LOOK_S = 0.05
 _NICE = 10
 
 
-def campaign_of(scenario: Scenario, runs: int = RUNS) -> Campaign:
+def make_campaign(scenario: Scenario, runs: int = RUNS) -> Campaign:
     """The campaign of starts of a scenario."""
     size = float(np.linalg.norm(scenario.initial.rate_deg_s))
     vary: dict = {"initial.attitude": "uniform"}
@@ -56,7 +56,7 @@ class Starts:
         `Superseded` soon after `is_superseded` says so; ValueError for a scenario that cannot vary.
         """
         with self._lock:
-            campaign = campaign_of(scenario)
+            campaign = make_campaign(scenario)
             check_campaign(campaign, scenario)
             pickled = pickle.dumps((scenario, campaign, None))
             rates, failed, t_s = [], 0, np.zeros(0)
@@ -66,7 +66,7 @@ class Starts:
                 failed += int(np.count_nonzero(~flown))
                 rates.append(part["series.rate"].values[flown])
                 t_s = part["time"].values
-                tell(band_of(t_s, np.concatenate(rates), campaign.runs, failed))
+                tell(rate_band(t_s, np.concatenate(rates), campaign.runs, failed))
 
     def close(self) -> None:
         """End the process."""
@@ -91,7 +91,7 @@ class Starts:
             raise ValueError("campaign: its process was ended, as by a lack of memory") from None
 
 
-def band_of(t_s: np.ndarray, rates: np.ndarray, runs: int, failed: int) -> dict:
+def rate_band(t_s: np.ndarray, rates: np.ndarray, runs: int, failed: int) -> dict:
     """The band of rates (members, times) [deg/s], as plain data."""
     lines = np.quantile(rates, QUANTILES, axis=0) if len(rates) else np.zeros((0, 0))
     return {

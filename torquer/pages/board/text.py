@@ -11,17 +11,17 @@ from pathlib import Path
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import scenario_from_data
 from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import data_of
+from torquer.scenario.toml_text import parse_toml
 
 _KEY = re.compile(r"([A-Za-z_][\w.\[\]-]*): ")
 
 
 def data_from_toml(text: str) -> dict:
     """The data of a TOML text; times become text, as ISO 8601 has it."""
-    return _plain(data_of(text, "scenario"))
+    return _plain(parse_toml(text, "scenario"))
 
 
-def scenario_of(data: dict, folder: Path, code: Container[Path]) -> Scenario:
+def read_scenario(data: dict, folder: Path, code: Container[Path]) -> Scenario:
     """The scenario of data; `ScenarioError` for one that names other Python files than `code`."""
     for key, file in files_in(data, folder):
         if file not in code:

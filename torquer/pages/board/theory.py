@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.notes.bdot_notes import BDOT, most_gain, stopped_below, tumbling_of
-from torquer.analysis.notes.notes import notes_of
-from torquer.analysis.notes.uses import Use, uses_of
+from torquer.analysis.notes.bdot_notes import BDOT, as_tumbling, most_gain, stopped_below
+from torquer.analysis.notes.notes import write_notes
+from torquer.analysis.notes.uses import Use, find_uses
 from torquer.scenario.spec import Scenario
-from torquer.theory.averaged.case import case_of_scenario
+from torquer.theory.averaged.case import case_from_scenario
 from torquer.theory.averaged.motion import slow_times
 from torquer.theory.slow.detumbling import detumbling_time_s, turning_gain
 from torquer.theory.slow.gain_and_time import GOALS
@@ -37,23 +37,23 @@ class Line(NamedTuple):
     about: str
 
 
-def theory_of(scenario: Scenario) -> dict:
+def predict(scenario: Scenario) -> dict:
     """`lines` of theory, and the `notes` on the scenario, as plain data."""
-    lines = [*_of_bdot(scenario), *_of_hold(scenario), *_of_averages(scenario)]
+    lines = [*_predict_bdot(scenario), *_predict_hold(scenario), *_predict_averages(scenario)]
     finite = (line._replace(value=_number(line.value)) for line in lines)
-    return {"lines": [line._asdict() for line in finite], "notes": notes_of(scenario)}
+    return {"lines": [line._asdict() for line in finite], "notes": write_notes(scenario)}
 
 
 def _number(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def _of_bdot(scenario: Scenario) -> Iterator[Line]:
+def _predict_bdot(scenario: Scenario) -> Iterator[Line]:
     """B-dot that brakes from the start: highest rate, time, gains."""
     use = _only(scenario)
     if use is None or not isinstance(use.law, BDOT) or scenario.spacecraft.coils is None:
         return
-    gain, case = use.gain(use.law.gain_a_m2_s_per_t), tumbling_of(scenario, use.law)
+    gain, case = use.gain(use.law.gain_a_m2_s_per_t), as_tumbling(scenario, use.law)
     rate = _rate_rad_s(scenario)
     below, _ = stopped_below(scenario)
     limit = math.degrees(sampling_limit_rad_s(*case.sampling.times))
@@ -73,7 +73,7 @@ def _of_bdot(scenario: Scenario) -> Iterator[Line]:
     yield Line("greatest gain", most, "A m² s/T", "beyond it a hold overshoots in slow motion")
 
 
-def _of_hold(scenario: Scenario) -> Iterator[Line]:
+def _predict_hold(scenario: Scenario) -> Iterator[Line]:
     """An attitude held by coils alone: Floquet degree of the sampled loop."""
     if scenario.control.named().modes is not None or scenario.spacecraft.coils is None:
         return
@@ -90,13 +90,13 @@ def _of_hold(scenario: Scenario) -> Iterator[Line]:
     yield Line("settling time", settled, "h", "of a small error to 2 %")
 
 
-def _of_averages(scenario: Scenario) -> Iterator[Line]:
+def _predict_averages(scenario: Scenario) -> Iterator[Line]:
     """Laws with averaged equations, but for B-dot: time until most of their work is done."""
     use = _only(scenario)
     if use is None or isinstance(use.law, BDOT):
         return
     try:
-        case = case_of_scenario(scenario)
+        case = case_from_scenario(scenario)
         part = 2.0 if case.law == "spin_up" else 0.1
         slow = slow_times(case, part).median
     except (ValueError, ArithmeticError):  # of laws and orbits that are not averaged
@@ -110,7 +110,7 @@ def _of_averages(scenario: Scenario) -> Iterator[Line]:
 
 def _only(scenario: Scenario) -> Use | None:
     """The only law of a scenario without modes."""
-    uses = uses_of(scenario)
+    uses = find_uses(scenario)
     return uses[0] if len(uses) == 1 and scenario.control.named().modes is None else None
 
 

@@ -19,7 +19,7 @@ SHARED = Path(__file__).parent / "web"
 _COMPRESSED = {"content-encoding": "gzip"}
 
 
-def files_of(folder: Path) -> Route:
+def serve_files(folder: Path) -> Route:
     """The route of all files of a page in `folder`, to stand last; 404 for any other path."""
 
     async def file(request: Request) -> Response:

@@ -73,7 +73,7 @@ class Guard:
             return "foreign origin"
         if scope["type"] == "websocket" and origin is None:
             return "no origin"
-        by_cookie = self._is_token(_cookie_of(headers, self._cookie))
+        by_cookie = self._is_token(_read_cookie(headers, self._cookie))
         scheme, _, given = headers.get(b"authorization", b"").partition(b" ")
         by_header = scheme.lower() == b"bearer" and self._is_token(given)
         if scope["type"] == "websocket":
@@ -124,7 +124,7 @@ class Guard:
         return sending
 
 
-def _cookie_of(headers: dict[bytes, bytes], name: str) -> bytes:
+def _read_cookie(headers: dict[bytes, bytes], name: str) -> bytes:
     cookies: SimpleCookie = SimpleCookie()
     try:
         cookies.load(headers.get(b"cookie", b"").decode("latin-1"))

@@ -21,17 +21,17 @@ from torquer.base.spec import Spec
 from torquer.base.strict_json import json_text
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import TYPES, Packet
-from torquer.flight.packets.mistakes import shown
+from torquer.flight.packets.mistakes import quote_value
 from torquer.flight.packets.openmct import openmct
 from torquer.ground import history
 from torquer.ground.archive import read_only
-from torquer.ground.commands import listed
+from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
 from torquer.ground.live import Listener, Live
 from torquer.pages.browser import scene
 from torquer.pages.browser.bodies import json_object
-from torquer.pages.browser.files import files_of
-from torquer.scenario.explain import ScenarioError, validated
+from torquer.pages.browser.files import serve_files
+from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.
@@ -71,7 +71,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/scene", routes.scene),
             Route(f"{one}/orbit", routes.orbit),
             WebSocketRoute("/api/live", routes.live),
-            files_of(WEB),
+            serve_files(WEB),
         ],
         exception_handlers={ScenarioError: _refused, HTTPException: _missing},
         lifespan=lifespan,
@@ -86,7 +86,7 @@ class _Routes:
 
     async def satellites(self, request: Request) -> Response:
         """All satellites with their packets."""
-        return JSONResponse([_described(contact) for contact in self._contacts.values()])
+        return JSONResponse([_describe(contact) for contact in self._contacts.values()])
 
     async def frames(self, request: Request) -> Response:
         """Last rows of a packet."""
@@ -127,7 +127,7 @@ class _Routes:
     async def sent(self, request: Request) -> Response:
         """The last commands with their states."""
         contact, span = self._asked(request)
-        return await self._read(contact, lambda db: listed(db, span.size))
+        return await self._read(contact, lambda db: list_commands(db, span.size))
 
     async def commands(self, request: Request) -> Response:
         """What can be commanded."""
@@ -151,8 +151,8 @@ class _Routes:
         by = "command line" if "authorization" in request.headers else "page"
         if "commands" in data:
             listed = data["commands"] if isinstance(data["commands"], list) else [None]
-            return JSONResponse(contact.order([*map(_sent, listed)], by))
-        return JSONResponse(contact.order([_sent(data)], by)[0])
+            return JSONResponse(contact.order([*map(_as_sent, listed)], by))
+        return JSONResponse(contact.order([_as_sent(data)], by)[0])
 
     async def modes(self, request: Request) -> Response:
         """The mode table and its diagram."""
@@ -184,7 +184,7 @@ class _Routes:
         except (ValueError, OverflowError, OSError):
             raise ScenarioError(
                 "time: must be milliseconds since 1970 of a time at which the models hold; "
-                f"received {shown(asked)}"
+                f"received {quote_value(asked)}"
             ) from None
         return JSONResponse(found)
 
@@ -210,7 +210,7 @@ class _Routes:
 
     def _asked(self, request: Request) -> tuple[Contact, _Span]:
         given = {key: _whole(value) for key, value in request.query_params.items()}
-        return self._contact(request), validated(_Span, given)
+        return self._contact(request), validate_tables(_Span, given)
 
     async def _read(self, contact: Contact, ask) -> Response:
         def answer() -> str:
@@ -229,14 +229,14 @@ def _packet(contact: Contact, request: Request) -> Packet:
     return found
 
 
-def _described(contact: Contact) -> dict:
+def _describe(contact: Contact) -> dict:
     """A satellite for the tree of objects; regions of the mode table go by their names."""
     satellite, dictionary = contact.satellite, contact.dictionary
     described, regions = openmct(dictionary), satellite.names.regions
     for packet in described["packets"]:
         if packet["key"] == "modes":
             packet["measurements"] = [
-                _of_region(measurement, name, list(states))
+                _name_region(measurement, name, list(states))
                 for measurement, (name, (_, states)) in zip(
                     packet["measurements"], regions.items(), strict=False
                 )
@@ -255,7 +255,7 @@ def _described(contact: Contact) -> dict:
     }
 
 
-def _of_region(measurement: dict, name: str, states: list[str]) -> dict:
+def _name_region(measurement: dict, name: str, states: list[str]) -> dict:
     value, time = measurement["values"]
     texts = [{"value": i, "string": state} for i, state in enumerate(states)]
     value = {**value, "name": name, "format": "enum", "enumerations": texts}
@@ -286,10 +286,10 @@ def _command(packet: Packet, choices: dict[str, list[str]]) -> dict:
     }
 
 
-def _sent(data) -> Sent:
+def _as_sent(data) -> Sent:
     if not isinstance(data, dict):
-        raise ScenarioError(f"command: must be an object; received {shown(data)}")
-    return validated(Sent, {"at_s": 0.0} | data)
+        raise ScenarioError(f"command: must be an object; received {quote_value(data)}")
+    return validate_tables(Sent, {"at_s": 0.0} | data)
 
 
 def _whole(text: str) -> int | str:

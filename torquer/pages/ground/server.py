@@ -58,7 +58,7 @@ class Ground:
         """Serve until a signal, or `stop` from another thread; then close everything."""
         self._ready = ready
         try:
-            with _announced(self.folder / SERVER, self.address):
+            with _announce(self.folder / SERVER, self.address):
                 self._server.serve(self._app, POLICY, "torquer ground", self._note_refusal)
         finally:
             self._close()
@@ -104,7 +104,7 @@ class Ground:
 
 
 @contextlib.contextmanager
-def _announced(path: Path, address: str) -> Iterator[None]:
+def _announce(path: Path, address: str) -> Iterator[None]:
     """Within the block, a file for its owner only says where the server is."""
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)

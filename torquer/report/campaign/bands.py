@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from torquer.campaign.contents import failed_in, members_of, unit_of_signal
+from torquer.campaign.contents import failed_in, member_numbers, signal_unit
 from torquer.campaign.summary import with_unit
 from torquer.report.campaign.shared import is_wide, literal
 from torquer.report.common.colours import BLUE, ORANGE, PINK, RED
@@ -71,20 +71,20 @@ def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | 
     axes.set_yscale("log" if is_wide(found) else "linear")
     axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL)
-    axes.set_ylabel(literal(with_unit(title, unit_of_series(result, names[0]))), fontsize=SMALL)
+    axes.set_ylabel(literal(with_unit(title, series_unit(result, names[0]))), fontsize=SMALL)
     legend(axes, handles)
     return figure
 
 
-def unit_of_series(result: xr.Dataset, name: str) -> str:
+def series_unit(result: xr.Dataset, name: str) -> str:
     """Unit of the signal that an outcome is taken from."""
     known = name in result and "signal" in result[name].attrs
-    return unit_of_signal(json.loads(result[name].attrs["signal"])) if known else ""
+    return signal_unit(json.loads(result[name].attrs["signal"])) if known else ""
 
 
-def worst_members_of(result: xr.Dataset, summary: dict, names: list[str]) -> list[tuple[int, int]]:
+def worst_members(result: xr.Dataset, summary: dict, names: list[str]) -> list[tuple[int, int]]:
     """Worst member of each outcome, each member once, and its row; at most three."""
-    members = members_of(result)
+    members = member_numbers(result)
     worst = dict.fromkeys(
         found["worst"][0]["member"]
         for name in reversed(names)
@@ -96,7 +96,7 @@ def worst_members_of(result: xr.Dataset, summary: dict, names: list[str]) -> lis
 def _draw_worst(axes, t, result, series, summary, names) -> list:
     """Lines of the worst members."""
     lines = []
-    found = worst_members_of(result, summary, names)
+    found = worst_members(result, summary, names)
     for (member, row), colour in zip(found, _COLOURS, strict=False):
         label = f"worst: member {member}"
         lines += axes.plot(t, series[row], color=colour, lw=1.0, label=label)

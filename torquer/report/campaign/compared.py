@@ -13,8 +13,8 @@ from torquer.report.campaign.pictures import write_all
 from torquer.report.campaign.shared import is_wide, literal, steps
 from torquer.report.campaign.tables import (
     about_comparison,
+    campaign_labels,
     comparison_grid,
-    labels_of,
 )
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
@@ -41,7 +41,7 @@ def _draw_cdf(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> Figure | 
     axes = place(figure, 0.75, 0.75, 6.2, 2.2)
     quiet(axes)
     handles = []
-    for each, label, colour in zip(values, labels_of(found), _COLOURS, strict=True):
+    for each, label, colour in zip(values, campaign_labels(found), _COLOURS, strict=True):
         if np.isfinite(each).any():
             handles += axes.plot(*steps(each), color=colour, lw=1.5, drawstyle="steps-post",
                                  label=literal(_short(label)))  # fmt: skip
@@ -58,7 +58,7 @@ def _short(text: str) -> str:
     return text if len(text) <= 40 else f"{text[:39]}…"
 
 
-def differences_of(found: dict) -> dict[str, tuple]:
+def find_differences(found: dict) -> dict[str, tuple]:
     """Difference and ends of its interval by label, where there are any."""
     shown = {}
     success = found["success"]
@@ -77,7 +77,7 @@ def differences_of(found: dict) -> dict[str, tuple]:
 
 def _draw_differences(found: dict) -> Figure | None:
     """Each difference on its own scale, zero marked; None if there is none."""
-    shown = differences_of(found)
+    shown = find_differences(found)
     if not shown:
         return None
     figure = sheet(7.2, 0.75 + 0.95 * len(shown), "Differences B - A")
@@ -114,16 +114,16 @@ def write_compared(a: xr.Dataset, b: xr.Dataset, found: dict, path: Path) -> Pat
         {"grid": comparison_grid(found)},
         *(
             {"figure": difference_figure(label, *each), "words": f"Difference of the {label}."}
-            for label, each in differences_of(found).items()
+            for label, each in find_differences(found).items()
         ),
     )
     made = [differences, *(_distribution(a, b, found, name) for name in found["outcomes"])]
-    return put(path, cards(title, made, description="; ".join(labels_of(found))))
+    return put(path, cards(title, made, description="; ".join(campaign_labels(found))))
 
 
 def _distribution(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> dict:
     each = found["summaries"][0]["outcomes"][name]
-    figure = cdf_figure(a, b, labels_of(found), name, each["unit"])
+    figure = cdf_figure(a, b, campaign_labels(found), name, each["unit"])
     words = f"Distribution functions of {name}."
     shown = {"figure": figure, "words": words} if figure else {"line": "No member has a value."}
     return card(f"cdf_{name}", name, each["definition"], shown)

@@ -8,7 +8,13 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from torquer.campaign.contents import end_s, outcomes_of, restricted, succeeded_in, table_of
+from torquer.campaign.contents import (
+    campaign_table,
+    end_s,
+    member_outcomes,
+    restrict_times,
+    succeeded_in,
+)
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import mean_interval, rate_interval
 from torquer.campaign.summary import percent, with_unit
@@ -23,7 +29,7 @@ _PANEL, _UNDER = 1.15, 0.5
 def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
     """A panel for the success rate and for each mean; None with fewer than two members."""
     counts, found = estimates(result, summary)
-    return _drawn(found, counts, result, summary) if found else None
+    return _draw(found, counts, result, summary) if found else None
 
 
 def estimates(result: xr.Dataset, summary: dict) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -39,8 +45,8 @@ def estimates(result: xr.Dataset, summary: dict) -> tuple[np.ndarray, dict[str, 
     succeeded = succeeded_in(result)
     if succeeded is not None:
         found[SUCCESS] = rates(succeeded, counts, confidence)
-    for name, values in outcomes_of(result).items():
-        times = restricted(result, name, end_s(result))
+    for name, values in member_outcomes(result).items():
+        times = restrict_times(result, name, end_s(result))
         values = values if times is None else times
         if np.isfinite(values).sum() > 1:
             found[name] = means(values, counts, confidence)
@@ -69,10 +75,10 @@ def _mean(values: np.ndarray, confidence: float) -> tuple[float, float, float]:
     return (float(known.mean()) if len(known) else np.nan, low, high)
 
 
-def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: dict) -> Figure:
+def _draw(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: dict) -> Figure:
     figure = sheet(7.2, 0.6 + len(found) * (_PANEL + _UNDER) + 0.3,
                    f"Convergence · {summary['name']}")  # fmt: skip
-    stop = table_of(result).get("stop") or {}
+    stop = campaign_table(result).get("stop") or {}
     for row, (name, each) in enumerate(found.items()):
         axes = place(figure, 0.85, 0.75 + row * (_PANEL + _UNDER), 6.1, _PANEL)
         _draw_panel(axes, counts, each)
@@ -80,7 +86,7 @@ def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: di
             for sign in (-1.0, 1.0):
                 axes.axhline(each[-1, 0] + sign * stop["half_width"], color=GREEN, lw=1.0)
         unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
-        title = "success rate" if name == SUCCESS else with_unit(mean_of(summary, name), unit)
+        title = "success rate" if name == SUCCESS else with_unit(choose_mean(summary, name), unit)
         axes.set_title(title, fontsize=9.5, loc="left", color=INK, pad=3)
         axes.tick_params(labelbottom=row == len(found) - 1)
     axes.set_xlabel("members", fontsize=SMALL)
@@ -89,7 +95,7 @@ def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: di
     return figure
 
 
-def mean_of(summary: dict, name: str) -> str:
+def choose_mean(summary: dict, name: str) -> str:
     """Which mean of an outcome is drawn."""
     each = summary["outcomes"][name]
     if each["missing"] and each["restricted_mean"] is not None:

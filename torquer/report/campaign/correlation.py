@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from torquer.campaign.contents import failed_in, inputs_of, outcomes_of, succeeded_in
-from torquer.campaign.statistics import columns_of
+from torquer.campaign.contents import failed_in, member_inputs, member_outcomes, succeeded_in
+from torquer.campaign.statistics import as_columns
 from torquer.campaign.summary import correlations, with_unit
 from torquer.report.campaign.shared import is_wide, literal
 from torquer.report.common.colours import BLUE, GREY, ORANGE
@@ -24,21 +24,21 @@ _CELL, _TALL, _GAP, _HEAD = 2.15, 1.5, 0.22, 0.75
 def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
     """Outcomes over the inputs most correlated with them; None without correlations."""
     pairs = {name: found for name, found in correlations(result).items() if found}
-    names = [name for name in outcomes_of(result) if name in pairs][:_MOST_OUTCOMES]
+    names = [name for name in member_outcomes(result) if name in pairs][:_MOST_OUTCOMES]
     if not names:
         return None
     keys = most_correlated([pairs[name] for name in names])
     columns, labels = columns_and_labels(result, keys)
     width, height = 1.1 + len(keys) * (_CELL + _GAP), _HEAD + len(names) * (_TALL + _GAP) + 0.75
     figure = sheet(max(width, 6.4), height, f"Members · {summary['name']}")
-    kinds = kinds_of(result)
+    kinds = ways_of_ending(result)
     for i, name in enumerate(names):
-        values = outcomes_of(result)[name]
+        values = member_outcomes(result)[name]
         for j, key in enumerate(keys):
             left, top = 0.85 + j * (_CELL + _GAP), _HEAD + i * (_TALL + _GAP)
             axes = place(figure, left, top, _CELL, _TALL)
             _draw_cell(axes, columns[key], values, kinds)
-            axes.set_title(_signed(pairs[name].get(key)), fontsize=SMALL - 1, loc="right",
+            axes.set_title(_sign(pairs[name].get(key)), fontsize=SMALL - 1, loc="right",
                            color=INK, pad=4)  # fmt: skip
             axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
             if i == len(names) - 1:
@@ -53,7 +53,7 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
 
 def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
     """Numbers [n] and labels of inputs; times count in days."""
-    columns = columns_of(inputs_of(result))
+    columns = as_columns(member_inputs(result))
     labels = {key: literal(_short(key, 34)) for key in keys}
     for key in keys:
         if key in result and result[key].dtype.kind == "M":
@@ -62,7 +62,7 @@ def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[
     return columns, labels
 
 
-def _signed(correlation: float | None) -> str:
+def _sign(correlation: float | None) -> str:
     return "" if correlation is None else f"{correlation:+.2f}"
 
 
@@ -83,7 +83,7 @@ def _short(text: str, length: int) -> str:
     return text if len(text) <= length else f"…{text[1 - length :]}"
 
 
-def kinds_of(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
+def ways_of_ending(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
     """Label, colour and rows of members, by how they ended."""
     failed, succeeded = failed_in(result), succeeded_in(result)
     if succeeded is None:

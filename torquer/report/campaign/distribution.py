@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from torquer.campaign.contents import end_s, is_time, missing_as_worst, table_of
+from torquer.campaign.contents import campaign_table, end_s, is_time, missing_as_worst
 from torquer.campaign.statistics import rate_interval
 from torquer.campaign.summary import percent, with_unit
 from torquer.report.campaign.shared import is_wide, steps
@@ -28,7 +28,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     upper = place(figure, _LEFT, 0.75, _WIDE, 1.65)
     lower = place(figure, _LEFT, 2.55, _WIDE, 1.45)
     known = values[np.isfinite(values)]
-    condition = (table_of(result).get("success") or {}).get(name)
+    condition = (campaign_table(result).get("success") or {}).get(name)
     edges, end = bins(known), end_s(result) if is_time(result, name) else None
     upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0.5, edgecolor="white")
     upper.yaxis.set_major_locator(MaxNLocator(5, integer=True))

@@ -5,12 +5,12 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from torquer.campaign.faults.contents import WORDS, counts_in_words, table_of
+from torquer.campaign.faults.contents import WORDS, counts_in_words, fault_table
 from torquer.campaign.faults.fly import FaultCampaign
 from torquer.campaign.faults.verdict import DEGRADED, LOST, SAFE
 from torquer.report.common.colours import GREEN, ORANGE, RED
 from torquer.report.common.figure import INK, SMALL, foot, place, sheet
-from torquer.report.filter.pictures import saved
+from torquer.report.filter.pictures import save_figure
 from torquer.simulation.results.file import put
 
 _COLOURS = {SAFE: GREEN, DEGRADED: ORANGE, LOST: RED}
@@ -20,13 +20,13 @@ _ROW, _COLUMN = 0.19, 1.25
 def write_fault_report(found: FaultCampaign, out: Path) -> list[str]:
     """Write `faults.md` and `faults.png` into a folder; return their names."""
     put(out / "faults.md", markdown(found))
-    saved(draw_faults(found), out / "faults.png")
+    save_figure(draw_faults(found), out / "faults.png")
     return ["faults.md", "faults.png"]
 
 
 def markdown(found: FaultCampaign) -> str:
     """A page: how it was made, the counts, the whole table."""
-    head, rows = table_of(found)
+    head, rows = fault_table(found)
     verdict, _ = found.verdict
     name, hours = found.scenario.name, found.scenario.steps() * found.scenario.grid_s / 3600.0
     lines = [

@@ -6,18 +6,18 @@ import numpy as np
 import xarray as xr
 
 from torquer.campaign.contents import (
+    campaign_table,
     end_s,
     failed_in,
     is_time,
+    member_outcomes,
     missing_as_worst,
-    outcomes_of,
-    table_of,
 )
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import correlations, percent, with_unit
-from torquer.report.campaign.bands import percentiles, unit_of_series, worst_members_of
-from torquer.report.campaign.convergence import mean_of
-from torquer.report.campaign.correlation import columns_and_labels, kinds_of, most_correlated
+from torquer.report.campaign.bands import percentiles, series_unit, worst_members
+from torquer.report.campaign.convergence import choose_mean
+from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
 from torquer.report.campaign.shared import is_wide, steps
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
@@ -28,10 +28,10 @@ from torquer.report.common.interactive import (
     band,
     layout,
     line,
-    packed,
-    shaded,
+    pack_numbers,
+    shade,
     square,
-    stacked,
+    stack_traces,
     translucent,
     vertical,
 )
@@ -59,10 +59,10 @@ def distribution_figure(result: xr.Dataset, summary: dict, name: str) -> dict:
         label = f"{percent(summary['confidence'])} confidence interval"
         found = [*band(x, *ends, label, BLUE, shape="hv"),
                  line(x, share, "share of members", BLUE, line={"shape": "hv"})]  # fmt: skip
-    shapes, marks = _marks(each, (table_of(result).get("success") or {}).get(name))
+    shapes, marks = _marks(each, (campaign_table(result).get("success") or {}).get(name))
     panels = [([bars, *marks], axis("members")), (found, axis("share", range=[0, 1.02]))]
     x_axis = axis(with_unit(name, each["unit"]), type=_scale(known), hoverformat=".4~g")
-    return stacked(panels, 190, x_axis, shapes=shapes, hovermode="x unified")
+    return stack_traces(panels, 190, x_axis, shapes=shapes, hovermode="x unified")
 
 
 def _scale(values: np.ndarray) -> str:
@@ -97,11 +97,11 @@ def bands_figure(result: xr.Dataset, summary: dict, names: list[str]) -> dict:
     data = [*band(t, found[0], found[4], "5 to 95 %", BLUE, 0.18),
             *band(t, found[1], found[3], "25 to 75 %", BLUE, 0.3),
             line(t, found[2], "median", BLUE, 2.0)]  # fmt: skip
-    for (member, row), colour in zip(worst_members_of(result, summary, names), (RED, ORANGE, PINK),
+    for (member, row), colour in zip(worst_members(result, summary, names), (RED, ORANGE, PINK),
                                      strict=False):  # fmt: skip
         data.append(line(t, values[row], f"worst: member {member}", colour, 1.2))
     title = with_unit(str(variable.attrs.get("long_name", names[0])),
-                      unit_of_series(result, names[0]))  # fmt: skip
+                      series_unit(result, names[0]))  # fmt: skip
     y_axis = axis(title, type=_scale(found), hoverformat=".4~g")
     x_axis = axis(f"time [{clock.unit}]", hoverformat=".4~g")
     return {"data": data,
@@ -113,9 +113,9 @@ def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
     pairs = correlations(result).get(name)
     if not pairs:
         return None
-    keys, kinds = most_correlated([pairs]), kinds_of(result)
+    keys, kinds = most_correlated([pairs]), ways_of_ending(result)
     columns, labels = columns_and_labels(result, keys)
-    y = outcomes_of(result)[name]
+    y = member_outcomes(result)[name]
     data = [_points(columns[key], y, kind, key == keys[0]) for key in keys for kind in kinds]
     buttons = [
         {"label": f"{key} ({pairs[key]:+.2f})", "method": "update", "args": [
@@ -146,8 +146,8 @@ def _points(x: np.ndarray, y: np.ndarray, kind, visible: bool) -> dict:
     shown = shown[:: math.ceil(max(len(shown), 1) / _MOST_POINTS)]
     name = f"{label}: {len(rows)}" + (f", {missing} without a value" if missing else "")
     marker = {"color": _FAILED if label == "failed" else colour, "size": 5, "opacity": 0.6}
-    return {"type": "scatter", "mode": "markers", "x": packed(x[shown], "f8"),
-            "y": packed(y[shown]), "name": name, "marker": marker, "visible": visible,
+    return {"type": "scatter", "mode": "markers", "x": pack_numbers(x[shown], "f8"),
+            "y": pack_numbers(y[shown]), "name": name, "marker": marker, "visible": visible,
             "legendgroup": label}  # fmt: skip
 
 
@@ -164,7 +164,7 @@ def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
     ]
     data.append(square(f"up to {chance:.2g}: may be chance", translucent(GREY, 0.3)))
     x_axis = axis("Spearman's rank correlation", range=[-1.0, 1.0])
-    shapes = [shaded(-chance, chance, translucent(GREY, 0.3))]
+    shapes = [shade(-chance, chance, translucent(GREY, 0.3))]
     return {"data": data, "layout": _bars_layout(len(keys), len(pairs), x_axis, shapes=shapes)}
 
 
@@ -201,13 +201,13 @@ def convergence_figure(name: str, counts, found: np.ndarray, result, summary: di
     label = f"{percent(summary['confidence'])} confidence interval"
     data = [*band(counts, found[:, 1], found[:, 2], label, BLUE),
             line(counts, found[:, 0], "estimate", BLUE)]  # fmt: skip
-    stop = table_of(result).get("stop") or {}
+    stop = campaign_table(result).get("stop") or {}
     if stop.get("outcome") == name:
         ends = [found[-1, 0] + sign * stop["half_width"] for sign in (-1.0, 1.0)]
         data += [line(counts[[0, -1]], [end] * 2, "requested width", GREEN) for end in ends]
         data[-1]["showlegend"] = False
     unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
-    title = "success rate" if name == SUCCESS else with_unit(mean_of(summary, name), unit)
+    title = "success rate" if name == SUCCESS else with_unit(choose_mean(summary, name), unit)
     x_axis, y_axis = axis("members", type="log"), axis(title, hoverformat=".4~g")
     late = found[counts >= min(10, counts[-1])]
     ends = late[np.isfinite(late)]

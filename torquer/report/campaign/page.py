@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from torquer.campaign.contents import outcomes_of, table_of
+from torquer.campaign.contents import campaign_table, member_outcomes
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import headline_rows, percent
 from torquer.report.campaign.bands import series_by_signal
@@ -29,7 +29,7 @@ from torquer.report.campaign.tables import (
 )
 from torquer.report.common.html import card, cards
 from torquer.report.common.sources import sources_data
-from torquer.scenario.toml_text import toml_of
+from torquer.scenario.toml_text import to_toml
 from torquer.simulation.results.file import put
 
 
@@ -49,7 +49,7 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
     description = str(json.loads(result.attrs["scenario"]).get("description") or "")
     columns = [
         ("Summary", headline_rows(summary)),
-        ("The campaign", campaign_rows(table_of(result))),
+        ("The campaign", campaign_rows(campaign_table(result))),
     ]
     title = f"{summary['name']}: campaign"
     text = cards(title, made, description=description, columns=columns)
@@ -119,7 +119,7 @@ def _dependence(result: xr.Dataset, summary: dict) -> list[dict]:
         {"grid": correlation_grid(summary)} if summary["correlations"] else {},
         *(
             _plot(scatter_figure(result, summary, name), f"{name} over inputs")
-            for name in outcomes_of(result)
+            for name in member_outcomes(result)
         ),
     )
     return [card("dependence", "Dependence on what varied", caption, *parts)]
@@ -159,7 +159,7 @@ def _convergence(result: xr.Dataset, summary: dict) -> list[dict]:
 
 
 def _worst(result: xr.Dataset, summary: dict) -> list[dict]:
-    grid = worst_grid(summary, table_of(result))
+    grid = worst_grid(summary, campaign_table(result))
     if not grid[1]:
         return []
     caption = "Commands to fly a member again; FILE is the scenario file of the campaign."
@@ -167,7 +167,7 @@ def _worst(result: xr.Dataset, summary: dict) -> list[dict]:
 
 
 def _scenario(result: xr.Dataset) -> dict:
-    text = toml_of(json.loads(result.attrs["scenario"]))
+    text = to_toml(json.loads(result.attrs["scenario"]))
     versions = json.loads(result.attrs.get("versions", "{}"))
     rows = [(str(name), str(version)) for name, version in versions.items()]
     parts = ({"text": text}, {"title": "Versions"}, {"pairs": rows})

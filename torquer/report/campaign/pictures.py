@@ -10,7 +10,7 @@ from torquer.report.campaign.convergence import draw_convergence
 from torquer.report.campaign.correlation import draw_correlations, draw_scatter
 from torquer.report.campaign.distribution import draw_distribution
 from torquer.report.campaign.sobol import draw_sobol
-from torquer.report.common.figure import saved
+from torquer.report.common.figure import save_figure
 
 
 def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]:
@@ -33,7 +33,7 @@ def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]
 def write_all(figures: dict, folder: Path) -> dict[str, Path]:
     """Write the figures that are not None as PNG; their paths by name."""
     return {
-        name: saved(figure, folder / f"{name}.png")
+        name: save_figure(figure, folder / f"{name}.png")
         for name, figure in figures.items()
         if figure is not None
     }

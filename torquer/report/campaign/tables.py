@@ -47,7 +47,7 @@ def outcome_rows(each: dict) -> list[tuple[str, str]]:
 
 def worst_grid(summary: dict, table: dict) -> Grid:
     """Head and rows: members to fly again, and why; `table`: that of the campaign."""
-    again = functools.partial(command_of, table)
+    again = functools.partial(member_command, table)
     rows: list[tuple[str, ...]] = [
         (again(each["member"]), "failed", each["reason"]) for each in summary["failures"]
     ]
@@ -56,19 +56,19 @@ def worst_grid(summary: dict, table: dict) -> Grid:
     for name, each in summary["outcomes"].items():
         label = f"{each['worst_is']} {name}"
         rows += [
-            (again(worst["member"]), label, with_unit_of(worst["value"], each["unit"]))
+            (again(worst["member"]), label, append_unit(worst["value"], each["unit"]))
             for worst in each["worst"]
         ]
     return ("command", "why", "value"), rows
 
 
-def command_of(table: dict, member: int) -> str:
+def member_command(table: dict, member: int) -> str:
     """The command that flies a member again; one of a Latin hypercube depends on all its runs."""
     runs = f" --runs {table['runs']}" if table.get("sampling") == "latin_hypercube" else ""
     return f"{FLY} {member}{runs}"
 
 
-def with_unit_of(value: float | None, unit: str) -> str:
+def append_unit(value: float | None, unit: str) -> str:
     """A value and its unit."""
     return value_text(value) if value is None else f"{value_text(value)} {unit}".strip()
 
@@ -102,7 +102,7 @@ def campaign_rows(table: dict) -> list[tuple[str, str]]:
             ("Sampling", str(table.get("sampling", "")))]  # fmt: skip
     rows += [(f"Varied: {key}", inline(each)) for key, each in (table.get("vary") or {}).items()]
     for together in table.get("correlated") or ():
-        rows.append(("Varied together", inline(_shortened(together))))
+        rows.append(("Varied together", inline(_shorten(together))))
     success = table.get("success") or {}
     rows += [(f"Condition of {SUCCESS}: {name}", inline(each)) for name, each in success.items()]
     if table.get("stop"):
@@ -110,7 +110,7 @@ def campaign_rows(table: dict) -> list[tuple[str, str]]:
     return rows
 
 
-def _shortened(together: dict) -> dict:
+def _shorten(together: dict) -> dict:
     """Correlated keys, with standard deviations in place of a large covariance."""
     covariance = np.array(together["covariance"])
     if len(covariance) <= _MOST_ROWS:
@@ -138,7 +138,7 @@ def _inline(value) -> str:
 # ------------------------------------------------------------------ two campaigns
 
 
-def labels_of(found: dict) -> list[str]:
+def campaign_labels(found: dict) -> list[str]:
     """Names of the campaigns: A and B, and their scenarios'."""
     return [f"{letter}: {name}" for letter, name in zip("AB", found["names"], strict=True)]
 
@@ -152,7 +152,7 @@ def comparison_grid(found: dict) -> Grid:
     rows += _success_rows(found)
     for name in found["outcomes"]:
         rows += _compared_rows(found, name)
-    return ("", *labels_of(found), "B - A"), rows
+    return ("", *campaign_labels(found), "B - A"), rows
 
 
 def _success_rows(found: dict) -> list[tuple[str, ...]]:

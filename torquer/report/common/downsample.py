@@ -20,7 +20,7 @@ class Downsampled(NamedTuple):
     stretch_s: float = 0.0
 
 
-def downsampled(t, y, limit: int = 3000, swing: float = 0.3) -> Downsampled:
+def downsample(t, y, limit: int = 3000, swing: float = 0.3) -> Downsampled:
     """A series [n] as at most `limit` numbers: unchanged, or average and range of equal stretches.
 
     Fast oscillation (more than `swing` of the whole range within a stretch) becomes a band with
@@ -59,7 +59,7 @@ def _around(values, reduce, neighbours: int) -> np.ndarray:
     return reduce(np.lib.stride_tricks.sliding_window_view(padded, 2 * neighbours + 1), axis=1)
 
 
-def thinned(t, y, limit: int = 3000) -> Downsampled:
+def thin(t, y, limit: int = 3000) -> Downsampled:
     """Evenly thinned points with their minimum and maximum: at most `limit`."""
     t, y = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
     if len(t) <= limit:

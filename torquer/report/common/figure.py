@@ -42,10 +42,10 @@ class Sheet(Figure):
     """A figure that shows itself in notebooks, with or without pyplot."""
 
     def _repr_png_(self) -> bytes:
-        return png_of(self)
+        return encode_png(self)
 
 
-def png_of(figure: Figure) -> bytes:
+def encode_png(figure: Figure) -> bytes:
     """A figure as PNG. Without transparency, lightly compressed: as small, and faster to write."""
     canvas, data = FigureCanvasAgg(figure), io.BytesIO()
     canvas.draw()
@@ -55,9 +55,9 @@ def png_of(figure: Figure) -> bytes:
     return data.getvalue()
 
 
-def saved(figure: Figure, path) -> Path:
+def save_figure(figure: Figure, path) -> Path:
     """Write a figure as a PNG file."""
-    return put(path, png_of(figure))
+    return put(path, encode_png(figure))
 
 
 def place(figure: Figure, left: float, top: float, width: float, height: float, **keys):
@@ -66,7 +66,7 @@ def place(figure: Figure, left: float, top: float, width: float, height: float, 
     return figure.add_axes((left / w, 1.0 - (top + height) / h, width / w, height / h), **keys)
 
 
-def stacked(title: str, panels: int = 1, height: float = 3.9, **keys) -> tuple[Figure, list]:
+def stack_panels(title: str, panels: int = 1, height: float = 3.9, **keys) -> tuple[Figure, list]:
     """A figure of panels one under the other, 7.2 inches wide; (figure, list of axes)."""
     figure = Sheet(figsize=(7.2, height), dpi=FINE_DPI, facecolor="white", layout="constrained")
     figure.suptitle(title, x=0.012, ha="left", fontsize=12, fontweight="bold", parse_math=False)

@@ -14,7 +14,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from torquer.report.common.packing import PACKED, packed
+from torquer.report.common.packing import PACKED, pack_text
 
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 #: Forbids the browser to load anything. (plotly.js compiles its shaders' glue by itself.)
@@ -51,14 +51,14 @@ def card(
     return {"id": id, "title": title, "caption": caption, "parts": shown, "folded": folded}
 
 
-def encoded(data: bytes) -> str:
+def encode(data: bytes) -> str:
     """Bytes as base64."""
     return base64.b64encode(data).decode("ascii")
 
 
 def picture(path: Path | None, words: str) -> dict[str, str]:
     """A PNG file as a part of a card; empty if there is none."""
-    return {} if path is None else {"picture": encoded(path.read_bytes()), "words": words}
+    return {} if path is None else {"picture": encode(path.read_bytes()), "words": words}
 
 
 @cache
@@ -70,7 +70,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters["embedded"] = embedded
+    made.filters["embedded"] = embed
     return made
 
 
@@ -82,10 +82,10 @@ def _library() -> Markup:
     """plotly.js, packed: the page's script unpacks it."""
     from plotly.offline import get_plotlyjs
 
-    return Markup(packed(get_plotlyjs()))
+    return Markup(pack_text(get_plotlyjs()))
 
 
-def embedded(figure: dict) -> Markup:
+def embed(figure: dict) -> Markup:
     """A figure as packed JSON, for a script of a page."""
     text = json.dumps(figure, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return Markup(packed(text))
+    return Markup(pack_text(text))

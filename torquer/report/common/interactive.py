@@ -15,7 +15,7 @@ MENU = {"showactive": True, "bgcolor": "#f4f6f8", "font": {"color": "#333333"}}
 MARGIN_PX = {"l": 62, "r": 46, "t": 34, "b": 42}
 
 
-def packed(values, kind: str = "f4") -> dict:
+def pack_numbers(values, kind: str = "f4") -> dict:
     """Numbers as plotly.js reads them: type and base64 of the bytes (little-endian)."""
     array = np.ascontiguousarray(values, dtype=f"<{kind}")
     return {"dtype": kind, "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
@@ -24,7 +24,7 @@ def packed(values, kind: str = "f4") -> dict:
 def packed_times(t) -> dict:
     """Ascending numbers, in four bytes each where these clearly separate neighbours."""
     least = np.diff(t).min(initial=np.inf)
-    return packed(t, "f4" if least > 1e-4 * np.abs(t).max(initial=0.0) else "f8")
+    return pack_numbers(t, "f4" if least > 1e-4 * np.abs(t).max(initial=0.0) else "f8")
 
 
 def layout(height_px: int, **keys) -> dict:
@@ -65,8 +65,8 @@ def line(x, y, name: str, colour: str, width: float = 1.5, **keys) -> dict:
     return {
         "type": "scatter",
         "mode": "lines",
-        "x": packed(x, "f8"),
-        "y": packed(y),
+        "x": pack_numbers(x, "f8"),
+        "y": pack_numbers(y),
         "name": name,
         "legendgroup": name,
         "line": {"color": colour, "width": width, **keys.pop("line", {})},
@@ -89,7 +89,7 @@ def square(name: str, colour: str) -> dict:
             "marker": marker, "hoverinfo": "skip"}  # fmt: skip
 
 
-def shaded(x0: float, x1: float, colour: str) -> dict:
+def shade(x0: float, x1: float, colour: str) -> dict:
     """A shape: a stretch of the x axis, over the whole height."""
     return {"type": "rect", "layer": "below", "line": {"width": 0}, "fillcolor": colour,
             "xref": "x", "x0": x0, "x1": x1, "yref": "paper", "y0": 0, "y1": 1}  # fmt: skip
@@ -97,11 +97,13 @@ def shaded(x0: float, x1: float, colour: str) -> dict:
 
 def vertical(x: float, colour: str, dash: str = "solid") -> dict:
     """A shape: a vertical line over the whole height."""
-    return {**shaded(x, x, colour), "type": "line", "layer": "above",
+    return {**shade(x, x, colour), "type": "line", "layer": "above",
             "line": {"color": colour, "width": 1.2, "dash": dash}}  # fmt: skip
 
 
-def stacked(panels: list[tuple[list[dict], dict]], panel_px: int, x_axis: dict, **keys) -> dict:
+def stack_traces(
+    panels: list[tuple[list[dict], dict]], panel_px: int, x_axis: dict, **keys
+) -> dict:
     """A figure of panels, one below the other over the same x: (traces, y axis) of each.
 
     A name is once in the legend, whatever the number of panels that have it.

@@ -9,7 +9,7 @@ import numpy as np
 _MOST_NUMBERS = 12
 
 
-def keys_of(spec) -> dict:
+def changed_keys(spec) -> dict:
     """Keys of a spec that are given and differ from their defaults, without its kind."""
     given = json.loads(spec.model_dump_json(exclude_defaults=True, exclude_none=True))
     return {key: value for key, value in given.items() if key != "kind"}

@@ -9,7 +9,7 @@ _GZIP = 16 + zlib.MAX_WBITS
 PACKED = "application/gzip"
 
 
-def packed(text: str, level: int = 4) -> str:
+def pack_text(text: str, level: int = 4) -> str:
     """The text, compressed, as base64."""
     packer = zlib.compressobj(level, zlib.DEFLATED, _GZIP)
     data = packer.compress(text.encode("utf-8")) + packer.flush()

@@ -24,7 +24,7 @@ def clock_for(span_s: float) -> Clock:
     return Clock("d", 86400.0)
 
 
-def prefixed(values, unit: str) -> tuple[float, str]:
+def choose_prefix(values, unit: str) -> tuple[float, str]:
     """Factor and unit with the SI prefix suited to the largest value."""
     finite = np.abs(np.asarray(values)[np.isfinite(values)])
     greatest = finite.max() if finite.size else 0.0

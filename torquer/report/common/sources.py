@@ -1,13 +1,13 @@
 """The part of a page that says what to cite."""
 
-from torquer.analysis.citations import citations, sources_of
+from torquer.analysis.citations import citations, select_sources
 
 HEAD = ("Source", "For")
 
 
 def source_grid(of) -> tuple[tuple[str, str], list[tuple[str, str]]]:
     """Head and rows: sources of a scenario or result in words, and what calls for them."""
-    rows = [(source.in_words(), ", ".join(source.uses)) for source in sources_of(of)]
+    rows = [(source.in_words(), ", ".join(source.uses)) for source in select_sources(of)]
     return HEAD, rows
 
 

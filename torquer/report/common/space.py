@@ -8,7 +8,7 @@ import numpy as np
 from torquer.report.common.interactive import layout
 
 
-def animated(
+def animate(
     still: list[dict],
     moving: list[list[dict]],
     first: list[dict],

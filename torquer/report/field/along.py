@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import SMALL, legend, place, quiet, saved, sheet
+from torquer.report.common.figure import SMALL, legend, place, quiet, save_figure, sheet
 from torquer.report.common.scales import clock_for
 
 #: Colours of the models in the order given.
@@ -28,7 +28,7 @@ def draw_along(along: xr.Dataset, folder: Path) -> dict[str, Path]:
     paths = {}
     for name, against in (("inertial", time), ("orbital", u)):
         figure = _draw(along, name, against)
-        paths[name] = saved(figure, Path(folder) / f"{name}.png")
+        paths[name] = save_figure(figure, Path(folder) / f"{name}.png")
     return paths
 
 

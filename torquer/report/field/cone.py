@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.field.cone import ConeShape, cone_in
-from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
+from torquer.report.common.figure import INK, SMALL, place, quiet, save_figure, sheet
 from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import layout
 from torquer.report.common.space import line, scene, xyz
@@ -45,7 +45,7 @@ def draw_cone(paths: xr.Dataset, path: Path) -> Path:
         handlelength=1.4,
         columnspacing=1.3,
     )
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _draw_space(axes, paths: xr.Dataset, shape: ConeShape) -> list:

@@ -9,9 +9,9 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from torquer.analysis.field.globe import dip_poles, extremes
-from torquer.analysis.field.requests import unit_of
+from torquer.analysis.field.requests import element_unit
 from torquer.report.common.colours import SIGNED
-from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, saved, sheet
+from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, save_figure, sheet
 
 _WIDTH, _LEFT, _RIGHT, _HEAD, _FOOT = 9.0, 0.62, 0.95, 0.5, 0.52
 #: Dark where the field is weak, so that the South Atlantic anomaly stands out.
@@ -66,26 +66,26 @@ def draw_map(grid: xr.Dataset, element: str, path: Path) -> Path:
     axes.grid(True, color="#000000", alpha=0.12, lw=0.5)
     axes.spines[:].set_color(FAINT)
     figure.colorbar(filled, cax=bar, ticks=_ticks(grid, element)).outline.set_visible(False)
-    bar.set_title("deg" if unit_of(element) == "deg" else "µT", fontsize=SMALL)
+    bar.set_title("deg" if element_unit(element) == "deg" else "µT", fontsize=SMALL)
     bar.tick_params(labelsize=SMALL)
     key = "Dashed: dip equator (I = 0).   Triangles: dip poles (H = 0)."
     key += "   Rings: minimum and maximum." if element == "F" else ""
     foot(figure, key)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _compass(plus: str, minus: str) -> FuncFormatter:
     return FuncFormatter(lambda x, _: "0°" if x == 0 else f"{abs(x):g}°{plus if x > 0 else minus}")
 
 
-def _shown(grid: xr.Dataset, element: str) -> np.ndarray:
+def _show(grid: xr.Dataset, element: str) -> np.ndarray:
     values = grid[element].values
-    return values if unit_of(element) == "deg" else 1e-3 * values
+    return values if element_unit(element) == "deg" else 1e-3 * values
 
 
 def _contours(axes, grid: xr.Dataset, element: str):
     """Filled contours with labelled lines; returns the filling, for the colour bar."""
-    values = _shown(grid, element)
+    values = _show(grid, element)
     if element == "D":
         return _declination(axes, grid, values)
     levels = _levels(values, element)
@@ -98,14 +98,14 @@ def _contours(axes, grid: xr.Dataset, element: str):
     filled = axes.contourf(
         grid["lon"].values, grid["lat"].values, values, fine, cmap=colours, norm=norm, zorder=0
     )
-    _lined(axes, grid, values, levels)
+    _draw_lines(axes, grid, values, levels)
     return filled
 
 
 def _ticks(grid: xr.Dataset, element: str) -> np.ndarray:
-    if unit_of(element) == "deg":
+    if element_unit(element) == "deg":
         return np.arange(-90.0, 91.0, 30.0)
-    return _levels(_shown(grid, element), element)
+    return _levels(_show(grid, element), element)
 
 
 def _levels(values, element: str) -> np.ndarray:
@@ -129,11 +129,11 @@ def _declination(axes, grid: xr.Dataset, values):
     )
     levels = (-90, -60, -40, -30, -20, -10, 0, 10, 20, 30, 40, 60, 90)
     smooth = (np.abs(values) < 120.0) & (np.abs(grid["lat"].values)[:, None] < 84.0)
-    _lined(axes, grid, np.ma.masked_where(~smooth, values), levels)
+    _draw_lines(axes, grid, np.ma.masked_where(~smooth, values), levels)
     return filled
 
 
-def _lined(axes, grid: xr.Dataset, values, levels) -> None:
+def _draw_lines(axes, grid: xr.Dataset, values, levels) -> None:
     lines = axes.contour(
         grid["lon"].values,
         grid["lat"].values,

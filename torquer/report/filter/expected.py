@@ -6,9 +6,9 @@ import numpy as np
 
 from torquer.analysis.filters.sensor_sets import SensorSet
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import legend_at_left, stacked
+from torquer.report.common.figure import legend_at_left, stack_panels
 from torquer.report.common.scales import clock_for
-from torquer.report.filter.pictures import saved, shade
+from torquer.report.filter.pictures import save_figure, shade
 
 _COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 
@@ -16,7 +16,7 @@ _COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
     """95th percentile of the attitude error over time, weakest singular value of each window."""
     clock = clock_for(sets[0].t_s[-1])
-    figure, (error, weakest) = stacked(title, 2, 5.6, sharex=True)
+    figure, (error, weakest) = stack_panels(title, 2, 5.6, sharex=True)
     for k, each in enumerate(sets):
         colour, seen = _COLOURS[k % len(_COLOURS)], each.observability
         error.semilogy(each.t_s / clock.seconds, each.error_deg, color=colour, label=each.name)
@@ -30,4 +30,4 @@ def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
     weakest.set_ylabel("weakest singular value", fontsize=10)
     weakest.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
     legend_at_left(error, 2)
-    return saved(figure, path)
+    return save_figure(figure, path)

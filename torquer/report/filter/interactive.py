@@ -16,9 +16,9 @@ from torquer.report.common.interactive import (
     band,
     layout,
     line,
-    shaded,
+    shade,
     square,
-    stacked,
+    stack_traces,
 )
 from torquer.report.common.scales import Clock, clock_for
 from torquer.report.filter.pictures import COLOURS, LAGS, UNITS, measures
@@ -73,10 +73,12 @@ def _over_time(found: FilterCheck, panels, panel_px: int, clock: Clock) -> dict:
     hidden = bands_where(expected.t_s, 1.0 - np.asarray(expected.sun_seen, dtype=float))
     if 0 < len(hidden) <= _MOST_BANDS:
         panels[0][0].append(square("Sun not in view", _NIGHT))
-    shapes = [shaded(a / clock.seconds, b / clock.seconds, _NIGHT) for a, b in hidden]
+    shapes = [shade(a / clock.seconds, b / clock.seconds, _NIGHT) for a, b in hidden]
     ended = float(found.flown.t_s[-1]) / clock.seconds
     x_axis = axis(f"time [{clock.unit}]", range=[0.0, ended], hoverformat=".4~g")
-    return stacked(panels, panel_px, x_axis, shapes=shapes[:_MOST_BANDS], hovermode="x unified")
+    return stack_traces(
+        panels, panel_px, x_axis, shapes=shapes[:_MOST_BANDS], hovermode="x unified"
+    )
 
 
 def consistency_figure(found: FilterCheck) -> dict:
@@ -115,7 +117,7 @@ def whiteness_figure(found: FilterCheck) -> dict:
                                            hovermode="x unified")}  # fmt: skip
 
 
-def figures_of(found: FilterCheck, states) -> dict[str, dict]:
+def make_figures(found: FilterCheck, states) -> dict[str, dict]:
     """All figures of a check by the names of its pictures; none if nothing started."""
     if not found.flown.started.any():
         return {}

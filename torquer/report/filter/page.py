@@ -12,11 +12,11 @@ from torquer.analysis.filters.filter_check import (
     rejected_in_words,
     restarts_in_words,
 )
-from torquer.analysis.filters.observability import states_of
+from torquer.analysis.filters.observability import filter_states
 from torquer.report.common.html import card, cards
 from torquer.report.common.sources import sources_data
-from torquer.report.filter.interactive import figures_of
-from torquer.scenario.toml_text import toml_of
+from torquer.report.filter.interactive import make_figures
+from torquer.scenario.toml_text import to_toml
 from torquer.simulation.results.file import put
 
 HEAD = ("Statistic", "Value", "95 % band", "Instants inside", "Result")
@@ -34,13 +34,13 @@ _WORDS = {
 
 def write_page(found: FilterCheck, path: Path) -> Path:
     """Write the page, its plots within it."""
-    text = toml_of(json.loads(found.scenario.model_dump_json(exclude_none=True)))
+    text = to_toml(json.loads(found.scenario.model_dump_json(exclude_none=True)))
     rows = list(map(check_row, found.checks))
-    states = states_of(found.scenario.control.estimator)
+    states = filter_states(found.scenario.control.estimator)
     made = [
-        card("verdict", _capital(found.verdict.text), "", {"pairs": rows_of(found)}),
+        card("verdict", _capital(found.verdict.text), "", {"pairs": check_rows(found)}),
         card("checks", "Checks", "", {"grid": (HEAD, rows)}),
-        *(_drawn(key, figure) for key, figure in figures_of(found, states).items()),
+        *(_draw(key, figure) for key, figure in make_figures(found, states).items()),
         card("sources", "Sources to cite", "", {"sources": sources_data(found.scenario)}),
         card("scenario", "Scenario", "", {"text": text}, folded=True),
     ]
@@ -52,7 +52,7 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def rows_of(found: FilterCheck) -> list[tuple[str, str]]:
+def check_rows(found: FilterCheck) -> list[tuple[str, str]]:
     """Findings of a check, as labels and values."""
     plain = as_plain(found)
     rows = [
@@ -80,7 +80,7 @@ def check_row(check: Check) -> tuple[str, ...]:
     return check.name, f"{check.value:.3f}", band, inside, "ok" if check.passed else "FAIL"
 
 
-def _drawn(key: str, figure: dict) -> dict:
+def _draw(key: str, figure: dict) -> dict:
     kind, _, state = key.partition("_")
     title = f"{state.replace('_', ' ')} error".capitalize() if state else key.capitalize()
     return card(key, title, _WORDS[kind], {"figure": figure, "words": f"{title}."})

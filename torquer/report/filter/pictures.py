@@ -13,10 +13,10 @@ from torquer.analysis.filters.filter_statistics import (
     nees,
     nis,
 )
-from torquer.analysis.filters.observability import states_of
+from torquer.analysis.filters.observability import filter_states
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import legend_at_left, saved, stacked
+from torquer.report.common.figure import legend_at_left, save_figure, stack_panels
 from torquer.report.common.scales import Clock, clock_for
 
 #: Runs drawn one by one; readings apart up to which correlation is shown.
@@ -46,10 +46,10 @@ def draw_all(found: FilterCheck, folder: Path) -> dict[str, Path]:
         return {}
     paths = {
         f"errors_{name.replace(' ', '_')}": _draw_errors(found, name, 3 * k)
-        for k, name in enumerate(states_of(found.scenario.control.estimator))
+        for k, name in enumerate(filter_states(found.scenario.control.estimator))
     }
     drawn = paths | {"consistency": _draw_consistency(found), "whiteness": _draw_whiteness(found)}
-    return {name: saved(figure, folder / f"{name}.png") for name, figure in drawn.items()}
+    return {name: save_figure(figure, folder / f"{name}.png") for name, figure in drawn.items()}
 
 
 def shade(axes, t_s, seen, clock: Clock) -> None:
@@ -65,7 +65,9 @@ def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
     flown, expected = found.flown, found.expected
     unit, size = UNITS[name]
     clock = clock_for(flown.t_s[-1])
-    figure, panels = stacked(f"{name.capitalize()} error of {found.runs} runs", 3, 6.4, sharex=True)
+    figure, panels = stack_panels(
+        f"{name.capitalize()} error of {found.runs} runs", 3, 6.4, sharex=True
+    )
     t = flown.t_s / clock.seconds
     for k, axes in enumerate(panels):
         errors = flown.errors[:, :, first + k] / size
@@ -91,7 +93,7 @@ def _draw_consistency(found: FilterCheck) -> Figure:
     flown, shown = found.flown, measures(found)
     clock = clock_for(flown.t_s[-1])
     title = f"NEES and NIS per degree of freedom, mean of {found.runs} runs"
-    figure, panels = stacked(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
+    figure, panels = stack_panels(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
     for axes, (name, (values, freedoms)) in zip(panels, shown.items(), strict=True):
         there = np.isfinite(values).sum(axis=0) >= 0.5 * len(values)
         mean = np.where(there, mean_over_runs(values), np.nan) / freedoms
@@ -123,7 +125,7 @@ def measures(found: FilterCheck) -> dict[str, tuple[np.ndarray, int]]:
 
 def _draw_whiteness(found: FilterCheck) -> Figure:
     """Correlation of innovations over the number of readings between them."""
-    figure, (axes,) = stacked("Correlation of innovations", 1, 3.2)
+    figure, (axes,) = stack_panels("Correlation of innovations", 1, 3.2)
     lags = np.arange(1, LAGS + 1)
     innovations_of = found.closely.innovations
     apart = 0.36 / max(len(innovations_of) - 1, 1)

@@ -7,10 +7,10 @@ import xarray as xr
 
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.report.common.colours import BLUE, RED
-from torquer.report.common.figure import legend_at_left, stacked
+from torquer.report.common.figure import legend_at_left, stack_panels
 from torquer.report.common.scales import clock_for
-from torquer.report.filter.pictures import saved, shade
-from torquer.simulation.results.dataset import scenario_of
+from torquer.report.filter.pictures import save_figure, shade
+from torquer.simulation.results.dataset import flown_scenario
 
 
 def draw_smoothed(result: xr.Dataset, smoothed: xr.Dataset, path: Path) -> Path:
@@ -18,8 +18,8 @@ def draw_smoothed(result: xr.Dataset, smoothed: xr.Dataset, path: Path) -> Path:
     steps = result.sel(time=smoothed["time"])
     t_s = steps["time"].values
     clock = clock_for(t_s[-1])
-    title = f"{scenario_of(result).name}: what later readings tell"
-    figure, (error, stated) = stacked(title, 2, 5.6, sharex=True)
+    title = f"{flown_scenario(result).name}: what later readings tell"
+    figure, (error, stated) = stack_panels(title, 2, 5.6, sharex=True)
     true, t = steps["q_body_to_inertial"].values, t_s / clock.seconds
     kinds = (
         ("filter", RED, steps["q_estimated"], steps["attitude_sigma"]),
@@ -37,4 +37,4 @@ def draw_smoothed(result: xr.Dataset, smoothed: xr.Dataset, path: Path) -> Path:
     stated.set_ylabel("stated, about each axis [deg]", fontsize=10)
     stated.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
     legend_at_left(error, 2)
-    return saved(figure, path)
+    return save_figure(figure, path)

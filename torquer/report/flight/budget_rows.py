@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from torquer.analysis.budget import NAMES, Budget, models_as_plain, rows_of
+from torquer.analysis.budget import NAMES, Budget, budget_rows, models_as_plain
 from torquer.environment.ephemeris import ModelErrors
-from torquer.report.common.scales import prefixed
+from torquer.report.common.scales import choose_prefix
 
 HEAD = ("", "mean x", "y", "z", "RMS x", "y", "z", "RMS", "greatest", "of coils")
 
@@ -13,18 +13,18 @@ def budget_table(budget: Budget) -> tuple[str, list[tuple[str, ...]]]:
     """(Unit, rows below `HEAD`): mean and RMS about the body axes, RMS and greatest size, and the
     RMS size as a share of the mean torque that the coils can give. The unit suits disturbances:
     the coils' torque is some hundred times as great."""
-    rows = rows_of(budget)
+    rows = budget_rows(budget)
     sizes = [row.greatest_size_n_m for name, row in rows.items() if name != "coils"]
-    factor, unit = prefixed(np.array(sizes), "N m")
+    factor, unit = choose_prefix(np.array(sizes), "N m")
     table = []
     for name, row in rows.items():
         numbers = (*row.mean_n_m, *row.rms_n_m, row.rms_size_n_m, row.greatest_size_n_m)
-        share = "" if row.share is None else f"{_shown(100.0 * row.share)} %"
-        table.append((NAMES[name], *(_shown(factor * number) for number in numbers), share))
+        share = "" if row.share is None else f"{_show(100.0 * row.share)} %"
+        table.append((NAMES[name], *(_show(factor * number) for number in numbers), share))
     return unit, table
 
 
-def _shown(number: float) -> str:
+def _show(number: float) -> str:
     """Three digits, and no more than three decimals."""
     if 0.0 < abs(number) < 5e-4:
         return "0.000"
@@ -47,7 +47,7 @@ def reach_in_words(budget: Budget) -> str:
     """What the coils can give across the field, in a line; "" without coils."""
     if (reach := budget.available) is None:
         return ""
-    factor, unit = prefixed(reach, "N m")
+    factor, unit = choose_prefix(reach, "N m")
     mean, least = factor * reach.mean(), factor * reach.min()
     return (
         f"The coils can give {mean:.3g} {unit} on average in any direction across the field, "

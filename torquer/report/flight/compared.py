@@ -12,18 +12,18 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from torquer.analysis.attitude import attitude_error_of
-from torquer.analysis.derived import rate_of
-from torquer.analysis.side_by_side import differences, names_of
-from torquer.analysis.summary import summary_of
-from torquer.analysis.summary_rows import rows_of
-from torquer.analysis.wheel_use import wheels_of
+from torquer.analysis.attitude import find_attitude_error
+from torquer.analysis.derived import rate_size
+from torquer.analysis.side_by_side import differences, distinct_names
+from torquer.analysis.summary import summarise
+from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.wheel_use import recorded_wheels
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import place, png_of, saved, sheet
-from torquer.report.common.scales import prefixed
+from torquer.report.common.figure import encode_png, place, save_figure, sheet
+from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import Line, Panel, mean_line
 from torquer.report.flight.png import draw_panel
-from torquer.report.flight.view import View, view_of
+from torquer.report.flight.view import View, make_view
 
 #: Greatest number of runs: the number of colours that can be distinguished.
 MOST = 6
@@ -39,13 +39,13 @@ class Comparison:
     names: tuple[str, ...]
     results: tuple[xr.Dataset, ...]
     summaries: tuple[dict, ...]
-    """The summary of each run, as `torquer.summary_of` gives it."""
+    """The summary of each run, as `torquer.summarise` gives it."""
     changed: dict[str, list]
     """Keys whose values differ between the scenarios, with the value of each run."""
 
     def rows(self) -> list[tuple[str, ...]]:
         """The key numbers as rows of a table: label, then a value of each run."""
-        shown = [_numbered(rows_of(summary)) for summary in self.summaries]
+        shown = [_number(summary_rows(summary)) for summary in self.summaries]
         labels = dict.fromkeys(label for rows in shown for label in rows)
         return [(label[0], *(rows.get(label, "") for rows in shown)) for label in labels]
 
@@ -67,7 +67,7 @@ class Comparison:
         return "\n".join(" | ".join(row) for row in [("", *self.names), *self.rows()])
 
     def _repr_html_(self) -> str:
-        picture = base64.b64encode(png_of(self.plot())).decode("ascii")
+        picture = base64.b64encode(encode_png(self.plot())).decode("ascii")
         changed = [(key, *map(_text, values)) for key, values in self.changed.items()]
         head = "".join(f"<th>{escape(name)}</th>" for name in ("", *self.names))
         rows = "".join(
@@ -87,8 +87,8 @@ def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Compari
     """
     if not 2 <= len(results) <= MOST:
         raise ValueError(f"results: must be 2 to {MOST} runs; received {len(results)}")
-    named = tuple(names_of(results, names))
-    summaries = tuple(map(summary_of, results))
+    named = tuple(distinct_names(results, names))
+    summaries = tuple(map(summarise, results))
     return Comparison(named, tuple(results), summaries, differences(results))
 
 
@@ -96,7 +96,7 @@ def _text(value) -> str:
     return "not given" if value is None else str(value)
 
 
-def _numbered(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
+def _number(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
     """Values by label, the second of two equal labels ("Final rate") apart from the first."""
     found: dict[tuple[str, int], str] = {}
     for label, value in rows:
@@ -105,7 +105,7 @@ def _numbered(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
 
 
 def _figure(compared: Comparison) -> Figure:
-    views = [view_of(result) for result in compared.results]
+    views = [make_view(result) for result in compared.results]
     longest = max(views, key=lambda view: view.end_s)
     panels = _panels(_labels(compared), views)
     height = _HEAD + len(panels) * (_PANEL + _BETWEEN) - _BETWEEN + _UNDER
@@ -130,18 +130,18 @@ def _labels(compared: Comparison) -> list[str]:
 
 def _panels(names, views: list[View]) -> list[Panel]:
     """The panels that apply to all runs."""
-    rates = [rate_of(view.result).values for view in views]
+    rates = [rate_size(view.result).values for view in views]
     momenta = [np.linalg.norm(view.values("momentum_inertial"), axis=1) for view in views]
-    factor, unit = prefixed(np.concatenate(momenta), "N m s")
+    factor, unit = choose_prefix(np.concatenate(momenta), "N m s")
     panels = [
         _panel(names, views, rates, "Absolute rate", "|ω| [deg/s]"),
         _panel(names, views, [factor * m for m in momenta], "Angular momentum", f"|L| [{unit}]"),
     ]
-    errors = [attitude_error_of(view.result) for view in views]
+    errors = [find_attitude_error(view.result) for view in views]
     known = [error.angle_deg for error in errors if error is not None]
     if len(known) == len(views):
         panels.insert(0, _panel(names, views, known, "Attitude error angle", "[deg]"))
-    wheels = [wheels_of(view.result, view.scenario) for view in views]
+    wheels = [recorded_wheels(view.result, view.scenario) for view in views]
     if all(each is not None for each in wheels):
         shares = [100.0 * each.momentum_shares.max(axis=1) for each in wheels if each is not None]
         title = "Most loaded wheel, share of its momentum limit"
@@ -172,4 +172,4 @@ def _line(name: str, view: View, y, colour: str, log: bool) -> Line:
 
 def write_comparison(compared: Comparison, folder: Path) -> Path:
     """Write the picture into a folder; its path."""
-    return saved(compared.plot(), folder / "compared.png")
+    return save_figure(compared.plot(), folder / "compared.png")

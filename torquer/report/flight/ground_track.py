@@ -3,7 +3,7 @@
 import numpy as np
 
 from torquer.report.common.colours import RED
-from torquer.report.common.interactive import axis, layout, packed
+from torquer.report.common.interactive import axis, layout, pack_numbers
 from torquer.report.common.scales import clock_for
 from torquer.report.flight.view import View
 
@@ -34,9 +34,9 @@ def track_figure(view: View) -> dict:
             data.append(
                 {
                     "type": "scatter",
-                    "x": packed(x),
-                    "y": packed(y),
-                    "customdata": packed(t),
+                    "x": pack_numbers(x),
+                    "y": pack_numbers(y),
+                    "customdata": pack_numbers(t),
                     "mode": "lines" if len(lon) > 1 else "markers",
                     "name": label,
                     "line": {"color": colour, "width": 2},
@@ -71,9 +71,9 @@ def track_figure(view: View) -> dict:
 def _field_contours(lon, lat, strength) -> dict:
     return {
         "type": "contour",
-        "x": packed(lon),
-        "y": packed(lat),
-        "z": {**packed(strength), "shape": f"{len(lat)}, {len(lon)}"},
+        "x": pack_numbers(lon),
+        "y": pack_numbers(lat),
+        "z": {**pack_numbers(strength), "shape": f"{len(lat)}, {len(lon)}"},
         "colorscale": list(zip((0.0, 0.5, 1.0), PALE, strict=True)),
         "opacity": 0.9,
         "name": "|B|",

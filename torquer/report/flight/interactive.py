@@ -6,7 +6,7 @@ from torquer.report.common.interactive import (
     MARGIN_PX,
     axis,
     layout,
-    packed,
+    pack_numbers,
     packed_times,
     square,
     translucent,
@@ -77,8 +77,8 @@ def _bar_trace(bar: Bar, clock_s: float) -> dict:
     colour = translucent(bar.colour, bar.opacity)
     return {
         "type": "scatter",
-        "x": packed(edges, "f8"),
-        "y": packed(np.tile([0.0, 1.0, 1.0, 0.0], len(bar.spans))),
+        "x": pack_numbers(edges, "f8"),
+        "y": pack_numbers(np.tile([0.0, 1.0, 1.0, 0.0], len(bar.spans))),
         "name": bar.label,
         "mode": "lines",
         "line": {"width": 0, "color": colour},
@@ -115,7 +115,7 @@ def _traces(line: Line, clock_s: float) -> list[dict]:
         *_range_traces(line, base),
         {
             **base,
-            "y": packed(series.y),
+            "y": pack_numbers(series.y),
             "name": line.label,
             "mode": "lines+markers" if len(series.t) < 4 else mode,
             "cliponaxis": many,
@@ -147,14 +147,14 @@ def _range_traces(line: Line, base: dict) -> list[dict]:
     }
     fill = {"fill": "tonexty", "fillcolor": translucent(line.colour)}
     traces = [
-        {**unseen, "y": packed(series.low), "name": f"{line.label} min"},
-        {**unseen, **fill, "y": packed(series.high), "name": f"{line.label} max"},
+        {**unseen, "y": pack_numbers(series.low), "name": f"{line.label} min"},
+        {**unseen, **fill, "y": pack_numbers(series.high), "name": f"{line.label} max"},
     ]
     if not series.fast.any():
         return traces
     drawn_edge = {**unseen, "line": {"width": 1, "color": line.colour}, "hoverinfo": "skip"}
     return traces + [
-        {**drawn_edge, "y": packed(np.where(series.fast, edge, np.nan))}
+        {**drawn_edge, "y": pack_numbers(np.where(series.fast, edge, np.nan))}
         for edge in (series.low, series.high)
     ]
 

@@ -4,7 +4,7 @@ from torquer.analysis.summary_rows import time_or_never, unchanged_in_words
 from torquer.computer.modes.diagram import svg
 from torquer.computer.modes.layout import layout
 from torquer.computer.modes.spec import MAIN, Modes
-from torquer.report.common.html import encoded
+from torquer.report.common.html import encode
 from torquer.report.flight.view import View
 
 _CAPTION = (
@@ -23,7 +23,7 @@ def modes_data(view: View, modes: Modes) -> dict:
     changed = [name for name, states in uses.items() if name == MAIN or _entered(states) > 1]
     return {
         "caption": _CAPTION,
-        "diagram": encoded(svg(modes).encode()),  # as an image it keeps its style to itself
+        "diagram": encode(svg(modes).encode()),  # as an image it keeps its style to itself
         "tall": layout(modes).height > _TALL_PX,
         "head": _HEAD,
         "regions": [

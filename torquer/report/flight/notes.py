@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.analysis.notes.notes import notes_of
+from torquer.analysis.notes.notes import write_notes
 from torquer.analysis.verdict import clock_text
 from torquer.analysis.wheel_use import AT_LIMIT
 from torquer.computer.blocks.user import GivenLaw
@@ -32,7 +32,7 @@ def _notes_on_the_laws(view: View) -> list[str]:
         for law in view.scenario.control.named().laws.values()
         if isinstance(law, GivenLaw)
     ]
-    return [*lines, *notes_of(view.scenario)]
+    return [*lines, *write_notes(view.scenario)]
 
 
 def _notes_on_the_record(view: View) -> list[str]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.analysis.field.field_lines import field_lines
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK
-from torquer.report.common.space import animated, line
+from torquer.report.common.space import animate, line
 from torquer.report.flight.scene import spell, units
 from torquer.report.flight.view import View
 
@@ -28,7 +28,7 @@ def orbit_figure(view: View) -> dict:
     t = shown_times(view)
     r = view.at("position_inertial", t)
     moving = _moving(view, t, r)
-    return animated(
+    return animate(
         [_earth(view, t[0]), _equator(), _orbit(r / _RADIUS_M), _sun(view, t[0])],
         moving,
         moving[0],

@@ -4,8 +4,8 @@ import io
 import json
 from pathlib import Path
 
-from torquer.analysis.summary_rows import rows_of
-from torquer.report.common.html import encoded, page as page_of
+from torquer.analysis.summary_rows import summary_rows
+from torquer.report.common.html import encode, page as page_of
 from torquer.report.common.sources import sources_data
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.ground_track import track_figure
@@ -18,7 +18,7 @@ from torquer.report.flight.scene import chapters, scene_figure
 from torquer.report.flight.setting import setting
 from torquer.report.flight.verdict import verdict_data
 from torquer.report.flight.view import View
-from torquer.scenario.toml_text import toml_of
+from torquer.scenario.toml_text import to_toml
 from torquer.simulation.results.file import put
 
 #: Height of plots on a page beyond which pictures are folded.
@@ -33,7 +33,7 @@ def write_page(view: View, pictures, path: Path, overview_png: Path | None = Non
 def page(view: View, pictures, overview_png: Path | None = None) -> str:
     """The page's text."""
     modes = view.scenario.control.named().modes
-    shown = _folded([_picture(view, picture) for picture in pictures])
+    shown = _fold([_picture(view, picture) for picture in pictures])
     in_space = [_track(view), _motion(view), _orbit(view)]
     budget = _budget(view)
     return page_of(
@@ -42,16 +42,16 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
         description=view.scenario.description,
         verdict=verdict_data(view),
         notes=notes(view),
-        summary=rows_of(view.summary, verdict=False),
+        summary=summary_rows(view.summary, verdict=False),
         setting=setting(view),
         contents=_contents(bool(modes), shown, bool(budget), in_space),
-        overview=encoded(_in_few_colours(overview_png)) if overview_png else "",
+        overview=encode(_in_few_colours(overview_png)) if overview_png else "",
         modes=modes_data(view, modes) if modes else None,
         pictures=shown,
         budget=budget,
         in_space=in_space,
         sources=sources_data(view.result),
-        scenario=toml_of(json.loads(view.result.attrs["scenario"])),
+        scenario=to_toml(json.loads(view.result.attrs["scenario"])),
         laws=_law_texts(view),
         versions=list(json.loads(view.result.attrs["versions"]).items()),
     )
@@ -94,7 +94,7 @@ def _picture(view: View, picture: Picture) -> dict:
     return {"id": picture.name, "title": picture.title, "caption": caption, "groups": groups}
 
 
-def _folded(shown: list[dict]) -> list[dict]:
+def _fold(shown: list[dict]) -> list[dict]:
     """The pictures; those that would make the page longer than can be looked through, folded."""
     height = 0
     for each in shown:

@@ -52,7 +52,7 @@ _MAP_TOP, _MAP_BELOW = 0.72, 0.42
 _MAP_COLOURS = LinearSegmentedColormap.from_list("field", PALE)
 
 
-def figures_of(pictures) -> dict[str, Callable[[View], Figure]]:
+def picture_functions(pictures) -> dict[str, Callable[[View], Figure]]:
     """The functions that draw the pictures of a view, by name; the overview first."""
     return {
         "overview": draw_overview,

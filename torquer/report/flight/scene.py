@@ -7,7 +7,7 @@ import numpy as np
 
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK, SKY
 from torquer.report.common.scales import clock_for
-from torquer.report.common.space import animated, line, xyz
+from torquer.report.common.space import animate, line, xyz
 from torquer.report.flight.view import View
 
 #: Rotation of the body [deg] between frames that the eye follows easily.
@@ -91,10 +91,10 @@ def scene_figure(view: View) -> dict:
     t = np.concatenate([part.t_s for part in parts])
     moving = _moving(view, t)
     began = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
-    return animated(
-        [_great_circles(), _path_of_momentum(view)],
+    return animate(
+        [_great_circles(), _momentum_path(view)],
         moving,
-        _named(moving[0]),
+        _full_traces(moving[0]),
         _labels(view, parts),
         jumps=zip((part.name for part in parts), began, strict=False) if len(parts) > 1 else (),
         height_px=_HEIGHT_PX,
@@ -152,7 +152,7 @@ def _looks(name: str, colour: str) -> dict:
     }
 
 
-def _named(traces: list[dict]) -> list[dict]:
+def _full_traces(traces: list[dict]) -> list[dict]:
     """Full traces for the first picture."""
     mesh, *arrows = traces
     i, j, k = (column.tolist() for column in _TRIANGLES.T)
@@ -177,7 +177,7 @@ def _great_circles() -> dict:
     return line(points, "rgba(128,128,128,0.7)", 1.5, "inertial planes", hoverinfo="skip")
 
 
-def _path_of_momentum(view: View) -> dict:
+def _momentum_path(view: View) -> dict:
     """Where the angular momentum has pointed during the whole run."""
     rows = np.unique(np.linspace(0, len(view.t_s) - 1, 600).astype(int))
     path = units(view.values("momentum_inertial")[rows])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from torquer.analysis.budget import models_as_plain
-from torquer.report.common.keys import in_one_line, keys_of
+from torquer.report.common.keys import changed_keys, in_one_line
 from torquer.report.flight.view import View
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 
@@ -76,7 +76,7 @@ def _laws(view: View) -> list[tuple[str, str]]:
 def _keys(view: View, key: str, law: dict) -> dict:
     """Keys of a law or estimator in the scenario; of a user's law, the parameters flown."""
     spec = view.spec_of(key)
-    return law["parameters"] if hasattr(spec, "parameters") else keys_of(spec)
+    return law["parameters"] if hasattr(spec, "parameters") else changed_keys(spec)
 
 
 def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.analysis.budget import NAMES, Budget, rows_of
-from torquer.report.common.figure import FAINT, INK, legend_at_left, saved, stacked
+from torquer.analysis.budget import NAMES, Budget, budget_rows
+from torquer.report.common.figure import FAINT, INK, legend_at_left, save_figure, stack_panels
 from torquer.report.common.scales import clock_for, log_floor
 from torquer.report.flight.panels.torques import COLOURS
 
@@ -16,12 +16,12 @@ _DECADES = 5.0
 def draw_budget(budget: Budget, title: str, path: Path) -> Path:
     """Write the picture as a PNG file."""
     bars = len(budget.disturbance) + 2
-    figure, (over_time, by_size) = stacked(
+    figure, (over_time, by_size) = stack_panels(
         title, 2, 3.6 + 0.27 * bars, height_ratios=(3.0, 0.27 * bars)
     )
     _draw_sizes(over_time, budget)
     _draw_bars(by_size, budget)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _draw_sizes(axes, budget: Budget) -> None:
@@ -45,7 +45,7 @@ def _draw_sizes(axes, budget: Budget) -> None:
 
 def _draw_bars(axes, budget: Budget) -> None:
     """RMS size of each torque, and the greatest as a mark."""
-    rows = rows_of(budget)
+    rows = budget_rows(budget)
     places, sizes = np.arange(len(rows)), [row.rms_size_n_m for row in rows.values()]
     axes.barh(places, sizes, height=0.62, color=[COLOURS.get(name, FAINT) for name in rows])
     greatest = [row.greatest_size_n_m for row in rows.values()]

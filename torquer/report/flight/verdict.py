@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from torquer.analysis.budget import NAMES, rows_of
+from torquer.analysis.budget import NAMES, budget_rows
 from torquer.analysis.summary_rows import time_or_never
-from torquer.report.common.scales import prefixed
+from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.view import View
 
 HEAD = ("Limit", "Set by", "First below at", "Stays below from", "At the end", "Last revolution")
@@ -42,13 +42,13 @@ def limiting(view: View) -> list[str]:
 def _greatest_disturbance(view: View) -> list[str]:
     torques = {
         name: row
-        for name, row in rows_of(view.budget).items()
+        for name, row in budget_rows(view.budget).items()
         if name not in ("all", "coils") and row.rms_size_n_m > 0.0
     }
     if not torques:
         return []
     name, row = max(torques.items(), key=lambda each: each[1].rms_size_n_m)
-    factor, unit = prefixed(np.array([row.rms_size_n_m]), "N m")
+    factor, unit = choose_prefix(np.array([row.rms_size_n_m]), "N m")
     line = f"greatest disturbance torque: {NAMES[name]}, {factor * row.rms_size_n_m:.3g} {unit} RMS"
     share = "" if row.share is None else f", {100.0 * row.share:.2g} % of what the coils can give"
     return [line + share]

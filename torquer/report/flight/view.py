@@ -7,17 +7,17 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import AttitudeError, attitude_error_of
-from torquer.analysis.budget import Budget, budget_of_run
-from torquer.analysis.mode_use import RegionRecord, regions_of
+from torquer.analysis.attitude import AttitudeError, find_attitude_error
+from torquer.analysis.budget import Budget, budget_along_run
+from torquer.analysis.mode_use import RegionRecord, find_regions
 from torquer.analysis.series import bands_where, settled_from
-from torquer.analysis.summary import summary_of
-from torquer.analysis.wheel_use import FlownWheels, wheels_of
+from torquer.analysis.summary import summarise
+from torquer.analysis.wheel_use import FlownWheels, recorded_wheels
 from torquer.base.time import decimal_year
 from torquer.environment.field import at_geodetic
-from torquer.maths.geometry.attitudes import dcm_body_to_reference, interpolated
+from torquer.maths.geometry.attitudes import dcm_body_to_reference, interpolate
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import laws_of, scenario_of
+from torquer.simulation.results.dataset import flown_laws, flown_scenario
 
 #: Rotation between records [deg] up to which the attitude can be interpolated.
 _FOLLOWED_DEG = 100.0
@@ -35,7 +35,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class View:
-    """A result with what every picture needs; made by `view_of`."""
+    """A result with what every picture needs; made by `make_view`."""
 
     result: xr.Dataset
     scenario: Scenario
@@ -64,17 +64,17 @@ class View:
     @cached_property
     def wheels(self) -> FlownWheels | None:
         """The reaction wheels; None for a satellite without."""
-        return wheels_of(self.result, self.scenario)
+        return recorded_wheels(self.result, self.scenario)
 
     @cached_property
     def budget(self) -> Budget:
         """Disturbance torques at the records."""
-        return budget_of_run(self.result)
+        return budget_along_run(self.result)
 
     @cached_property
     def laws(self) -> dict[str, dict]:
         """Laws and estimators that were flown, by key."""
-        return laws_of(self.result)
+        return flown_laws(self.result)
 
     def kind_of(self, key: str) -> str:
         """The kind of entry at a key of `laws`: a law or an estimator."""
@@ -89,12 +89,12 @@ class View:
     @cached_property
     def regions(self) -> list[RegionRecord]:
         """Regions of a run with modes or a scheme."""
-        return regions_of(self.result)
+        return find_regions(self.result)
 
     @cached_property
     def attitude_error(self) -> AttitudeError | None:
         """Attitude error; None where no built-in law held one attitude."""
-        return attitude_error_of(self.result)
+        return find_attitude_error(self.result)
 
     @cached_property
     def acquired_s(self) -> float | None:
@@ -138,7 +138,7 @@ class View:
         if len(self.t_s) == 1:
             return np.repeat(dcm_body_to_reference(q), len(t_s), axis=0)
         within = np.clip(t_s, self.t_s[0], self.end_s)
-        return dcm_body_to_reference(interpolated(self.t_s, q, within))
+        return dcm_body_to_reference(interpolate(self.t_s, q, within))
 
     def at(self, name: str, t_s) -> np.ndarray:
         """A slowly changing vector [n, 3] at times within the record, interpolated."""
@@ -158,11 +158,11 @@ class View:
         return lon, lat, 1e6 * np.linalg.norm(b, axis=-1)
 
 
-def view_of(result: xr.Dataset) -> View:
+def make_view(result: xr.Dataset) -> View:
     """What the report needs of a result; `ValueError` for one without a single record."""
     if result.sizes["time"] == 0:
         raise ValueError("result: must hold at least one record; received none")
-    summary, scenario = summary_of(result), scenario_of(result)
+    summary, scenario = summarise(result), flown_scenario(result)
     every = -(-result.sizes["time"] // _MOST_RECORDS)
     if every > 1:
         last = result.sizes["time"] - 1

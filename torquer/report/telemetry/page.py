@@ -14,7 +14,7 @@ from torquer.ground.telemetry.rows import (
     twin_rows,
 )
 from torquer.report.common.html import card, cards, picture
-from torquer.report.telemetry.pictures import pictures_of
+from torquer.report.telemetry.pictures import draw_pictures
 from torquer.simulation.results.file import put
 
 _WORDS = {
@@ -77,7 +77,7 @@ def _unknown(twin) -> str:
 
 def write_telemetry(found: Examination, out: Path) -> list[str]:
     """Write report.html and the pictures of an examination; the names of the files."""
-    paths = pictures_of(found, out)
+    paths = draw_pictures(found, out)
     pairs = [row.texts[:2] for row in found.facts]
     verdict = found.verdict
     notes = [("wrong", each.text) for each in found.mistakes]

@@ -9,14 +9,14 @@ import numpy as np
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.ground.telemetry.modulus import ZONES_H
 from torquer.report.common.colours import BLUE, GREY, ORANGE, RED
-from torquer.report.common.figure import legend_at_left, saved, stacked
+from torquer.report.common.figure import legend_at_left, save_figure, stack_panels
 from torquer.report.common.scales import clock_for
 
 #: Points that are drawn at most.
 _MOST = 20_000
 
 
-def pictures_of(found, out: Path) -> dict[str, Path]:
+def draw_pictures(found, out: Path) -> dict[str, Path]:
     """Draw all pictures that an examination has into a folder; their paths by name."""
     made = {"residual": _residual(found, out / "residual.png")}
     if found.calibration is not None:
@@ -35,7 +35,7 @@ def _twin(found, path: Path) -> Path:
     data = found.data
     clock = clock_for(float(np.ptp(data["time"].values)))
     t = data["time"].values / clock.seconds
-    figure, (rate, gyro, field) = stacked("Twin over data", 3, 9.0)
+    figure, (rate, gyro, field) = stack_panels("Twin over data", 3, 9.0)
     read, own = (np.degrees(data[name].values) for name in ("omega_measured", "omega_body"))
     rate.plot(t, np.linalg.norm(own, axis=1), color=BLUE, lw=1.0, label="twin")
     rate.plot(t, np.linalg.norm(read, axis=1), ".", ms=4, color=ORANGE, label="gyro")
@@ -50,7 +50,7 @@ def _twin(found, path: Path) -> Path:
         axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
         axes.margins(x=0)
         legend_at_left(axes, 3)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _attitude(found, path: Path) -> Path:
@@ -59,7 +59,7 @@ def _attitude(found, path: Path) -> Path:
     t_s = found.data["time"].values[rows]
     clock = clock_for(float(np.ptp(t_s)))
     t = t_s / clock.seconds
-    figure, (stated, missed) = stacked("Attitude", 2, 5.6)
+    figure, (stated, missed) = stack_panels("Attitude", 2, 5.6)
     for name, label, colour in (
         ("attitude_sigma", "filter", ORANGE), ("attitude_sigma_smoothed", "in hindsight", BLUE),
     ):  # fmt: skip
@@ -80,7 +80,7 @@ def _attitude(found, path: Path) -> Path:
         legend_at_left(axes, 3)
     if not found.fit.fits:
         stated.set_title("the model does not fit: these are no errors", fontsize=10, color=RED)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _thin(found):
@@ -98,7 +98,7 @@ def _residual(found, path: Path) -> Path:
     t_s = found.data["time"].values[rows]
     clock = clock_for(float(np.ptp(t_s)))
     t = t_s / clock.seconds
-    figure, (strength, over_time, over_orbit) = stacked("Strength of the field", 3, 9.0)
+    figure, (strength, over_time, over_orbit) = stack_panels("Strength of the field", 3, 9.0)
     strength.plot(t, before * 1e-3, ".", ms=3, color=GREY, label="as measured")
     strength.plot(t, model * 1e-3, color=BLUE, lw=1.0, label="IGRF")
     _limit(strength, np.append(before, model) * 1e-3)
@@ -128,7 +128,7 @@ def _residual(found, path: Path) -> Path:
         "residual [nT]" if found.calibration is None else "residual after [nT]", fontsize=10
     )
     legend_at_left(over_orbit, 2)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _limit(axes, values) -> None:
@@ -148,7 +148,7 @@ def _ellipsoid(found, path: Path) -> Path:
     cooked = found.calibrated["B_VFM"].values[rows]
     usual = np.nanpercentile(np.abs(np.linalg.norm(raw, axis=1) / model - 1.0)[~out], 90.0)
     gain = max(1.0, float(f"{0.25 / max(usual, 1e-6):.1g}"))
-    figure, panels = stacked(f"Length over the model's, departures times {gain:g}", 1, 3.4)
+    figure, panels = stack_panels(f"Length over the model's, departures times {gain:g}", 1, 3.4)
     panels[0].remove()
     axes_of = figure.subplots(1, 3)
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
@@ -169,15 +169,15 @@ def _ellipsoid(found, path: Path) -> Path:
         axes.set_ylim(-1.7, 1.7)
         axes.tick_params(labelsize=8)
     legend_at_left(axes_of[0], 2)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _zones(found, path: Path) -> Path:
-    figure, (axes,) = stacked("Residual with the stamps moved by whole zones", 1, 3.2)
+    figure, (axes,) = stack_panels("Residual with the stamps moved by whole zones", 1, 3.2)
     axes.semilogy(ZONES_H, found.zone.residual_nt, ".-", color=BLUE, lw=0.8, ms=4)
     axes.axvline(0.0, color=GREY, lw=0.8, label="as stated")
     axes.axvline(found.zone.best_h, color=RED, lw=0.8, ls="--", label="best")
     axes.set_xlabel("stamps moved by [h]", fontsize=10)
     axes.set_ylabel("residual [nT]", fontsize=10)
     legend_at_left(axes, 2)
-    return saved(figure, path)
+    return save_figure(figure, path)

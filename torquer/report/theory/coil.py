@@ -5,14 +5,14 @@ from matplotlib.ticker import MaxNLocator
 
 from torquer.design.coil_design import CoilSizes
 from torquer.report.common.colours import BLUE, RED
-from torquer.report.common.figure import stacked
+from torquer.report.common.figure import stack_panels
 
 
 def draw_coils(answer: CoilSizes) -> Figure:
     """Voltage and current of the gauges that fit, all at the same dipole; limits are dashed."""
     asked, gauges = answer.request, [coil.awg for coil in answer.coils]
     title = f"{asked.dipole_a_m2:g} A m² with {asked.mass_kg:g} kg of {asked.metal}"
-    figure, panels = stacked(title, 2, 4.6, sharex=True)
+    figure, panels = stack_panels(title, 2, 4.6, sharex=True)
     curves = (
         ("voltage [V]", [coil.voltage_v for coil in answer.coils], BLUE, asked.voltage_v),
         ("current [A]", [coil.current_a for coil in answer.coils], RED, asked.current_a),

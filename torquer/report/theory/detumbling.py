@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from torquer.design.gain_sweep import GainSweep
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED
-from torquer.report.common.figure import INK, legend_at_left, stacked
+from torquer.report.common.figure import INK, legend_at_left, stack_panels
 
 _TIMES = ((0.5, "half", BLUE), (0.9, "90 %", ORANGE), (1.0, "last", RED))
 
@@ -14,7 +14,7 @@ def draw_gains(sweep: GainSweep) -> Figure:
     """Flights over their gains."""
     gains = np.array([each.gain for each in sweep.flights])
     title = f"{sweep.scenario.name}: gain of B-dot".lstrip(": ")
-    figure, (upper, middle, lower) = stacked(title, 3, 7.2, sharex=True)
+    figure, (upper, middle, lower) = stack_panels(title, 3, 7.2, sharex=True)
     for part, name, colour in _TIMES:
         hours = np.array([each.settled_by(part) for each in sweep.flights]) / 3600.0
         upper.plot(gains, np.where(np.isfinite(hours), hours, np.nan), "o-", color=colour, ms=4,

@@ -10,7 +10,7 @@ from torquer.theory.averaged.answer import LawMotion
 from torquer.theory.averaged.case import POINTED, AveragedCase
 from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.slow.evolution.sdot import sun_angle
-from torquer.theory.slow.slow_motion import map_of_evolution
+from torquer.theory.slow.slow_motion import map_evolution
 
 _GRID = 61
 
@@ -33,7 +33,7 @@ def _map(motion: LawMotion) -> Figure:
     case, revolutions = motion.case, motion.found["course_revolutions"]
     top = 179.0 if case.law in POINTED else 90.0
     incl, rho = np.linspace(0.0, 90.0, _GRID), np.linspace(0.0, top, _GRID)
-    values, name, unit = _shown(case, _slow_map(case, incl, rho, 2.0 * math.pi * revolutions))
+    values, name, unit = _show(case, _slow_map(case, incl, rho, 2.0 * math.pi * revolutions))
     title = (
         f"{case.law}: {name} after {revolutions:.3g} rev, eps = {case.constants.eps:.3g}, "
         f"theta₀ = {math.degrees(case.theta):.0f}°"
@@ -48,7 +48,7 @@ def _map(motion: LawMotion) -> Figure:
     return draw_map(incl, rho, values, unit, title, here)
 
 
-def _shown(case: AveragedCase, found: Slow) -> tuple:
+def _show(case: AveragedCase, found: Slow) -> tuple:
     """Values that matter for the law, their name and unit."""
     return {
         "bdot": (found.l, "L / L₀", ""),
@@ -67,7 +67,7 @@ def _slow_map(case: AveragedCase, incl, rho, end: float) -> Slow:
         "sigma_deg": math.degrees(case.sigma), "theta_deg": math.degrees(case.theta),
         "eps": case.constants.eps,
     }  # fmt: skip
-    return map_of_evolution(
+    return map_evolution(
         case.evolution, {"inclination_deg": incl, "rho_deg": rho}, fixed, end,
         spinner=case.spinner, target=target,
     )  # fmt: skip

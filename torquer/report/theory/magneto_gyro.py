@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.pointing_flights import PointingFlights
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED
-from torquer.report.common.figure import FAINT, INK, legend_at_left, stacked
+from torquer.report.common.figure import FAINT, INK, legend_at_left, stack_panels
 from torquer.theory.magneto_gyro.day import degree_map
 from torquer.theory.magneto_gyro.wheel_choice import over_stiffness
 
@@ -46,7 +46,7 @@ def _wheel(made: GyroDesign, title: str) -> Figure:
     h = np.sort(np.concatenate([h, _NEAR_2]))
     found = over_stiffness(craft, made.first, made.second.weights, h, made.case.along.normal,
                            made.request.form)  # fmt: skip
-    figure, (axes,) = stacked(title, 1, 4.6)
+    figure, (axes,) = stack_panels(title, 1, 4.6)
     unstable = (found.first <= 0.0) | ~(found.second > 0.0)
     axes.fill_between(h, 0.0, 1.0, where=unstable, step="mid", transform=axes.get_xaxis_transform(),
                       color=_UNSTABLE, lw=0.0, label="a stage unstable")  # fmt: skip
@@ -66,7 +66,7 @@ def _wheel(made: GyroDesign, title: str) -> Figure:
     axes.set_xlabel("stiffness h\nstage 2: gains made for each wheel with the same weights; "
                     "stage 1: the same gains", fontsize=9)  # fmt: skip
     axes.set_ylabel("degree of stability [1/nu0]", fontsize=10)
-    upper = axes.secondary_xaxis("top", functions=(craft.wheel_at, _stiffness_of(craft)))
+    upper = axes.secondary_xaxis("top", functions=(craft.wheel_at, _find_stiffness(craft)))
     upper.set_xlabel("momentum of the wheel [N m s]", fontsize=9)
     upper.tick_params(labelsize=8.5, color=FAINT)
     axes.legend(loc="upper right", fontsize=8.5, frameon=True, framealpha=0.9, edgecolor="none",
@@ -74,7 +74,7 @@ def _wheel(made: GyroDesign, title: str) -> Figure:
     return figure
 
 
-def _stiffness_of(craft):
+def _find_stiffness(craft):
     return lambda wheel: wheel / craft.momentum_unit + craft.pitch_inertia - 2.0
 
 
@@ -82,7 +82,7 @@ def _errors(made: GyroDesign, title: str) -> Figure:
     """Root mean squares of roll, pitch and yaw by cause, and of all together."""
     causes = {**made.errors, "together": np.sqrt(sum(x**2 for x in made.errors.values()))}
     shown = {name: x for name, x in causes.items() if np.any(x > 0.0)} or causes
-    figure, (axes,) = stacked(title, 1, 3.6)
+    figure, (axes,) = stack_panels(title, 1, 3.6)
     width, places = 0.26, np.arange(len(shown))
     for number, (name, colour) in enumerate(_ANGLES):
         values = [x[number] for x in shown.values()]
@@ -101,7 +101,7 @@ def _errors(made: GyroDesign, title: str) -> Figure:
 def _flights(made: GyroDesign, flights: PointingFlights, title: str) -> Figure:
     """Attitude error of each release over the orbits, with the times by theory."""
     period_s = made.case.scenario.orbit.period_s
-    figure, (axes,) = stacked(title, 1, 4.2)
+    figure, (axes,) = stack_panels(title, 1, 4.2)
     orbits = flights.t_s / period_s
     for error in flights.error_deg:
         axes.semilogy(orbits, np.maximum(error, 1e-4), color=BLUE, lw=0.8, alpha=0.7)
@@ -125,7 +125,7 @@ def _orbits(made: GyroDesign, title: str) -> Figure:
     inclinations = np.unique([*_INCLINATIONS, case.inclination_deg])
     altitudes = np.unique([*_ALTITUDES, case.altitude_km])
     grid = inclinations, altitudes, degree_map(made.loop, inclinations, altitudes)
-    figure, (axes,) = stacked(title, 1, 4.6)
+    figure, (axes,) = stack_panels(title, 1, 4.6)
     axes.grid(False)
     axes.contourf(*grid, levels=[-np.inf, 0.0], colors=[_UNSTABLE])
     levels = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5]

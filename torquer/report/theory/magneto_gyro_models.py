@@ -3,9 +3,9 @@
 import numpy as np
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import INK, legend_at_left, stacked
+from torquer.report.common.figure import INK, legend_at_left, stack_panels
 from torquer.theory.magneto_gyro import comparison
-from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of
+from torquer.theory.magneto_gyro.accuracy import covariances, follow_revolution
 from torquer.theory.magneto_gyro.comparison import Degrees
 from torquer.theory.magneto_gyro.models import GyroModelCase, GyroModels
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
@@ -19,7 +19,7 @@ ANGLES = (("roll", 0, BLUE), ("pitch", 1, GREEN), ("yaw", 2, RED))
 def region(title: str, angle_gains, rate_gains, degrees: Degrees, here=None):
     """Figure: degrees `[rate gain, angle gain]` of stage 1 over both gains, logarithmic axes;
     `here`: a pair of gains to be marked."""
-    figure, (axes,) = stacked(title, 1, 4.6)
+    figure, (axes,) = stack_panels(title, 1, 4.6)
     axes.grid(False)
     exact = np.nan_to_num(degrees.exact, nan=-1.0)
     axes.contourf(angle_gains, rate_gains, exact, levels=[-np.inf, 0.0], colors=[_UNSTABLE])
@@ -48,7 +48,7 @@ def region(title: str, angle_gains, rate_gains, degrees: Degrees, here=None):
 def over(title: str, x, name: str, curves, marks=(), lowest: float = -0.3):
     """Figure: degrees over a parameter. `curves`: (label, `Degrees`), each frozen and exact;
     `marks`: values of the parameter with their words."""
-    figure, (axes,) = stacked(title, 1, 4.0)
+    figure, (axes,) = stack_panels(title, 1, 4.0)
     for (label, degrees), colour in zip(curves, (RED, BLUE, ORANGE, GREEN), strict=False):
         known = {"color": colour, "lw": 1.6}
         axes.plot(x, np.maximum(degrees.exact, 2.0 * lowest), label=f"{label}exact", **known)
@@ -70,7 +70,7 @@ def over(title: str, x, name: str, curves, marks=(), lowest: float = -0.3):
 
 def roots(title: str, factors, followed, name: str, lowest: float = -4.0, highest: float = 0.4):
     """Figure: root locus `[points, n]` of a frozen model; the roots at factor 1 are marked."""
-    figure, (axes,) = stacked(title, 1, 4.6)
+    figure, (axes,) = stack_panels(title, 1, 4.6)
     axes.axvspan(0.0, highest, color=_UNSTABLE, lw=0)
     colours = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
     one = int(np.argmin(np.abs(np.log(factors))))
@@ -94,7 +94,7 @@ def roots(title: str, factors, followed, name: str, lowest: float = -4.0, highes
 
 def errors(title: str, tau, frozen_deg, exact_deg):
     """Figure: standard deviations [deg] `[n, 3]` of the angles along the orbit, both models."""
-    figure, (axes,) = stacked(title, 1, 3.9)
+    figure, (axes,) = stack_panels(title, 1, 3.9)
     for name, k, colour in ANGLES:
         axes.plot(np.degrees(tau), exact_deg[:, k], color=colour, lw=1.6, label=f"{name}, exact")
         axes.plot(np.degrees(tau), frozen_deg[:, k], color=colour, lw=1.1, ls="--",
@@ -111,7 +111,7 @@ def errors(title: str, tau, frozen_deg, exact_deg):
 def dipole_response(title: str, frequencies, panels):
     """Figure: amplitudes over the frequency of a torque. `panels`: (words, with, without the
     compensator), amplitudes `[n, 3]` of phi, theta, chi per J nu0^2/A."""
-    figure, axes = stacked(title, len(panels), 6.0, sharex=True)
+    figure, axes = stack_panels(title, len(panels), 6.0, sharex=True)
     for each, (words, amplitudes, without) in zip(axes, panels, strict=True):
         for name, k, colour in (("φ", 0, BLUE), ("θ", 1, GREEN), ("χ", 2, RED)):
             if amplitudes[:, k].max() > 1e-12:
@@ -190,7 +190,7 @@ def _dipole(case: GyroModelCase):
     panels = [
         (words, *(comparison.dipole_response(gains, craft, frequencies, torque, b)
                   for gains in (case.gains, bare)))
-        for words, torque in comparison.torque_of_dipole(frequencies, b).items()
+        for words, torque in comparison.dipole_torque(frequencies, b).items()
     ]  # fmt: skip
     return dipole_response("Stage 2: angles per dipole", frequencies, panels)
 
@@ -199,7 +199,7 @@ def _noise(case: GyroModelCase):
     noise = [0.0] * 3 + [case.intensity] * 3
     craft, b = case.craft, case.along.normal
     loop = stage_2_loop(craft.satellite(), craft.gyrostat, case.gains, normal=b, form=case.form)
-    exact = np.sqrt(np.einsum("nii->ni", covariances(revolution_of(loop), noise))[:, :3])
+    exact = np.sqrt(np.einsum("nii->ni", covariances(follow_revolution(loop), noise))[:, :3])
     tau = np.linspace(0.0, 2.0 * np.pi, len(exact), endpoint=False)
     frozen = comparison.frozen_covariance(case.gains, craft.gyrostat, noise, b)
     title = "Stage 2: error under the noise of the magnetometer"

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SIGNED, SKY
-from torquer.report.common.figure import legend_at_left, stacked
+from torquer.report.common.figure import legend_at_left, stack_panels
 from torquer.theory.slow.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
@@ -51,7 +51,7 @@ def draw_evolution(u, paths: Mapping[str, Slow], title: str, angle=_RHO) -> Figu
     `angle`: its name with the unit, and a function of the slow variables. A cross marks where a
     motion stops (see `SlowMotion.ended`).
     """
-    figure, axes = stacked(title, 3, 6.6, sharex=True)
+    figure, axes = stack_panels(title, 3, 6.6, sharex=True)
     shown = (
         ("l = L / L₀", lambda slow: slow.l),
         angle,
@@ -87,7 +87,7 @@ def _room(axes) -> None:
 
 def draw_map(inclination_deg, rho_deg, values, unit: str, title: str, here: tuple | None) -> Figure:
     """Isolines over (inclination, rho0); `here`: inclination (and rho0 or None)."""
-    figure, (axes,) = stacked(title, 1, 4.6)
+    figure, (axes,) = stack_panels(title, 1, 4.6)
     values = np.asarray(values)
     known = values[np.isfinite(values)]
     levels, norm = _levels(float(known.min()), float(known.max()))

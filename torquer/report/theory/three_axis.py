@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from torquer.report.common.colours import BLUE, GREEN, RED
-from torquer.report.common.figure import INK, legend_at_left, stacked
-from torquer.theory.three_axis.floquet import mean_degrees, tabulated
+from torquer.report.common.figure import INK, legend_at_left, stack_panels
+from torquer.theory.three_axis.floquet import mean_degrees, tabulate
 from torquer.theory.three_axis.gain_search import DesignTask, ThreeAxisDesign, coarser
 from torquer.theory.three_axis.sampled import sampled_family
 
@@ -20,7 +20,7 @@ def draw_design(task: DesignTask, made: ThreeAxisDesign) -> Figure:
     k, k_a = (np.linspace(0.01, 1.0, _GRID) * 2.0 * max(p[j] for p in places.values())
               for j in (0, 1))  # fmt: skip
     exact, averaged = _degrees(task, k, k_a)
-    figure, (axes,) = stacked("Three axes by coils: degree of stability [1/rad]", 1, 4.6)
+    figure, (axes,) = stack_panels("Three axes by coils: degree of stability [1/rad]", 1, 4.6)
     axes.grid(False)
     axes.contourf(k, k_a, exact, levels=[-np.inf, 0.0], colors=[_UNSTABLE])
     if exact.max() > 0.0:
@@ -46,7 +46,7 @@ def _degrees(task: DesignTask, k, k_a) -> tuple[np.ndarray, np.ndarray]:
     corners = {"rate_gain": (k[0], k[-1]), "angle_gain": (k_a[0], k_a[-1])}
     values = np.stack([each.ravel() for each in np.meshgrid(k, k_a)], axis=1)
     exact = np.maximum(sampled_family(sampled, corners).degrees(values), -1e3)
-    smooth = tabulated(sampled.hold, corners, round(16 * sampled.hold.period / (2.0 * np.pi)))
+    smooth = tabulate(sampled.hold, corners, round(16 * sampled.hold.period / (2.0 * np.pi)))
     duty = sampled.cycle.hold_s / sum(sampled.cycle)
     averaged = mean_degrees(smooth, duty * values)
     return exact.reshape(len(k_a), -1), averaged.reshape(len(k_a), -1)

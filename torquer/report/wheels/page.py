@@ -9,7 +9,7 @@ from torquer.design.wheel_tables import failure_rows, layout_rows, lost_label, s
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import MENU, layout
-from torquer.report.wheels.pictures import draw_all, needed
+from torquer.report.wheels.pictures import draw_all, needed_momenta
 from torquer.report.wheels.sweep import draw_sweep
 from torquer.simulation.results.file import put
 from torquer.spacecraft.wheel_array.demand import Ellipsoid
@@ -34,30 +34,30 @@ def write_page(design, report: dict, path: Path) -> Path:
     title = report["description"] or report["name"]
     caption = (
         "Blue: momentum envelope [N m s]. Orange: momentum needed to rotate at "
-        f"{needed(design, report)[1]:.4g} deg/s about any axis. Drag to rotate; the menu selects "
-        "failed wheels; click a legend entry to hide it."
+        f"{needed_momenta(design, report)[1]:.4g} deg/s about any axis. Drag to rotate; the menu "
+        "selects failed wheels; click a legend entry to hide it."
     )
-    figure = {"figure": figure_of(design, report), "words": "Momentum envelope in body axes."}
+    figure = {"figure": make_figure(design, report), "words": "Momentum envelope in body axes."}
     rows = [
         card("momentum", "Momentum envelope", caption, figure),
         card("summary", "The array", "", {"pairs": summary_rows(report)}),
-        _titled("failures", failure_rows(report)),
+        _title("failures", failure_rows(report)),
     ]
     if len(report["layouts"]) > 1:
-        rows.append(_titled("layouts", layout_rows(report)))
+        rows.append(_title("layouts", layout_rows(report)))
     return put(path, cards(title, rows))
 
 
-def _titled(id: str, content) -> dict:
+def _title(id: str, content) -> dict:
     """A card with a table, its units below the title."""
     heading, head, rows = content
     title, _, units = heading.partition(": ")
     return card(id, title, units, {"grid": (head, list(rows))})
 
 
-def figure_of(design, report: dict) -> dict:
+def make_figure(design, report: dict) -> dict:
     """The plotly figure: an envelope per failure case, one of them shown, and the ellipsoid."""
-    array, (ellipsoid, rate) = design.wheels.array(), needed(design, report)
+    array, (ellipsoid, rate) = design.wheels.array(), needed_momenta(design, report)
     cases = [case["lost"] for case in report["failures"]]
     data = [_ellipsoid_trace(ellipsoid, rate)]
     for number, lost in enumerate(cases):

@@ -10,10 +10,10 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from torquer.design.wheel_design import METHODS, half_spaces
 from torquer.design.wheel_tables import hours, lost_label
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
+from torquer.report.common.figure import INK, SMALL, place, quiet, save_figure, sheet
 from torquer.spacecraft.wheel_array.demand import Ellipsoid
 from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
-from torquer.spacecraft.wheel_array.rates import required
+from torquer.spacecraft.wheel_array.rates import required_momenta
 
 #: Elevation and azimuth [deg] from which envelopes are seen.
 EYE = (18.0, -48.0)
@@ -25,10 +25,10 @@ _MOST_TURNS = 100
 _METHOD_NAMES = {"minimax": "minimax", "least_squares": "pseudo-inverse"}
 
 
-def needed(design, report: dict) -> tuple[Ellipsoid, float]:
+def needed_momenta(design, report: dict) -> tuple[Ellipsoid, float]:
     """Momenta of the required rate, or of the largest guaranteed one, and that rate."""
     rate = design.demand.rate_deg_s or report["momentum"]["worst_rate_deg_s"]
-    return required(np.array(design.body.inertia_kg_m2), math.radians(rate)), rate
+    return required_momenta(np.array(design.body.inertia_kg_m2), math.radians(rate)), rate
 
 
 def draw_all(design, report: dict, folder: Path) -> list[Path]:
@@ -47,7 +47,7 @@ def draw_all(design, report: dict, folder: Path) -> list[Path]:
 
 def draw_envelope_page(design, report: dict, path: Path) -> Path:
     """Envelopes of the whole array and after the worst single failure, with the demand."""
-    array, (ellipsoid, rate) = design.wheels.array(), needed(design, report)
+    array, (ellipsoid, rate) = design.wheels.array(), needed_momenta(design, report)
     singles = [case for case in report["failures"] if len(case["lost"]) == 1]
     worst = min(singles, key=lambda case: case["worst_rate_deg_s"])
     figure = sheet(11.0, 5.6, f"Momentum envelope · {report['description'] or report['name']}")
@@ -65,7 +65,7 @@ def draw_envelope_page(design, report: dict, path: Path) -> Path:
         fontsize=SMALL + 0.5,
         color=INK,
     )
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, frame=None) -> None:
@@ -169,7 +169,7 @@ def draw_failures(design, report: dict, path: Path) -> Path:
         axes.axvline(design.demand.rate_deg_s, color=INK, lw=1.0, ls=(0, (4, 3)))
         figure.text(0.99, 1.0 - 0.2 / height, "dashed: required", fontsize=SMALL, ha="right",
                     va="center")  # fmt: skip
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def draw_accumulation(design, report: dict, path: Path) -> Path:
@@ -203,7 +203,7 @@ def draw_accumulation(design, report: dict, path: Path) -> Path:
                     fontsize=SMALL, borderaxespad=0.1)  # fmt: skip
     lower.set_ylim(0.0, 120.0)
     lower.set_xlabel("time [days]", fontsize=SMALL)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _oscillation(axes, t, values, colour: str, name: str) -> None:

@@ -7,13 +7,13 @@ import numpy as np
 from torquer.design.wheel_file import WheelDesign
 from torquer.design.wheel_sweep import Sweep
 from torquer.report.common.colours import BLUE, GREY, ORANGE
-from torquer.report.common.figure import INK, legend_at_left, saved, stacked
+from torquer.report.common.figure import INK, legend_at_left, save_figure, stack_panels
 
 
 def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
     """Write the picture: the whole array, and the array after its worst single failure."""
     title = f"{sweep.key} swept · {design.description or design.name}"
-    figure, (upper, lower) = stacked(title, 2, 5.4, sharex=True)
+    figure, (upper, lower) = stack_panels(title, 2, 5.4, sharex=True)
     angles = np.array([point.value for point in sweep.points])
     for name, colour in (("whole", BLUE), ("one_failed", ORANGE)):
         able = np.array([getattr(point, name) for point in sweep.points])
@@ -36,4 +36,4 @@ def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
         axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
         axes.set_xlim(angles[0], angles[-1])
     legend_at_left(upper, 3)
-    return saved(figure, path)
+    return save_figure(figure, path)

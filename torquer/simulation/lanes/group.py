@@ -10,14 +10,14 @@ from torquer.compile.lanes import LANES
 from torquer.computer.computer import Computer, estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
-from torquer.simulation.lanes.packing import Packed, packed
-from torquer.simulation.loop.computers import Boards, boards_of, same_computers
+from torquer.simulation.lanes.packing import Packed, pack_member
+from torquer.simulation.loop.computers import Boards, make_boards, same_computers
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.loop.state import CELLS, LOCAL_CELLS
 from torquer.simulation.loop.step import Loop, run_steps
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.setup.run import Piece, Run, environments_of, piece_of
+from torquer.simulation.setup.run import Piece, Run, make_environments, tabulate_piece
 from torquer.simulation.setup.signals import noted_signals
 
 _MOTION = 7
@@ -42,13 +42,13 @@ class Pieces:
 
     def of(self, scenario: Scenario) -> bool:
         """Whether the pieces are those of a scenario."""
-        return environments_of(self._run.scenario) == environments_of(scenario)
+        return make_environments(self._run.scenario) == make_environments(scenario)
 
     def at(self, first: int) -> Piece:
         """The piece that begins at a step."""
         if first not in self._known:
             run, last = self._run, min(first + self._run.piece_steps, self._run.steps)
-            self._known[first] = piece_of(run.scenario, run.plan, first, last)
+            self._known[first] = tabulate_piece(run.scenario, run.plan, first, last)
         return self._known[first]
 
 
@@ -71,7 +71,7 @@ class Lanes:
 
     def __init__(self, run: Run, pieces: Pieces):
         self.run, self.pieces = run, pieces
-        self.packed = packed(run.plan.plant, run.dynamics, run.state)
+        self.packed = pack_member(run.plan.plant, run.dynamics, run.state)
         computer = run.plan.computer
         has_modes, in_c = len(computer.modes.regions) > 0, run.library is not None
         self._one_by_one = estimates(computer) or has_modes or in_c
@@ -97,7 +97,7 @@ class Lanes:
 
     def takes(self, other: Run) -> Packed | None:
         """A run's numbers if it can be flown in this group; None if it cannot."""
-        theirs, own = packed(other.plan.plant, other.dynamics, other.state), self.packed
+        theirs, own = pack_member(other.plan.plant, other.dynamics, other.state), self.packed
         same = (
             theirs.shared == own.shared
             and theirs.parameters_at == own.parameters_at
@@ -131,7 +131,7 @@ class Lanes:
         memory_at = parameters_at + len(board.parameters)
         parameters = numbers[:, parameters_at:memory_at]
         memory = numbers[:, memory_at : memory_at + len(board.memory)]
-        return boards_of(board, parameters.copy(), memory.copy())
+        return make_boards(board, parameters.copy(), memory.copy())
 
     def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
         run, plan, count = self.run, self.plan, len(numbers)

@@ -12,10 +12,17 @@ from torquer.compile import engine
 from torquer.compile.lanes import LANES, Fields, Rows, lane_maker, record_fields
 from torquer.compile.overloads import FirstClass
 from torquer.computer.blocks import plugin
-from torquer.computer.blocks.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
+from torquer.computer.blocks.adapter import (
+    Kind,
+    Shape,
+    make_inner,
+    memory_names,
+    place_adapter,
+    record_maker,
+)
 from torquer.computer.blocks.law import Law
 from torquer.computer.computer import is_informed
-from torquer.computer.interface import KNOWN, inputs_of
+from torquer.computer.interface import KNOWN, read_inputs
 from torquer.simulation.loop.computers import LANES_LAW
 from torquer.simulation.loop.state import CELLS
 
@@ -39,7 +46,7 @@ def _plain_law(cells, count, first_parameter, first_memory, needs_attitude, need
         if informed == count or is_informed(needs, _known(cells, 0, lane)):  # noqa: F821
             parameters = _named(_parameters(cells, first_parameter, lane))  # noqa: F821
             known, memory = _known(cells, 0, lane), _memory(cells, first_memory, lane)  # noqa: F821
-            x, y, z = _unify(_function(inputs_of(known), parameters, memory)).dipole_a_m2  # noqa: F821
+            x, y, z = _unify(_function(read_inputs(known), parameters, memory)).dipole_a_m2  # noqa: F821
             c = _cells(cells, CELLS_AT, lane)  # noqa: F821
             c.dipole_x += x
             c.dipole_y += y
@@ -48,16 +55,16 @@ def _plain_law(cells, count, first_parameter, first_memory, needs_attitude, need
 
 def law_in_lanes(law: Law):
     """A compiled law as the loop over lanes calls it; ValueError if it does not compile so."""
-    function, names = law.function, names_of(law.memory)
-    return _compiled(law.kind, function, Shape(law.parameters), names, len(law.first_memory()))
+    function, names = law.function, memory_names(law.memory)
+    return _compile_lanes(law.kind, function, Shape(law.parameters), names, len(law.first_memory()))
 
 
 @functools.cache
-def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int):
-    plain = plugin.plain_of(function)
+def _compile_lanes(kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int):
+    plain = plugin.plain_function(function)
     own = engine.is_own(plain)
     parts = {
-        "_function": inner_of(function, own, shape),
+        "_function": make_inner(function, own, shape),
         "_unify": kind.unify,
         "_named": record_maker(shape),
         "_known": lane_maker(record_fields(KNOWN)),
@@ -68,15 +75,15 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
         "CELLS_AT": CELLS_AT,
         "Needs": Needs,
         "is_informed": is_informed,
-        "inputs_of": inputs_of,
+        "inputs_of": read_inputs,
     }
-    file = plugin.file_of(plain)
+    file = plugin.source_file(plain)
     known = file is not None and plain.__closure__ is None
     must = f"{kind.name} {plain.__name__}: must compile for members in lanes"
     form, loop = f"lanes {LANES} {cells}", cast(FunctionType, _plain_law)
     with plugin.cache_beside(file if known and not own else None):
-        law = placed(loop, plain, shape, names, parts, form)
-        made = plugin.compiled(law, LANES_LAW, must, keep=known, error_model="numpy")
+        law = place_adapter(loop, plain, shape, names, parts, form)
+        made = plugin.compile_plugin(law, LANES_LAW, must, keep=known, error_model="numpy")
     return FirstClass(made, LANES_LAW)
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, rows_of
+from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, lane_rows
 from torquer.simulation.loop.state import Dynamics, Plant, State
 from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
 
@@ -41,7 +41,7 @@ class _Packing:
     def rows(self, array: np.ndarray) -> tuple[int, Rows]:
         """An array, or one of records."""
         numbers = array.view(np.float64) if array.dtype.names else array
-        return self.put(numbers), rows_of(array)
+        return self.put(numbers), lane_rows(array)
 
     def part(self, value):
         """A part of a tuple, as `Parts` tell it."""
@@ -58,7 +58,7 @@ class _Packing:
         return SHARED
 
 
-def packed(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
+def pack_member(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
     """Numbers and layouts of a member.
 
     What the loop uses comes first, so that its code is the same whatever moves the body. Parameters

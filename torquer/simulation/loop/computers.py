@@ -45,7 +45,7 @@ class Boards(NamedTuple):
     numbers: np.ndarray
 
 
-def boards_of(board: Board, parameters: np.ndarray, memory: np.ndarray) -> Boards:
+def make_boards(board: Board, parameters: np.ndarray, memory: np.ndarray) -> Boards:
     """Boards like this one for members with parameters (n, p) and memory (n, m) of their own."""
 
     def many(array: np.ndarray) -> np.ndarray:
@@ -94,7 +94,7 @@ def _no_command_step(member):
 
 
 @inlined
-def board_of(boards, lane):
+def select_board(boards, lane):
     """The board of a member."""
     one, modes = boards.all, boards.all.modes
     return Board(
@@ -148,7 +148,7 @@ def _one_by_one(members, plan, tables, boards, step):
     for lane in range(members.lanes):
         for place in range(SENSED):
             boards.numbers[lane, place] = members.cells[place * LANES + lane]
-        command = command_from(plan.computer, board_of(boards, lane))
+        command = command_from(plan.computer, select_board(boards, lane))
         accept(member_in(members, lane).state.cells, command)
 
 

@@ -80,12 +80,12 @@ def each(members, phase, *arguments):
 
 
 @overload(each, jit_options=INLINED_OPTIONS)
-def _each_of_one(members, phase, *arguments):
+def _each_one(members, phase, *arguments):
     return each if members.instance_class is One else None
 
 
 @overload(each, jit_options=LOOP_OPTIONS)
-def _each_of_many(members, phase, *arguments):
+def _each_many(members, phase, *arguments):
     if members.instance_class is One:
         return None
 
@@ -108,15 +108,15 @@ def _each_alone(members, phase, *arguments):
     return lambda members, phase, *arguments: None
 
 
-def first_of(members):
+def first_member(members):
     """The first member."""
     return members.member
 
 
-@overload(first_of, jit_options=INLINED_OPTIONS)
+@overload(first_member, jit_options=INLINED_OPTIONS)
 def _first_of(members):
     if members.instance_class is One:
-        return first_of
+        return first_member
     return lambda members: member_in(members, 0)
 
 

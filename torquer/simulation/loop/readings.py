@@ -23,7 +23,7 @@ from torquer.spacecraft.failures import (
     REPLACED,
     STUCK,
     changed_vector,
-    error_of,
+    failure_error,
 )
 
 
@@ -55,7 +55,7 @@ def deliver_step(member, actions):
 
 
 @inlined
-def chosen(condition, a, b):
+def choose(condition, a, b):
     """a where the condition holds, else b."""
     return a if condition else b
 
@@ -67,8 +67,8 @@ def put_late(is_late, reading, t, x, y, z, w):
     Written in any case: stores under a condition keep a loop over members from being vectorised.
     """
     r = reading
-    r.t_s, r.w = chosen(is_late, t, r.t_s), chosen(is_late, w, r.w)
-    r.x, r.y, r.z = chosen(is_late, x, r.x), chosen(is_late, y, r.y), chosen(is_late, z, r.z)
+    r.t_s, r.w = choose(is_late, t, r.t_s), choose(is_late, w, r.w)
+    r.x, r.y, r.z = choose(is_late, x, r.x), choose(is_late, y, r.y), choose(is_late, z, r.z)
 
 
 @inlined
@@ -109,7 +109,7 @@ def replace_step(member, sensor, value, late, t):
 
 
 @inlined
-def reading_of(known, sensor):
+def read_sensor(known, sensor):
     """A reading (six numbers) that the computer has; ones where the sensor has fewer."""
     x, y, z, w, u, v = known.b_x, known.b_y, known.b_z, 1.0, 1.0, 1.0
     if sensor == GYRO:
@@ -145,10 +145,10 @@ def change_step(member, failure, stream, late, t):
     sensor = failure.sensor
     r, known = member.state.sensors[sensor], member.state.board.known[0]
     is_late = late & (READ << sensor) != 0
-    x, y, z, w, u, v = reading_of(known, sensor)
+    x, y, z, w, u, v = read_sensor(known, sensor)
     if is_late:
         x, y, z, w = r.x, r.y, r.z, r.w
-    error = error_of(failure, normal3(member.seed, stream, int(r.count)))
+    error = failure_error(failure, normal3(member.seed, stream, int(r.count)))
     (x, y, z), w = with_error(sensor, changed_vector(failure, (x, y, z)), w, error)
     if is_late:
         r.x, r.y, r.z, r.w = x, y, z, w

@@ -9,7 +9,7 @@ from torquer.compile.arguments import Entry, record_at
 from torquer.compile.engine import kernel
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.simulation.loop.members import One, member_in
-from torquer.simulation.loop.state import Plan, Record, State, motion_of
+from torquer.simulation.loop.state import Plan, Record, State, read_motion
 from torquer.spacecraft.actuators.coils import present_dipole
 from torquer.spacecraft.actuators.rotors import relative_momentum
 
@@ -66,7 +66,7 @@ def _record_members(members, plan, step, record):
     def in_lanes(members, plan, step, record):
         place = step // plan.record_steps
         for lane in range(members.lanes):
-            x = motion_of(member_in(members, lane).state.cells)
+            x = read_motion(member_in(members, lane).state.cells)
             for k in range(4):
                 record[place, k, lane] = x.q[k]
             for k in range(3):

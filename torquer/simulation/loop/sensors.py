@@ -27,12 +27,12 @@ from torquer.maths.geometry.vec3 import cross, norm, scale, sub, unit
 from torquer.simulation.loop.members import draw, drawn_for, each, each_alone
 from torquer.simulation.loop.readings import (
     change_readings,
-    chosen,
+    choose,
     deliver_step,
     put_late,
     sensors_at_work,
 )
-from torquer.simulation.loop.state import motion_of
+from torquer.simulation.loop.state import read_motion
 from torquer.simulation.loop.timetable import ANY_DELIVERY, READ
 from torquer.spacecraft.actuators.coils import present_dipole
 from torquer.spacecraft.actuators.reaction_wheels import read_tachometers
@@ -52,7 +52,7 @@ from torquer.spacecraft.sensors.attitude_sensor import (
     read_attitude,
 )
 from torquer.spacecraft.sensors.gyro import read_rate, walked_bias
-from torquer.spacecraft.sensors.horizon_sensor import centre_of_disc, read_horizon
+from torquer.spacecraft.sensors.horizon_sensor import disc_centre, read_horizon
 from torquer.spacecraft.sensors.magnetometer import read_field
 from torquer.spacecraft.sensors.sun_cells import read_cell
 from torquer.spacecraft.sensors.sun_sensor import read_sun
@@ -100,20 +100,20 @@ def magnetometer_step(member, late, b_inertial, t):
     """A reading of the magnetometer, which reaches the computer now or is on its way."""
     state, drawn = member.state, drawn_for(member, magnetometer.STREAM)
     state.sensors[MAGNETOMETER].count += 1.0
-    b_body = rotate_inverse(motion_of(state.cells).q, b_inertial)
+    b_body = rotate_inverse(read_motion(state.cells).q, b_inertial)
     bx, by, bz = read_magnetometer(member.constants, state.coils, b_body, drawn)
     is_late, known = late & (READ << MAGNETOMETER) != 0, state.board.known[0]
     put_late(is_late, state.sensors[MAGNETOMETER], t, bx, by, bz, 0.0)
-    known.b_s = chosen(is_late, known.b_s, t)
-    known.b_x = chosen(is_late, known.b_x, bx)
-    known.b_y = chosen(is_late, known.b_y, by)
-    known.b_z = chosen(is_late, known.b_z, bz)
+    known.b_s = choose(is_late, known.b_s, t)
+    known.b_x = choose(is_late, known.b_x, bx)
+    known.b_y = choose(is_late, known.b_y, by)
+    known.b_z = choose(is_late, known.b_z, bz)
 
 
 @inlined
 def search_coil_step(member, b_inertial, b_rate_inertial, t):
     """A reading of the search coil: the field's rate of change as the body sees it."""
-    known, x = member.state.board.known[0], motion_of(member.state.cells)
+    known, x = member.state.board.known[0], read_motion(member.state.cells)
     turning = rotate_inverse(x.q, b_rate_inertial)
     seen = sub(turning, cross(x.omega, rotate_inverse(x.q, b_inertial)))
     known.b_rate_x, known.b_rate_y, known.b_rate_z = seen
@@ -126,21 +126,21 @@ def gyro_step(member, late, t):
     state, drawn = member.state, drawn_for(member, gyro.NOISE_STREAM)
     state.sensors[GYRO].count += 1.0
     drawn_walk = drawn_for(member, gyro.DRIFT_STREAM)
-    omega = motion_of(state.cells).omega
+    omega = read_motion(state.cells).omega
     wx, wy, wz = read_gyro(member.constants, state.cells, omega, t, drawn, drawn_walk)
     is_late, known = late & (READ << GYRO) != 0, state.board.known[0]
     put_late(is_late, state.sensors[GYRO], t, wx, wy, wz, 0.0)
-    known.omega_s = chosen(is_late, known.omega_s, t)
-    known.omega_x = chosen(is_late, known.omega_x, wx)
-    known.omega_y = chosen(is_late, known.omega_y, wy)
-    known.omega_z = chosen(is_late, known.omega_z, wz)
+    known.omega_s = choose(is_late, known.omega_s, t)
+    known.omega_x = choose(is_late, known.omega_x, wx)
+    known.omega_y = choose(is_late, known.omega_y, wy)
+    known.omega_z = choose(is_late, known.omega_z, wz)
 
 
 @inlined
 def sun_sensors_step(member, late, sunlight, t):
     """A reading of the Sun sensors; `sunlight`: direction to the Sun, visible part of it, light of
     the Earth (inertial)."""
-    state, q = member.state, motion_of(member.state.cells).q
+    state, q = member.state, read_motion(member.state.cells).q
     state.sensors[SUN_SENSORS].count += 1.0
     direction, sunlit_fraction, of_earth = sunlight
     sun_body, earth_body = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
@@ -150,10 +150,10 @@ def sun_sensors_step(member, late, sunlight, t):
     )
     is_late, known = late & (READ << SUN_SENSORS) != 0, state.board.known[0]
     put_late(is_late, state.sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
-    known.sun_s = chosen(is_late, known.sun_s, t)
-    known.sun_x = chosen(is_late, known.sun_x, sx)
-    known.sun_y = chosen(is_late, known.sun_y, sy)
-    known.sun_z = chosen(is_late, known.sun_z, sz)
+    known.sun_s = choose(is_late, known.sun_s, t)
+    known.sun_x = choose(is_late, known.sun_x, sx)
+    known.sun_y = choose(is_late, known.sun_y, sy)
+    known.sun_z = choose(is_late, known.sun_z, sz)
 
 
 @kernel
@@ -174,19 +174,19 @@ def attitude_sensor_step(member, late, sky, t):
     """A reading of the attitude sensor; NaN where it is blinded."""
     state, drawn = member.state, drawn_for(member, attitude_sensor.STREAM)
     state.sensors[ATTITUDE_SENSOR].count += 1.0
-    sensor, x = member.constants.attitude_sensor, motion_of(state.cells)
+    sensor, x = member.constants.attitude_sensor, read_motion(state.cells)
     sun_body, nadir_body = rotate_inverse(x.q, sky.sun), rotate_inverse(x.q, sky.nadir)
     blind = is_blind(sensor, x.omega, sun_body, nadir_body, sky.earth_cosine)
     qx, qy, qz, qw = read_attitude(sensor, x.q, drawn)
-    qx, qy = chosen(blind, math.nan, qx), chosen(blind, math.nan, qy)
-    qz, qw = chosen(blind, math.nan, qz), chosen(blind, math.nan, qw)
+    qx, qy = choose(blind, math.nan, qx), choose(blind, math.nan, qy)
+    qz, qw = choose(blind, math.nan, qz), choose(blind, math.nan, qw)
     is_late, known = late & (READ << ATTITUDE_SENSOR) != 0, state.board.known[0]
     put_late(is_late, state.sensors[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
-    known.q_s = chosen(is_late, known.q_s, t)
-    known.q_x = chosen(is_late, known.q_x, qx)
-    known.q_y = chosen(is_late, known.q_y, qy)
-    known.q_z = chosen(is_late, known.q_z, qz)
-    known.q_w = chosen(is_late, known.q_w, qw)
+    known.q_s = choose(is_late, known.q_s, t)
+    known.q_x = choose(is_late, known.q_x, qx)
+    known.q_y = choose(is_late, known.q_y, qy)
+    known.q_z = choose(is_late, known.q_z, qz)
+    known.q_w = choose(is_late, known.q_w, qw)
 
 
 @inlined
@@ -194,21 +194,21 @@ def horizon_sensor_step(member, late, centre, t):
     """A reading of the horizon sensor; `centre`: of the Earth's infrared disc (inertial)."""
     state, drawn = member.state, drawn_for(member, horizon_sensor.STREAM)
     state.sensors[HORIZON_SENSOR].count += 1.0
-    x = motion_of(state.cells)
+    x = read_motion(state.cells)
     seen = rotate_inverse(x.q, centre)
     nx, ny, nz = read_horizon(member.constants.horizon_sensor, x.omega, seen, drawn)
     is_late, known = late & (READ << HORIZON_SENSOR) != 0, state.board.known[0]
     put_late(is_late, state.sensors[HORIZON_SENSOR], t, nx, ny, nz, 0.0)
-    known.nadir_s = chosen(is_late, known.nadir_s, t)
-    known.nadir_x = chosen(is_late, known.nadir_x, nx)
-    known.nadir_y = chosen(is_late, known.nadir_y, ny)
-    known.nadir_z = chosen(is_late, known.nadir_z, nz)
+    known.nadir_s = choose(is_late, known.nadir_s, t)
+    known.nadir_x = choose(is_late, known.nadir_x, nx)
+    known.nadir_y = choose(is_late, known.nadir_y, ny)
+    known.nadir_z = choose(is_late, known.nadir_z, nz)
 
 
 @inlined
 def sun_cells_step(member, late, sunlight, t):
     """Signals of the Sun cells; `sunlight`: as for the Sun sensors."""
-    state, q = member.state, motion_of(member.state.cells).q
+    state, q = member.state, read_motion(member.state.cells).q
     state.sensors[SUN_CELLS].count += 1.0
     cells, (direction, sunlit, of_earth) = member.constants.sun_cells, sunlight
     sun, earth = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
@@ -219,20 +219,20 @@ def sun_cells_step(member, late, sunlight, t):
     e, f = read_cell(cells, 4, sun, sunlit, earth, e), read_cell(cells, 5, sun, sunlit, earth, f)
     is_late, known, r = late & (READ << SUN_CELLS) != 0, state.board.known[0], state.sensors
     put_late(is_late, r[SUN_CELLS], t, a, b, c, d)
-    r[SUN_CELLS].u = chosen(is_late, e, r[SUN_CELLS].u)
-    r[SUN_CELLS].v = chosen(is_late, f, r[SUN_CELLS].v)
-    known.cells_s = chosen(is_late, known.cells_s, t)
+    r[SUN_CELLS].u = choose(is_late, e, r[SUN_CELLS].u)
+    r[SUN_CELLS].v = choose(is_late, f, r[SUN_CELLS].v)
+    known.cells_s = choose(is_late, known.cells_s, t)
     known.cells_0, known.cells_1 = (
-        chosen(is_late, known.cells_0, a),
-        chosen(is_late, known.cells_1, b),
+        choose(is_late, known.cells_0, a),
+        choose(is_late, known.cells_1, b),
     )
     known.cells_2, known.cells_3 = (
-        chosen(is_late, known.cells_2, c),
-        chosen(is_late, known.cells_3, d),
+        choose(is_late, known.cells_2, c),
+        choose(is_late, known.cells_3, d),
     )
     known.cells_4, known.cells_5 = (
-        chosen(is_late, known.cells_4, e),
-        chosen(is_late, known.cells_5, f),
+        choose(is_late, known.cells_4, e),
+        choose(is_late, known.cells_5, f),
     )
 
 
@@ -244,8 +244,8 @@ def tachometers_step(member, t):
     number, noise_rad_s = int(sensor.count), plant.tachometer_noise_rad_s
     sensor.count += 1.0
     momentum = read_tachometers(
-        plant.rotors, noise_rad_s, state.rotors, motion_of(state.cells).omega, member.seed, number,
-        state.allocation.momentum,
+        plant.rotors, noise_rad_s, state.rotors, read_motion(state.cells).omega, member.seed,
+        number, state.allocation.momentum,
     )  # fmt: skip
     known.wheels_x, known.wheels_y, known.wheels_z = momentum
     known.wheels_s = t
@@ -278,7 +278,7 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
         each(members, attitude_sensor_step, late, sky_at(plant, tables, t), t)
     if actions & (READ << HORIZON_SENSOR):
         draw(members, plant.horizon_sensor.noise_rad, HORIZON_SENSOR, horizon_sensor.STREAM)
-        centre = centre_of_disc(plant.horizon_sensor, lookup3(tables.orbit, t))
+        centre = disc_centre(plant.horizon_sensor, lookup3(tables.orbit, t))
         each(members, horizon_sensor_step, late, centre, t)
     if actions & (READ << SUN_CELLS):
         draw(members, plant.sun_cells.noise, SUN_CELLS, sun_cells.STREAM)

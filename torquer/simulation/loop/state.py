@@ -175,17 +175,17 @@ class Record(NamedTuple):
     modes: np.ndarray
 
 
-def arrays_of(state: tuple) -> list[np.ndarray]:
+def find_arrays(state: tuple) -> list[np.ndarray]:
     """All arrays in records, however deep."""
     return [
         array
         for part in state
-        for array in ([part] if isinstance(part, np.ndarray) else arrays_of(part))
+        for array in ([part] if isinstance(part, np.ndarray) else find_arrays(part))
     ]
 
 
 @inlined
-def motion_of(cells):
+def read_motion(cells):
     """Motion held in the state."""
     c = cells[0]
     return Motion((c.q_x, c.q_y, c.q_z, c.q_w), (c.omega_x, c.omega_y, c.omega_z))

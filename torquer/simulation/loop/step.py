@@ -22,7 +22,7 @@ from torquer.simulation.loop.members import (
     One,
     each,
     each_alone,
-    first_of,
+    first_member,
     must_stop,
 )
 from torquer.simulation.loop.record import record_members
@@ -145,7 +145,7 @@ def sense(loop, actions, step, works):
     fail_members_coils(members, plan.plant, t)
     read_sensors(members, plan, tables, local_in(loop.local)[0], actions, step)
     if works and actions & CONTROL:
-        before_s = first_of(members).state.board.known[0].t_s
+        before_s = first_member(members).state.board.known[0].t_s
         if is_back(plan.plant.failures.computer, before_s, t):
             each_alone(members, restart_step, plan.first_board)
         left, mean = remaining_and_mean(plan.plant.coils.lag_s, t - before_s)
@@ -201,7 +201,7 @@ def _run_steps(address, last):
     number, cycle = row_from(timetable, step)
     due = cycle + timetable.rows[number].step
     to_record = step + -step % plan.record_steps
-    enough = first_of(members).state.cells[0].steps + _STEPS_TO_LOOK
+    enough = first_member(members).state.cells[0].steps + _STEPS_TO_LOOK
     while step < last:
         look = GO_ON
         if step == due:
@@ -227,7 +227,7 @@ def _run_steps(address, last):
         if until < 0:
             return -until
         step = at[0] = until
-        if first_of(members).state.cells[0].steps > enough:
+        if first_member(members).state.cells[0].steps > enough:
             break
     return RUNNING
 

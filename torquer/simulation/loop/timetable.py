@@ -76,7 +76,7 @@ def longest_interval(timetable: Timetable, sensor: int) -> int:
     return int(np.diff(steps, append=steps[0] + timetable.cycle_steps).max())
 
 
-def timetable_of(
+def make_timetable(
     cycle_steps: int,
     measure_steps: int,
     sample_steps: int,
@@ -114,10 +114,10 @@ def timetable_of(
             if sampling.delay:
                 add(step + sampling.delay, DELIVER << sensor)
     late = sum(READ << sensor for sensor, s in own.items() if s.delay)
-    return Timetable(whole, _sorted(rows, whole), late)
+    return Timetable(whole, _sort_rows(rows, whole), late)
 
 
-def _sorted(rows: dict[int, int], whole: int) -> np.ndarray:
+def _sort_rows(rows: dict[int, int], whole: int) -> np.ndarray:
     table = np.zeros(len(rows), ROW)
     table["step"] = sorted(rows)
     table["actions"] = [rows[step] for step in table["step"]]

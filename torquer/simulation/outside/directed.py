@@ -11,23 +11,23 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from torquer.computer.computer import Blocks, Board, places_of
+from torquer.computer.computer import Blocks, Board, parameter_places
 from torquer.computer.interface import KNOWN, nothing_known
-from torquer.computer.modes.packing import must_be_one_of
+from torquer.computer.modes.packing import check_choice
 from torquer.computer.modes.signals import SIGNALS, UNITS
 from torquer.computer.modes.spec import Condition, Modes
 from torquer.computer.names import MODES, Names
 from torquer.scenario.spec import Scenario
-from torquer.simulation.loop.state import arrays_of
+from torquer.simulation.loop.state import find_arrays
 from torquer.simulation.setup.run import Run
 
 #: What the computer's record has of the estimate.
 _ESTIMATE = KNOWN.names[KNOWN.names.index("estimate_s") : KNOWN.names.index("position_x")]
 
 
-def names_of(scenario: Scenario, blocks: Blocks) -> Names:
+def computer_names(scenario: Scenario, blocks: Blocks) -> Names:
     """The names of the computer of a scenario with these laws and estimators."""
-    modes, places = scenario.control.named().modes, places_of(blocks)
+    modes, places = scenario.control.named().modes, parameter_places(blocks)
     if modes is None:
         return Names({}, (), places, {}, ())
     regions, first = {}, 0
@@ -55,7 +55,7 @@ def states_now(run: Run, names: Names) -> dict[str, str]:
 
 def set_flag(run: Run, names: Names, flag: str, on: bool) -> None:
     """Raise or lower a flag of the mode tables."""
-    must_be_one_of("flag", names.flags, flag)
+    check_choice("flag", names.flags, flag)
     _truth("on", on)
     run.state.board.modes.flags[names.flags.index(flag)] = float(on)
 
@@ -63,7 +63,7 @@ def set_flag(run: Run, names: Names, flag: str, on: bool) -> None:
 def command_mode(run: Run, names: Names, region: str, state: str) -> None:
     """Have a region enter one of its states at the next control step."""
     place, states = _region(names, region)
-    must_be_one_of(region, states, state)
+    check_choice(region, states, state)
     run.state.board.modes.regions[place]["commanded"] = float(states[state])
 
 
@@ -76,7 +76,7 @@ def hold(run: Run, names: Names, region: str, on: bool) -> None:
 
 def set_parameter(run: Run, names: Names, name: str, value: float | Iterable[float]) -> None:
     """Set a parameter of a law or estimator, in SI units, or a threshold in its signal's unit."""
-    must_be_one_of("name", names.all_parameters(), name)
+    check_choice("name", names.all_parameters(), name)
     if name not in names.parameters:
         _set_threshold(run, name, names.thresholds[name.removeprefix(MODES)], value)
         return
@@ -90,20 +90,20 @@ def restart(run: Run) -> None:
     As `torquer.computer.computer.restart` does within the loop, where a failure ends.
     """
     board, first = run.state.board, run.plan.first_board
-    for now, then in zip(_restarted(board), _restarted(first), strict=True):
+    for now, then in zip(_restart(board), _restart(first), strict=True):
         now[...] = then
     nothing = nothing_known()
     for name in _ESTIMATE:
         board.known[name] = nothing[name]
 
 
-def _restarted(board: Board) -> list[np.ndarray]:
-    return arrays_of((board.parameters, board.memory, board.chosen, board.modes))
+def _restart(board: Board) -> list[np.ndarray]:
+    return find_arrays((board.parameters, board.memory, board.chosen, board.modes))
 
 
 def parameter(run: Run, names: Names, name: str) -> tuple[float, ...]:
     """The numbers of a parameter or of a threshold, as `set_parameter` takes them."""
-    must_be_one_of("name", names.all_parameters(), name)
+    check_choice("name", names.all_parameters(), name)
     if name in names.parameters:
         first, count = names.parameters[name]
         return tuple(run.state.board.parameters[first : first + count].tolist())
@@ -127,7 +127,7 @@ def _set_threshold(run: Run, name: str, conditions: list, value) -> None:
 
 
 def _region(names: Names, region: str) -> tuple[int, dict[str, int]]:
-    must_be_one_of("region", names.regions, region)
+    check_choice("region", names.regions, region)
     return names.regions[region]
 
 

@@ -19,16 +19,16 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 
-from torquer.base.spec import checked
+from torquer.base.spec import check_spec
 from torquer.computer.blocks.law import Law
 from torquer.computer.interface import Command, Inputs
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import COARSE_STEP, RUNNING, WAITING
-from torquer.simulation.loop.state import CELLS, arrays_of
+from torquer.simulation.loop.state import CELLS, find_arrays
 from torquer.simulation.loop.step import WORKED
 from torquer.simulation.outside import directed
 from torquer.simulation.outside.host import HostFailed, inputs_from
-from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, of_the_whole
+from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, whole_run_names
 from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
 from torquer.simulation.setup.run import Piece, Run, prepare, reason, record_this_instant
@@ -85,7 +85,7 @@ class Flight:
                 f"scenario: must be a torquer Scenario (see torquer.load_scenario); "
                 f"received {scenario!r}"
             )
-        scenario = checked(scenario)
+        scenario = check_spec(scenario)
         craft = scenario.spacecraft
         self._coils, self._wheels = craft.coils is not None, craft.wheels is not None
         answers: Literal["dipole", "torque", "command"] = "command" if self._coils else "torque"
@@ -97,7 +97,7 @@ class Flight:
             self._run = flown_by(computer, scenario, laws=laws, stops=True)
         else:
             self._run = prepare(scenario, outside, stops=True, driven_from_outside=True)
-        self._names = directed.names_of(self._run.scenario, self._run.blocks)
+        self._names = directed.computer_names(self._run.scenario, self._run.blocks)
         self._store = InMemory()
         self._run.keep = self._store.keep
         self._waits = False
@@ -164,11 +164,11 @@ class Flight:
 
     def set_flag(self, flag: str, on: bool) -> None:
         """Raise or lower a flag of the mode tables, from the next control step on."""
-        directed.set_flag(self._directed("set_flag"), self._names, flag, on)
+        directed.set_flag(self._direct("set_flag"), self._names, flag, on)
 
     def set_parameter(self, name: str, value) -> None:
         """Set `LAW.PARAMETER` [SI] or a threshold `modes.NAME`, in its signal's unit."""
-        directed.set_parameter(self._directed("set_parameter"), self._names, name, value)
+        directed.set_parameter(self._direct("set_parameter"), self._names, name, value)
 
     def parameter(self, name: str) -> tuple[float, ...]:
         """The numbers of a parameter or threshold, as `set_parameter` takes them."""
@@ -176,17 +176,17 @@ class Flight:
 
     def command_mode(self, region: str, state: str) -> None:
         """Have a region enter a state at the next control step, as a transition would."""
-        directed.command_mode(self._directed("command_mode"), self._names, region, state)
+        directed.command_mode(self._direct("command_mode"), self._names, region, state)
 
     def hold(self, region: str, on: bool = True) -> None:
         """Keep a region in its state but for commands, or release it."""
-        directed.hold(self._directed("hold"), self._names, region, on)
+        directed.hold(self._direct("hold"), self._names, region, on)
 
     def restart_computer(self) -> None:
         """Let the computer begin as at the start of the flight, but for its latest readings."""
-        directed.restart(self._directed("restart_computer"))
+        directed.restart(self._direct("restart_computer"))
 
-    def _directed(self, call: str) -> Run:
+    def _direct(self, call: str) -> Run:
         """The run, whose computer is to be directed."""
         if not self.keeps_computer:
             raise ValueError(f"{call}: needs keeps_computer=True; received a flight without")
@@ -199,14 +199,14 @@ class Flight:
         the flight; it is copied (`copy.deepcopy`).
         """
         run = self._run
-        arrays = [part.copy() for part in arrays_of((run.state, run.record))]
+        arrays = [part.copy() for part in find_arrays((run.state, run.record))]
         parts, kept = list(self._store.parts), copy.deepcopy(software)
         return Snapshot(arrays, run.piece, run.relative_error, parts, self._waits, kept)
 
     def restore(self, snapshot: Snapshot) -> object:
         """Go back to a snapshot of this flight; returns a copy of the software's state."""
         run = self._run
-        for part, kept in zip(arrays_of((run.state, run.record)), snapshot.arrays, strict=True):
+        for part, kept in zip(find_arrays((run.state, run.record)), snapshot.arrays, strict=True):
             part[...] = kept
         run.piece, run.relative_error = snapshot.piece, snapshot.relative_error
         self._store.parts[:] = snapshot.parts
@@ -221,7 +221,7 @@ class Flight:
         """
         run = self._run
         restore(run, result)
-        earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
+        earlier = result.isel(time=slice(0, run.first_row)).drop_vars(whole_run_names(result))
         self._store.parts[:] = InMemory(earlier).parts
         self._waits = int(run.state.at[1]) == WORKED
 

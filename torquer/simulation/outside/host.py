@@ -22,7 +22,7 @@ from torquer.computer.interface import (
     ReadingTimes,
 )
 from torquer.computer.modes.table import LAW
-from torquer.simulation.loop.state import Plan, State, arrays_of
+from torquer.simulation.loop.state import Plan, State, find_arrays
 from torquer.simulation.setup.signals import noted_signals
 
 
@@ -111,7 +111,7 @@ class Host:
         """Raise what a function has raised, once the loop has stopped for it."""
         if self._error is None:
             return
-        for part, kept in zip(arrays_of(self._board), self._before, strict=False):
+        for part, kept in zip(find_arrays(self._board), self._before, strict=False):
             part[...] = kept
         error, self._error = self._error, None
         raise error
@@ -119,7 +119,7 @@ class Host:
     def _call(self, number: int) -> None:
         """What the control step calls; nothing may be raised through compiled code."""
         if number == BEGIN:
-            self._before = [part.copy() for part in arrays_of(self._board)]
+            self._before = [part.copy() for part in find_arrays(self._board)]
             return
         answer = self.computer.answer
         answer[:] = math.nan  # a command of no numbers stops the loop
@@ -127,36 +127,37 @@ class Host:
             return
         try:
             if number < FIRST_ESTIMATOR:
-                command = self._answer_of(self._laws[number], self.computer.law_blocks[number])
+                command = self._ask_block(self._laws[number], self.computer.law_blocks[number])
                 answer[:6] = flat(tuple(command))
             else:
                 number -= FIRST_ESTIMATOR
                 row = self.computer.estimator_blocks[number]
-                answer[:] = flat(tuple(self._answer_of(self._estimators[number], row)))
+                answer[:] = flat(tuple(self._ask_block(self._estimators[number], row)))
         except BaseException as error:  # an interrupt, too
             self._error = error
 
-    def _answer_of(self, block: Block, row):
+    def _ask_block(self, block: Block, row):
         """What a function answers, checked and unified."""
         before = self._signals.interrupt_at_once(True)
         try:
-            return answer_of(block, row, self._board)
+            return ask(block, row, self._board)
         finally:
             self._signals.interrupt_at_once(before)
 
 
-def answer_of(block: Block, row, board: Board):
+def ask(block: Block, row, board: Board):
     """What a block's plain function answers to what is on board; `row`: its `BLOCK`."""
     parameters = block.record_from(board.parameters[row["p0"] : row["p1"]])
     cells = block.record_of(board.memory[row["m0"] : row["m1"]])
     try:
         answer = block(inputs_from(board.known.view(np.float64)), parameters, cells)
     except (Exception, SystemExit) as error:
-        place = plugin.place_of(error, plugin.file_of(plugin.plain_of(block.function)))
+        place = plugin.error_place(error, plugin.source_file(plugin.plain_function(block.function)))
         raise HostFailed(
-            f"{block.kind.name} {block.name}: must not raise; received {plugin.shown(error)}{place}"
+            f"{block.kind.name} {block.name}: must not raise; received "
+            f"{plugin.printable(error)}{place}"
         ) from error
-    return _unified(block, answer)
+    return _unify(block, answer)
 
 
 def working_laws(computer: Computer, board: Board) -> list[int]:
@@ -182,7 +183,7 @@ def what_failed(blocks: Blocks, plan: Plan, state: State) -> str:
     laws, working = list(blocks.laws.values()), working_laws(computer, board)
     for number in working:
         try:
-            answer_of(laws[number], computer.law_blocks[number], tried)
+            ask(laws[number], computer.law_blocks[number], tried)
         except HostFailed as error:
             return str(error)
     c = state.cells[0]
@@ -195,7 +196,7 @@ def what_failed(blocks: Blocks, plan: Plan, state: State) -> str:
     return f"law {names}: must return finite numbers and must not raise; received {shown}{unknown}"
 
 
-def _unified(block: Block, answer):
+def _unify(block: Block, answer):
     kind = block.kind
     if isinstance(block, Law) and block.answers != "command" and isinstance(answer, Command):
         raise HostFailed(
@@ -203,11 +204,11 @@ def _unified(block: Block, answer):
             f"received one that answers {block.answers!r}"
         )
     try:
-        unified = plugin.plain_of(kind.unify)(answer)
+        unified = plugin.plain_function(kind.unify)(answer)
     except (TypeError, ValueError, AttributeError, IndexError):
         must = "three numbers" if kind.returns.startswith("(") else kind.returns
         raise HostFailed(
-            f"{kind.name} {block.name}: must return {must}; received {plugin.shown(answer)}"
+            f"{kind.name} {block.name}: must return {must}; received {plugin.printable(answer)}"
         ) from None
     if isinstance(block, Law):
         for what, part in (("dipole", unified.dipole_a_m2), ("torque", unified.torque_n_m)):

@@ -16,10 +16,10 @@ import numpy as np
 
 from torquer.base.version import VERSION
 from torquer.compile import sources
-from torquer.compile.c_library import built
+from torquer.compile.c_library import build_library
 from torquer.compile.engine import COMPILED
-from torquer.computer.blocks.plugin import plain_of, source_mark, source_text
-from torquer.computer.computer import Blocks, Board, Computer, places_of
+from torquer.computer.blocks.plugin import plain_function, source_mark, source_text
+from torquer.computer.computer import Blocks, Board, Computer, parameter_places
 
 #: Files of an export that make up the library, and those that they include.
 SOURCES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "test/in_the_loop.c")
@@ -40,7 +40,7 @@ class Library:
 
     def __init__(self, path: str | os.PathLike):
         self.path = Path(path)
-        file = _library_of(self.path)
+        file = _find_library(self.path)
         try:
             self._code = ctypes.CDLL(str(file.resolve()))
             self._code.adcs_fingerprint.restype = ctypes.c_char_p
@@ -89,7 +89,9 @@ class Library:
             return
         place = int(differ[0])
         named = [
-            name for name, (at, count) in places_of(blocks).items() if at <= place < at + count
+            name
+            for name, (at, count) in parameter_places(blocks).items()
+            if at <= place < at + count
         ]
         what = named[0] if named else "the memory at the start"
         raise OtherComputer(
@@ -98,7 +100,7 @@ class Library:
         )
 
 
-def _library_of(path: Path) -> Path:
+def _find_library(path: Path) -> Path:
     """The shared library of a folder, compiled, or the file itself."""
     if path.is_file():
         return path
@@ -106,16 +108,16 @@ def _library_of(path: Path) -> Path:
     if missing := [each for each in (*c_files, *headers) if not each.is_file()]:
         name = missing[0].relative_to(path)
         raise ValueError(f"{_MUST}; received {path}, in which there is no {name}")
-    return built(c_files, headers, "computer: must be compiled")
+    return build_library(c_files, headers, "computer: must be compiled")
 
 
 def kernels_mark() -> str:
     """Mark of all sources that an export depends on: kernels, and what translates them."""
     translator = sorted((sources.PACKAGE / "flight" / "c99").rglob("*.py"))
-    return sources.source_key(of_compiler=False) + sources.mark_of(translator)
+    return sources.source_key(of_compiler=False) + sources.mark_files(translator)
 
 
-def fingerprint_of(computer: Computer, blocks: Blocks) -> str:
+def make_fingerprint(computer: Computer, blocks: Blocks) -> str:
     """What an export says of itself: the version, a mark of the sources, one of the computer."""
     return f"{VERSION} {kernels_mark()} {computer_mark(computer, blocks)}"
 
@@ -127,7 +129,7 @@ def computer_mark(computer: Computer, blocks: Blocks) -> str:
     """
     digest = hashlib.sha256()
     for key, block in blocks.by_key().items():
-        plain = plain_of(block.function)
+        plain = plain_function(block.function)
         said = (key, block.name, plain.__module__, plain.__qualname__, block.structure())
         digest.update(json.dumps(said).encode())
         digest.update(f"{source_mark(plain)} {source_text(plain)}".encode())

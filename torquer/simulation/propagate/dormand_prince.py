@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.motion import Motion
-from torquer.maths.geometry.quaternion import normalised
+from torquer.maths.geometry.quaternion import normalise
 from torquer.maths.geometry.vec3 import add, add_scaled, dot
 from torquer.maths.integrate import dp5_stages
 from torquer.maths.integrate.dop853_stages import (
@@ -111,7 +111,7 @@ def _rates_after(smooth, t, left, x, h, stage):
 
 
 @inlined
-def _combined(five, three):
+def _combine(five, three):
     """Hairer's combination of squares of the two estimates."""
     weight = five + 0.01 * three
     if weight == 0.0:
@@ -143,9 +143,9 @@ def attempt(smooth, local, t, x, h):
     y = sum_8(x, h, k0, k5, k6, k7, k8, k9, k10, k11)
     e5 = error_5(h, k0, k5, k6, k7, k8, k9, k10, k11)
     e3 = error_3(h, k0, k5, k6, k7, k8, k9, k10, k11)
-    attitude = 2.0 * _combined(_square(e5.q), _square(e3.q))
-    rate = _combined(dot(e5.omega, e5.omega), dot(e3.omega, e3.omega))
-    return Motion(normalised(y.q), y.omega), end, Error(attitude, rate)
+    attitude = 2.0 * _combine(_square(e5.q), _square(e3.q))
+    rate = _combine(dot(e5.omega, e5.omega), dot(e3.omega, e3.omega))
+    return Motion(normalise(y.q), y.omega), end, Error(attitude, rate)
 
 
 @inlined
@@ -170,7 +170,7 @@ def attempt_5(smooth, local, x, h):
     k6 = _rates(smooth, end, left_5, y, h, 6.0)
     e = dp5_stages.error_4(h, k0, k2, k3, k4, k5, k6)
     error = Error(2.0 * math.sqrt(_square(e.q)), math.sqrt(dot(e.omega, e.omega)))
-    return Motion(normalised(y.q), y.omega), error
+    return Motion(normalise(y.q), y.omega), error
 
 
 @inlined

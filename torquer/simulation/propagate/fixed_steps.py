@@ -5,21 +5,21 @@ from typing import NamedTuple
 
 from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.motion import Motion
-from torquer.maths.geometry.quaternion import normalised
+from torquer.maths.geometry.quaternion import normalise
 from torquer.maths.geometry.vec3 import add_scaled, dot, sub, sym_vec
-from torquer.maths.integrate.rk4 import damping_of_steps, lag_of_steps, moved, rk4_sum
+from torquer.maths.integrate.rk4 import advance, rk4_damping, rk4_lag, rk4_sum
 from torquer.maths.integrate.splitting import NODES, drift, kick
-from torquer.simulation.loop.state import goal_dipole, motion_of
+from torquer.simulation.loop.state import goal_dipole, read_motion
 from torquer.simulation.propagate.forces import (
+    as_wheels,
     dipole_after,
     environment_at,
     rates_at,
-    spin_of,
-    wheels_of,
+    wheel_spin,
     with_reaction,
 )
 from torquer.spacecraft.actuators.coils import remaining
-from torquer.spacecraft.actuators.rotors import axis_of, relative_momentum
+from torquer.spacecraft.actuators.rotors import relative_momentum, rotor_axis
 from torquer.spacecraft.body import momentum_body, torque_body
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square
 
@@ -49,15 +49,15 @@ def rk4_step(forces, x, local, middle, end, left, step, h):
     """
     rigid, _, path, held, wheels = forces
     half = 0.5 * h
-    spin = spin_of(wheels, x.omega, step, h)
+    spin = wheel_spin(wheels, x.omega, step, h)
     torque = with_reaction(held, spin)
     m1 = add_scaled(path.target, left[0], path.way)
     m2 = add_scaled(path.target, left[1], path.way)
     m4 = add_scaled(path.target, left[2], path.way)
     k1 = rates_at(rigid, spin, local, m1, 0.0, x, torque)
-    k2 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k1), torque)
-    k3 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k2), torque)
-    k4 = rates_at(rigid, spin, end, m4, h, moved(x, h, k3), torque)
+    k2 = rates_at(rigid, spin, middle, m2, half, advance(x, half, k1), torque)
+    k3 = rates_at(rigid, spin, middle, m2, half, advance(x, half, k2), torque)
+    k4 = rates_at(rigid, spin, end, m4, h, advance(x, h, k3), torque)
     return rk4_sum(x, h, k1, k2, k3, k4)
 
 
@@ -84,7 +84,7 @@ def by_rk4(forces, x, local, first, last, h):
 
 
 @kernel
-def _kicked(forces, x, t, since, h):
+def _kick(forces, x, t, since, h):
     rigid, local = forces.rigid, environment_at(forces.tables, t)
     torque = torque_body(rigid, local, dipole_after(forces.path, since), x, forces.held)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
@@ -98,11 +98,11 @@ def by_splitting(forces, moments, axes, x, first, last, h):
         t, since = step * h, (step - first) * h
         sooner, later, half = early * h, late * h, 0.5 * h
         x = drift(moments, axes, x, sooner)
-        x = _kicked(forces, x, t + sooner, since + sooner, half)
+        x = _kick(forces, x, t + sooner, since + sooner, half)
         x = drift(moments, axes, x, later - sooner)
-        x = _kicked(forces, x, t + later, since + later, half)
+        x = _kick(forces, x, t + later, since + later, half)
         x = drift(moments, axes, x, sooner)
-        x = Motion(normalised(x.q), x.omega)
+        x = Motion(normalise(x.q), x.omega)
     return x
 
 
@@ -115,15 +115,19 @@ def momentum_now(rigid, wheels, omega):
     rows = wheels.rotors.rows
     for k in range(rows.shape[0]):
         held = relative_momentum(rows, wheels.state, omega, k)
-        momentum = add_scaled(momentum, held, axis_of(rows, k))
+        momentum = add_scaled(momentum, held, rotor_axis(rows, k))
     return sub(momentum, sym_vec(wheels.rotors.tensor, omega))
 
 
 @kernel
-def squares_of_rates(member, b_inertial):
+def squared_rates(member, b_inertial):
     """Squares [1/s^2] of a member's rate and of its fastest oscillation: nutation, libration."""
-    state, rigid, omega = member.state, member.constants.rigid, motion_of(member.state.cells).omega
-    wheels = wheels_of(member.constants.rotors, state)
+    state, rigid, omega = (
+        member.state,
+        member.constants.rigid,
+        read_motion(member.state.cells).omega,
+    )
+    wheels = as_wheels(member.constants.rotors, state)
     nutation = nutation_square(rigid.inverse_inertia, momentum_now(rigid, wheels, omega), omega)
     libration = libration_fourth(rigid.inverse_inertia, goal_dipole(state.cells), b_inertial)
     return dot(omega, omega), math.sqrt(nutation * nutation + libration)
@@ -132,14 +136,14 @@ def squares_of_rates(member, b_inertial):
 @kernel
 def add_up_step(member, b_inertial, h, steps):
     """Add up what the next steps of RK4 do to the motion by themselves."""
-    cells, (turning, oscillation) = member.state.cells[0], squares_of_rates(member, b_inertial)
-    cells.damping += damping_of_steps(oscillation, h, steps)
-    cells.lag += lag_of_steps(turning, h, steps)
+    cells, (turning, oscillation) = member.state.cells[0], squared_rates(member, b_inertial)
+    cells.damping += rk4_damping(oscillation, h, steps)
+    cells.lag += rk4_lag(turning, h, steps)
 
 
 @kernel
 def is_followed(member, integrator, b_inertial, h):
     """Whether a step of RK4 follows the motion."""
-    turning, oscillation = squares_of_rates(member, b_inertial)
+    turning, oscillation = squared_rates(member, b_inertial)
     turns = turning * h * h <= integrator.most_turn**2
     return turns and oscillation * h * h <= integrator.most_nutation**2

@@ -67,7 +67,7 @@ class Forces(NamedTuple):
 
 
 @inlined
-def spin_of(wheels, omega, step, h):
+def wheel_spin(wheels, omega, step, h):
     """What the wheels do during a step, a `Spin`; () for a satellite without wheels."""
     if len(wheels) == 0:
         return ()
@@ -154,7 +154,7 @@ def rates_at(rigid, spin, local, dipole, into, x, torque):
 
 
 @inlined
-def wheels_of(rotors, state):
+def as_wheels(rotors, state):
     """The wheels as the integrators take them, () for none."""
     if len(rotors) == 0:
         return ()
@@ -171,4 +171,4 @@ def forces_now(member, tables):
     path = DipolePath(target, way, dynamics.coils.lag_s)
     rigid = with_drawn(dynamics.rigid, dynamics.rigid.acting, state.coefficients)
     held = (state.held[0], state.held[1], state.held[2])
-    return Forces(rigid, tables, path, held, wheels_of(dynamics.rotors, state))
+    return Forces(rigid, tables, path, held, as_wheels(dynamics.rotors, state))

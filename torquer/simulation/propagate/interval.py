@@ -23,10 +23,10 @@ from torquer.simulation.loop.members import (
     Many,
     One,
     each,
-    first_of,
+    first_member,
     must_stop,
 )
-from torquer.simulation.loop.state import local_in, motion_of, put_local, put_motion
+from torquer.simulation.loop.state import local_in, put_local, put_motion, read_motion
 from torquer.simulation.propagate.adaptive import Auto, by_auto
 from torquer.simulation.propagate.fixed_steps import (
     Rk4,
@@ -97,14 +97,14 @@ def is_finite(x):
 @inlined
 def has_motion(member):
     """Whether a member's motion is one of finite numbers."""
-    return is_finite(motion_of(member.state.cells))
+    return is_finite(read_motion(member.state.cells))
 
 
 @inlined
 def rk4_phase(member, local, middle, end, left, step, h):
     """A member's step of RK4 between these environments; see `rk4_step`."""
     cells = member.state.cells
-    x = rk4_step(forces_now(member, ()), motion_of(cells), local, middle, end, left, step, h)
+    x = rk4_step(forces_now(member, ()), read_motion(cells), local, middle, end, left, step, h)
     put_motion(cells, x)
 
 
@@ -119,14 +119,16 @@ def strikes_ring(acting, tables, x, t):
 @inlined
 def stays_on_bearing(member, tables, t):
     """Whether a member's body is not tilted beyond a limit."""
-    return not strikes_ring(member.constants.rigid.acting, tables, motion_of(member.state.cells), t)
+    return not strikes_ring(
+        member.constants.rigid.acting, tables, read_motion(member.state.cells), t
+    )
 
 
 def advance(members, problem, local, step, until):
     """Advance the motion; RUNNING, or how it ended: then the state keeps the motion before."""
     member, h = members.member, problem.step_s
     cells, forces = member.state.cells, forces_now(member, problem.tables)
-    x = steps_by(problem.integrator, forces, cells[0], motion_of(cells), local, step, until, h)
+    x = steps_by(problem.integrator, forces, cells[0], read_motion(cells), local, step, until, h)
     if not is_finite(x):
         return BAD_STATE
     if strikes_ring(forces.rigid.acting, problem.tables, x, until * h):
@@ -141,7 +143,7 @@ def _advance(members, problem, local, step, until):
         return advance
 
     def in_lanes(members, problem, local, step, until):
-        lag_s, h = first_of(members).constants.coils.lag_s, problem.step_s
+        lag_s, h = first_member(members).constants.coils.lag_s, problem.step_s
         for k in range(step, until):
             middle = environment_at(problem.tables, (k + 0.5) * h)
             end = environment_at(problem.tables, (k + 1) * h)
@@ -200,7 +202,7 @@ def _propagate(address, step, last, look):
         return -COARSE_STEP
     if step == last:
         return step
-    until = next_draw(first_of(members).constants, step, last)
+    until = next_draw(first_member(members).constants, step, last)
     each(members, draw_torques_step, step)
     ended = advance(members, problem, local, step, until)
     if ended != RUNNING:

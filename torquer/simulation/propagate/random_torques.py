@@ -5,14 +5,14 @@ that is smooth. What is drawn depends on seed and step alone.
 """
 
 from torquer.compile.engine import inlined
-from torquer.spacecraft.disturbance.held import draw_held, end_of_hold
+from torquer.spacecraft.disturbance.held import draw_held, hold_end
 from torquer.spacecraft.disturbance.unmodelled import draw_coefficients, next_jump
 
 
 @inlined
 def next_draw(dynamics, step, last):
     """The step at which a torque jumps next, `last` at the latest."""
-    return next_jump(dynamics.unmodelled, step, end_of_hold(dynamics.held, step, last))
+    return next_jump(dynamics.unmodelled, step, hold_end(dynamics.held, step, last))
 
 
 @inlined

@@ -41,7 +41,7 @@ def check_claims(file: h5py.File, raw: BinaryIO) -> None:
         array = file[name]
         _check_array(name, array)
         _check_attributes(array.attrs)
-        left -= _bytes_of(array, raw)
+        left -= _needed_bytes(array, raw)
         if left < 0:
             raise Unbelievable(f"{name!r} claims more than {MOST_FOR_A_BYTE} times its bytes")
 
@@ -69,14 +69,14 @@ def _check_attributes(attributes: h5py.AttributeManager) -> None:
             raise Unbelievable(f"{name!r} is a list of {texts} texts")
 
 
-def _bytes_of(array: h5py.Dataset, raw: BinaryIO) -> int:
+def _needed_bytes(array: h5py.Dataset, raw: BinaryIO) -> int:
     """What an array takes in memory, or a piece of it while it is read if that is more."""
     cells = max(math.prod(array.shape), math.prod(array.chunks or ()))
-    letters = _letters_of(array, raw) if array.dtype.kind == "O" else 0
+    letters = _count_letters(array, raw) if array.dtype.kind == "O" else 0
     return cells * array.dtype.itemsize + letters
 
 
-def _letters_of(array: h5py.Dataset, raw: BinaryIO) -> int:
+def _count_letters(array: h5py.Dataset, raw: BinaryIO) -> int:
     """Letters of all texts of an array, by the lengths that stand in it."""
     stored = array.id.get_storage_size()
     if array.compression or stored % _TEXT.size:

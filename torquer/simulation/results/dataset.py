@@ -21,7 +21,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
-from torquer.simulation.loop.state import Record, State, arrays_of
+from torquer.simulation.loop.state import Record, State, find_arrays
 from torquer.simulation.results.variables import (
     ADAPTIVE,
     COILS,
@@ -30,10 +30,10 @@ from torquer.simulation.results.variables import (
     INPUTS,
     RECORDED,
     TORQUE,
-    described,
+    describe,
     read,
 )
-from torquer.simulation.setup.prepare import log_of
+from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run
 from torquer.spacecraft.wheel_array.layout import total_momentum
 
@@ -44,14 +44,16 @@ if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
 COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
 
 
-def part_of(run: Run) -> xr.Dataset:
+def record_dataset(run: Run) -> xr.Dataset:
     """The record of the run's piece so far and all that follows from it."""
     record = run.rows()
     t_s = record.rows["step"] * run.plan.step_s
-    variables = read(record.rows, RECORDED) | logged(run, record) | modes_recorded(run, record)
+    variables = (
+        read(record.rows, RECORDED) | logged_variables(run, record) | modes_recorded(run, record)
+    )
     coordinates = _coordinates(run.scenario, t_s)
     if len(run.plan.plant.rotors.rows):
-        variables |= _of_wheels(run, record)
+        variables |= _wheel_variables(run, record)
         coordinates["wheel"] = np.arange(len(run.state.rotors))
     if estimates(run.plan.computer):
         variables |= read(record.known, ESTIMATED)
@@ -60,7 +62,7 @@ def part_of(run: Run) -> xr.Dataset:
         variables |= read(record.known, INPUTS)
     import xarray as xr
 
-    data = xr.Dataset(variables, coords=coordinates | axes_of_logs(run))
+    data = xr.Dataset(variables, coords=coordinates | log_axes(run))
     return data.assign(_orbit_environment(run, t_s, data))
 
 
@@ -69,50 +71,50 @@ def with_state(part: xr.Dataset, run: Run, how: str, ended: str) -> xr.Dataset:
 
     `how` is one of the words above; `ended` says in full how the run ended.
     """
-    modes = _entered(run)
+    modes = _entries(run)
     data = part.assign(_totals(run)).assign(_checkpoint(run)).assign(modes)
     data = data.set_coords("mode") if modes else data
     data = data.assign_attrs(_attributes(run, how, ended))
-    return data.assign_attrs(digest=digest_of(data))
+    return data.assign_attrs(digest=digest_result(data))
 
 
-def of_the_whole(result: xr.Dataset) -> list[str]:
+def whole_run_names(result: xr.Dataset) -> list[str]:
     """Names of the variables that are known of the whole run, not of each record."""
     return [name for name, values in result.data_vars.items() if "time" not in values.dims]
 
 
 def _coordinates(scenario: Scenario, t_s):
     return {
-        **described({"time": t_s}),
+        **describe({"time": t_s}),
         "utc": ("time", utc_at(scenario.start, t_s).astype("datetime64[ns]")),
         "axis": ["x", "y", "z"],
         "component": ["x", "y", "z", "w"],
     }
 
 
-def _of_wheels(run: Run, record: Record) -> dict:
+def _wheel_variables(run: Run, record: Record) -> dict:
     """What is recorded of the wheels, with their speeds."""
     momentum, motor = np.split(record.wheels, 2, axis=1)
     speed = momentum / run.plan.plant.rotors.rows["inertia"]
     return {
-        **described({"wheel_momentum": momentum, "wheel_speed": speed, "wheel_torque": motor}),
+        **describe({"wheel_momentum": momentum, "wheel_speed": speed, "wheel_torque": motor}),
         **read(record.rows, [TORQUE]),
     }
 
 
-def logged(run: Run, record: Record) -> dict:
+def logged_variables(run: Run, record: Record) -> dict:
     """What laws and estimators log, named by their keys."""
     variables, at = {}, 0
-    for name, block, part, cells in log_of(run.blocks):
+    for name, block, part, cells in make_log(run.blocks):
         values, at = record.log[:, at : at + len(cells)], at + len(cells)
         said = {"long_name": f"{name}, logged by {block.kind.name} {block.name}"}
         attributes = said if part.axes else {"units": part.unit, **said}
-        dims = ("time", *_dims_of(name, part))
+        dims = ("time", *_logged_dims(name, part))
         variables[name] = (dims, values.reshape(len(values), *part.shape), attributes)
     return variables
 
 
-def _dims_of(name: str, part: Logged) -> tuple[str, ...]:
+def _logged_dims(name: str, part: Logged) -> tuple[str, ...]:
     """Dimensions of a logged value at an instant: its own unless it is a vector of three."""
     if part.axes:
         return tuple(f"{name.partition('.')[0]}.{axis.name}" for axis in part.axes)
@@ -121,11 +123,11 @@ def _dims_of(name: str, part: Logged) -> tuple[str, ...]:
     return tuple(f"{name}_{k}" for k in range(len(part.shape)))
 
 
-def axes_of_logs(run: Run) -> dict:
+def log_axes(run: Run) -> dict:
     """Coordinates along the dimensions of logged values: labels, and their units."""
     found = {}
-    for name, _, part, _ in log_of(run.blocks):
-        for dim, axis in zip(_dims_of(name, part), part.axes, strict=False):
+    for name, _, part, _ in make_log(run.blocks):
+        for dim, axis in zip(_logged_dims(name, part), part.axes, strict=False):
             found |= {dim: list(axis.labels), f"{dim}_units": (dim, list(axis.units))}
     return found
 
@@ -133,7 +135,7 @@ def axes_of_logs(run: Run) -> dict:
 def modes_recorded(run: Run, record: Record) -> dict:
     """The state of every region, as numbers with their meanings."""
     variables, first = {}, 0
-    for k, (name, region) in enumerate(regions_of(run.scenario).items()):
+    for k, (name, region) in enumerate(mode_regions(run.scenario).items()):
         meanings = " ".join(region.states)
         values = np.where(np.isnan(record.modes[:, k]), -1, record.modes[:, k] - first)
         attributes = {
@@ -146,21 +148,21 @@ def modes_recorded(run: Run, record: Record) -> dict:
     return variables
 
 
-def regions_of(scenario: Scenario) -> dict:
+def mode_regions(scenario: Scenario) -> dict:
     """Regions of a mode table or a scheme; none for laws that always work."""
     modes = scenario.control.named().modes
     return modes.regions if modes else {}
 
 
-def _entered(run: Run) -> dict:
+def _entries(run: Run) -> dict:
     """When each state was entered last, and how often."""
-    regions, states = regions_of(run.scenario), run.state.board.modes.states
+    regions, states = mode_regions(run.scenario), run.state.board.modes.states
     if not regions:
         return {}
     names = [f"{name}.{state}" for name, region in regions.items() for state in region.states]
     entered = np.where(states["entries"] > 0.0, states["entered_s"], np.nan)
     times = {"mode_entered": entered, "mode_entries": states["entries"].copy()}
-    return {"mode": ("mode", names), **described(times)}
+    return {"mode": ("mode", names), **describe(times)}
 
 
 def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
@@ -178,14 +180,14 @@ def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
         axes = np.array(run.scenario.spacecraft.wheels.array().axes)
         momentum = momentum + total_momentum(axes, data["wheel_momentum"].values)
     sun = sun_direction(environment, t_s, r)
-    return _believed(run.scenario, t_s) | described({
+    return _believed_variables(run.scenario, t_s) | describe({
         "position_inertial": r,
         "velocity_inertial": v,
         "b_inertial": b,
-        "b_body": _turned(to_body, b),
+        "b_body": _turn(to_body, b),
         "sun_inertial": sun,
         "omega_orbital": rate_in_orbit(to_body, omega, r, v),
-        "momentum_inertial": _turned(to_inertial, momentum),
+        "momentum_inertial": _turn(to_inertial, momentum),
         "sunlit_fraction": environment.sunlit_fraction(t_s, r),
         "latitude": np.degrees(lat),
         "longitude": np.degrees(lon),
@@ -196,7 +198,7 @@ def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
 def rate_in_orbit(dcm_inertial_to_body, omega_body, r, v) -> np.ndarray:
     """Angular velocity (n, 3) [rad/s] relative to the orbital frame, in body axes."""
     turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
-    return omega_body - _turned(dcm_inertial_to_body, turning)
+    return omega_body - _turn(dcm_inertial_to_body, turning)
 
 
 def sun_direction(environment: OrbitEnvironment, t_s, r) -> np.ndarray:
@@ -205,17 +207,17 @@ def sun_direction(environment: OrbitEnvironment, t_s, r) -> np.ndarray:
     return sun / np.linalg.norm(sun, axis=1)[:, None]
 
 
-def _turned(matrices, values) -> np.ndarray:
+def _turn(matrices, values) -> np.ndarray:
     return np.einsum("nij,nj->ni", matrices, values)
 
 
-def _believed(scenario: Scenario, t_s) -> dict:
+def _believed_variables(scenario: Scenario, t_s) -> dict:
     """Position and field by the models on board, where they are not the truth."""
     believed = scenario.believed_environment()
     if believed == scenario.orbit_environment():
         return {}
     r, v = believed.state(t_s)
-    return described({"position_believed": r, "b_believed": believed.field(t_s, r, v)})
+    return describe({"position_believed": r, "b_believed": believed.field(t_s, r, v)})
 
 
 def _totals(run: Run) -> dict:
@@ -230,7 +232,7 @@ def _totals(run: Run) -> dict:
         taken = totals["steps"] > 0.0
         totals["mean_step"] = flown_s / totals["steps"] if taken else math.nan
         totals["least_step"] = totals["least_step"] if taken else math.nan
-    return described(totals)
+    return describe(totals)
 
 
 def versions() -> dict[str, str]:
@@ -265,16 +267,16 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
 
 def arrays_stored(state: State) -> list[np.ndarray]:
     """The arrays that hold the loop's state between steps, as numbers of eight bytes."""
-    return [part.view(np.float64) for part in arrays_of(state[1:])]
+    return [part.view(np.float64) for part in find_arrays(state[1:])]
 
 
 def _checkpoint(run: Run) -> dict:
     """The loop's state, bit for bit, as one vector."""
     values = np.concatenate([run.state.at, *(array.ravel() for array in arrays_stored(run.state))])
-    return described({"checkpoint": values})
+    return describe({"checkpoint": values})
 
 
-def digest_of(result: xr.Dataset) -> str:
+def digest_result(result: xr.Dataset) -> str:
     """Digest of what a run goes on from: scenario, laws, state."""
     digest = hashlib.sha256(np.ascontiguousarray(result["checkpoint"].values).tobytes())
     for name in ("scenario", "laws", "seed", "how_it_ended", "ended", "table_relative_error"):
@@ -282,7 +284,7 @@ def digest_of(result: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def scenario_of(result: xr.Dataset) -> Scenario:
+def flown_scenario(result: xr.Dataset) -> Scenario:
     """The scenario that was flown, its laws named in it."""
     return Scenario.model_validate_json(result.attrs["scenario"])
 
@@ -307,6 +309,6 @@ def _runs_as(run: Run, block: Block) -> str:
     return "compiled" if block.compiled else "plain Python (slow: not decorated)"
 
 
-def laws_of(result: xr.Dataset) -> dict[str, dict]:
+def flown_laws(result: xr.Dataset) -> dict[str, dict]:
     """Laws and estimators that were flown, by key: name, parameters, text, how they ran."""
     return json.loads(result.attrs["laws"])

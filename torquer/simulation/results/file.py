@@ -45,10 +45,10 @@ def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     """
     from h5netcdf import CompatibilityError
 
-    from torquer.simulation.results.netcdf import written
+    from torquer.simulation.results.netcdf import write_bytes
 
     try:
-        data = written(result, **(how or {}))
+        data = write_bytes(result, **(how or {}))
     except (TypeError, ValueError, RuntimeError, CompatibilityError) as error:
         reason = str(error).partition("\n")[0]
         raise NotStorable(f"result: must be what NetCDF can store; received: {reason}") from error
@@ -123,7 +123,7 @@ def _check_claims(path, raw: BinaryIO) -> None:
         check_claims(file, raw)
 
 
-def attributes_of(path) -> dict:
+def read_attributes(path) -> dict:
     """What a stored result says of itself, without its numbers."""
     import h5py
 
@@ -154,7 +154,7 @@ def _read(path: Path):
 
 
 @contextlib.contextmanager
-def understood(path):
+def explain_errors(path):
     """Within the block, an error about what a file lacks or holds becomes one line that names it.
 
     What torquer wrote lacks nothing; what others have changed may.
@@ -226,7 +226,7 @@ def replacing(path: Path):
 def _seal(path: Path) -> None:
     """Write the digest of all that HDF5 left in a file behind it."""
     with path.open("r+b") as file:
-        digest = _digest_of(file, path.stat().st_size)
+        digest = _digest_file(file, path.stat().st_size)
         file.seek(0, os.SEEK_END)
         file.write(_SEAL + digest)
         _to_disk(file)
@@ -238,12 +238,12 @@ def _check(path: Path, file: BinaryIO, size: int) -> None:
         file.seek(length)
         seal = file.read()
         file.seek(0)
-        if seal.startswith(_SEAL) and seal == _SEAL + _digest_of(file, length):
+        if seal.startswith(_SEAL) and seal == _SEAL + _digest_file(file, length):
             return
     raise Damaged(f"result: must be as torquer wrote it; received {path}, damaged or edited since")
 
 
-def _digest_of(file: BinaryIO, length: int) -> bytes:
+def _digest_file(file: BinaryIO, length: int) -> bytes:
     digest, left = hashlib.sha256(), length
     while left > 0 and (block := file.read(min(_BLOCK, left))):
         digest.update(block)

@@ -39,18 +39,18 @@ def read(source) -> xr.Dataset:
         return xr.load_dataset(file, engine="h5netcdf")
 
 
-def _opened(path: str, mode: str) -> h5netcdf.File:
+def _open_file(path: str, mode: str) -> h5netcdf.File:
     """A NetCDF file; its HDF5 file is closed when nothing refers to it any more."""
     return h5netcdf.File(_File(path, mode), mode, decode_vlen_strings=True)
 
 
 def view(path) -> xr.Dataset:
     """The dataset in a file; its numbers are read when they are asked for, and not kept."""
-    manager = CachingFileManager(_opened, str(path), mode="r")  # goes to other processes, too
+    manager = CachingFileManager(_open_file, str(path), mode="r")  # goes to other processes, too
     return xr.open_dataset(H5NetCDFStore(manager), cache=False)
 
 
-def written(dataset: xr.Dataset, **how) -> memoryview:
+def write_bytes(dataset: xr.Dataset, **how) -> memoryview:
     """The bytes of a NetCDF file; `how`: more arguments of `xarray.Dataset.to_netcdf`."""
     data = io.BytesIO()
     with _File(data, "w", track_order=True) as file:  # as h5netcdf makes files

@@ -14,16 +14,16 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.step import BETWEEN, SENSED, WORKED
 from torquer.simulation.results.dataset import (
     arrays_stored,
-    digest_of,
+    digest_result,
+    flown_laws,
+    flown_scenario,
     law_attributes,
-    laws_of,
+    mode_regions,
     modes_recorded,
-    regions_of,
-    scenario_of,
     versions,
 )
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, TORQUE, write
-from torquer.simulation.setup.prepare import log_of
+from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def restore(run: Run, result: xr.Dataset) -> None:
     _check_laws(run, result)
     cells = result["checkpoint"].values
     _check_state(run, cells)
-    if result.attrs.get("digest") != digest_of(result):
+    if result.attrs.get("digest") != digest_result(result):
         raise ValueError(
             "result: must be as the run left it; received one whose scenario, laws or state have "
             "been changed since"
@@ -78,7 +78,7 @@ def other_bits(result: xr.Dataset) -> list[str]:
 def scenario_in(result: xr.Dataset) -> Scenario:
     """The scenario of a result; ValueError of one line where it is none."""
     try:
-        return scenario_of(result)
+        return flown_scenario(result)
     except (KeyError, ValueError) as error:
         lines = str(error).splitlines()
         raise ValueError(f"result: must hold a scenario; received {' '.join(lines[:3])}") from None
@@ -88,20 +88,20 @@ def scenario_in(result: xr.Dataset) -> Scenario:
 _NOT_FLOWN = {"name", "description", "mission"}
 
 
-def of_one_run(a: Scenario, b: Scenario) -> bool:
+def are_one_run(a: Scenario, b: Scenario) -> bool:
     """Whether two scenarios are the same run: but for names, mission, and where laws' files lie.
 
     What is in those files is compared by itself.
     """
-    return _flown(a.model_dump(exclude=_NOT_FLOWN)) == _flown(b.model_dump(exclude=_NOT_FLOWN))
+    return _fly(a.model_dump(exclude=_NOT_FLOWN)) == _fly(b.model_dump(exclude=_NOT_FLOWN))
 
 
-def _flown(value):
+def _fly(value):
     """Data without the places of files."""
     if isinstance(value, dict):
-        return {key: _flown(each) for key, each in value.items() if key != "file"}
+        return {key: _fly(each) for key, each in value.items() if key != "file"}
     if isinstance(value, list | tuple):
-        return [_flown(each) for each in value]
+        return [_fly(each) for each in value]
     return value
 
 
@@ -113,7 +113,7 @@ def _versions_in(result: xr.Dataset) -> dict:
 
 
 def _check_laws(run: Run, result: xr.Dataset) -> None:
-    given, began = json.loads(law_attributes(run)["laws"]), laws_of(result)
+    given, began = json.loads(law_attributes(run)["laws"]), flown_laws(result)
     for key, law in given.items():
         was = began.get(key, {"name": "none", "parameters": {}, "source": ""})
         if (law["name"], law["parameters"]) != (was["name"], was["parameters"]):
@@ -180,9 +180,9 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     if run.scenario.simulation.record_inputs:
         write(part, INPUTS, record.known, rows)
     for k, name in enumerate(modes_recorded(run, run.rows())):
-        first = sum(len(r.states) for r in list(regions_of(run.scenario).values())[:k])
+        first = sum(len(r.states) for r in list(mode_regions(run.scenario).values())[:k])
         record.modes[rows, k] = part[name].values + first
     at = 0
-    for name, _, logged, _ in log_of(run.blocks):
+    for name, _, logged, _ in make_log(run.blocks):
         record.log[rows, at : at + logged.cells] = part[name].values.reshape(len(rows), -1)
         at += logged.cells

@@ -11,11 +11,11 @@ import numpy as np
 from torquer.simulation.results.dataset import (
     INTERRUPTED,
     STOPPED,
-    of_the_whole,
-    part_of,
+    record_dataset,
+    whole_run_names,
     with_state,
 )
-from torquer.simulation.results.file import attributes_of, join, lazily, own_folder, save
+from torquer.simulation.results.file import join, lazily, own_folder, read_attributes, save
 from torquer.simulation.setup.run import Run
 
 if TYPE_CHECKING:
@@ -33,14 +33,14 @@ class InMemory:
 
     def keep(self, run: Run) -> None:
         """Keep the run's piece, which is complete."""
-        self.parts.append(part_of(run))
+        self.parts.append(record_dataset(run))
 
     def checkpoint(self, run: Run) -> None:
         """Nothing: what is in memory is lost with the process in any case."""
 
     def result(self, run: Run, how: str, ended: str) -> xr.Dataset:
         """The whole of what was computed."""
-        parts = [*self.parts, part_of(run)]
+        parts = [*self.parts, record_dataset(run)]
         if len(parts) > 1:
             import xarray as xr
 
@@ -74,7 +74,7 @@ class InFile:
         return lazily(self.path)
 
     def _write(self, run: Run, how: str, ended: str) -> xr.Dataset:
-        part = with_state(part_of(run), run, how, ended)
+        part = with_state(record_dataset(run), run, how, ended)
         path = self.path
         if run.piece.first > 0:
             path = parts_folder(self.path) / f"{run.first_row:012d}.nc"
@@ -89,7 +89,7 @@ def check_free(path: Path, key: str, ways_out: str) -> None:
     if not path.exists():
         return
     try:
-        earlier = attributes_of(path)
+        earlier = read_attributes(path)
     except (OSError, ValueError):
         raise ValueError(
             f"{key}: must hold no file that cannot be read; received {path}, damaged or not "
@@ -141,14 +141,14 @@ def _append(path: Path, part: xr.Dataset) -> None:
         file.resize_dimension("time", end)
         for name, values in part.variables.items():
             if "time" in values.dims:
-                file.variables[name][first_row:end] = _stored(values)
-        for name in of_the_whole(part):
+                file.variables[name][first_row:end] = _as_stored(values)
+        for name in whole_run_names(part):
             file.variables[name][...] = part[name].values
         for name, value in part.attrs.items():
             file.attrs[name] = value
 
 
-def _stored(values: xr.Variable) -> np.ndarray:
+def _as_stored(values: xr.Variable) -> np.ndarray:
     """Numbers as they stand in the file: instants in nanoseconds since 1970."""
     if values.dtype.kind == "M":
         return values.values.astype("datetime64[ns]").astype(np.int64)

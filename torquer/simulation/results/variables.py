@@ -238,7 +238,7 @@ ATTRIBUTES = {
 }
 
 
-def described(values: Mapping[str, Any]) -> dict:
+def describe(values: Mapping[str, Any]) -> dict:
     """Values by the names of variables, as xarray takes them: with dimensions and attributes."""
     return {name: (_BY_NAME[name].dims, each, _BY_NAME[name].attributes)
             for name, each in values.items()}  # fmt: skip
@@ -247,7 +247,7 @@ def described(values: Mapping[str, Any]) -> dict:
 def read(record: np.ndarray, variables: Iterable[Variable]) -> dict:
     """Variables from the rows of a record, as xarray takes them."""
     columns = {each.name: np.array([record[cell] for cell in each.cells]) for each in variables}
-    return described({name: c.T if len(c) > 1 else c[0] for name, c in columns.items()})
+    return describe({name: c.T if len(c) > 1 else c[0] for name, c in columns.items()})
 
 
 def write(result, variables: Iterable[Variable], record: np.ndarray, rows) -> None:

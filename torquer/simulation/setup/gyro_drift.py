@@ -13,6 +13,6 @@ def fill_drift(gyro, seed, t_s, out):
     """
     drift = (0.0, 0.0, 0.0)
     for k in range(out.shape[0]):
-        drawn = noise.drawn(gyro.drift_rad_s_sqrt_s, seed, DRIFT_STREAM, k)
+        drawn = noise.draw(gyro.drift_rad_s_sqrt_s, seed, DRIFT_STREAM, k)
         drift = walked_bias(gyro, drift, t_s[k] - t_s[max(k - 1, 0)], drawn)
         out[k, 0], out[k, 1], out[k, 2] = drift

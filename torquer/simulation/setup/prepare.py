@@ -9,21 +9,21 @@ from torquer.compile.engine import records
 from torquer.computer.allocation import (
     NO_ALLOCATION,
     NO_ALLOCATION_STATE,
-    allocation_of,
     first_allocation,
+    make_allocation,
 )
 from torquer.computer.blocks.block import Block, Logged
 from torquer.computer.blocks.law import Law, as_law
-from torquer.computer.blocks.user import spec_of
+from torquer.computer.blocks.user import as_spec
 from torquer.computer.computer import (
     NO_ESTIMATOR,
     OF_LAW,
     SENSOR_READINGS,
     Blocks,
-    computer_of,
     estimates,
     first_board,
-    places_of,
+    make_computer,
+    parameter_places,
 )
 from torquer.computer.interface import (
     HORIZON_SENSOR,
@@ -57,10 +57,10 @@ from torquer.simulation.loop.state import (
     State,
     put_goal,
 )
-from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, timetable_of
+from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, make_timetable
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
-from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, goal_of
+from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, coil_targets
 from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
 from torquer.spacecraft.actuators.turning import WORK_ROWS
 from torquer.spacecraft.disturbance import unmodelled
@@ -109,10 +109,10 @@ def with_given(
 
 def _spec(law: Law):
     law.pack()
-    return spec_of(law, LAWS)
+    return as_spec(law, LAWS)
 
 
-def blocks_of(scenario: Scenario, given: Mapping[str, Law] | None = None) -> Blocks:
+def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> Blocks:
     """Laws and estimators of a scenario; ValueError if the satellite lacks what they need."""
     control, given = scenario.control, given or {}
     laws = {name: given.get(name) or spec.law() for name, spec in control.named().laws.items()}
@@ -131,7 +131,7 @@ def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]
     if modes is None:
         return NO_MODES, first_mode_state(NO_MODES, [])
     laws = {name: number for number, name in enumerate(blocks.laws)}
-    return modes.pack(laws, estimator_numbers(scenario, blocks), places_of(blocks))
+    return modes.pack(laws, estimator_numbers(scenario, blocks), parameter_places(blocks))
 
 
 def estimator_numbers(scenario: Scenario, blocks: Blocks) -> dict[str, int]:
@@ -144,7 +144,7 @@ def estimator_numbers(scenario: Scenario, blocks: Blocks) -> dict[str, int]:
     }
 
 
-def needs_of(blocks: Blocks) -> frozenset[str]:
+def collect_needs(blocks: Blocks) -> frozenset[str]:
     """What all blocks need."""
     return frozenset().union(*(block.needs for block in blocks.all()))
 
@@ -160,7 +160,7 @@ def signals_need(scenario: Scenario) -> frozenset[str]:
     return reads | {"sun"} if sun else reads
 
 
-def integrator_of(scenario: Scenario) -> Auto | Rk4 | Splitting:
+def choose_integrator(scenario: Scenario) -> Auto | Rk4 | Splitting:
     """The integrator; its type chooses the code of `propagate`."""
     simulation = scenario.simulation
     if simulation.integrator == "auto":
@@ -189,7 +189,7 @@ def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
         read[SEARCH_COIL] = Sampling()
     if craft.wheels is not None:
         read[TACHOMETERS] = Sampling()
-    return timetable_of(
+    return make_timetable(
         whole_steps("cycle", control.cycle_s, step_s),
         round(control.measure_s / step_s),
         whole_steps("sample_s", control.sample_s, step_s),
@@ -214,7 +214,7 @@ def oldest_readings_s(scenario: Scenario, timetable: Timetable) -> tuple[float, 
     )
 
 
-def plan_of(
+def make_plan(
     scenario: Scenario,
     blocks: Blocks,
     table: ModeTable,
@@ -224,31 +224,31 @@ def plan_of(
 ) -> Plan:
     """Constants of a run for the loop."""
     simulation, step_s = scenario.simulation, scenario.grid_s
-    needs = needs_of(blocks) | signals_need(scenario)
+    needs = collect_needs(blocks) | signals_need(scenario)
     wheels = scenario.spacecraft.wheels
     allocation, estimator = NO_ALLOCATION, estimator_numbers(scenario, blocks)["estimator"]
     timetable = timetable_for(scenario, needs)
     table = table._replace(oldest_s=oldest_readings_s(scenario, timetable))
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
-        allocation = allocation_of(wheels, step_s, driven)
+        allocation = make_allocation(wheels, step_s, driven)
     plan = Plan(
-        plant=plant_of(scenario, needs),
+        plant=make_plant(scenario, needs),
         timetable=timetable,
-        computer=computer_of(blocks, estimator, table),
+        computer=make_computer(blocks, estimator, table),
         allocation=allocation,
         needs_ephemeris="ephemeris" in needs,
         stops=stops,
         driven_from_outside=driven_from_outside,
         step_s=step_s,
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
-        log_cells=np.array([cell for *_, cells in log_of(blocks) for cell in cells], np.int64),
+        log_cells=np.array([cell for *_, cells in make_log(blocks) for cell in cells], np.int64),
         first_board=first_board(blocks, ModeState(*(part.copy() for part in modes)), estimator),
     )
     return records(plan)
 
 
-def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
+def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
     """Constants of the satellite's devices for the loop."""
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
     return Plant(
@@ -264,11 +264,11 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
         sun_cells=craft.sun_cells.pack() if craft.sun_cells else NO_SUN_CELLS,
         tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
         shadow=scenario.orbit_environment().shadow,
-        failures=failures_of(scenario),
+        failures=collect_failures(scenario),
     )
 
 
-def dynamics_of(scenario: Scenario, plant: Plant) -> Dynamics:
+def make_dynamics(scenario: Scenario, plant: Plant) -> Dynamics:
     """Constants of what moves the body for `propagate`."""
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
     tensor = wheels.rotor_tensor_kg_m2() if wheels else None
@@ -282,7 +282,7 @@ def dynamics_of(scenario: Scenario, plant: Plant) -> Dynamics:
     return records(dynamics)
 
 
-def failures_of(scenario: Scenario) -> Failures:
+def collect_failures(scenario: Scenario) -> Failures:
     """All failures of a run."""
     craft = scenario.spacecraft
     sensors = [
@@ -306,7 +306,7 @@ def _sun_sensors(scenario: Scenario, needs: frozenset[str]) -> SunSensorSet:
     return IDEAL_SUN_SENSOR if "sun" in needs else NO_SUN_SENSORS
 
 
-def log_of(blocks: Blocks) -> list[tuple[str, Block, Logged, range]]:
+def make_log(blocks: Blocks) -> list[tuple[str, Block, Logged, range]]:
     """What is logged: name in the result, block, its part, cells of the board's memory."""
     found, first = [], 0
     for key, block in blocks.by_key().items():
@@ -325,7 +325,7 @@ def first_state(
     motion = scenario.initial.motion(r_m, v_m_s)
     cells.view(np.float64)[:7] = motion
     coils = records(np.zeros(len(plan.plant.coils.rows), COIL_STATE))
-    put_goal(cells, goal_of(plan.plant.coils, coils))
+    put_goal(cells, coil_targets(plan.plant.coils, coils))
     cells["next_step_s"] = cells["slow_step_s"] = _FIRST_STEP_S
     cells["least_step_s"] = np.inf
     sensors = np.zeros(len(SENSORS), SENSOR)

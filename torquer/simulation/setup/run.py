@@ -11,7 +11,7 @@ from torquer.computer.blocks.law import Law
 from torquer.computer.computer import Blocks
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
-from torquer.environment.light import Light, edges_of
+from torquer.environment.light import Light, shadow_edges
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import (
     BAD_STATE,
@@ -33,13 +33,13 @@ from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.setup.prepare import (
-    blocks_of,
-    dynamics_of,
+    choose_integrator,
     empty_record,
     first_state,
-    integrator_of,
+    make_blocks,
+    make_dynamics,
+    make_plan,
     modes_for,
-    plan_of,
     with_given,
 )
 from torquer.simulation.setup.size import piece_steps
@@ -123,7 +123,7 @@ class Run:
             inputs = self.scenario.simulation.record_inputs
             self.record = empty_record(self.plan, len(self.record.rows), inputs)
         self.piece = self._ready = None  # two pieces' tables need not be in memory at once
-        self.piece = piece_of(self.scenario, self.plan, first, min(first + size, self.steps))
+        self.piece = tabulate_piece(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
 
     def make_ready(self) -> None:
@@ -223,8 +223,8 @@ def prepare(
     modes; `OtherComputer`, a ValueError, unless it is one of these.
     """
     scenario, given = with_given(scenario, law, laws)
-    blocks, environment = blocks_of(scenario, given), scenario.orbit_environment()
-    for each in environments_of(scenario):
+    blocks, environment = make_blocks(scenario, given), scenario.orbit_environment()
+    for each in make_environments(scenario):
         each.check_dates(0.0, scenario.steps() * scenario.grid_s)
     r, v = environment.state(np.zeros(1))
     run = _without_tables(scenario, blocks, (r[0], v[0]), stops, driven_from_outside)
@@ -252,18 +252,18 @@ def _without_tables(
 ) -> Run:
     """A run from a position [m] and velocity [m/s], before its environment is tabulated."""
     table, modes = modes_for(scenario, blocks)
-    plan = plan_of(scenario, blocks, table, modes, stops, driven_from_outside)
-    dynamics = dynamics_of(scenario, plan.plant)
+    plan = make_plan(scenario, blocks, table, modes, stops, driven_from_outside)
+    dynamics = make_dynamics(scenario, plan.plant)
     state = first_state(scenario, plan, dynamics, blocks, modes, *start)
     steps, size = scenario.steps(), piece_steps(scenario)
     rows, inputs = min(steps, size) // plan.record_steps + 1, scenario.simulation.record_inputs
-    record, integrator = empty_record(plan, rows, inputs), integrator_of(scenario)
+    record, integrator = empty_record(plan, rows, inputs), choose_integrator(scenario)
     return Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size)
 
 
-def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
+def tabulate_piece(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     """Tables for the steps first..last-1."""
-    environment, believed = environments_of(scenario)
+    environment, believed = make_environments(scenario)
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
     orbit = environment.orbit_table(duration_s, plan.step_s, start_s)
     needed = _tables_needed(scenario, plan)
@@ -272,7 +272,7 @@ def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     light: Light | tuple[()] = ()
     if "light" in needed:
         shadow, period_s = environment.shadow, environment.orbit.period_s
-        edges_s = edges_of(shadow, orbit.table, sun, start_s, duration_s, period_s)
+        edges_s = shadow_edges(shadow, orbit.table, sun, start_s, duration_s, period_s)
         light = Light(sun, shadow, edges_s)
     gravity = 1.0 if scenario.environment.gravity_gradient else 0.0
     moving = EnvironmentTables(orbit.table, air, gravity, light, scenario.orbit_angle())
@@ -285,14 +285,14 @@ def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     return Piece(first, last, tables, moving, error, environment, believed, plan.step_s, needed)
 
 
-def environments_of(scenario: Scenario) -> tuple[OrbitEnvironment, AnyEnvironment]:
+def make_environments(scenario: Scenario) -> tuple[OrbitEnvironment, AnyEnvironment]:
     """The environment of a run, and what its computer believes of it."""
     return scenario.orbit_environment(), scenario.believed_environment()
 
 
 def _check_shared(piece: Piece, run: Run) -> None:
     """ValueError unless a piece is what the run would begin with."""
-    own = (*environments_of(run.scenario), run.plan.step_s, 0, min(run.piece_steps, run.steps))
+    own = (*make_environments(run.scenario), run.plan.step_s, 0, min(run.piece_steps, run.steps))
     if (piece.environment, piece.believed, piece.step_s, piece.first, piece.last) != own:
         raise ValueError(
             "piece: must have the orbit, environment, start and steps of this run, and the models "

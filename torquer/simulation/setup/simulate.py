@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from torquer.base.spec import checked
+from torquer.base.spec import check_spec
 from torquer.computer.blocks.law import Law
 from torquer.scenario.spec import Scenario
 from torquer.simulation.outside.library import Library
@@ -18,15 +18,15 @@ from torquer.simulation.results.dataset import (
     FAILED,
     INTERRUPTED,
     STOPPED,
-    of_the_whole,
-    part_of,
+    record_dataset,
+    whole_run_names,
     with_state,
 )
-from torquer.simulation.results.file import NotStorable, lazily, understood
+from torquer.simulation.results.file import NotStorable, explain_errors, lazily
 from torquer.simulation.results.restore import (
     OtherBits,
+    are_one_run,
     check_version,
-    of_one_run,
     other_bits,
     restore,
     scenario_in,
@@ -35,7 +35,7 @@ from torquer.simulation.results.store import InFile, InMemory, check_free, drop_
 from torquer.simulation.setup.checkpoints import CHECKPOINT_S, Checkpoints, advance_in_pieces
 from torquer.simulation.setup.run import Run, prepare, record_this_instant
 from torquer.simulation.setup.signals import noted_signals, noting_signals
-from torquer.simulation.setup.size import check_disk, check_memory, size_of
+from torquer.simulation.setup.size import check_disk, check_memory, estimate_size
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +85,7 @@ def simulate(
             "scenario: must be a torquer Scenario (see torquer.load_scenario); "
             f"received {scenario!r}"
         )
-    scenario = checked(scenario)
+    scenario = check_spec(scenario)
     _check_size(scenario, to)
     if to is not None and not overwrite:
         check_free(Path(to), "to", "resume continues it, overwrite=True replaces it")
@@ -121,13 +121,13 @@ def resume(
     with noting_signals() as signals:
         if not isinstance(result, str | os.PathLike):
             with signals.raising():
-                run = _restored(result, law, laws, scenario, None, computer)
-            earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
+                run = _restore(result, law, laws, scenario, None, computer)
+            earlier = result.isel(time=slice(0, run.first_row)).drop_vars(whole_run_names(result))
             return finish(run, InMemory(earlier), until_s, progress)
         path = Path(result)
         gather(path)
-        with signals.raising(), lazily(path) as earlier, understood(path):
-            run = _restored(earlier, law, laws, scenario, path, computer)
+        with signals.raising(), lazily(path) as earlier, explain_errors(path):
+            run = _restore(earlier, law, laws, scenario, path, computer)
         return finish(run, InFile(path), until_s, progress, checkpoint_s)
 
 
@@ -141,13 +141,13 @@ def flown_by(computer, scenario: Scenario, law=None, laws=None, stops: bool = Fa
     return run
 
 
-def _restored(
+def _restore(
     result: xr.Dataset, law, laws, scenario: Scenario | None, to: Path | None, computer
 ) -> Run:
     """The run of a result, where it stopped."""
     check_version(result)
     began = scenario_in(result)
-    if scenario is not None and not of_one_run(began, scenario):
+    if scenario is not None and not are_one_run(began, scenario):
         raise ValueError("scenario: must be the one that the run began with; received another")
     scenario = scenario or began
     _check_size(scenario, to)
@@ -159,7 +159,7 @@ def _restored(
 
 
 def _check_size(scenario: Scenario, to) -> None:
-    size = size_of(scenario)
+    size = estimate_size(scenario)
     check_memory(size, to is not None)
     if to is not None:
         check_disk(size, Path(to).parent)
@@ -172,13 +172,13 @@ def finish(
     last = run.steps if until_s is None else _last_step(run, until_s)
     run.keep = store.keep
     try:
-        return _finished(run, store, last, progress, checkpoint_s)
+        return _finish(run, store, last, progress, checkpoint_s)
     except NotStorable as error:
-        result = with_state(part_of(run), run, FAILED, str(error))
+        result = with_state(record_dataset(run), run, FAILED, str(error))
         raise RunStopped(str(error), result, False) from None
 
 
-def _finished(run: Run, store, last: int, progress, checkpoint_s: float) -> xr.Dataset:
+def _finish(run: Run, store, last: int, progress, checkpoint_s: float) -> xr.Dataset:
     with noted_signals().raising():
         run.make_ready()
     interrupted = False

@@ -65,7 +65,7 @@ class Size(NamedTuple):
     computing_s: float
 
 
-def size_of(scenario: Scenario, compiled: bool = True) -> Size:
+def estimate_size(scenario: Scenario, compiled: bool = True) -> Size:
     """Estimate for a run; `compiled`: whether its laws are."""
     steps, simulation = scenario.steps(), scenario.simulation
     rows = steps // whole_steps("record_s", simulation.record_s, scenario.grid_s) + 1
@@ -128,7 +128,7 @@ def _own_intervals_s(scenario: Scenario) -> list[float]:
     return [sensor.sample_s for sensor in sensors if sensor.sample_s is not None]
 
 
-def memory_of_machine() -> float:
+def machine_memory() -> float:
     """Memory of this machine [byte]; infinite where the system does not tell."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
@@ -144,7 +144,7 @@ def free_disk(folder: Path) -> float:
 def check_memory(size: Size, to_file: bool) -> None:
     """ValueError for a run that does not fit in the memory of this machine."""
     needed = size.memory_bytes if to_file else size.whole_in_memory_bytes
-    if needed > (there := memory_of_machine()):
+    if needed > (there := machine_memory()):
         way_out = "" if to_file else " (simulate with to='result.nc' keeps it in a file)"
         raise ValueError(
             f"simulation: {size.rows:.6g} rows of the record (duration over record_s) must fit in "

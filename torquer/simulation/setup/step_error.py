@@ -8,7 +8,7 @@ import xarray as xr
 from torquer.computer.blocks.law import Law
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.dataset import COMPLETE, scenario_of
+from torquer.simulation.results.dataset import COMPLETE, flown_scenario
 from torquer.simulation.setup.simulate import simulate
 
 #: How much finer the tolerance is in the second run, and how much shorter the steps.
@@ -23,7 +23,7 @@ def with_finer_steps(result: xr.Dataset) -> Scenario:
     shorter than half of the mean step too, as those may be much better than their tolerance which
     an event ended.
     """
-    scenario = scenario_of(result)
+    scenario = flown_scenario(result)
     simulation = scenario.simulation
     if simulation.integrator != "auto":
         return scenario.replace("simulation.step_s", _SHORTER_FIXED * simulation.step_s)

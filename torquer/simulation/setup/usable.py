@@ -4,8 +4,8 @@ from pathlib import Path
 
 from torquer.scenario.spec import Scenario
 from torquer.scenario.usable import check_orbit_environment
-from torquer.simulation.setup.prepare import blocks_of, modes_for
-from torquer.simulation.setup.size import Size, check_disk, check_memory, size_of
+from torquer.simulation.setup.prepare import make_blocks, modes_for
+from torquer.simulation.setup.size import Size, check_disk, check_memory, estimate_size
 
 
 def checked_size(scenario: Scenario) -> Size:
@@ -13,7 +13,7 @@ def checked_size(scenario: Scenario) -> Size:
 
     checked_size(torquer.load_scenario("my_satellite.toml")).computing_s
     """
-    size = size_of(scenario, check_usable(scenario))
+    size = estimate_size(scenario, check_usable(scenario))
     check_memory(size, to_file=True)
     check_disk(size, Path())
     return size
@@ -21,7 +21,7 @@ def checked_size(scenario: Scenario) -> Size:
 
 def check_usable(scenario: Scenario) -> bool:
     """Whether all laws are compiled; `ValueError` if laws, modes or environment are unusable."""
-    blocks = blocks_of(scenario)
+    blocks = make_blocks(scenario)
     for block in blocks.all():
         block.pack()
     modes_for(scenario, blocks)

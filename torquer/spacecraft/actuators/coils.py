@@ -78,7 +78,7 @@ def command_coils(coils, command_a_m2, state):
             state[i].target_a_m2 = min(max(wanted, -limit), limit)
     for i in range(rows.shape[0]):
         state[i].command_a_m2 = state[i].target_a_m2
-    return goal_of(coils, state)
+    return coil_targets(coils, state)
 
 
 @inlined
@@ -86,7 +86,7 @@ def switch_off_coils(coils, state):
     """Set the targets of all coils to zero."""
     for i in range(state.shape[0]):
         state[i].target_a_m2 = state[i].command_a_m2 = 0.0
-    return goal_of(coils, state)
+    return coil_targets(coils, state)
 
 
 @inlined
@@ -94,11 +94,11 @@ def fail_coils(coils, failures, state, t_s):
     """Let failures change the targets of the coils at t_s; `failures`: rows of `COIL_FAILURE`."""
     for i in range(state.shape[0]):
         state[i].target_a_m2 = failed_dipole(failures, i, state[i].command_a_m2, t_s)
-    return goal_of(coils, state)
+    return coil_targets(coils, state)
 
 
 @inlined
-def goal_of(coils, state):
+def coil_targets(coils, state):
     """The coils' targets; without lag they are reached at once."""
     x, y, z = coils.residual_a_m2
     power = greatest = 0.0

@@ -18,8 +18,8 @@ from torquer.spacecraft.actuators.rotors import (
     ROTOR,
     ROTOR_STATE,
     Rotors,
-    axis_of,
     relative_momentum,
+    rotor_axis,
 )
 from torquer.spacecraft.wheel_array.layout import Limit
 from torquer.spacecraft.wheel_array.presets import Wheels
@@ -37,7 +37,7 @@ def read_tachometers(rotors, noise_rad_s, state, omega_body, seed, sample, momen
             noise_sample = noise.normal3(seed, STREAM, 4 * sample + k // 3)
         read = relative_momentum(rows, state, omega_body, k)
         momenta[k] = read + rows[k].inertia * noise_rad_s * noise_sample[k % 3]
-        total = add_scaled(total, momenta[k], axis_of(rows, k))
+        total = add_scaled(total, momenta[k], rotor_axis(rows, k))
     return total
 
 
@@ -183,7 +183,7 @@ class ReactionWheels(Wheels):
         """State of the rotors at the start, for a rate of the body [rad/s]."""
         rows, speed = rotors.rows, self.initial_speeds_rad_s()
         state = np.zeros(len(rows), ROTOR_STATE)
-        axes = np.array([axis_of(rows, k) for k in range(len(rows))])
+        axes = np.array([rotor_axis(rows, k) for k in range(len(rows))])
         state["momentum"] = rows["inertia"] * (speed + axes @ omega_body)
         state["stands"] = (speed == 0.0) & (rows["breakaway"] > 0.0)
         return records(state)

@@ -55,7 +55,7 @@ class Spin(NamedTuple):
 
 
 @inlined
-def axis_of(rows, k):
+def rotor_axis(rows, k):
     """Axis of rotor k."""
     rotor = rows[k]
     return (rotor.axis_x, rotor.axis_y, rotor.axis_z)
@@ -99,7 +99,7 @@ def step_rotors(rotors, state, omega_body, step, t):
     """Run the motors for step number `step` of t seconds; `Spin` is the effect on the body."""
     rows, held, torque = rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(rows.shape[0]):
-        axis, inertia, before = axis_of(rows, k), rows[k].inertia, state[k].momentum
+        axis, inertia, before = rotor_axis(rows, k), rows[k].inertia, state[k].momentum
         carried = dot(axis, omega_body)
         motor = state[k].motor if step < rows[k].dead_from else 0.0
         stands = state[k].stands == 1.0
@@ -115,7 +115,7 @@ def step_rotors(rotors, state, omega_body, step, t):
 @inlined
 def relative_momentum(rows, state, omega_body, k):
     """Momentum [N m s] of rotor k relative to the body: what its tachometer measures."""
-    return state[k].momentum - rows[k].inertia * dot(axis_of(rows, k), omega_body)
+    return state[k].momentum - rows[k].inertia * dot(rotor_axis(rows, k), omega_body)
 
 
 @inlined

@@ -13,7 +13,7 @@ import numpy as np
 
 from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.vec3 import add_scaled, dot, sub, sym_inverse, sym_vec
-from torquer.spacecraft.actuators.rotors import axis_of, time_to_stand
+from torquer.spacecraft.actuators.rotors import rotor_axis, time_to_stand
 
 #: Rows of the scratch space: derivatives of the stages, then these of each rotor: momentum at the
 #: start; 1 if it turns by itself; sense of its friction; speed at which it is held; motor torque;
@@ -82,7 +82,7 @@ def begin_turning(rotors, state, work, tableau, inertia, omega, step):
     """The rotors at the start of a step: which of them spin by themselves."""
     rows, tensor = rotors.rows, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for k in range(rows.shape[0]):
-        rotor, axis = rows[k], axis_of(rows, k)
+        rotor, axis = rows[k], rotor_axis(rows, k)
         motor = state[k].motor if step < rotor.dead_from else 0.0
         speed = state[k].momentum / rotor.inertia - dot(axis, omega)
         free, side, stands = _changes(rotor, state[k], speed, motor, work[_DRIVEN, k] == 1.0)
@@ -111,7 +111,7 @@ def turn(turning, stage, h, omega):
     """(Momentum of the rotors relative to the body, their torque on it) at a stage."""
     held, torque, work = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), turning.work
     for k in range(turning.rows.shape[0]):
-        rotor, axis = turning.rows[k], axis_of(turning.rows, k)
+        rotor, axis = turning.rows[k], rotor_axis(turning.rows, k)
         if work[_FREE, k] == 0.0:
             held = add_scaled(held, rotor.inertia * work[_HELD, k], axis)
             continue
@@ -131,7 +131,7 @@ def end_turning(turning, state, h, omega):
         if turning.work[_FREE, k] == 1.0:
             state[k].momentum = _momentum(turning, 12, h, k)
         else:
-            carried = dot(axis_of(turning.rows, k), omega)
+            carried = dot(rotor_axis(turning.rows, k), omega)
             state[k].momentum = rotor.inertia * (turning.work[_HELD, k] + carried)
         turning.work[_DRIVEN, k] = 0.0
 
@@ -173,7 +173,7 @@ def part_to_change(turning, h, omega):
             continue
         rotor, side = turning.rows[k], turning.work[_SIDE, k]
         before = turning.work[_HELD, k] * side
-        carried = dot(axis_of(turning.rows, k), omega)
+        carried = dot(rotor_axis(turning.rows, k), omega)
         after = (_momentum(turning, 12, h, k) / rotor.inertia - carried) * side
         near = _AT_ONCE_S * (abs(turning.work[_MOTOR, k]) + rotor.coulomb) / rotor.inertia
         near_limit = near + _ROUNDING * rotor.speed_limit

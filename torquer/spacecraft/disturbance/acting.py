@@ -6,24 +6,24 @@ from torquer.environment.local import in_body
 from torquer.maths.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.suspension import Hung, is_tilted, suspension_torque
-from torquer.spacecraft.disturbance.unmodelled import harmonics_of
+from torquer.spacecraft.disturbance.unmodelled import harmonic_torque
 
 _KERNELS = {type(torque.none): torque.kernel for torque in TORQUES.values()}
 _KERNELS[Hung] = suspension_torque
 _OF_SATELLITES = len(TORQUES)
 
 
-def torque_of(constants, local_body, omega_body):
+def acting_torque(constants, local_body, omega_body):
     """Torque [N m, body] by its constants."""
     return _KERNELS[type(constants)](constants, local_body, omega_body)
 
 
-def added(torque, acting, local_body, omega_body):
+def add_torques(torque, acting, local_body, omega_body):
     """A torque [N m, body] and those of the constants, one after another."""
     if len(acting) == 0:
         return torque
-    total = add(torque, torque_of(acting[0], local_body, omega_body))
-    return added(total, acting[1:], local_body, omega_body)
+    total = add(torque, acting_torque(acting[0], local_body, omega_body))
+    return add_torques(total, acting[1:], local_body, omega_body)
 
 
 @when_compiling
@@ -32,14 +32,14 @@ def _overload() -> None:
 
     from torquer.compile.numba_private import INLINED_OPTIONS
 
-    @overload(torque_of, jit_options=INLINED_OPTIONS)
+    @overload(acting_torque, jit_options=INLINED_OPTIONS)
     def choose(constants, local_body, omega_body):
         kernel = _KERNELS[constants.instance_class]
         return lambda constants, local_body, omega_body: kernel(constants, local_body, omega_body)
 
-    @overload(added, jit_options=INLINED_OPTIONS)
+    @overload(add_torques, jit_options=INLINED_OPTIONS)
     def one_by_one(torque, acting, local_body, omega_body):
-        return added
+        return add_torques
 
 
 @inlined
@@ -47,7 +47,7 @@ def with_acting(torque, acting, local, q, omega_body):
     """A torque [N m, body] plus those that act alongside it; `acting`: () for none."""
     if len(acting) == 0:
         return torque
-    return added(torque, acting, in_body(local, q), omega_body)
+    return add_torques(torque, acting, in_body(local, q), omega_body)
 
 
 @inlined
@@ -61,5 +61,5 @@ def leaves_bearing(acting, local, q):
 @inlined
 def with_coefficients(acting, cells):
     """The torques with the present coefficients (15 cells) of the unmodelled one, the last."""
-    present = harmonics_of(acting[-1].is_on, cells)
+    present = harmonic_torque(acting[-1].is_on, cells)
     return acting[:-1] + (present,)  # noqa: RUF005 (kernels know no stars)

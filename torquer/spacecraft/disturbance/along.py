@@ -7,9 +7,9 @@ import numpy as np
 from torquer.compile.engine import kernel
 from torquer.environment.earth.gravity import gravity_gradient_torque
 from torquer.environment.local import LocalEnvironment, in_body
-from torquer.maths.geometry.vec3 import cross, put_vector, vector_of
+from torquer.maths.geometry.vec3 import cross, put_vector, read_vector
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque
-from torquer.spacecraft.disturbance.acting import torque_of
+from torquer.spacecraft.disturbance.acting import acting_torque
 from torquer.spacecraft.disturbance.held import torque_held
 from torquer.spacecraft.disturbance.unmodelled import draw_coefficients
 
@@ -35,13 +35,13 @@ class Along(NamedTuple):
 
 
 @kernel
-def _seen(along, k):
+def _look_at(along, k):
     """The local environment in body axes at instant k."""
     local = LocalEnvironment(
-        vector_of(along.b_t[k]),
-        vector_of(along.gravity_gradient[k]),
-        vector_of(along.flow[k]),
-        vector_of(along.light[k]),
+        read_vector(along.b_t[k]),
+        read_vector(along.gravity_gradient[k]),
+        read_vector(along.flow[k]),
+        read_vector(along.light[k]),
         (along.orbit_angle[k],),
     )
     return in_body(local, (along.q[k, 0], along.q[k, 1], along.q[k, 2], along.q[k, 3]))
@@ -50,29 +50,31 @@ def _seen(along, k):
 @kernel
 def _acting(constants, along, out):
     for k in range(out.shape[0]):
-        put_vector(out[k], torque_of(constants, _seen(along, k), vector_of(along.omega[k])))
+        put_vector(
+            out[k], acting_torque(constants, _look_at(along, k), read_vector(along.omega[k]))
+        )
 
 
 @kernel
 def _gravity(inertia, along, out):
     for k in range(out.shape[0]):
-        put_vector(out[k], gravity_gradient_torque(inertia, _seen(along, k).gravity_gradient))
+        put_vector(out[k], gravity_gradient_torque(inertia, _look_at(along, k).gravity_gradient))
 
 
 @kernel
 def _air(surface, along, out):
     for k in range(out.shape[0]):
-        put_vector(out[k], aerodynamic_force_and_torque(surface, _seen(along, k).flow)[1])
+        put_vector(out[k], aerodynamic_force_and_torque(surface, _look_at(along, k).flow)[1])
 
 
 @kernel
 def _dipoles(dipoles, along, out):
     for k in range(out.shape[0]):
-        put_vector(out[k], cross(vector_of(dipoles[k]), _seen(along, k).b_t))
+        put_vector(out[k], cross(read_vector(dipoles[k]), _look_at(along, k).b_t))
 
 
 @kernel
-def _held(held, seed, steps, out):
+def _fill_held(held, seed, steps, out):
     for k in range(out.shape[0]):
         put_vector(out[k], torque_held(held, seed, steps[k]))
 
@@ -84,7 +86,7 @@ def _coefficients(unmodelled, seed, steps, out):
         draw_coefficients(unmodelled, seed, step, out[k])
 
 
-def _filled(fill, count: int, *arguments, columns: int = 3) -> np.ndarray:
+def _fill(fill, count: int, *arguments, columns: int = 3) -> np.ndarray:
     out = np.zeros((count, columns))
     fill(*arguments, out)
     return out
@@ -92,29 +94,29 @@ def _filled(fill, count: int, *arguments, columns: int = 3) -> np.ndarray:
 
 def acting_along(constants, along: Along) -> np.ndarray:
     """Torque [n, 3] N m, body, by constants of `TORQUES`."""
-    return _filled(_acting, len(along.q), constants, along)
+    return _fill(_acting, len(along.q), constants, along)
 
 
 def gravity_along(inertia: tuple, along: Along) -> np.ndarray:
     """Gravity-gradient torque [n, 3] N m, body; `inertia` as `sym_vec` takes it."""
-    return _filled(_gravity, len(along.q), inertia, along)
+    return _fill(_gravity, len(along.q), inertia, along)
 
 
 def air_along(surface, along: Along) -> np.ndarray:
     """Aerodynamic torque [n, 3] N m, body."""
-    return _filled(_air, len(along.q), surface, along)
+    return _fill(_air, len(along.q), surface, along)
 
 
 def dipole_along(dipoles_body_a_m2: np.ndarray, along: Along) -> np.ndarray:
     """Torque [n, 3] N m, body, of dipoles [n, 3] in the field."""
-    return _filled(_dipoles, len(along.q), np.ascontiguousarray(dipoles_body_a_m2), along)
+    return _fill(_dipoles, len(along.q), np.ascontiguousarray(dipoles_body_a_m2), along)
 
 
 def held_along(held, seed: int, steps: np.ndarray) -> np.ndarray:
     """Constant and random torque [n, 3] N m, body, from these steps on."""
-    return _filled(_held, len(steps), held, seed, steps)
+    return _fill(_fill_held, len(steps), held, seed, steps)
 
 
 def coefficients_along(unmodelled, seed: int, steps: np.ndarray) -> np.ndarray:
     """Coefficients [n, 15] N m of the unmodelled torque from these steps on."""
-    return _filled(_coefficients, len(steps), unmodelled, seed, steps, columns=15)
+    return _fill(_coefficients, len(steps), unmodelled, seed, steps, columns=15)

@@ -45,7 +45,7 @@ def draw_held(held, seed, step, cells):
 
 
 @inlined
-def end_of_hold(held, step, last):
+def hold_end(held, step, last):
     """The step at which the random torque changes, `last` at the latest."""
     if held.random_n_m == 0.0:
         return last

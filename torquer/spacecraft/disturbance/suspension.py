@@ -62,7 +62,7 @@ def is_tilted(hung, local_body):
     return dot(hung.axis, _vertical(local_body)) < hung.least_cosine
 
 
-def _of_length_one(value):
+def _check_unit_length(value):
     return as_vector(validate.unit_rows("axis", value)[0])
 
 
@@ -88,7 +88,7 @@ class Suspension(Spec):
     """Torque of the air on what protrudes, per square of the rate [N m s^2]."""
     vertical_torque_n_m: float = 0.0
     """Torque about the vertical, of the air that leaves an imperfect bearing unevenly."""
-    axis: Annotated[Vector, AfterValidator(_of_length_one)] = (0.0, 0.0, 1.0)
+    axis: Annotated[Vector, AfterValidator(_check_unit_length)] = (0.0, 0.0, 1.0)
     """The bearing's axis in the body, of any length; upright, it points up."""
     tilt_limit_deg: float = Field(default=30.0, gt=0.0, le=90.0)
     """Angle of `axis` from the vertical at which the run ends."""

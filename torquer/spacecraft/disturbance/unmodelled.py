@@ -59,7 +59,7 @@ def unmodelled_torque(harmonics, local_body, omega_body):
 
 
 @inlined
-def harmonics_of(is_on, cells):
+def harmonic_torque(is_on, cells):
     """The torque with coefficients from their 15 cells."""
     return Harmonics(
         is_on,

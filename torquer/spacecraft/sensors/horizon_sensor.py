@@ -34,7 +34,7 @@ class HorizonSensorSet(NamedTuple):
 
 
 @inlined
-def centre_of_disc(sensor, r_m):
+def disc_centre(sensor, r_m):
     """Direction (inertial) to the centre of the Earth's infrared disc from a position [m].
 
     Seen at the latitude of each of its points, a horizon that is higher by h sin(latitude) has its
@@ -57,7 +57,7 @@ def sees_horizon(sensor, omega_body, nadir_body):
 def read_horizon(sensor, omega_body, centre_body, noise_sample):
     """Unit vector to the Earth's centre [body], or zeros where the sensor does not see the Earth.
 
-    `centre_body`: by `centre_of_disc`; `noise_sample`: three standard normal numbers.
+    `centre_body`: by `disc_centre`; `noise_sample`: three standard normal numbers.
     """
     if not sees_horizon(sensor, omega_body, centre_body):
         return (0.0, 0.0, 0.0)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         greatest_momentum as greatest_momentum,
         greatest_norm as greatest_norm,
         greatest_share as greatest_share,
-        greatest_share_of as greatest_share_of,
+        share_for_generators as share_for_generators,
     )
     from torquer.spacecraft.wheel_array.envelope import (
         Envelope as Envelope,
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from torquer.spacecraft.wheel_array.rates import (
         WorstCase as WorstCase,
         rate_about as rate_about,
-        required as required,
+        required_momenta as required_momenta,
         semi_axes as semi_axes,
         worst_case as worst_case,
     )
@@ -73,10 +73,10 @@ if TYPE_CHECKING:
     from torquer.spacecraft.wheel_array.steering import (
         Bias as Bias,
         Steering as Steering,
-        bias_of as bias_of,
         lose as lose,
+        make_steering as make_steering,
         steer as steer,
-        steering_of as steering_of,
+        steering_bias as steering_bias,
     )
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

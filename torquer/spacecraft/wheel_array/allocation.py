@@ -20,7 +20,7 @@ from torquer.base import validate
 from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, mat_vec, norm, scale, solve
 from torquer.spacecraft.wheel_array.envelope import THIN
-from torquer.spacecraft.wheel_array.planes import SAME, authority, face_rows, spanned
+from torquer.spacecraft.wheel_array.planes import SAME, authority, face_rows, span_axes
 
 #: Fraction of the sum of all loads that may be missing by rounding.
 CLOSE = 1e-13
@@ -77,7 +77,7 @@ def least_squares(axes, limit, demand, out):
 
 
 @inlined
-def bound_of(rows, row, limit):
+def row_bound(rows, row, limit):
     """Greatest normal . x that the wheels of a row can make."""
     bound = 0.0
     for k in range(limit.shape[0]):
@@ -88,7 +88,7 @@ def bound_of(rows, row, limit):
 @inlined
 def _full(faces, row, limit, demand):
     """How far a demand goes along the normal of a face, with its sign, and the face's bound."""
-    return dot(_axis(faces, row), demand), bound_of(faces, row, limit)
+    return dot(_axis(faces, row), demand), row_bound(faces, row, limit)
 
 
 @inlined
@@ -194,7 +194,7 @@ def minimax(wheels, limit, demand, out):
     Of faces that are equally loaded to rounding it takes the one that leaves least missing.
     """
     faces, total, held = wheels.faces, 0.0, authority(wheels.axes, limit)
-    demand = spanned(held, demand)
+    demand = span_axes(held, demand)
     for k in range(limit.shape[0]):
         out[k] = 0.0
         total += limit[k]

@@ -12,7 +12,7 @@ import numpy as np
 
 from torquer.base import validate
 from torquer.spacecraft.wheel_array.envelope import support
-from torquer.spacecraft.wheel_array.planes import FLAT, pair_normals, rank_of
+from torquer.spacecraft.wheel_array.planes import FLAT, find_rank, pair_normals
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def greatest_share(envelope, demand) -> float:
     return _greatest_quotient(demand.support(normals), bounds)
 
 
-def greatest_share_of(generators, demand) -> float:
+def share_for_generators(generators, demand) -> float:
     """`greatest_share` for the envelope of vectors (n, 3) that span space, without building it."""
     return float(share_pieces(generators, demand).max())
 
@@ -202,7 +202,7 @@ def momentum_pieces(axes, demand) -> np.ndarray:
 
 
 def _if_spanned(axes, values) -> np.ndarray:
-    return values if rank_of(axes) == 3 else np.full(values.shape, np.inf)
+    return values if find_rank(axes) == 3 else np.full(values.shape, np.inf)
 
 
 def _sharing(axes) -> np.ndarray:

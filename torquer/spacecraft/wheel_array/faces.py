@@ -18,7 +18,7 @@ TOLERANCES = (1e-12, 1e-13, 1e-14, 1e-15, 0.0)
 SAME_LINE = 1e-15
 
 
-def merged(vectors, tolerance: float) -> np.ndarray:
+def merge_parallel(vectors, tolerance: float) -> np.ndarray:
     """Vectors (m, 3) with the same zonotope but for the tolerance, none parallel to another."""
     lines: list[np.ndarray] = []
     for vector in np.asarray(vectors, dtype=np.float64):
@@ -79,9 +79,9 @@ def _encloses(vertices, faces, vectors) -> bool:
 def solid(vectors) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
     """Vertices (v, 3) and faces, loops of their numbers, for vectors that span space."""
     for tolerance in TOLERANCES:
-        lines = merged(vectors, tolerance)
+        lines = merge_parallel(vectors, tolerance)
         numbers: dict[tuple[int, ...], int] = {}
-        faces = _numbered(_loops(orientations(lines, tolerance)), numbers)
+        faces = _number(_loops(orientations(lines, tolerance)), numbers)
         closed = is_closed(len(numbers), faces)  # if not, there may be no face at all
         if closed and _encloses(_places(numbers, lines), faces, vectors):
             break
@@ -91,14 +91,14 @@ def solid(vectors) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
 def flat(vectors, normal) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
     """Vertices (v, 3) and two faces, one upon the other, for vectors in the plane of a normal."""
     for tolerance in TOLERANCES:
-        lines = merged(vectors, tolerance)
+        lines = merge_parallel(vectors, tolerance)
         numbers: dict[tuple[int, ...], int] = {}
         signs = orientations(np.vstack([lines, normal]), tolerance)
         signs[:-1, :-1, :-1] = 0
         around = signs[:-1, :-1, -1]
         members, none = np.arange(len(lines)), np.zeros(len(lines), dtype=int)
         loops = [_loop(members, side * around, none) for side in (1, -1)]
-        faces = _numbered(loops, numbers)
+        faces = _number(loops, numbers)
         if len(numbers) == 2 * len(lines):
             break
     return _places(numbers, lines), faces
@@ -112,7 +112,7 @@ def is_closed(vertices: int, faces) -> bool:
     return paired and vertices - len(pairs) // 2 + len(faces) == 2
 
 
-def _numbered(loops, numbers: dict) -> tuple[tuple[int, ...], ...]:
+def _number(loops, numbers: dict) -> tuple[tuple[int, ...], ...]:
     """The loops with vertices by number; a vertex is known by the signs of its vectors."""
     return tuple(tuple(numbers.setdefault(s, len(numbers)) for s in loop) for loop in loops)
 

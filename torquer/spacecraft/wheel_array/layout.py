@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 from torquer.base import validate
 from torquer.base.spec import Spec, Vector
 from torquer.maths.geometry.vec3 import as_vector
-from torquer.spacecraft.wheel_array.planes import rank_of
+from torquer.spacecraft.wheel_array.planes import find_rank
 
 Limit = Annotated[float, Field(gt=0.0)]
 #: Limits of an array: least, greatest, and greatest ratio. Beyond, their cubes leave the range of
@@ -20,7 +20,7 @@ LEAST, MOST, MOST_UNEQUAL = 1e-12, 1e12, 1e6
 def checked_axes(value):
     """Unit axes as tuples; ValueError for fewer than three or all in one plane."""
     rows = validate.unit_rows("axes", value)
-    if rank_of(rows) < 3:
+    if find_rank(rows) < 3:
         raise ValueError(
             f"axes: must hold three that do not lie in one plane; received {rows.tolist()}"
         )

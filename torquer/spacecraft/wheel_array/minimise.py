@@ -53,19 +53,19 @@ def least_greatest(pieces: Callable, points) -> Least:
 
     `pieces(parts, near)`: see `search`; all of them finite at some of the points.
     """
-    ends = [_descended(pieces, point, ROUGH, False) for point in points]
+    ends = [_descend(pieces, point, ROUGH, False) for point in points]
     lowest = min(end.value for end in ends)
     good = [end for end in ends if end.value <= lowest * (1.0 + 10.0 * ROUGH)]
     new = [
         not any(np.abs(end.parts - other.parts).max() < STEP for other in good[:k])
         for k, end in enumerate(good)
     ]
-    optima = [_descended(pieces, end.parts, FINE, True) for end in compress(good, new)]
+    optima = [_descend(pieces, end.parts, FINE, True) for end in compress(good, new)]
     lowest = min(end.value for end in optima)
     return next(end for end in optima if end.value <= lowest * (1.0 + SAME))
 
 
-def _descended(pieces, x, close: float, refine: bool) -> Least:
+def _descend(pieces, x, close: float, refine: bool) -> Least:
     """One local optimum: rounds with more and more of the pieces, until none is left out."""
     chosen: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -82,7 +82,7 @@ def _descended(pieces, x, close: float, refine: bool) -> Least:
             break
         which = np.flatnonzero(values > NEAR * values.max())
         chosen.append((x, which[np.argsort(-values[which], kind="stable")[:MOST]]))
-        before, x = x, _sequential(some, x) if left_out else _refined(some, x)
+        before, x = x, _sequential(some, x) if left_out else _refine(some, x)
         moving = refine and (left_out or np.abs(x - before).max() > MOVED)
         level = some(x).max()
     value, balance = float(_finite(pieces(x, x)).max()), _balance(some, x)
@@ -112,7 +112,7 @@ def _sequential(some, x) -> np.ndarray:
     return end if some(end).max() <= scale else x
 
 
-def _refined(some, x) -> np.ndarray:
+def _refine(some, x) -> np.ndarray:
     """Newton's method for pieces that are equal and weighted gradients that add up to zero."""
     best, least = x, np.inf
     for _ in range(STEPS):

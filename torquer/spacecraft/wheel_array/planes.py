@@ -50,7 +50,7 @@ def authority(axes, limit):
 
 
 @inlined
-def spanned(held, vector):
+def span_axes(held, vector):
     """Projection of a vector on the directions of an `authority`."""
     (first, second, _), sizes = held
     if sizes[2] > 0.0:
@@ -70,7 +70,7 @@ def span(axes, lengths) -> tuple[np.ndarray, np.ndarray]:
     return held, np.linalg.svd(np.vstack([held, np.zeros((3, 3))]))[2][len(held) :]
 
 
-def rank_of(axes) -> int:
+def find_rank(axes) -> int:
     """Dimension that unit axes (n, 3) span: 0 to 3."""
     return len(span(axes, np.ones(len(axes)))[0])
 

@@ -20,7 +20,7 @@ class WorstCase(NamedTuple):
     axis: np.ndarray
 
 
-def required(inertia_kg_m2, rate: float) -> Ellipsoid:
+def required_momenta(inertia_kg_m2, rate: float) -> Ellipsoid:
     """Momenta needed for that rate about any axis: the ellipsoid I e rate.
 
     Source: WHEEL (2.1).
@@ -33,7 +33,7 @@ def semi_axes(inertia_kg_m2, rate: float, limit: float) -> np.ndarray:
 
     Source: WHEEL (4.1).
     """
-    return np.linalg.eigvalsh(required(inertia_kg_m2, rate).matrix) / limit
+    return np.linalg.eigvalsh(required_momenta(inertia_kg_m2, rate).matrix) / limit
 
 
 def rate_about(envelope: Envelope, inertia_kg_m2, axes) -> np.ndarray:
@@ -48,7 +48,7 @@ def rate_about(envelope: Envelope, inertia_kg_m2, axes) -> np.ndarray:
 
 def worst_case(envelope: Envelope, inertia_kg_m2) -> WorstCase:
     """Greatest rate whose ellipsoid is inside the envelope: min of bound / |I n| over the faces."""
-    unit = required(inertia_kg_m2, 1.0)
+    unit = required_momenta(inertia_kg_m2, 1.0)
     normals, bounds = envelope.half_spaces
     along = normals @ unit.matrix
     worst = along[np.argmax(np.linalg.norm(along, axis=1) / np.maximum(bounds, 1e-300))]

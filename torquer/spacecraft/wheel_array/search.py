@@ -113,16 +113,16 @@ def greatest_volume(count: int, starts: int = 100, seed: int = 0) -> Found:
     `parameters` are those of `free_axes`.
     """
     random = np.random.default_rng(seed)
-    ends = [_enlarged(random.normal(size=(count, 3))) for _ in range(starts)]
+    ends = [_enlarge(random.normal(size=(count, 3))) for _ in range(starts)]
     volumes = np.array([volume(end) for end in ends])
     axes = ends[np.argmax(volumes >= volumes.max() * (1.0 - 1e-9))]  # the first of equals
     polar = np.degrees(np.arccos(axes[:, 2]))
     azimuth = np.degrees(np.arctan2(axes[:, 1], axes[:, 0]))
-    parameters, turned = np.column_stack([polar, azimuth]).ravel(), _turned(axes)
+    parameters, turned = np.column_stack([polar, azimuth]).ravel(), _turn(axes)
     return Found(parameters, axes, volume(axes), float(np.abs(turned - axes).max()))
 
 
-def _enlarged(axes, most: int = 1000) -> np.ndarray:
+def _enlarge(axes, most: int = 1000) -> np.ndarray:
     """Axes turned one after the other until the volume grows no more."""
     axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
     for _ in range(most):
@@ -134,7 +134,7 @@ def _enlarged(axes, most: int = 1000) -> np.ndarray:
     return axes
 
 
-def _turned(axes) -> np.ndarray:
+def _turn(axes) -> np.ndarray:
     """Each axis turned along its gradient, the others as they are: the axes, at an optimum."""
     return np.array([_gradient(axes, k) for k in range(len(axes))])
 

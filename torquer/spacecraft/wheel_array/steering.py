@@ -16,13 +16,13 @@ from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, norm, scale, sub
 from torquer.spacecraft.wheel_array.allocation import (
     WheelSet,
-    bound_of,
     least_squares,
     minimax,
+    row_bound,
     wheel_set,
 )
 from torquer.spacecraft.wheel_array.envelope import THIN
-from torquer.spacecraft.wheel_array.planes import authority, spanned
+from torquer.spacecraft.wheel_array.planes import authority, span_axes
 
 #: Rows of the work space: middle and half of the torques that are allowed; what is wanted; 1 for
 #: wheels that are within.
@@ -40,7 +40,7 @@ class Bias(NamedTuple):
     """Part of the envelope within which every wheel stays above its idle share; 0: none."""
 
 
-def bias_of(array, minimum_speed_fraction: float = 0.05) -> Bias:
+def steering_bias(array, minimum_speed_fraction: float = 0.05) -> Bias:
     """The bias that keeps the wheels of a `WheelArray` away from zero for the most demands.
 
     `minimum_speed_fraction`: part of its limit below which a wheel should not be. Of all null
@@ -111,17 +111,18 @@ class Steering(NamedTuple):
     """(ROWS, n): space to write to."""
 
 
-def steering_of(array, minimum_speed_fraction: float | None = 0.05) -> Steering:
+def make_steering(array, minimum_speed_fraction: float | None = 0.05) -> Steering:
     """Steering state of a `WheelArray` with torque limits, for kernels.
 
-    `minimum_speed_fraction`: as in `bias_of`, None for no bias.
+    `minimum_speed_fraction`: as in `steering_bias`, None for no bias.
     """
     count = array.count
     bias, after = np.zeros(count), np.zeros((count, count))
     if minimum_speed_fraction is not None:
-        bias = bias_of(array, minimum_speed_fraction).momenta_n_m_s
+        bias = steering_bias(array, minimum_speed_fraction).momenta_n_m_s
         after[:] = [
-            bias_of(array.without(k), minimum_speed_fraction).momenta_n_m_s for k in range(count)
+            steering_bias(array.without(k), minimum_speed_fraction).momenta_n_m_s
+            for k in range(count)
         ]
     return Steering(
         wheel_set(array),
@@ -165,7 +166,7 @@ def _total(axes, limit, momenta):
 
 
 @inlined
-def biased(wheels, limit, bias, demand, out):
+def add_bias(wheels, limit, bias, demand, out):
     """Minimax momenta and as much of the bias as the limits allow; into out (n,).
 
     Returns the greatest share of the minimax part. The bias must be a null vector of the
@@ -202,7 +203,7 @@ def _reach(wheels, half, middle, demand, held):
         least += THIN * half[k]
     if sizes[2] > 0.0:
         for f in range(wheels.faces.shape[0]):
-            bound = bound_of(wheels.faces, f, half)
+            bound = row_bound(wheels.faces, f, half)
             if bound > least:
                 reach = _room(reach, _axis(wheels.faces, f), bound, middle, demand)
         return reach
@@ -239,11 +240,11 @@ def steer(steering, step_s, momenta, torque, out):
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
     _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
     held, middle = authority(wheels.axes, limit), _total(wheels.axes, limit, work[CENTRE])
-    torque = spanned(held, torque)
+    torque = span_axes(held, torque)
     part = _reach(wheels, work[HALF], middle, torque, held)
     minimax(wheels, work[HALF], sub(scale(part, torque), middle), out)
     for k in range(limit.shape[0]):
-        out[k] = _bounded(work, k, out[k])
+        out[k] = _bound(work, k, out[k])
     _into_null_space(steering, step_s, momenta, scale(part, torque), out)
     return part
 
@@ -259,18 +260,18 @@ def steer_nearest(steering, step_s, momenta, torque, out):
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
     axes, held = wheels.axes, authority(wheels.axes, limit)
-    torque = spanned(held, torque)
+    torque = span_axes(held, torque)
     torque = scale(_reach(wheels, limit, (0.0, 0.0, 0.0), torque, held), torque)
     minimax(wheels, limit, torque, out)
     _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
     for k in range(limit.shape[0]):
-        out[k] = _bounded(work, k, out[k] - work[CENTRE, k])
+        out[k] = _bound(work, k, out[k] - work[CENTRE, k])
     missing, close = sub(torque, _total(axes, limit, out)), CLOSE * norm(torque)
     for _ in range(ROUNDS):
         moved = 0.0
         for k in range(limit.shape[0]):
             axis, before = _axis(axes, k), out[k]
-            out[k] = _bounded(work, k, before + dot(axis, missing) - work[CENTRE, k])
+            out[k] = _bound(work, k, before + dot(axis, missing) - work[CENTRE, k])
             missing = add_scaled(missing, before - out[k], axis)
             moved = max(moved, abs(out[k] - before))
         if moved <= close:
@@ -301,7 +302,7 @@ def _into_null_space(steering, step_s, momenta, torque, out):
     """Go from torques in out, whose vector sum is given, towards the bias within the limits."""
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
     wanted = add_scaled(_total(wheels.axes, limit, momenta), step_s, torque)
-    biased(wheels, steering.momentum_limit, steering.bias, wanted, work[WANTED])
+    add_bias(wheels, steering.momentum_limit, steering.bias, wanted, work[WANTED])
     for k in range(limit.shape[0]):
         way = (work[WANTED, k] - momenta[k]) / step_s - out[k]
         work[WANTED, k] = way if limit[k] > 0.0 else 0.0
@@ -309,7 +310,7 @@ def _into_null_space(steering, step_s, momenta, torque, out):
 
 
 @inlined
-def _bounded(work, k, side):
+def _bound(work, k, side):
     """Torque of a wheel that far from the middle of its bounds, or at the bound."""
     return work[CENTRE, k] + min(max(side, -work[HALF, k]), work[HALF, k])
 

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from torquer.base.rows import Row, data_of, html_of
+from torquer.base.rows import Row, as_data, as_html
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged import equations as text
-from torquer.theory.averaged.asked import case_of, part_of
+from torquer.theory.averaged.asked import find_case, target_fraction
 from torquer.theory.averaged.case import AveragedCase
 from torquer.theory.averaged.motion import design_data, motion_data
 from torquer.theory.averaged.requests import LawRequest
@@ -63,7 +63,7 @@ class LawMotion:
         """In notebooks: the key numbers, and below them where the motion tends and the notes."""
         rows = [row._replace(label=row.label.rstrip("=: ")) for row in self._rows()]
         ends = [f"tends to: {each['description']}" for each in self.found["tends_to"]]
-        return html_of([rows], [*_head(self.case, self.found), *ends, *self.found["notes"]])
+        return as_html([rows], [*_head(self.case, self.found), *ends, *self.found["notes"]])
 
 
 def law_motion(
@@ -81,8 +81,8 @@ def law_motion(
     with the key of the request, for a case that is not described, or twice.
     """
     asked = asked or LawRequest()
-    case = case_of(law, asked, scenario, needs_gain=True)
-    return LawMotion(case, *motion_data(case, part_of(case, asked.to), asked.revolutions))
+    case = find_case(law, asked, scenario, needs_gain=True)
+    return LawMotion(case, *motion_data(case, target_fraction(case, asked.to), asked.revolutions))
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class LawGains:
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
-        return self.found | {"rows": [data_of(row) for row in self.rows]}
+        return self.found | {"rows": [as_data(row) for row in self.rows]}
 
     def lines(self) -> list[str]:
         """Text: a line for each gain."""
@@ -124,7 +124,7 @@ class LawGains:
 
     def _repr_html_(self) -> str:
         """In notebooks: a row for each gain."""
-        return html_of(self.rows, [self._title(), *self.found["notes"]])
+        return as_html(self.rows, [self._title(), *self.found["notes"]])
 
 
 def law_gains(
@@ -139,8 +139,8 @@ def law_gains(
     Otherwise as `law_motion`; a gain need not be given.
     """
     asked = asked or LawRequest()
-    case = case_of(law, asked, scenario, needs_gain=False)
-    found = design_data(case, part_of(case, asked.to), asked.revolutions)
+    case = find_case(law, asked, scenario, needs_gain=False)
+    found = design_data(case, target_fraction(case, asked.to), asked.revolutions)
     return LawGains(case, found, tuple(_gain_row(case, each) for each in found["rows"]))
 
 

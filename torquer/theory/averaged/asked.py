@@ -7,15 +7,15 @@ import numpy as np
 
 from torquer.base import validate
 from torquer.base.conventions import EARTH_RADIUS_M
-from torquer.base.limits import RequestError, given
+from torquer.base.limits import RequestError, given_values
 from torquer.environment.field.averaged import Averaged, mean_of_extremes
 from torquer.environment.orbit.kepler import check_farthest
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.case import (
     SAMPLED,
     AveragedCase,
-    case_of_scenario,
-    spinner_of,
+    as_spinner,
+    case_from_scenario,
     spun_about_the_axis,
 )
 from torquer.theory.averaged.equations import LAWS
@@ -26,14 +26,16 @@ _RATE_DEG_S = (5.0, 5.0, 5.0)
 _DEFAULT_RATE = "the initial rate is the default, 5 deg/s about each axis"
 
 
-def case_of(
+def find_case(
     law: str | None, asked: LawRequest, scenario: Scenario | None, needs_gain: bool
 ) -> AveragedCase:
     """The case from either source; `ValueError` if both or neither is given."""
     laws = ", ".join(LAWS)
     if law is not None and law not in LAWS:
         raise ValueError(f"LAW: must be one of {laws}; received {law!r}")
-    named = given(asked, *(each.name for each in fields(LawRequest) if each.name not in ALWAYS))
+    named = given_values(
+        asked, *(each.name for each in fields(LawRequest) if each.name not in ALWAYS)
+    )
     if scenario is not None:
         return _case_beside(law, named, scenario)
     if law is None:
@@ -51,7 +53,7 @@ def _case_beside(law: str | None, named: dict, scenario: Scenario) -> AveragedCa
     """The case of a scenario, which a request may not change."""
     for key in named:
         raise RequestError(key, "must not be given with {scenario}; received both")
-    case = case_of_scenario(scenario)
+    case = case_from_scenario(scenario)
     if law not in (None, case.law):
         raise ValueError(f"LAW: must be the scenario's, {case.law}, or left out; received {law!r}")
     return case
@@ -59,14 +61,14 @@ def _case_beside(law: str | None, named: dict, scenario: Scenario) -> AveragedCa
 
 def _case_asked(law: str, asked: LawRequest, inclination_deg: float) -> AveragedCase:
     radius_m, b0_t = _radius_and_strength(asked, math.radians(inclination_deg))
-    tensor = _checked("inertia", validate.inertia_tensor, asked.inertia)
+    tensor = _check("inertia", validate.inertia_tensor, asked.inertia)
     for each in asked.rate_deg_s or ():
         if must := validate.out_of_range("rate_deg_s", each):
             raise RequestError("rate_deg_s", f"must be {must}; received {each:g}")
-    rate = _checked("rate_deg_s", validate.finite, asked.rate_deg_s or _RATE_DEG_S, (3,))
+    rate = _check("rate_deg_s", validate.finite, asked.rate_deg_s or _RATE_DEG_S, (3,))
     axis, rho = np.array([0.0, 0.0, 1.0]), None
     notes = () if asked.rate_deg_s else (_DEFAULT_RATE,)
-    spinner, theta, remarks = spinner_of(tensor, axis, rate, inclination_deg, b0_t, radius_m)
+    spinner, theta, remarks = as_spinner(tensor, axis, rate, inclination_deg, b0_t, radius_m)
     sampling = _sampling(law, asked.sample_s, asked.lag_s)
     if asked.rho_deg is not None:
         rho = math.radians(asked.rho_deg)
@@ -80,7 +82,7 @@ def _case_asked(law: str, asked: LawRequest, inclination_deg: float) -> Averaged
     )  # fmt: skip
 
 
-def _checked(key: str, check, *values):
+def _check(key: str, check, *values):
     """What a function of `validate` lets pass; its error is one of the request."""
     try:
         return check(key, *values)
@@ -124,7 +126,7 @@ def _radius_and_strength(asked: LawRequest, inclination: float) -> tuple[float, 
     return radius_m, 1e-9 * strength_nt
 
 
-def part_of(case: AveragedCase, to_percent: float | None) -> float:
+def target_fraction(case: AveragedCase, to_percent: float | None) -> float:
     """Target fraction of the initial value."""
     grows = case.law == "spin_up"
     part = (200.0 if grows else 10.0) if to_percent is None else to_percent

@@ -14,7 +14,7 @@ from torquer.maths.geometry.quaternion import rotate
 from torquer.maths.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.equations import LAWS
-from torquer.theory.averaged.sampling import sampling_of
+from torquer.theory.averaged.sampling import law_sampling
 from torquer.theory.slow.evolution import EVOLUTIONS
 from torquer.theory.slow.evolution.model import Case, Evolution
 from torquer.theory.slow.gains import Sampling
@@ -69,7 +69,7 @@ class AveragedCase:
         return 2.0 * math.pi / self.spinner.orbital_rate_rad_s
 
 
-def case_of_scenario(scenario: Scenario) -> AveragedCase:
+def case_from_scenario(scenario: Scenario) -> AveragedCase:
     """Orbit, field, body, motion, law and duty cycle of a scenario.
 
     ValueError unless one law of the coils always works and can be averaged.
@@ -90,7 +90,7 @@ def case_of_scenario(scenario: Scenario) -> AveragedCase:
     state = scenario.initial.motion(r, v)
     axis = _axis(kind, spec, tensor)
     inclination_deg = math.degrees(orbit["inclination"])
-    spinner, theta, remarks = spinner_of(
+    spinner, theta, remarks = as_spinner(
         tensor, axis, np.degrees(state[4:]), inclination_deg, b0_t, orbit["radius_m"]
     )
     momentum = rotate(tuple(state[:4]), as_vector(tensor @ state[4:]))
@@ -99,11 +99,11 @@ def case_of_scenario(scenario: Scenario) -> AveragedCase:
     case = AveragedCase(
         kind, gain, spinner, theta, rho, sigma, name=scenario.name,
         notes=(*notes, *remarks, *duty_note, *_saturation(scenario, spec, kind, spinner)),
-        sampling=sampling_of(scenario, spec) if kind in SAMPLED else None,
+        sampling=law_sampling(scenario, spec) if kind in SAMPLED else None,
     )  # fmt: skip
     if kind not in POINTED:
         return case
-    return spun_about_the_axis(_pointed(case, spec, scenario, orbit))
+    return spun_about_the_axis(_point(case, spec, scenario, orbit))
 
 
 def spun_about_the_axis(case: AveragedCase) -> AveragedCase:
@@ -117,7 +117,7 @@ def spun_about_the_axis(case: AveragedCase) -> AveragedCase:
     return replace(case, theta=0.0, notes=(*case.notes, note))
 
 
-def spinner_of(
+def as_spinner(
     tensor, axis, rate_deg_s, inclination_deg: float, b0_t: float, radius_m: float
 ) -> tuple[Spinner, float, tuple[str, ...]]:
     """(Axisymmetric satellite on its circular orbit, theta, notes) of a body and its motion.
@@ -236,7 +236,7 @@ def _saturation(scenario, spec, kind, spinner) -> tuple:
     )
 
 
-def _pointed(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
+def _point(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
     """With the law's target, as far as closed equations cover it."""
     target = getattr(spec, "target", "sun")
     if target == "sun":

@@ -10,8 +10,8 @@ from torquer.theory.averaged.equations import EQUATIONS, INTEGRALS
 from torquer.theory.slow.comparison import resonances
 from torquer.theory.slow.equilibria import (
     Equilibrium,
+    evolution_rates,
     find_equilibria,
-    rates_of_evolution,
     tends_to,
 )
 from torquer.theory.slow.evolution.model import Slow
@@ -20,8 +20,8 @@ from torquer.theory.slow.gain_and_time import (
     GOALS,
     Times,
     design_table,
+    gain_at,
     gain_for,
-    gain_of,
     slow_time,
     times_over_directions,
 )
@@ -49,7 +49,7 @@ def motion_data(
     """
     constants, spinner = case.constants, case.spinner
     times = slow_times(case, part)
-    points = tends_to(find_equilibria(rates_of_evolution(case.evolution, constants)))
+    points = tends_to(find_equilibria(evolution_rates(case.evolution, constants)))
     start = None if case.rho is None else Slow(1.0, case.rho, case.sigma, case.theta)
     turns = _turns(times, constants.eps)
     length = revolutions or _length(turns)
@@ -79,7 +79,7 @@ def motion_data(
         "seconds": {k: v and v * case.period_s for k, v in turns.items()},
         "course_revolutions": length,
         "tends_to": [
-            {"description": _described(case, each), "length_rate": each.length_rate}
+            {"description": _describe(case, each), "length_rate": each.length_rate}
             for each in points
         ],
         "sun": _sun_data(case),
@@ -100,7 +100,7 @@ def design_data(case: AveragedCase, part: float, revolutions: float | None = Non
     reached in a number of revolutions."""
     evolution, spinner, times = case.evolution, case.spinner, slow_times(case, part)
     gains = [case.gain * x for x in _PARTS] if case.gain else [
-        gain_of(evolution, spinner, eps) for eps in _EPS
+        gain_at(evolution, spinner, eps) for eps in _EPS
     ]  # fmt: skip
     rows = design_table(evolution, spinner, times, gains)
     wanted = None if revolutions is None else gain_for(evolution, spinner, times, revolutions)
@@ -248,7 +248,7 @@ def sampling_notes(case: AveragedCase) -> list[str]:
     return ["the sampled law does not damp the initial rate: averaging is not valid"]
 
 
-def _described(case: AveragedCase, point: Equilibrium) -> str:
+def _describe(case: AveragedCase, point: Equilibrium) -> str:
     """An equilibrium in words: relative to the Sun for S-dot, else relative to the cone axis."""
     if case.law != "sdot" or point.rho is None:
         return point.description.replace("third axis", "cone axis")

@@ -15,7 +15,7 @@ from torquer.theory.slow.gains import Sampling
 DIFFERENCES = (Bdot, NutationDamping)
 
 
-def sampling_of(scenario: Scenario, law) -> Sampling:
+def law_sampling(scenario: Scenario, law) -> Sampling:
     """Times of a law of B-dot's kind in this scenario.
 
     Where the timing of readings differs from cycle to cycle, the greatest value of each.

@@ -59,17 +59,17 @@ def _tabulate(parameters, taus, matrices, inputs):
         stage_2_inputs(taus[i], parameters, inputs[i])
 
 
-def revolution_of(loop: PeriodicSystem, steps: int = STEPS) -> Revolution:
+def follow_revolution(loop: PeriodicSystem, steps: int = STEPS) -> Revolution:
     """A loop of stage 2 over a revolution."""
     taus = np.linspace(0.0, 2.0 * math.pi, 2 * steps + 1)
     a, g = np.empty((len(taus), ORDER, ORDER)), np.empty((len(taus), ORDER, INPUTS))
     _tabulate(loop.pack(), taus, a, g)
     h = taus[2]
     inputs = (np.eye(ORDER) + 0.5 * h * a[1::2]) @ g[1::2]
-    return Revolution(h, transitions_of(a, h), inputs)
+    return Revolution(h, transition_matrices(a, h), inputs)
 
 
-def transitions_of(matrices: np.ndarray, step: float) -> np.ndarray:
+def transition_matrices(matrices: np.ndarray, step: float) -> np.ndarray:
     """Transition matrices `[n, k, k]` over steps, from A at their ends and middles.
 
     `matrices` `[2n + 1, k, k]`. By the classical Runge-Kutta method.

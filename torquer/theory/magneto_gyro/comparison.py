@@ -14,7 +14,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import linear_sum_assignment
 
 from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
-from torquer.theory.magneto_gyro.accuracy import revolution_of
+from torquer.theory.magneto_gyro.accuracy import follow_revolution
 from torquer.theory.magneto_gyro.capture import DAMPING
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.frozen import (
@@ -125,7 +125,7 @@ def stage_2_degrees(
         h, i = craft.gyrostat
         loop = stage_2_loop(craft.satellite(), craft.gyrostat, gains, normal=normal, form=form)
         frozen = decay(frozen_2(gains, stiffness=h, pitch_inertia=i, b=normal))
-        found.append((float(frozen), revolution_of(loop).degree))
+        found.append((float(frozen), follow_revolution(loop).degree))
     return Degrees(*np.array(found).T)
 
 
@@ -194,7 +194,7 @@ def dipole_response(
     return np.abs(np.linalg.solve(whole, pushed[:, kept, None])[:, angles, 0])
 
 
-def torque_of_dipole(frequencies, normal: float = 0.0) -> dict[str, np.ndarray]:
+def dipole_torque(frequencies, normal: float = 0.0) -> dict[str, np.ndarray]:
     """Torques `[n, 3]` about t', w, s' of a unit dipole of the body, complex.
 
     'along pitch': a dipole that oscillates with these frequencies; 'across pitch': one whose part

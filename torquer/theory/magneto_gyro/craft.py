@@ -76,7 +76,7 @@ class GyroCraft:
         """This satellite with another wheel."""
         return replace(self, wheel_n_m_s=float(wheel_n_m_s))
 
-    def dipole_of_bias(self, bias_t: float, mean_square_t2: float) -> float:
+    def bias_dipole(self, bias_t: float, mean_square_t2: float) -> float:
         """Dipole [A m^2] along pitch that a magnetometer's bias along pitch is taken for.
 
         2 h J nu0^2 d <1/B_ts^2>: a smaller dipole cannot be distinguished from the bias. For

@@ -17,7 +17,7 @@ import numpy as np
 from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S
 from torquer.compile.engine import released
 from torquer.environment.orbit.kepler import mean_motion
-from torquer.theory.magneto_gyro.accuracy import transitions_of
+from torquer.theory.magneto_gyro.accuracy import transition_matrices
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.loop import Satellite
 from torquer.theory.magneto_gyro.stage_2 import ORDER, stage_2_loop, stage_2_matrix_in_dipole
@@ -87,7 +87,7 @@ def degree_over_a_day(loop: DayLoop, inclination_deg: float, tilt_rad: float = T
     matrices = np.empty((len(tau), ORDER, ORDER))
     system = stage_2_loop(satellite, loop.craft.gyrostat, loop.gains, form=loop.form)
     _tabulate(system.pack(), fields, matrices)
-    return decay(transitions_of(matrices, tau[2])) / tau[2]
+    return decay(transition_matrices(matrices, tau[2])) / tau[2]
 
 
 def decay(transitions: np.ndarray) -> float:

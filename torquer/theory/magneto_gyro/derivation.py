@@ -14,7 +14,7 @@ import sympy
 
 from torquer.computer.laws.magneto_gyro import stage_1, stage_2
 from torquer.theory.magneto_gyro.frozen import STATES_1, STATES_2
-from torquer.theory.magneto_gyro.loop import deviation_of_field
+from torquer.theory.magneto_gyro.loop import field_deviation
 from torquer.theory.symbolic import on_symbols
 
 #: Symbols of both models: stiffness, moment about the pitch axis over J, field along the normal.
@@ -51,7 +51,7 @@ def _orbital(turned):
     return _COS * x + _SIN * z, y, _COS * z - _SIN * x
 
 
-def _turned(v):
+def _turn(v):
     """Components along t', w, s' of those along t, w, s."""
     x, y, z = v
     return _COS * x - _SIN * z, y, _SIN * x + _COS * z
@@ -71,7 +71,7 @@ def _stage_1(angles, rates, slope, second, torque, error):
     """Derivatives of the loop of stage 1; `slope`, `second`: how q and q_1 of W differ from those
     of the computed field, whose derivative the filters are taken to find exactly."""
     field, field_slope, square = (_COS, b, -_SIN), (-_SIN, 0, -_COS), 1 + b**2
-    off = _symbolic(deviation_of_field)(angles, error, field)
+    off = _symbolic(field_deviation)(angles, error, field)
     reading = tuple(x + y for x, y in zip(field, off, strict=True))
     reading_slope = tuple(x + y for x, y in zip(field_slope, slope, strict=True))
     u = _symbolic(stage_1.angle_function)(reading, field, square)
@@ -88,13 +88,13 @@ def _stage_2(angles, rates, seen, seen_rates, compensation, torque, error):
     """Derivatives of the loop of stage 2."""
     field, guide = (_COS, b, -_SIN), stage_2.Guide(_COS, _SIN, 1, 1)
     gains, craft = stage_2.Stage2Gains(*GAINS), stage_2.Gyrostat(h, pitch_inertia)
-    off = _symbolic(deviation_of_field)(angles, error, field)
+    off = _symbolic(field_deviation)(angles, error, field)
     reading = tuple(x + y for x, y in zip(field, off, strict=True))
     dipole = _symbolic(stage_2.control_dipole)(seen, seen_rates, gains, guide)
     control = _cross(dipole, field)
     total = control + _cross(compensation, field) + sympy.Matrix(torque)
     theta, chi = _symbolic(stage_2.seen_angles)(reading, field, guide)
-    d_theta, d_chi = theta - seen[1], chi - _turned(seen)[2]
+    d_theta, d_chi = theta - seen[1], chi - _turn(seen)[2]
     of_angles, of_rates = _symbolic(stage_2.corrections)(d_theta, d_chi, gains, guide, craft)
     model = _symbolic(stage_2.model_accelerations)(seen, seen_rates, tuple(control), craft)
     return (
@@ -136,7 +136,7 @@ def _model(rates, triples: int, states, to_states) -> Model:
     turned = sympy.symbols(f"y0:{3 * triples}")
     split = [turned[i : i + 3] for i in range(0, len(turned), 3)]
     given = [_orbital(each) for each in (*split, INPUTS[:3], INPUTS[3:])]
-    slopes = [x for each in rates(*given) for x in _turned(each)]
+    slopes = [x for each in rates(*given) for x in _turn(each)]
     both = _linear_part(slopes, (*turned, *INPUTS)).applyfunc(_constant)
     matrix, inputs = both[:, : len(turned)], both[:, len(turned) :]
     for i in range(0, len(turned), 3):  # the axes turn: (t', s')' = (-s', t')

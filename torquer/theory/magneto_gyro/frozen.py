@@ -22,7 +22,7 @@ STATES_2 = (
 COMPENSATOR = ("Y3", "Y4", "Z3")
 
 
-def _filled(rows: dict, states: Sequence[str]) -> np.ndarray:
+def _fill(rows: dict, states: Sequence[str]) -> np.ndarray:
     """A matrix from rows of entries by the names of columns."""
     matrix = np.zeros((len(states), len(states)))
     for row, entries in rows.items():
@@ -53,7 +53,7 @@ def frozen_1(k, n, damping, frequency, *, stiffness, pitch_inertia, b=0.0) -> np
         "Z1": {"X1": -1, "Z": -w2, "Z1": w1, "chi": -w3 * b},
     }  # fmt: skip
     rows["theta'"] = {name: x / pitch_inertia for name, x in rows["theta'"].items()}
-    return _filled(rows, STATES_1)
+    return _fill(rows, STATES_1)
 
 
 def frozen_1_inputs(k, n, damping, frequency, *, pitch_inertia, b=0.0) -> np.ndarray:
@@ -96,7 +96,7 @@ def frozen_2(gains, *, stiffness, pitch_inertia, b=0.0) -> np.ndarray:
         "Y4": {"Y1": s.e2, "Y3": 1, "phi": b * s.e2},
         "Z3": {"Z1": s.e3},
     }  # fmt: skip
-    return _filled(rows, STATES_2)
+    return _fill(rows, STATES_2)
 
 
 def frozen_2_inputs(gains, *, pitch_inertia) -> np.ndarray:

@@ -37,7 +37,7 @@ def field_slope(tau, along, up):
 
 
 @inlined
-def deviation_of_field(angles, error, b):
+def field_deviation(angles, error, b):
     """How the field that is read differs from the calculated one: -theta x B + error."""
     return sub(error, cross(angles, b))
 

@@ -3,14 +3,21 @@
 import sympy
 
 from torquer.theory.magneto_gyro import astatism
-from torquer.theory.magneto_gyro.text import TEXTS, Row, formula, in_words, model_of, rows_of
+from torquer.theory.magneto_gyro.text import (
+    TEXTS,
+    Row,
+    compare_rows,
+    derive_model,
+    formula,
+    in_words,
+)
 
 
-def data_of(order: int) -> dict:
+def model_data(order: int) -> dict:
     """The model of an order: rows of text and law, definitions, factors, constant dipole."""
-    text, model = TEXTS[order], model_of(order)
+    text, model = TEXTS[order], derive_model(order)
     found = {
-        "rows": [_row(row) for row in rows_of(order)],
+        "rows": [_row(row) for row in compare_rows(order)],
         "inputs": text.inputs,
         "definitions": [{"text": x.printed, "law": x.corrected} for x in text.definitions],
         "factors": [

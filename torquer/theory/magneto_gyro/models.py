@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torquer.base.rows import Row, data_of, html_of
+from torquer.base.rows import Row, as_data, as_html
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.computer.laws.magneto_gyro.stage_2 import Stage2Gains
 from torquer.scenario.spec import Scenario
@@ -13,7 +13,7 @@ from torquer.theory.magneto_gyro.along_orbit import FieldAlong, field_along
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.requests import GyroModelsRequest
-from torquer.theory.magneto_gyro.satellite import craft_of, noise_intensity
+from torquer.theory.magneto_gyro.satellite import make_craft, noise_intensity
 
 _ABOUT = {12: "stage 1, order 12", 15: "stage 2, order 15"}
 _HEAD = (
@@ -90,7 +90,7 @@ class GyroModels:
 
     def data(self) -> dict:
         """Plain data: rows of text and law, factors of the polynomials, numbers; by order."""
-        numbers = {order: {"numbers": data_of(rows)} for order, rows in self.numbers.items()}
+        numbers = {order: {"numbers": as_data(rows)} for order, rows in self.numbers.items()}
         return {str(k): part | numbers.get(k, {}) for k, part in self.symbols.items()}
 
     def lines(self) -> list[str]:
@@ -104,7 +104,7 @@ class GyroModels:
     def _repr_html_(self) -> str:
         """In notebooks: numbers in a row for each model, rows of text and law below them."""
         models = [[Row("", "model", text=_ABOUT[k]), *rows] for k, rows in self.numbers.items()]
-        return html_of(models or [[Row("", "models", text=_HEAD[0])]], self.lines()[4:])
+        return as_html(models or [[Row("", "models", text=_HEAD[0])]], self.lines()[4:])
 
 
 def gyro_models(
@@ -145,7 +145,7 @@ def _case(scenario: Scenario) -> GyroModelCase:
     if law is None:
         kinds = ", ".join(each.kind for each in laws) or "none"
         raise ValueError(f"control.law: must be magneto_gyro; received {kinds}")
-    craft, _ = craft_of(scenario)
+    craft, _ = make_craft(scenario)
     along = field_along(scenario.orbit_environment(), scenario.believed_environment())
     frequency = law.filter_rate_rad_s / craft.orbital_rate_rad_s
     first = comparison.CaptureGains(

@@ -18,7 +18,7 @@ def noise_intensity(scenario: Scenario, craft: GyroCraft, strength_t: float) -> 
     return (1e-9 * noise_nt / strength_t) ** 2 * craft.orbital_rate_rad_s * interval_s
 
 
-def craft_of(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
+def make_craft(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
     """The satellite in the axes of the attitude that is held, and what is left out.
 
     ValueError for a satellite on which the system cannot work.

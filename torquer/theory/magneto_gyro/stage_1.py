@@ -17,8 +17,8 @@ from torquer.theory.magneto_gyro.loop import (
     SATELLITE,
     Satellite,
     accelerations,
-    deviation_of_field,
     field_at,
+    field_deviation,
     field_slope,
     put_column,
     unit_at,
@@ -43,7 +43,7 @@ def _rates(x, torque, error, b, b_slope, satellite, gains):
     """Derivative of a state, four triples; `gains`: K, N, frequency and damping of the filters."""
     angles, rates, low, low_rate = x
     angle_gain, rate_gain, frequency, damping = gains
-    off, square = deviation_of_field(angles, error, b), dot(b, b)
+    off, square = field_deviation(angles, error, b), dot(b, b)
     u = angle_function(off, b, square)
     v = scale(-1.0 / square, add(cross(off, b_slope), cross(b, low_rate)))
     control = cross(capture_dipole(b, u, v, square, angle_gain, rate_gain), b)
@@ -57,7 +57,7 @@ def _rates(x, torque, error, b, b_slope, satellite, gains):
 
 
 @inlined
-def _unpacked(tau, p):
+def _unpack(tau, p):
     satellite, gains = Satellite(p[0], p[1], p[2], p[3], p[4]), (p[8], p[9], p[10], p[11])
     b_slope = field_slope(tau, p[5], p[6])
     if p[12] == 0.0:
@@ -69,7 +69,7 @@ def _unpacked(tau, p):
 def stage_1_matrix(tau, parameters, out):
     """A(tau) of the loop."""
     nothing = (0.0, 0.0, 0.0)
-    satellite, gains, b, b_slope = _unpacked(tau, parameters)
+    satellite, gains, b, b_slope = _unpack(tau, parameters)
     for j in range(12):
         x = unit_at(j, 0), unit_at(j, 3), unit_at(j, 6), unit_at(j, 9)
         put_column(_rates(x, nothing, nothing, b, b_slope, satellite, gains), out, j)
@@ -79,7 +79,7 @@ def stage_1_matrix(tau, parameters, out):
 def stage_1_inputs(tau, parameters, out):
     """How torque and error of the magnetometer drive the loop, `[12, 6]`."""
     zero = (0.0, 0.0, 0.0)
-    satellite, gains, b, b_slope = _unpacked(tau, parameters)
+    satellite, gains, b, b_slope = _unpack(tau, parameters)
     x = zero, zero, zero, zero
     for j in range(6):
         rates = _rates(x, unit_at(j, 0), unit_at(j, 3), b, b_slope, satellite, gains)

@@ -17,11 +17,11 @@ from torquer.computer.laws.magneto_gyro.stage_2 import (
     compensation_rate,
     control_dipole,
     corrections,
-    guide_of_dipole,
-    guide_of_field,
+    dipole_guide,
+    field_guide,
     model_accelerations,
     seen_angles,
-    turned,
+    turn,
 )
 from torquer.maths.geometry.vec3 import add, cross
 from torquer.theory.magneto_gyro.loop import (
@@ -29,8 +29,8 @@ from torquer.theory.magneto_gyro.loop import (
     SATELLITE,
     Satellite,
     accelerations,
-    deviation_of_field,
     field_at,
+    field_deviation,
     put_column,
     unit_at,
 )
@@ -42,7 +42,7 @@ FORMS = {"text": 0.0, "field": 1.0}
 
 
 @inlined
-def _unpacked(p):
+def _unpack(p):
     satellite = Satellite(p[0], p[1], p[2], p[3], p[4])
     gains = Stage2Gains(
         p[11], p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23],
@@ -54,7 +54,7 @@ def _unpacked(p):
 @inlined
 def _guide(tau, b, form):
     """With what the controller turns; the text's mu is tau, its A is 1."""
-    guide = guide_of_field(b)
+    guide = field_guide(b)
     return guide if form == 1.0 else Guide(math.cos(tau), math.sin(tau), 1.0, guide.across)
 
 
@@ -64,9 +64,9 @@ def _rates(x, torque, error, b, guide, satellite, craft, gains):
     angles, rates, seen, seen_rates, compensation = x
     control = cross(control_dipole(seen, seen_rates, gains, guide), b)
     total = add(add(control, cross(compensation, b)), torque)
-    reading = add(b, deviation_of_field(angles, error, b))
+    reading = add(b, field_deviation(angles, error, b))
     theta, chi = seen_angles(reading, b, guide)
-    d_theta, d_chi = theta - seen[1], chi - turned(seen, guide)[1]
+    d_theta, d_chi = theta - seen[1], chi - turn(seen, guide)[1]
     of_angles, of_rates = corrections(d_theta, d_chi, gains, guide, craft)
     return (
         rates,
@@ -80,7 +80,7 @@ def _rates(x, torque, error, b, guide, satellite, craft, gains):
 @inlined
 def _fill(b, guide, parameters, out):
     nothing = (0.0, 0.0, 0.0)
-    satellite, craft, gains = _unpacked(parameters)
+    satellite, craft, gains = _unpack(parameters)
     for j in range(15):
         x = unit_at(j, 0), unit_at(j, 3), unit_at(j, 6), unit_at(j, 9), unit_at(j, 12)
         put_column(_rates(x, nothing, nothing, b, guide, satellite, craft, gains), out, j)
@@ -96,7 +96,7 @@ def stage_2_matrix(tau, parameters, out):
 @kernel
 def stage_2_matrix_in_dipole(b, parameters, out):
     """A of the loop in a field b of a dipole, a triple in t, w, s in any unit."""
-    guide = guide_of_field(b) if parameters[8] == 1.0 else guide_of_dipole(b)
+    guide = field_guide(b) if parameters[8] == 1.0 else dipole_guide(b)
     _fill(b, guide, parameters, out)
 
 
@@ -104,7 +104,7 @@ def stage_2_matrix_in_dipole(b, parameters, out):
 def stage_2_inputs(tau, parameters, out):
     """How torque and error of the magnetometer drive the loop, `[15, 6]`."""
     p, zero = parameters, (0.0, 0.0, 0.0)
-    satellite, craft, gains = _unpacked(p)
+    satellite, craft, gains = _unpack(p)
     b = field_at(tau, p[5], p[6], p[7])
     guide = _guide(tau, b, p[8])
     x = zero, zero, zero, zero, zero

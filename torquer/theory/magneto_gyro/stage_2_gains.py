@@ -16,7 +16,7 @@ from scipy.linalg import LinAlgError, schur
 from scipy.optimize import minimize
 
 from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
-from torquer.theory.magneto_gyro.accuracy import Revolution, noise_error, revolution_of
+from torquer.theory.magneto_gyro.accuracy import Revolution, follow_revolution, noise_error
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
@@ -128,7 +128,7 @@ class Stage2Design(NamedTuple):
     evaluations: int
 
 
-def cost_of(rounds: Sequence[Revolution], wanted_degree: float) -> float:
+def search_cost(rounds: Sequence[Revolution], wanted_degree: float) -> float:
     """What the search makes least, of the loop in each of the fields designed for.
 
     The logarithm of the error in the first of them, under white noise of the readings and a white
@@ -164,11 +164,11 @@ def design_stage_2(
             stage_2_loop(craft.satellite(), craft.gyrostat, gains, normal=b, form=form)
             for b in normals
         )
-        return [revolution_of(loop) for loop in loops]
+        return [follow_revolution(loop) for loop in loops]
 
     def cost(logs):
         try:
-            return cost_of(rounds(Stage2Weights(*np.exp(logs).tolist())), wanted_degree)
+            return search_cost(rounds(Stage2Weights(*np.exp(logs).tolist())), wanted_degree)
         except ArithmeticError:
             return 1e6
 

@@ -110,23 +110,23 @@ STAGE_2 = Text(
 TEXTS = {12: STAGE_1, 15: STAGE_2}
 
 
-def model_of(order: int) -> Model:
+def derive_model(order: int) -> Model:
     """The model of an order, derived."""
     return {12: order_12, 15: order_15}[order]()
 
 
-def rows_of(order: int) -> list[Row]:
+def compare_rows(order: int) -> list[Row]:
     """The text's equations, and R1 to R9 of order 12, against the derived model of that order."""
-    text, model = TEXTS[order], model_of(order)
-    inputs = {sympy.Symbol(name): _parsed(value) for name, value in text.inputs.items()}
+    text, model = TEXTS[order], derive_model(order)
+    inputs = {sympy.Symbol(name): _parse(value) for name, value in text.inputs.items()}
     rows = []
     for equation in text.equations:
-        left, right = map(_parsed, equation.split(" = "))
+        left, right = map(_parse, equation.split(" = "))
         residual = left - right
         rows.append(
             Row(
                 equation,
-                _derived(equation, model),
+                _derive(equation, model),
                 _difference(residual, inputs, model),
                 tuple(
                     i
@@ -140,7 +140,7 @@ def rows_of(order: int) -> list[Row]:
 
 def _with(definition: Definition, residual, inputs):
     """A row written with the printed definition, in the corrected one's symbols."""
-    instead = {_symbol(name): _parsed(value) for name, value in definition.instead.items()}
+    instead = {_symbol(name): _parse(value) for name, value in definition.instead.items()}
     return residual.subs(inputs).subs(instead, simultaneous=True)
 
 
@@ -156,7 +156,7 @@ def _difference(residual, inputs, model: Model):
     return sympy.factor(sympy.cancel(sympy.expand(residual.subs(inputs).subs(derivatives))))
 
 
-def _derived(equation: str, model: Model) -> str:
+def _derive(equation: str, model: Model) -> str:
     """The derived equation for the highest derivative of a row of the text."""
     left = equation.split(" = ")[0]
     named = [name for name in model.states if name + "'" not in model.states]
@@ -198,7 +198,7 @@ def _symbol(name: str):
     return sympy.Symbol(name)
 
 
-def _parsed(text: str):
+def _parse(text: str):
     """A side of an equation as an expression in symbols named as in it."""
     names = dict.fromkeys(re.findall(r"[A-Za-z]\w*'*", text))
     places = {name: f"v{i}" for i, name in enumerate(names)}

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.theory.magneto_gyro.accuracy import revolution_of
+from torquer.theory.magneto_gyro.accuracy import follow_revolution
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.frozen import frozen_2
@@ -42,11 +42,13 @@ def over_stiffness(
     """Degrees with other wheels. Stage 1 keeps its gains; those of stage 2 are made for each wheel,
     with the same weights."""
     h = np.asarray(stiffness, dtype=np.float64)
-    second = [_of_stage_2(craft.with_wheel(craft.wheel_at(x)), weights, normal, form) for x in h]
-    return OverStiffness(h, _of_stage_1(craft, first, h, normal), *np.array(second).T)
+    second = [_stage_2_wheel(craft.with_wheel(craft.wheel_at(x)), weights, normal, form) for x in h]
+    return OverStiffness(h, _stage_1_wheel(craft, first, h, normal), *np.array(second).T)
 
 
-def _of_stage_1(craft: GyroCraft, first: Stage1Design, h: np.ndarray, normal: float) -> np.ndarray:
+def _stage_1_wheel(
+    craft: GyroCraft, first: Stage1Design, h: np.ndarray, normal: float
+) -> np.ndarray:
     system = STAGE_1.with_parameters(
         **craft.satellite()._asdict(), damping=DAMPING, normal=normal,
         angle_gain=first.angle_gain, rate_gain=first.rate_gain,
@@ -57,7 +59,7 @@ def _of_stage_1(craft: GyroCraft, first: Stage1Design, h: np.ndarray, normal: fl
     return np.asarray(degree_of_stability(multipliers(found.matrices), 2.0 * math.pi))
 
 
-def _of_stage_2(craft: GyroCraft, weights: Stage2Weights, normal: float, form: str):
+def _stage_2_wheel(craft: GyroCraft, weights: Stage2Weights, normal: float, form: str):
     try:
         gains = stage_2_gains(craft.gyrostat, weights)
     except ArithmeticError:
@@ -65,7 +67,7 @@ def _of_stage_2(craft: GyroCraft, weights: Stage2Weights, normal: float, form: s
     h, pitch_inertia = craft.gyrostat
     loop = stage_2_loop(craft.satellite(), craft.gyrostat, gains, normal=normal, form=form)
     frozen = frozen_2(gains, stiffness=h, pitch_inertia=pitch_inertia, b=normal)
-    return revolution_of(loop).degree, -np.linalg.eigvals(frozen).real.max()
+    return follow_revolution(loop).degree, -np.linalg.eigvals(frozen).real.max()
 
 
 class BetterWheel(NamedTuple):

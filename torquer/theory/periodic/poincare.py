@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from torquer.base import validate
-from torquer.theory.validity import Limit, passed, within
+from torquer.theory.validity import Limit, broken_limits, within
 
 #: Harmonics of the forcing below this fraction of the greatest count as rounding errors.
 _SILENT = 1e-13
@@ -73,7 +73,7 @@ class Response:
         return (turn @ self.coefficients).real
 
 
-def samples_of(period: float, count: int) -> np.ndarray:
+def equidistant_points(period: float, count: int) -> np.ndarray:
     """`count` equidistant points of a period, from 0, the end left out."""
     within(PERIOD, period)
     within(Limit("samples", 1), count)
@@ -151,7 +151,7 @@ def forced_response(
     origin = np.zeros(n) if x0 is None else validate.finite("x0", x0, (n,))
     tail = size[-max(1, len(size) // 4) :].max() / size.max() if size.max() > 0.0 else 0.0
     growth = float(np.max(eigenvalues.real, initial=0.0))
-    notes = (*map(_text, resonances), *passed((TAIL, tail), (GROWTH, growth)))
+    notes = (*map(_text, resonances), *broken_limits((TAIL, tail), (GROWTH, growth)))
     return Response(origin, float(period), found, eigenvalues, resonances, float(tail), notes)
 
 
@@ -184,7 +184,7 @@ def small_parameter(
     if not left <= 1e-9 * max(1.0, np.abs(jacobian).max()):
         raise ValueError(f"x0: must be an equilibrium of f; received one with |f| = {left:.3g}")
     within(Limit("samples", 3), samples)
-    u = samples_of(period, samples)
+    u = equidistant_points(period, samples)
     forcing = g(u, np.broadcast_to(x0, (samples, x0.size)))
     return forced_response(jacobian, forcing, period, x0, near)
 
@@ -203,7 +203,7 @@ def periodic_motion(
     if x.ndim != 2 or len(x) % 2 == 0:
         raise ValueError(f"guess: must have an odd number of samples; received shape {x.shape}")
     count, n = x.shape
-    u = samples_of(period, count)
+    u = equidistant_points(period, count)
     slope = _differentiation(count, period)
     spread = np.einsum("ij,ab->iajb", slope, np.eye(n))
     places = np.arange(count)
@@ -211,7 +211,7 @@ def periodic_motion(
         now = rates(u, x)
         residual = slope @ x - now
         if np.abs(residual).max() <= 1e-2 * tolerance * max(1.0, np.abs(now).max()):
-            return _resolved(x)
+            return _resolve(x)
         lhs = spread.copy()
         lhs[places, :, places, :] -= derivatives(lambda y: rates(u, y), x, by)
         try:
@@ -222,14 +222,14 @@ def periodic_motion(
         if not np.abs(x).max() < 1e12:
             break
         if np.abs(change).max() <= tolerance * max(1.0, np.abs(x).max()):
-            return _resolved(x)
+            return _resolve(x)
     raise ArithmeticError(
         f"periodic_motion: Newton's steps must fall below {tolerance:g}; they did not, from this "
         f"guess"
     )
 
 
-def _resolved(x) -> np.ndarray:
+def _resolve(x) -> np.ndarray:
     """The samples; ArithmeticError if their highest harmonics show that they are too few."""
     size = np.abs(np.fft.rfft(x, axis=0)).max(axis=1)
     if len(size) > 4 and size[-(len(size) // 4) :].max() > 1e-4 * size.max():
@@ -248,7 +248,7 @@ def _differentiation(count: int, period: float) -> np.ndarray:
 
 def remainder(f: Callable, g: Callable, response: Response, epsilon: float, samples: int = 63):
     """Greatest |true periodic motion - (x0 + eps x1)| per component `[n]`: falls as eps^2."""
-    u = samples_of(response.period, samples)
+    u = equidistant_points(response.period, samples)
     predicted = response.x0 + epsilon * response.at(u)
     true = periodic_motion(lambda u, x: f(x) + epsilon * g(u, x), predicted, response.period)
     return np.abs(true - predicted).max(axis=0)

@@ -254,7 +254,7 @@ def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = No
     return Slow(*mean_rates(averaged_motion(law, spinner, at), Slow(*map(float, slow))))
 
 
-def unconverged(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, ...]:
+def convergence_note(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, ...]:
     """A note if 1.5 times as many nodes, an odd number against aliasing, change the averages."""
     rho = min(max(slow.rho, 0.1), math.pi - 0.1)
     here = Slow(float(slow.l), float(rho), float(slow.sigma), float(slow.theta))

@@ -9,7 +9,7 @@ import numpy as np
 from torquer.computer.blocks.law import Law
 from torquer.theory.slow.averaging import Nodes
 from torquer.theory.slow.evolution.model import Slow
-from torquer.theory.slow.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow.full_motion import Fast, by_euler, slow_variables
 from torquer.theory.slow.slow_motion import evolve_law
 from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import Limit, check_slow, within
@@ -48,7 +48,7 @@ def compare(
     """Both motions from the same start over u = 0..u_end; `averaged.notes` has the caveats."""
     within(Limit("points", 2), points)
     u = np.linspace(0.0, u_end, points)
-    full = slow_of(spinner, by_euler(law, spinner, start, fast, u, rtol=rtol))
+    full = slow_variables(spinner, by_euler(law, spinner, start, fast, u, rtol=rtol))
     return AveragingComparison(u, full, evolve_law(law, spinner, start, u, rtol, at))
 
 

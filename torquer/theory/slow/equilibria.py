@@ -68,12 +68,12 @@ def _nutation_in_words(theta) -> str:
     return "any nutation" if theta is None else f"nutation {math.degrees(theta):.4g} deg"
 
 
-def rates_of_evolution(evolution: Evolution, case: Case) -> Rates:
+def evolution_rates(evolution: Evolution, case: Case) -> Rates:
     """A law's closed equations as a function of the slow variables alone."""
     return lambda slow: evolution.rates(slow, case)
 
 
-def rates_of_law(law: Law, spinner: Spinner, at: Nodes | None = None) -> Rates:
+def law_rates(law: Law, spinner: Spinner, at: Nodes | None = None) -> Rates:
     """Averages of a law as such a function; by default with the fewest nodes that converge."""
     at = converged_nodes(law, spinner) if at is None else at
     problem = averaged_motion(law, spinner, at)
@@ -93,7 +93,7 @@ def find_equilibria(rates: Rates, length: float = 1.0) -> list[Equilibrium]:
     for start in starts:
         settled = _newton(rates, length, start, size)
         if settled is not None:
-            point, key = _classified(rates, length, settled, size)
+            point, key = _classify(rates, length, settled, size)
             found.setdefault(key, point)
     order = {"stable": 0, "neutral": 1, "unstable": 2}
     return sorted(found.values(), key=lambda e: (order[e.stability], e.rho or 0.0, e.theta or 0.0))
@@ -157,20 +157,20 @@ def _newton(rates, length, start, size):
         place, flow = _chart(rates, length, n, theta)
         now = flow(np.zeros(3))
         if np.abs(now).max() < _RESTING * size:
-            return _folded(n, theta)
+            return _fold(n, theta)
         slope = np.column_stack([(flow(h) - flow(-h)) / 2e-5 for h in 1e-5 * np.eye(3)])
         step = np.linalg.lstsq(slope, -now, rcond=1e-7)[0]
         n, theta = place(step * min(1.0, 0.4 / max(np.abs(step).max(), 1e-300)))
     return None
 
 
-def _folded(n, theta):
+def _fold(n, theta):
     """Theta within 0..pi: the motion is the same at -theta and at theta + 2 pi."""
     theta = abs(math.remainder(theta, 2.0 * math.pi))
     return n, 0.0 if theta < 1e-8 else theta
 
 
-def _classified(rates, length, settled, size):
+def _classify(rates, length, settled, size):
     """The equilibrium at a point, and a key that is the same for all points of its family."""
     n, theta = settled
     rho, sigma = _angles(n)

@@ -29,14 +29,14 @@ def drift(integral, case: Case, path: Slow, scale: float) -> float:
     known = Slow(*(np.asarray(x)[np.isfinite(path.l)] for x in path))
     with np.errstate(all="ignore"):
         value = integral(known, case)
-        moved = sum(np.abs(integral(_shifted(known, k, scale), case) - value) for k in range(4))
+        moved = sum(np.abs(integral(_shift(known, k, scale), case) - value) for k in range(4))
         change = np.abs(value - value[0])
         change[change <= _ROUNDING * np.abs(value[0])] = 0.0
         return float(np.max(np.where(change == 0.0, 0.0, scale * change / moved), initial=0.0)
                      if np.all(np.isfinite(value)) else math.nan)  # fmt: skip
 
 
-def _shifted(path: Slow, k: int, by: float) -> Slow:
+def _shift(path: Slow, k: int, by: float) -> Slow:
     """A variable shifted; l relative to itself, so that it stays positive."""
     values = list(path)
     values[k] = values[k] * (1.0 + by) if k == 0 else values[k] + by

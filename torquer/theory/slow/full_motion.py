@@ -26,7 +26,7 @@ from torquer.theory.slow.averaging import (
     spin_rate,
 )
 from torquer.theory.slow.evolution.model import Slow
-from torquer.theory.slow.slow_motion import path_of
+from torquer.theory.slow.slow_motion import follow_path
 from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import OFF_POLES, check_slow, within
 
@@ -121,11 +121,11 @@ def osculating(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.
     )
     validate.finite("fast", fast, (2,))
     problem = OsculatingMotion(*averaged_motion(law, spinner, nodes(1, 1, 1))[:4], float(day))
-    states = path_of(problem, (*start, *fast), u, rtol).T
+    states = follow_path(problem, (*start, *fast), u, rtol).T
     return Slow(*states[:4]), Fast(*states[4:])
 
 
-def state_of(spinner: Spinner, slow: Slow, fast: Fast) -> np.ndarray:
+def full_state(spinner: Spinner, slow: Slow, fast: Fast) -> np.ndarray:
     """Quaternion (body to the field's frame) and rate [rad/s] of slow and fast variables."""
     check_slow(slow)
     validate.finite("fast", fast, (2,))
@@ -136,7 +136,7 @@ def state_of(spinner: Spinner, slow: Slow, fast: Fast) -> np.ndarray:
     return np.concatenate([(q_l * q_body).as_quat(), momentum / np.array([a, a, c])])
 
 
-def slow_of(spinner: Spinner, states) -> Slow:
+def slow_variables(spinner: Spinner, states) -> Slow:
     """Slow variables (sigma within -pi..pi) of quaternions and rates [n, 7].
 
     Without momentum the angles are NaN.
@@ -153,6 +153,7 @@ def slow_of(spinner: Spinner, states) -> Slow:
 
 
 def by_euler(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.0, rtol=1e-10):
-    """Full motion along the points `u` by Euler's equations: states [n, 7]; see `slow_of`."""
+    """Full motion along the points `u` by Euler's equations: states [n, 7]; see
+    `slow_variables`."""
     problem = EulerMotion(*averaged_motion(law, spinner, nodes(1, 1, 1))[:4], float(day))
-    return path_of(problem, state_of(spinner, start, fast), u, rtol)
+    return follow_path(problem, full_state(spinner, start, fast), u, rtol)

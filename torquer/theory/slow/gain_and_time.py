@@ -139,7 +139,7 @@ class Row:
     revolutions: Times
 
 
-def gain_of(evolution: Evolution, spinner: Spinner, eps: float) -> float:
+def gain_at(evolution: Evolution, spinner: Spinner, eps: float) -> float:
     """The gain with which the small parameter is `eps`."""
     return eps / evolution.small_parameter(1.0, spinner)
 
@@ -162,4 +162,4 @@ def gain_for(evolution: Evolution, spinner: Spinner, times: Times, revolutions: 
     """Gains for which the least, median and greatest time is `revolutions`."""
     if not 0.0 < revolutions < math.inf:
         raise ValueError(f"revolutions: must be positive and finite; received {revolutions}")
-    return Times(*(gain_of(evolution, spinner, s / (2.0 * math.pi * revolutions)) for s in times))
+    return Times(*(gain_at(evolution, spinner, s / (2.0 * math.pi * revolutions)) for s in times))

@@ -80,7 +80,7 @@ def sampling_limit_rad_s(
 
     Infinite where d + a = 0 without a delay.
     """
-    return _rate_of_turn(0.5 * math.pi, difference_s, hold_s, lag_s, delay_s)
+    return _turn_rate(0.5 * math.pi, difference_s, hold_s, lag_s, delay_s)
 
 
 def driven_rate_rad_s(
@@ -89,10 +89,10 @@ def driven_rate_rad_s(
     """Rate [rad/s] to which sampled B-dot spins up one above its limit: E changes sign again."""
     longest = max(difference_s, hold_s)
     aliased = 2.0 * math.pi / longest if longest > 0.0 else math.inf
-    return min(aliased, _rate_of_turn(1.5 * math.pi, difference_s, hold_s, lag_s, delay_s))
+    return min(aliased, _turn_rate(1.5 * math.pi, difference_s, hold_s, lag_s, delay_s))
 
 
-def _rate_of_turn(
+def _turn_rate(
     turn: float, difference_s: float, hold_s: float, lag_s: float, delay_s: float
 ) -> float:
     """Root w of w ((d + a)/2 + D) + atan(w lag) = turn, by Newton's method from the left

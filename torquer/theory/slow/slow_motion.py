@@ -27,9 +27,9 @@ from torquer.theory.slow.averaging import (
     Nodes,
     averaged_motion,
     converged_nodes,
+    convergence_note,
     greatest_relative_rate,
     inside,
-    unconverged,
 )
 from torquer.theory.slow.evolution.model import Case, Evolution, Slow, compile_rates
 from torquer.theory.slow.first_integrals import drifts
@@ -47,8 +47,8 @@ from torquer.theory.validity import (
     PRECESSION,
     TOLERANCE,
     Limit,
+    broken_limits,
     check_slow,
-    passed,
     within,
 )
 
@@ -69,7 +69,7 @@ def _closed_rates(problem, t, y, dy):
 
 
 @kernel
-def sampled(problem, u, y, rtol, work, out):
+def sample(problem, u, y, rtol, work, out):
     """States at the points `u` from y at u[0], into the rows of `out`.
 
     Returns the status of `dop853`, the number of points that were reached, and u where it stopped.
@@ -92,7 +92,7 @@ def _row(u) -> np.ndarray:
     return np.ascontiguousarray(u)
 
 
-def path_of(problem, start, u, rtol: float = 1e-10) -> np.ndarray:
+def follow_path(problem, start, u, rtol: float = 1e-10) -> np.ndarray:
     """States [n, size] of any problem at the points `u`, from `start` at the first.
 
     RuntimeError if the integration fails: a singular point of the variables is reached, or the
@@ -101,7 +101,7 @@ def path_of(problem, start, u, rtol: float = 1e-10) -> np.ndarray:
     u, y = _row(u), np.array(start, dtype=np.float64)
     within(TOLERANCE, rtol)
     out = np.empty((u.size, y.size))
-    status, reached, ended = sampled(problem, u, y, rtol, workspace(y.size), out)
+    status, reached, ended = sample(problem, u, y, rtol, workspace(y.size), out)
     if status == TOO_MANY_STEPS:
         raise RuntimeError(_too_fast(u, reached, ended))
     if reached < u.size:
@@ -151,8 +151,8 @@ def evolve_law(
     precession = (PRECESSION, abs(spinner.eta[1]) * slowest.l)
     caveats = (
         *validity_notes(change),
-        *passed(precession),
-        *unconverged(law, spinner, start, problem.nodes),
+        *broken_limits(precession),
+        *convergence_note(law, spinner, start, problem.nodes),
     )
     return SlowMotion(*path, u=_row(u), ended=ended, notes=(*exit_notes(ended, path), *caveats))
 
@@ -166,7 +166,7 @@ def _slow_path(problem, start, u, rtol) -> tuple[Slow, float | None]:
     u, y, work = _row(u), _off_pole(problem, start), workspace(4)
     within(TOLERANCE, rtol)
     out, first = np.full((u.size, 4), np.nan), y.copy()
-    status, reached, ended = sampled(problem, u, first, rtol, work, out)
+    status, reached, ended = sample(problem, u, first, rtol, work, out)
     if status == TOO_MANY_STEPS:
         raise ValueError(_too_fast(u, reached, ended))
     out[reached:] = np.nan
@@ -297,7 +297,7 @@ def _at_poles(states) -> np.ndarray:
     return np.flatnonzero(np.sin(states[:, 1]) < POLE)
 
 
-def _moved(ends, states, shape, u_end, rtol, workers) -> Slow:
+def _move(ends, states, shape, u_end, rtol, workers) -> Slow:
     """The states, moved by `ends` on all cores, as arrays of a shape."""
     workers = cores() if workers is None else workers
     with ThreadPoolExecutor(workers) as pool:
@@ -310,7 +310,7 @@ def _moved(ends, states, shape, u_end, rtol, workers) -> Slow:
     return Slow(*(x.reshape(shape) for x in in_range(states.T, rtol)))
 
 
-def map_of_evolution(
+def map_evolution(
     evolution: Evolution,
     axes: Mapping,
     fixed: Mapping,
@@ -339,10 +339,10 @@ def map_of_evolution(
     for row in _at_poles(states):
         states[row] = _off_pole(ClosedMotion(rates, _case(constants[row])), states[row])
     ends = partial(closed_ends, rates, constants)
-    return _moved(ends, states, shape, u_end, rtol, workers)
+    return _move(ends, states, shape, u_end, rtol, workers)
 
 
-def map_of_law(
+def map_law(
     law: Law,
     axes: Mapping,
     fixed: Mapping,
@@ -375,7 +375,7 @@ def map_of_law(
     parameters[:, places[gain][0]] *= columns["eps"]
     settings = _per_inclination(spinner, columns, lambda there: _flat(there.pack()))
     ends = partial(averaged_ends, problem.law, parameters, settings, problem.memory, at)
-    return _moved(ends, states, shape, u_end, rtol, workers)
+    return _move(ends, states, shape, u_end, rtol, workers)
 
 
 def _flat(setting) -> tuple:

@@ -153,7 +153,7 @@ class Growth(NamedTuple):
         return np.einsum("...ij,...j->...i", turns, still)
 
 
-def growth_of(held: Held) -> Growth:
+def momentum_growth(held: Held) -> Growth:
     """Momentum that the wheels accumulate, revolution by revolution."""
     _check(held.normal, held.rate_rad_s)
     within(FEWEST, len(validate.finite("torque_n_m", held.torque_n_m)))

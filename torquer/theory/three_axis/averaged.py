@@ -48,7 +48,7 @@ def channel_factors(inertia_kg_m2, damping_t2) -> np.ndarray:
     return np.maximum(eigvalsh(damping, inertia), 0.0)
 
 
-def _checked(mu, rate_gain, angle_gain=0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _check(mu, rate_gain, angle_gain=0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Factors [3], gains with a new last axis for the channels."""
     mu = validate.finite("mu", mu, (3,))
     within(_FACTOR, mu)
@@ -63,7 +63,7 @@ def channel_exponents(mu, rate_gain, angle_gain) -> np.ndarray:
     `rate_gain` k [N m s/T^2] and `angle_gain` k_a [N m/T^2] as in `control.three_axis`: numbers or
     arrays of one shape.
     """
-    mu, k, k_a = _checked(mu, rate_gain, angle_gain)
+    mu, k, k_a = _check(mu, rate_gain, angle_gain)
     half = 0.5 * mu * k
     root = np.sqrt((half**2 - 2.0 * mu * k_a).astype(complex))
     fast = -half - root
@@ -84,7 +84,7 @@ def plateau_edge(mu, rate_gain) -> np.ndarray:
     K_a = K^2 (2 r_max - r_min)/(8 r_max^2), the printed forms for three orders of the moments.
     Above it the averaged degree stays. Source: MAG (4.3.6), MAG (4.3.7), and MAG (4.3.8).
     """
-    mu, k, _ = _checked(mu, rate_gain)
+    mu, k, _ = _check(mu, rate_gain)
     least, most = mu.min(), mu.max()
     within(Limit("greatest channel factor", 0.0, open=True), most)
     return k[..., 0] ** 2 * least * (2.0 * most - least) / (8.0 * most)

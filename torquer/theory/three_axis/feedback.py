@@ -158,7 +158,7 @@ class _Smoothed:
         z, step = direction / length, 1e-4
         moved = np.vstack([z, z + step * np.eye(18), z - step * np.eye(18)])
         m = self.monodromies(moved)
-        a = self._smoothed(m[0])
+        a = self._smooth(m[0])
         grown = np.exp(a * self.period)
         slopes = grown * (m[1:19] - m[19:]) / (2.0 * step)
         x, y = _gramian(grown * m[0]), _gramian(grown * m[0].T)
@@ -167,7 +167,7 @@ class _Smoothed:
         slope = -by_entry / by_a
         return -a, -(slope - z * (slope @ z)) / length
 
-    def _smoothed(self, monodromy) -> float:
+    def _smooth(self, monodromy) -> float:
         """The greatest a with trace X = bound, X = I + A X A^T, A = exp(a period) monodromy."""
         most = float(degree_of_stability(multipliers(monodromy), self.period))
 

@@ -143,7 +143,7 @@ class Family:
         return self.hold.with_parameters(**dict(zip(self.corners, row.tolist(), strict=True)))
 
     def _linearised_for(self, row) -> np.ndarray:
-        return tabulated(self.at(row), {}, self.steps).monodromies(np.empty((1, 0)))
+        return tabulate(self.at(row), {}, self.steps).monodromies(np.empty((1, 0)))
 
     def degrees(self, values) -> np.ndarray:
         """Degrees of stability [1/rad of u] for values `[points, m]`; minus infinity where the
@@ -152,7 +152,7 @@ class Family:
         return np.where(np.isnan(found), -np.inf, found)
 
 
-def tabulated(hold: AttitudeHold, corners: Mapping, steps: int) -> Family:
+def tabulate(hold: AttitudeHold, corners: Mapping, steps: int) -> Family:
     """The family with a given number of steps."""
     u = stage_points(hold.period / steps, steps)
     free, gains = hold.free(u), gain_tables(hold, hold.instants(u), corners)
@@ -163,7 +163,7 @@ def tabulated(hold: AttitudeHold, corners: Mapping, steps: int) -> Family:
     return Family(hold, corners, steps, np.ascontiguousarray(tables))
 
 
-def family_of(
+def fit_family(
     hold: AttitudeHold, corners: Mapping | None = None, tolerance: float = 1e-9
 ) -> Family:
     """The family with steps that give its monodromy matrices at all corners to `tolerance`.
@@ -175,7 +175,7 @@ def family_of(
     points = np.array([*itertools.product(*corners.values())])
     steps, before = _FIRST_STEPS * hold.revolutions, None
     while steps <= _MOST_STEPS * hold.revolutions:
-        made = tabulated(hold, corners, steps)
+        made = tabulate(hold, corners, steps)
         found = made.monodromies(points)
         if before is not None and np.all(np.isfinite(found)):
             size = np.abs(found).max(axis=(1, 2), keepdims=True)
@@ -199,9 +199,9 @@ class Stability(NamedTuple):
     e_fold_s: float
 
 
-def stability_of(hold: AttitudeHold, tolerance: float = 1e-12) -> Stability:
+def exact_stability(hold: AttitudeHold, tolerance: float = 1e-12) -> Stability:
     """Exact stability of a hold, and that of its equations averaged over u."""
-    made = family_of(hold, tolerance=tolerance)
+    made = fit_family(hold, tolerance=tolerance)
     rho = multipliers(made.monodromies(np.empty((1, 0))))[0]
     degree = float(degree_of_stability(rho, hold.period))
     e_fold = 1.0 / (degree * hold.rate_rad_s) if degree > 0.0 else math.inf
@@ -213,7 +213,7 @@ def mean_degrees(made: Family, values) -> np.ndarray:
     weights = np.tile(room(0).tableau[STAGES], made.steps) / made.steps
     values = np.asarray(values, dtype=np.float64)
     if made.tables is None:
-        each = (tabulated(made.at(row), {}, made.steps) for row in values)
+        each = (tabulate(made.at(row), {}, made.steps) for row in values)
         return np.concatenate([mean_degrees(one, np.empty((1, 0))) for one in each])
     means = np.einsum("n,jnrc->jrc", weights, made.tables)
     matrices = np.zeros((len(values), 6, 6))
@@ -235,7 +235,7 @@ def stability_chart(hold: AttitudeHold, x: tuple, y: tuple, tolerance: float = 1
             f"{x_name!r} with shape {xs.shape} and {y_name!r} with shape {ys.shape}"
         )
     corners = {x_name: (xs.min(), xs.max()), y_name: (ys.min(), ys.max())}
-    made = family_of(hold, corners, tolerance)
+    made = fit_family(hold, corners, tolerance)
     grid_y, grid_x = np.meshgrid(ys, xs, indexing="ij")
     values = np.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
     results = {

@@ -18,12 +18,12 @@ from torquer.computer.blocks.law import Law
 from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
 from torquer.theory.three_axis.feedback import attitude_keys, lqr_law
-from torquer.theory.three_axis.floquet import stability_of
+from torquer.theory.three_axis.floquet import exact_stability
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.margins import (
     Margins,
     degrees_with_margin,
-    margins_of,
+    find_margins,
     scaled_family,
 )
 from torquer.theory.three_axis.periodic_lqr import Weights, periodic_lqr
@@ -102,12 +102,12 @@ class ThreeAxisDesign:
         from html import escape
 
         head = ("law", "degree, 1/rad", "settling, h", "steady error, deg", "notes")
-        rows = [head, *(_row_of(name, each) for name, each in self.candidates.items())]
+        rows = [head, *(_gain_row(name, each) for name, each in self.candidates.items())]
         cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
         return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
 
 
-def _row_of(name: str, each: Candidate) -> tuple[str, ...]:
+def _gain_row(name: str, each: Candidate) -> tuple[str, ...]:
     """A law's numbers for people."""
     settling = f"{each.settling_s / 3600.0:.3g}" if math.isfinite(each.settling_s) else "-"
     error = f"{math.degrees(each.error.greatest_rad):.3g}" if each.error is not None else "-"
@@ -197,7 +197,7 @@ def design_gains(task: DesignTask) -> ThreeAxisDesign:
     pairs = first, (k, math.exp(best.point[1]) * scales.edge * k * k)
     strengths = pairs[0][0] * scales.strength, pairs[1][0] * scales.strength
     laws = *(task.with_gains(*pair).hold.law for pair in pairs), _regulator(task, quick)
-    one, two, three = (assessed(task, law, quick) for law in laws)
+    one, two, three = (assess(task, law, quick) for law in laws)
     return ThreeAxisDesign(one, two, three, best, strengths)
 
 
@@ -266,16 +266,16 @@ def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
         ) from None
 
 
-def assessed(task: DesignTask, law: Law, quick: SampledHold | None = None) -> Candidate:
+def assess(task: DesignTask, law: Law, quick: SampledHold | None = None) -> Candidate:
     """What a law comes to that holds the attitude of the task: any one without memory, smooth about
     that attitude. `quick`: the hold with a coarser cycle, whose tables are used again."""
     sampled = task.sampled.with_law(law)
     quick = coarser(sampled) if quick is None else quick.with_law(law)
-    hold, exact = sampled.hold, stability_of(sampled.hold, 1e-9)
+    hold, exact = sampled.hold, exact_stability(sampled.hold, 1e-9)
     degree = float(sampled_family(sampled).degrees(_ALONE)[0])
     margins = error = None
     if degree > 0.0:
-        margins = margins_of(quick)
+        margins = find_margins(quick)
         error = task.error_of(sampled, task.limit_a_m2)
     degrees = degree, exact.degree, exact.averaged_degree
     settling_s = settling_time_s(hold, degree)

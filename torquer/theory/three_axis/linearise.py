@@ -68,7 +68,7 @@ def _place(at, i):
 
 
 @inlined
-def _displaced(reference, place, x):
+def _displace(reference, place, x):
     """Attitude, absolute rate [rad/s] and the reference's rate, in body axes, at a state x."""
     q_reference, turning = reference_motion(place, reference.orbital)
     wanted = multiply(q_reference, reference.q_wanted)
@@ -94,7 +94,7 @@ def _exact_inputs(at, i, place, q, omega):
 def _dipole(law, parameters, memory, reference, at, i, x):
     """The law's dipole [A m^2] at a state."""
     place = _place(at, i)
-    q, omega, _ = _displaced(reference, place, x)
+    q, omega, _ = _displace(reference, place, x)
     return law(_exact_inputs(at, i, place, q, omega), parameters, memory).dipole_a_m2
 
 
@@ -102,7 +102,7 @@ def _dipole(law, parameters, memory, reference, at, i, x):
 def _acceleration(rigid, reference, at, i, x):
     """Relative angular acceleration without control, over n^2, at a state."""
     place, n = _place(at, i), reference.rate_rad_s
-    q, omega, carried = _displaced(reference, place, x)
+    q, omega, carried = _displace(reference, place, x)
     local = LocalEnvironment(place.ephemeris.b_inertial_t, row_vector(at.gravity, i), ())
     absolute = motion_rates(rigid, local, _ZERO, Motion(q, omega), ()).omega
     of_reference = rotate_inverse(q, reference_acceleration(place, reference.orbital))
@@ -123,7 +123,7 @@ def _along(axis, h):
 
 
 @inlined
-def _extrapolated(coarse, middle, fine):
+def _extrapolate(coarse, middle, fine):
     """Slope from those at steps 2h, h, h/2, without their errors of h^2 and h^4; last change."""
     once = scale(1.0 / 3.0, sub(scale(4.0, middle), coarse))
     again = scale(1.0 / 3.0, sub(scale(4.0, fine), middle))
@@ -145,7 +145,7 @@ def law_slopes(law, parameters, memory, reference, at, slopes, rest):
                 up = _dipole(law, parameters, memory, reference, at, i, _along(axis, h))
                 down = _dipole(law, parameters, memory, reference, at, i, _along(axis, -h))
                 coarse, middle, fine = middle, fine, scale(0.5 / h, sub(up, down))
-            slope, change = _extrapolated(coarse, middle, fine)
+            slope, change = _extrapolate(coarse, middle, fine)
             worst = max(worst, change)
             for row in range(3):
                 slopes[i, row, axis] = slope[row]
@@ -164,7 +164,7 @@ def free_slopes(rigid, reference, at, slopes, rest):
                 up = _acceleration(rigid, reference, at, i, _along(axis, h))
                 down = _acceleration(rigid, reference, at, i, _along(axis, -h))
                 coarse, middle, fine = middle, fine, scale(0.5 / h, sub(up, down))
-            slope, _ = _extrapolated(coarse, middle, fine)
+            slope, _ = _extrapolate(coarse, middle, fine)
             for row in range(3):
                 slopes[i, row, axis] = slope[row]
 
@@ -174,7 +174,7 @@ def wanted_motion(reference, at, attitudes, rates):
     """Attitudes `[n, 4]`, body to inertial, and rates `[n, 3]` [rad/s, body] of a body that is held
     exactly."""
     for i in range(at.t_s.size):
-        q, omega, _ = _displaced(reference, _place(at, i), _along(6, 0.0))
+        q, omega, _ = _displace(reference, _place(at, i), _along(6, 0.0))
         attitudes[i, 0], attitudes[i, 1], attitudes[i, 2], attitudes[i, 3] = q
         put_vector(rates[i], omega)
 

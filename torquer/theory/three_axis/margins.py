@@ -49,7 +49,7 @@ def is_stable(sampled: SampledHold) -> bool:
     return bool(sampled_family(sampled).degrees(_ALONE)[0] > 0.0)
 
 
-def margins_of(sampled: SampledHold) -> Margins:
+def find_margins(sampled: SampledHold) -> Margins:
     """Margins of a loop; all NaN if it is not stable."""
     if not is_stable(sampled):
         return Margins(math.nan, math.nan, math.nan, math.nan)

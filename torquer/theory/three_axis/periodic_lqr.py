@@ -208,7 +208,7 @@ def _with_steps(hold: AttitudeHold, weights: Weights, steps: int) -> PeriodicLqr
     free = hold.free(u)
     # m = -c^2 C^T P x, and C = -J^-1 [B x] / n^2
     feedback = (weights.dipole / hold.rate_rad_s) ** 2 * hold.inverse_inertia @ path[:, 3:]
-    degree = degree_of_stability(multipliers(_closed(transitions, path)), hold.period)
+    degree = degree_of_stability(multipliers(_close(transitions, path)), hold.period)
     eigenvalues = np.linalg.eigvalsh(path)
     least = float((eigenvalues[:, 0] / eigenvalues[:, -1]).min())
     residual = _residual(free, weights, path, hold.period / steps)
@@ -234,7 +234,7 @@ def _first_solution(transitions, weights: Weights) -> np.ndarray:
     return np.diag(weights.of_state)
 
 
-def _closed(transitions, path) -> np.ndarray:
+def _close(transitions, path) -> np.ndarray:
     """Monodromy matrix of the regulated motion: lambda = P x in every step."""
     x = np.eye(6)
     for t, p in zip(transitions, path[:-1], strict=True):

@@ -16,7 +16,7 @@ from torquer.base import validate
 from torquer.compile.engine import kernel
 from torquer.theory.periodic.floquet import multipliers
 from torquer.theory.three_axis.sampled import SOURCES, SampledHold
-from torquer.theory.validity import LEAN, Limit, passed, within
+from torquer.theory.validity import LEAN, Limit, broken_limits, within
 
 CONSTANT, READINGS = "constant torque", "sensor offsets"
 
@@ -194,4 +194,4 @@ def _notes(turns, noisy, dipoles, limit_a_m2) -> tuple[str, ...]:
     angle = math.hypot(greatest_angle(turns), greatest_angle(noisy))
     asked = Limit("dipole asked for [A m^2]", most=limit_a_m2, why=SATURATED)
     lean = LEAN._replace(name="error [rad]", least=0.0)
-    return passed((lean, angle), (asked, float(np.abs(dipoles).max())))
+    return broken_limits((lean, angle), (asked, float(np.abs(dipoles).max())))

@@ -192,7 +192,7 @@ class SampledHold:
         h = parts / np.maximum(steps, 1)
         size = max(1, _CHUNK // int(steps.sum()))
         chunks = [self.starts[i : i + size] for i in range(0, self.count, size)]
-        pieces = [self._solved(starts, parts[0], h, steps) for starts in chunks]
+        pieces = [self._solve(starts, parts[0], h, steps) for starts in chunks]
         solved, b = (np.concatenate(column) for column in zip(*pieces, strict=True))
         blocks = (slice(0, 6), slice(6, 9), slice(9, 12))
         free, dipole, torque = (np.ascontiguousarray(solved[:, :, k]) for k in blocks)
@@ -201,7 +201,7 @@ class SampledHold:
         disturbed = np.concatenate([solved[:, :, 12:], torque @ air[:, :, None]], axis=2)
         return Maps(free, dipole, torque, disturbed, b, length / self.hold.rate_rad_s)
 
-    def _solved(self, starts, held, h, steps) -> tuple[np.ndarray, np.ndarray]:
+    def _solve(self, starts, held, h, steps) -> tuple[np.ndarray, np.ndarray]:
         """Solutions over cycles, with the columns of all inputs; field at the commands."""
         hold = self.hold
         first = stage_points(h[0], steps[0])

@@ -41,7 +41,7 @@ def greatest(
     found = []
     for place in _local_maxima(values)[:_FOLLOWED]:
         start = Best(grid[place], float(values[place]), cell, 0)
-        best = _followed(function, start, low, high, spacing)
+        best = _follow(function, start, low, high, spacing)
         used += best.evaluations
         found.append(best)
     if not found:
@@ -49,7 +49,7 @@ def greatest(
     return max(found, key=lambda best: best.value)._replace(evaluations=used)
 
 
-def _followed(function, best: Best, low, high, spacing: float) -> Best:
+def _follow(function, best: Best, low, high, spacing: float) -> Best:
     """Finer grids around a point; one whose best point is on its rim is moved, not made finer."""
     used, cell = 0, best.spacing
     for _ in range(_MOST_MOVES):

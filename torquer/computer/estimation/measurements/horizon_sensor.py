@@ -4,11 +4,11 @@ from torquer.compile.engine import inlined
 from torquer.computer.estimation.measurements.measurement import (
     NADIR_CHANNEL,
     NO_MEASUREMENT,
-    as_of_now,
     direction_measurement,
     is_new,
+    turn_to_now,
 )
-from torquer.computer.estimation.triad import quaternion_of
+from torquer.computer.estimation.triad import read_quaternion
 from torquer.maths.geometry.vec3 import add_scaled, scale, unit
 
 
@@ -26,5 +26,5 @@ def horizon_sensor(inputs, parameters, memory, omega):
     nadir, at_s, r = inputs.nadir_body, inputs.read_at.horizon_sensor_s, parameters.sensing.r_nadir
     if not is_new(r, nadir, at_s, memory.read_s[NADIR_CHANNEL]):
         return NO_MEASUREMENT
-    read = as_of_now(omega, inputs.t_s - at_s, nadir)
-    return direction_measurement(quaternion_of(memory.q), nadir_at(inputs, at_s), read, r)
+    read = turn_to_now(omega, inputs.t_s - at_s, nadir)
+    return direction_measurement(read_quaternion(memory.q), nadir_at(inputs, at_s), read, r)

@@ -3,17 +3,17 @@
 import math
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.covariance import slices_of, state_of
+from torquer.computer.estimation.covariance import read_state, state_slices
 from torquer.computer.estimation.measurements.measurement import (
     FIELD_CHANNEL,
     NO_MEASUREMENT,
-    as_of_now,
     direction_measurement,
     is_new,
+    turn_to_now,
     vector_measurement,
 )
 from torquer.computer.estimation.mounting import without_mounting
-from torquer.computer.estimation.triad import field_at, quaternion_of
+from torquer.computer.estimation.triad import field_at, read_quaternion
 from torquer.maths.geometry.vec3 import norm, sub
 
 #: Part of the field by which a reading may be off in magnitude, besides its noise: scale factors
@@ -22,7 +22,7 @@ _ODD = 0.1
 
 
 @inlined
-def of_field(q, b_inertial, read, at, variance):
+def measure_field(q, b_inertial, read, at, variance):
     """(z, H, R) of a reading [T, body], less its known errors, of a field [T, inertial].
 
     All three components if an error of the sensor is a state; else the direction. `at`: first rows
@@ -36,14 +36,14 @@ def of_field(q, b_inertial, read, at, variance):
 @inlined
 def errors_at(parameters):
     """First rows of bias, scale factors and misalignment in the covariance, 0 for none."""
-    at = slices_of(parameters.prior)
+    at = state_slices(parameters.prior)
     return (at.magnetometer_bias, at.magnetometer_scale, at.magnetometer_misalignment)
 
 
 @inlined
-def calibrated(states, at, read):
+def calibrate_reading(states, at, read):
     """A reading [T] without the errors of the sensor as they are known."""
-    return without_mounting(states, at[1], at[2], sub(read, state_of(states, at[0])))
+    return without_mounting(states, at[1], at[2], sub(read, read_state(states, at[0])))
 
 
 @inlined
@@ -67,5 +67,5 @@ def magnetometer(inputs, parameters, memory, omega):
     if not is_new(r, b, at_s, memory.read_s[FIELD_CHANNEL]):
         return NO_MEASUREMENT
     at = errors_at(parameters)
-    read = as_of_now(omega, inputs.t_s - at_s, calibrated(memory.states, at, b))
-    return of_field(quaternion_of(memory.q), field_at(inputs, at_s), read, at, r)
+    read = turn_to_now(omega, inputs.t_s - at_s, calibrate_reading(memory.states, at, b))
+    return measure_field(read_quaternion(memory.q), field_at(inputs, at_s), read, at, r)

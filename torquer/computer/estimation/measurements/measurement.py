@@ -121,7 +121,7 @@ def is_usable(variance, v, age, oldest):
 
 
 @inlined
-def as_of_now(omega, age, v):
+def turn_to_now(omega, age, v):
     """A vector read `age` seconds ago in body axes of now; the body turns with omega."""
     if age <= 0.0:
         return v

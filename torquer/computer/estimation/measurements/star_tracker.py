@@ -10,11 +10,11 @@ from torquer.computer.estimation.measurements.measurement import (
     Measurement,
     frame_across,
 )
-from torquer.computer.estimation.triad import quaternion_of, rate_between
+from torquer.computer.estimation.triad import rate_between, read_quaternion
 from torquer.maths.geometry.quaternion import (
     from_rotation_vector,
     multiply,
-    normalised,
+    normalise,
     rotate_inverse,
 )
 from torquer.maths.geometry.vec3 import dot, scale
@@ -39,7 +39,7 @@ def keep_rotation(memory):
     k = int(memory.past_next)
     row = memory.past[k]
     row[0] = memory.t_s
-    row[1], row[2], row[3], row[4] = quaternion_of(memory.rotation)
+    row[1], row[2], row[3], row[4] = read_quaternion(memory.rotation)
     memory.past_next = float(k + 1) if k + 1 < PAST else 0.0
 
 
@@ -49,7 +49,7 @@ def turn_since(memory, since_s, omega):
 
     Between two steps the rate is steady; before the first one kept it is omega.
     """
-    past, next_s, later = memory.past, memory.t_s, quaternion_of(memory.rotation)
+    past, next_s, later = memory.past, memory.t_s, read_quaternion(memory.rotation)
     k, turn, left = int(memory.past_next), (0.0, 0.0, 0.0, 1.0), True
     for _ in range(PAST):
         k = k - 1 if k > 0 else PAST - 1
@@ -66,7 +66,7 @@ def turn_since(memory, since_s, omega):
 
 
 @inlined
-def of_attitude(q, read, sensing, lever, since):
+def measure_attitude(q, read, sensing, lever, since):
     """(z, H, R) of an attitude read: the rotation to it from the filter's, across and about.
 
     The three components are scaled to one variance, the greater one. `lever` [s]: what the error of
@@ -102,7 +102,7 @@ def star_tracker(inputs, parameters, memory, omega, walk):
         return NO_MEASUREMENT
     age = max(inputs.t_s - at_s, 0.0)
     turn = turn_since(memory, at_s, omega) if age > 0.0 else (0.0, 0.0, 0.0, 1.0)
-    now = normalised(multiply(read, turn))
+    now = normalise(multiply(read, turn))
     # an error of the gyro turns the filter the other way
     lever = -age if parameters.prior.rate > 0.0 else age
-    return of_attitude(quaternion_of(memory.q), now, sensing, lever, age * walk)
+    return measure_attitude(read_quaternion(memory.q), now, sensing, lever, age * walk)

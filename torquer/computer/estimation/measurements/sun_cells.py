@@ -3,20 +3,20 @@
 import math
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.covariance import ATTITUDE, variance_of
+from torquer.computer.estimation.covariance import ATTITUDE, mean_variance
 from torquer.computer.estimation.measurements.measurement import (
     FIRST_CELL,
     NO_MEASUREMENT,
     NO_OTHER,
     NOWHERE,
     Measurement,
-    as_of_now,
+    turn_to_now,
 )
-from torquer.computer.estimation.triad import quaternion_of
+from torquer.computer.estimation.triad import read_quaternion
 from torquer.environment.albedo import earthlight
 from torquer.maths.geometry.frames import transpose
 from torquer.maths.geometry.quaternion import rotate_inverse
-from torquer.maths.geometry.vec3 import add, cross, dot, put_vector, scale, vector_of
+from torquer.maths.geometry.vec3 import add, cross, dot, put_vector, read_vector, scale
 from torquer.spacecraft.sensors.sun_cells import CELLS
 
 #: Sunlight below which a cell is not used, as it should be; signal below which it is dark. A limit
@@ -30,7 +30,7 @@ _NO_ROWS = (_ZERO, _ZERO, _ZERO)
 
 
 @inlined
-def of_cell(q, row, signal, light, earth, sensing, sigma):
+def measure_cell(q, row, signal, light, earth, sensing, sigma):
     """(z, H, R) of a cell's signal: one component, the second one is empty.
 
     `row`: normal, cosine of the half field; `light`: direction to the Sun times the visible part of
@@ -54,7 +54,7 @@ def of_cell(q, row, signal, light, earth, sensing, sigma):
 
 @inlined
 def put_earthlight(inputs, sensing, memory):
-    """Keep the light of the Earth by the computer's ephemeris for all cells: see `of_cell`."""
+    """Keep the light of the Earth by the computer's ephemeris for all cells: see `measure_cell`."""
     place = inputs.ephemeris
     if sensing.cell_albedo > 0.0 and place.sunlit_fraction >= 0.5:
         earth = earthlight(sensing.cell_albedo, place.r_inertial_m, place.sun_inertial)
@@ -73,12 +73,12 @@ def sun_cell(inputs, parameters, memory, cell, omega):
     if not (new and lit):
         return NO_MEASUREMENT
     row = sensing.cells[cell]
-    then = as_of_now(omega, inputs.t_s - at_s, (row[0], row[1], row[2]))
+    then = turn_to_now(omega, inputs.t_s - at_s, (row[0], row[1], row[2]))
     light = scale(inputs.ephemeris.sunlit_fraction, inputs.ephemeris.sun_inertial)
-    earth = vector_of(memory.earthlight)
-    sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
+    earth = read_vector(memory.earthlight)
+    sigma = math.sqrt(mean_variance(memory.covariance, ATTITUDE))
     turned = (then[0], then[1], then[2], row[3])
-    return of_cell(quaternion_of(memory.q), turned, signal, light, earth, sensing, sigma)
+    return measure_cell(read_quaternion(memory.q), turned, signal, light, earth, sensing, sigma)
 
 
 @inlined

@@ -4,11 +4,11 @@ from torquer.compile.engine import inlined
 from torquer.computer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     SUN_CHANNEL,
-    as_of_now,
     direction_measurement,
     is_new,
+    turn_to_now,
 )
-from torquer.computer.estimation.triad import quaternion_of
+from torquer.computer.estimation.triad import read_quaternion
 
 
 @inlined
@@ -17,5 +17,5 @@ def sun_sensors(inputs, parameters, memory, omega):
     sun, at_s, r = inputs.sun_body, inputs.read_at.sun_sensors_s, parameters.sensing.r_sun
     if not is_new(r, sun, at_s, memory.read_s[SUN_CHANNEL]):
         return NO_MEASUREMENT
-    read = as_of_now(omega, inputs.t_s - at_s, sun)
-    return direction_measurement(quaternion_of(memory.q), inputs.ephemeris.sun_inertial, read, r)
+    read = turn_to_now(omega, inputs.t_s - at_s, sun)
+    return direction_measurement(read_quaternion(memory.q), inputs.ephemeris.sun_inertial, read, r)

@@ -22,14 +22,14 @@ from torquer.computer.laws.magneto_gyro.stage_1 import (
 from torquer.computer.laws.magneto_gyro.stage_2 import (
     Gyrostat,
     Stage2Gains,
-    advanced,
+    advance,
     compensation_rate,
     control_dipole,
     corrections,
-    guide_of_dipole,
-    guide_of_field,
+    dipole_guide,
+    field_guide,
     seen_angles,
-    turned,
+    turn,
 )
 from torquer.computer.laws.pointing import reference_motion
 from torquer.maths.geometry.quaternion import (
@@ -45,9 +45,9 @@ from torquer.maths.geometry.vec3 import (
     dot,
     norm,
     put_vector,
+    read_vector,
     scale,
     sub,
-    vector_of,
 )
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -170,7 +170,7 @@ def _stage_1_dipole(fields, p, memory, interval_s):
         interval_s,
     )  # fmt: skip
     u = angle_function(w, b, fields.square)
-    w_rate, b_rate = vector_of(memory.reading_rate_t_s), vector_of(memory.model_rate_t_s)
+    w_rate, b_rate = read_vector(memory.reading_rate_t_s), read_vector(memory.model_rate_t_s)
     v = rate_function(w, w_rate, b, b_rate, fields.square)
     return capture_dipole(w, u, v, fields.square, s.angle_gain, s.rate_gain), norm(v)
 
@@ -212,12 +212,15 @@ def _stage_2_dipole(fields, guide, p, applied, memory, interval_s):
     rate, gains, craft = p.orbital_rate, p.gains, p.craft
     unit = p.inertia * rate * rate
     tau = rate * interval_s
-    angles, rates = vector_of(memory.angles_rad), scale(1.0 / rate, vector_of(memory.rates_rad_s))
-    compensation = scale(-1.0 / unit, rotate(p.q_wanted, vector_of(memory.residual_dipole_a_m2)))
+    angles, rates = (
+        read_vector(memory.angles_rad),
+        scale(1.0 / rate, read_vector(memory.rates_rad_s)),
+    )
+    compensation = scale(-1.0 / unit, rotate(p.q_wanted, read_vector(memory.residual_dipole_a_m2)))
     torque = cross(sub(scale(1.0 / unit, applied), compensation), fields.reading)
-    angles, rates = advanced(angles, rates, torque, craft, tau)
+    angles, rates = advance(angles, rates, torque, craft, tau)
     theta, chi = seen_angles(fields.reading, fields.model, guide)
-    d_theta, d_chi = theta - angles[1], chi - turned(angles, guide)[1]
+    d_theta, d_chi = theta - angles[1], chi - turn(angles, guide)[1]
     of_angles, of_rates = corrections(d_theta, d_chi, gains, guide, craft)
     angles, rates = add_scaled(angles, tau, of_angles), add_scaled(rates, tau, of_rates)
     found = compensation_rate(d_theta, d_chi, gains, guide)
@@ -236,9 +239,9 @@ def _state_estimate(q_reference, turning, q_wanted, memory):
     They have no standard deviation: innovations show neither a bias of the magnetometer nor errors
     of the field model, which exceed the noise.
     """
-    held = from_rotation_vector(vector_of(memory.angles_rad))
+    held = from_rotation_vector(read_vector(memory.angles_rad))
     q = multiply(multiply(q_reference, held), q_wanted)
-    relative = rotate_inverse(q_wanted, vector_of(memory.rates_rad_s))
+    relative = rotate_inverse(q_wanted, read_vector(memory.rates_rad_s))
     omega = add(rotate_inverse(q, turning), relative)
     cells = memory.estimate
     cells[0] = 1.0
@@ -257,9 +260,9 @@ def magneto_gyro(inputs, parameters, memory):
     q_reference, turning = reference_motion(inputs, 1.0)
     model = rotate_inverse(q_reference, inputs.ephemeris.b_inertial_t)
     fields = Fields(rotate(p.q_wanted, inputs.b_body_t), model, dot(model, model))
-    guide = guide_of_field(model)
+    guide = field_guide(model)
     if p.dipole.used == 1.0:
-        guide = guide_of_dipole(_earth_dipole_field(inputs, q_reference, p.dipole))
+        guide = dipole_guide(_earth_dipole_field(inputs, q_reference, p.dipole))
     if fields.square == 0.0 or guide.strength == 0.0:
         return (0.0, 0.0, 0.0)
     interval_s = _interval(t_s, p.orbital_rate, memory)

@@ -12,13 +12,13 @@ COILS = {"linear": LINEAR, "each_coil": EACH_COIL, "nearest_angle": NEAREST_ANGL
 
 
 @inlined
-def _switched(component, least, dipole_a_m2):
+def _switch(component, least, dipole_a_m2):
     """One coil: on, with the sign of the component, where that is at least `least`."""
     return math.copysign(dipole_a_m2, component) if abs(component) >= least else 0.0
 
 
 @inlined
-def _least_of_nearest(wanted):
+def _nearest_least(wanted):
     """The least component that is on in the combination of 0, +1 and -1 nearest in angle.
 
     It has the greatest components, one to three of them: those whose sum over the root of their
@@ -46,7 +46,7 @@ def relay_dipole(wanted, how, threshold_a_m2, dipole_a_m2):
     if how == NEAREST_ANGLE:
         if not dot(wanted, wanted) > threshold_a_m2 * threshold_a_m2:
             return (0.0, 0.0, 0.0)
-        least = _least_of_nearest(wanted) * (1.0 - 1e-12)
-    x = _switched(wanted[0], least, dipole_a_m2)
-    y = _switched(wanted[1], least, dipole_a_m2)
-    return x, y, _switched(wanted[2], least, dipole_a_m2)
+        least = _nearest_least(wanted) * (1.0 - 1e-12)
+    x = _switch(wanted[0], least, dipole_a_m2)
+    y = _switch(wanted[1], least, dipole_a_m2)
+    return x, y, _switch(wanted[2], least, dipole_a_m2)

@@ -56,7 +56,7 @@ class Gyrostat(NamedTuple):
 
 
 @inlined
-def guide_of_field(b):
+def field_guide(b):
     """The guide by the calculated field itself: the form that follows the field model."""
     across = math.sqrt(b[0] * b[0] + b[2] * b[2])
     if across == 0.0:
@@ -65,7 +65,7 @@ def guide_of_field(b):
 
 
 @inlined
-def guide_of_dipole(b):
+def dipole_guide(b):
     """The guide by the field of a dipole (B0 cos mu, B_n, -2 B0 sin mu): the form of the text."""
     half = 0.5 * b[2]
     equatorial = math.sqrt(b[0] * b[0] + half * half)
@@ -76,7 +76,7 @@ def guide_of_dipole(b):
 
 
 @inlined
-def turned(v, guide):
+def turn(v, guide):
     """Components of a vector along t' and s', which turn with mu about w."""
     return v[0] * guide.cos - v[2] * guide.sin, v[0] * guide.sin + v[2] * guide.cos
 
@@ -90,8 +90,8 @@ def turned_back(across, along, guide):
 @inlined
 def control_dipole(angles, rates, gains, guide):
     """P_1: a dipole along w turns the pitch axis, one along t' and s' the pitch angle."""
-    x1, z1 = turned(angles, guide)
-    x2, z2 = turned(rates, guide)
+    x1, z1 = turn(angles, guide)
+    x2, z2 = turn(rates, guide)
     x2, z2 = x2 - z1, z2 + x1
     m1 = gains.d1 * x1 + gains.n1 * x2 + gains.d3 * z1 + gains.n3 * z2
     m2 = -(gains.d2 * angles[1] + gains.n2 * rates[1])
@@ -121,7 +121,7 @@ def model_accelerations(angles, rates, torque, craft):
 
 
 @inlined
-def advanced(angles, rates, torque, craft, tau):
+def advance(angles, rates, torque, craft, tau):
     """Angles and rates of the model after tau, by the midpoint; of second order in tau."""
     half = 0.5 * tau
     first = model_accelerations(angles, rates, torque, craft)

@@ -9,7 +9,7 @@ from typing import Annotated, Union
 from pydantic import Field
 
 from torquer.environment.earth.atmosphere.exponential import Exponential
-from torquer.environment.earth.atmosphere.gost import Gost, f81_of
+from torquer.environment.earth.atmosphere.gost import Gost, mean_f107
 from torquer.environment.earth.atmosphere.nrlmsis import Nrlmsis
 
 #: Every density model by its `kind`.
@@ -21,4 +21,4 @@ AnyAtmosphere = Annotated[
     Field(discriminator="kind"),
 ]
 
-__all__ = ["ATMOSPHERES", "AnyAtmosphere", "Exponential", "Gost", "Nrlmsis", "f81_of"]
+__all__ = ["ATMOSPHERES", "AnyAtmosphere", "Exponential", "Gost", "Nrlmsis", "mean_f107"]

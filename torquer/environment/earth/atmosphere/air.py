@@ -68,7 +68,7 @@ def height_m(r_ecef_m):
 
 
 @kernel
-def layered(layers, h_km):
+def layer(layers, h_km):
     """Density [kg/m^3] that decays exponentially in each layer; the outermost extrapolate."""
     row = 0
     while row + 1 < layers.shape[0] and h_km >= layers[row + 1, 0]:
@@ -125,7 +125,7 @@ def density(air, r_ecef_m, sun_ecef, day):
     if not air.lowest_km <= h_km <= air.highest_km:
         return math.nan
     if air.kind == EXPONENTIAL:
-        return layered(air.layers, h_km)
+        return layer(air.layers, h_km)
     return gost_density(
         air.gost, h_km, bulge_angle_cosine(air.gost.lag_rad, r_ecef_m, sun_ecef), day
     )

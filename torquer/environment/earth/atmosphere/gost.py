@@ -23,13 +23,13 @@ def _tables() -> dict:
     return json.loads((FOLDER / "gost_r_25645_166_2004.json").read_text(encoding="utf-8"))
 
 
-def kp_of_ap(ap: float) -> float:
+def kp_from_ap(ap: float) -> float:
     """Daily Kp of a daily Ap by the standard's table A.1, linear between its entries."""
     table = _tables()["Ap_at_Kp_thirds"]
     return float(np.interp(ap, table, np.arange(len(table)) / 3.0))
 
 
-def f81_of(f107_daily) -> float:
+def mean_f107(f107_daily) -> float:
     """Weighted mean of the F10.7 of 81 days, today last: the weights rise from 0.5 to 1."""
     values = validate.finite("f107_daily", f107_daily, (DAYS_OF_F81,))
     return float(np.average(values, weights=np.linspace(0.5, 1.0, DAYS_OF_F81)))
@@ -51,7 +51,7 @@ class Gost(Atmosphere):
     f107: float = Field(ge=50.0, le=500.0)
     """Solar index F10.7 of the day, as it was 1.7 days before."""
     f81: float | None = Field(default=None, ge=60.0, le=300.0)
-    """Weighted mean of F10.7 over 81 days (`f81_of`); left out: f107."""
+    """Weighted mean of F10.7 over 81 days (`mean_f107`); left out: f107."""
     kp: float | None = Field(default=None, ge=0.0, le=9.0)
     """Daily mean of the geomagnetic index Kp, as it was 0.6 days before."""
     ap: float | None = Field(default=None, ge=0.0, le=400.0)
@@ -99,5 +99,5 @@ class Gost(Atmosphere):
         """The second factor of the correction for geomagnetic activity."""
         name, kp = ("et", self.kp_3h) if self.kp_3h is not None else ("e", self.kp)
         if self.ap is not None:
-            kp = kp_of_ap(self.ap)
+            kp = kp_from_ap(self.ap)
         return math.fsum(table[name][f"{name}{5 + i}"][column] * kp**i for i in range(4))

@@ -43,7 +43,7 @@ def distance(a: tuple, b: tuple) -> float:
     return math.sqrt(sum((x - y) * (x - y) for x, y in zip(a, b, strict=True)))
 
 
-def row_of(what: str, unit: str, found: list) -> str:
+def difference_row(what: str, unit: str, found: list) -> str:
     """Root mean square and greatest of all differences that are known, as a row of a table."""
     known = [(size, step) for step, size in enumerate(found) if math.isfinite(size)]
     if not known:
@@ -59,10 +59,10 @@ def table(record: Path, answers: Path) -> str:
     pairs = list(zip(before, after, strict=True))
     turns = [angle_between(a[ATTITUDE], b[ATTITUDE]) / DEGREE for a, b in pairs]
     text = f"| difference over {len(pairs)} steps | root mean square | greatest |\n|---|---|---|\n"
-    text += row_of("estimated attitude", "deg", turns)
+    text += difference_row("estimated attitude", "deg", turns)
     for what, (first, last, unit, size) in VECTORS.items():
         found = [distance(a[first:last], b[first:last]) / size for a, b in pairs]
-        text += row_of(what, unit, found)
+        text += difference_row(what, unit, found)
     alone = sum(math.isnan(a[6]) != math.isnan(b[6]) for a, b in pairs)
     return text + f"| steps with an attitude in one of them alone | {alone} | |\n"
 

@@ -21,7 +21,7 @@ STYLE = ("style", "information")
 BUILDS: tuple = ([], ["-DADCS_PORTABLE"])
 
 
-def found() -> list:
+def run_cppcheck() -> list:
     """What cppcheck finds in both builds: file and line, severity, id."""
     command = ["cppcheck", "--quiet", "--template={file}:{line}\t{severity}\t{id}", *FLAGS, "-I."]
     lines: set = set()
@@ -33,7 +33,7 @@ def found() -> list:
     return [tuple(line.split("\t")) for line in sorted(lines)]
 
 
-def listed() -> set:
+def list_deviations() -> set:
     """Rules in the list of deviations."""
     text = (HOME / "MISRA.md").read_text(encoding="utf-8")
     return set(re.findall(r"^\| (\d+\.\d+) \|", text, flags=re.M))
@@ -46,11 +46,11 @@ def main() -> int:
         return SKIPPED
     rules: Counter = Counter()
     bad = []
-    for place, severity, name in found():
+    for place, severity, name in run_cppcheck():
         rule = re.match(r"misra-c2012-(\d+\.\d+)$", name)
         if rule:
             rules[rule[1]] += 1
-        if (rule and rule[1] not in listed()) or (not rule and severity not in STYLE):
+        if (rule and rule[1] not in list_deviations()) or (not rule and severity not in STYLE):
             bad.append(f"{place}: {name}")
     for rule, count in sorted(rules.items(), key=lambda item: [*map(int, item[0].split("."))]):
         print(f"rule {rule}: {count} places")

@@ -109,14 +109,14 @@ def sizes() -> tuple:
     return code, constants, writable
 
 
-def shown(graph: Graph, chain: tuple) -> str:
+def show(graph: Graph, chain: tuple) -> str:
     """Functions of a chain of calls with the bytes of their frames."""
     names = [name.rpartition(":")[2] for name in chain]
     pairs = zip(names, chain, strict=True)
     return " > ".join(f"{name} {graph.frames[own]}" for name, own in pairs)
 
 
-def rows_of(graph: Graph, function: str, what: str, measured: tuple) -> dict:
+def step_rows(graph: Graph, function: str, what: str, measured: tuple) -> dict:
     """Stack and instructions of a step, or of an ephemeris."""
     mean, most, stack = measured
     bound, chain = graph.deepest(function)
@@ -124,7 +124,7 @@ def rows_of(graph: Graph, function: str, what: str, measured: tuple) -> dict:
         sys.exit(f"stack: {stack} bytes were used, more than the bound of {bound}")
     calls = "the replayed steps" if function == "adcs_step" else "the replayed ephemerides"
     return {
-        f"worst-case stack of {what}": f"{bound} bytes, by the call graph: {shown(graph, chain)}",
+        f"worst-case stack of {what}": f"{bound} bytes, by the call graph: {show(graph, chain)}",
         f"stack of {calls}": f"{stack} bytes at most, by painting",
         f"instructions of {what}": f"{mean} on average, {most} at most, counted by QEMU's clock",
     }
@@ -139,7 +139,7 @@ def report(said: str, measured: list) -> str:
         "constants": f"{constants} bytes", "writable variables of the library": f"{writable} bytes",
     }  # fmt: skip
     for (function, what), each in zip(PARTS, measured, strict=False):
-        rows.update(rows_of(graph, function, what, each))
+        rows.update(step_rows(graph, function, what, each))
     version = run(["arm-none-eabi-gcc", "-dumpfullversion"])
     head = f"{TARGET}, GCC {version}, `-O2`\n\n| what | measured |\n|---|---|\n"
     return head + "".join(f"| {what} | {text} |\n" for what, text in rows.items())

@@ -45,14 +45,14 @@ class Graph:
         if name in above:
             sys.exit(f"stack: {name} calls itself")
         if name not in self._deepest:
-            if name not in self.frames and not self._merged(name):
+            if name not in self.frames and not self._merge(name):
                 self._of_library(name)
             below = [self.deepest(each, (*above, name)) for each in self.calls.get(name, ())]
             size, chain = max(below, default=(0, ()))
             self._deepest[name] = size + self.frames[name], (name, *chain)
         return self._deepest[name]
 
-    def _merged(self, name: str) -> bool:
+    def _merge(self, name: str) -> bool:
         """Whether GCC made one of this function and another that has the same instructions."""
         code = self._code.get(_short(name))
         same = {each for each, other in self._code.items() if other is code}
@@ -72,7 +72,7 @@ class Graph:
         for line in self._code[name]:
             if _UNBOUND.search(line):
                 sys.exit(f"stack: {name} has no bound: {line}")
-            size += _pushed(line)
+            size += _push(line)
             called |= {each[1] for each in [_CALL.search(line)] if each} - inner
         self.frames[name], self.calls[name] = size, called
 
@@ -82,7 +82,7 @@ def _short(name: str) -> str:
     return name.rpartition(":")[2]
 
 
-def _pushed(line: str) -> int:
+def _push(line: str) -> int:
     lists, of = _LISTS.search(line), _BYTES.search(line)
     if lists:
         return (8 if lists[1].startswith("d") else 4) * _count(lists[1])

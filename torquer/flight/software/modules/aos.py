@@ -80,7 +80,7 @@ class Aos(Module):
 
     def start(self, core) -> None:
         """Number the modes as telemetry does."""
-        self._numbers = numbers_of_modes(core.dictionary, "aos_mode", self.settings.modes)
+        self._numbers = number_modes(core.dictionary, "aos_mode", self.settings.modes)
 
     def step(self, core) -> None:
         """Put the state vector into its queue; report to the ground when it is lost."""
@@ -114,7 +114,7 @@ class Aos(Module):
         return {"mode": self.mode, "sunlit": self.sunlit, "works": self.works}
 
 
-def numbers_of_modes(dictionary, label: str, modes: dict[str, str]) -> dict[str, int]:
+def number_modes(dictionary, label: str, modes: dict[str, str]) -> dict[str, int]:
     """Number of the telemetry's mode by the state of a region; unknown labels are left out."""
     labels = list(dictionary.labels.get(label, ()))
     return {state: labels.index(mode) for state, mode in modes.items() if mode in labels}

@@ -114,12 +114,12 @@ class Com(Module):
             return Reason.STATE
         if command.time_s == 0:
             return Reason.DONE
-        code = self._fault_of_time(command, now_s)
+        code = self._check_time(command, now_s)
         if not code and command.time_s > now_s and len(self.delayed) >= self.settings.delayed:
             return Reason.QUEUE_FULL
         return code
 
-    def _fault_of_time(self, command: Telecommand, now_s: int) -> Reason:
+    def _check_time(self, command: Telecommand, now_s: int) -> Reason:
         """Why an execution time cannot be kept; DONE if it can."""
         ahead = command.time_s - now_s
         if ahead < -self.settings.oldest_command_s:
@@ -133,7 +133,7 @@ class Com(Module):
         """
         waiting, self.delayed, now_s = self.delayed, [], core.clock.now_s
         for command in waiting:
-            if code := self._fault_of_time(command, now_s):
+            if code := self._check_time(command, now_s):
                 self._reject(core, command, code)
             elif command.time_s > now_s or core.cdh.is_full(_module(core, command)):
                 self.delayed.append(command)

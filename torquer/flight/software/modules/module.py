@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.services import Services
-from torquer.flight.software.settings import saved, settings_file
+from torquer.flight.software.settings import save, settings_file
 
 
 class NoSettings(Spec):
@@ -54,5 +54,5 @@ class Module:
         except ValidationError:
             return Reason.VALUE
         self.settings = changed
-        written = core.memory.write(settings_file(self.name), saved(changed))
+        written = core.memory.write(settings_file(self.name), save(changed))
         return Reason.DONE if written else Reason.FAILED

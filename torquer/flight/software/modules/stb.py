@@ -9,7 +9,7 @@ from pydantic import Field
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.modules.aos import numbers_of_modes
+from torquer.flight.software.modules.aos import number_modes
 from torquer.flight.software.modules.module import Module
 
 
@@ -52,7 +52,7 @@ class Stb(Module):
 
     def start(self, core) -> None:
         """Number the modes as telemetry does."""
-        self._numbers = numbers_of_modes(core.dictionary, "stb_mode", self.settings.modes)
+        self._numbers = number_modes(core.dictionary, "stb_mode", self.settings.modes)
         labels = core.dictionary.labels.get("actuators", ())
         self._actuators = {label.lower(): number for number, label in enumerate(labels)}
 

@@ -86,7 +86,7 @@ class SvrSettings(Spec):
         return self
 
 
-def class_of(value: float, low: float, high: float) -> int:
+def classify_value(value: float, low: float, high: float) -> int:
     """Class of an element of the state vector. After SDOT, Table 3.2."""
     if not math.isfinite(value):
         return NONE
@@ -278,8 +278,8 @@ class Svr(Module):
             self.rate_class = self.angle_class = NONE
             return
         rate = state.rate_rad_s * DEG
-        self.rate_class = class_of(rate, settings.rate_min_deg_s, settings.rate_max_deg_s)
-        self.angle_class = class_of(state.q_size, settings.q_min, settings.q_max)
+        self.rate_class = classify_value(rate, settings.rate_min_deg_s, settings.rate_max_deg_s)
+        self.angle_class = classify_value(state.q_size, settings.q_min, settings.q_max)
 
     def _raise_flags(self, core) -> None:
         """Raise and lower the flags of devices, but for those that the ground has set."""

@@ -32,7 +32,7 @@ def beacon(core) -> tuple:
     )
 
 
-def extended(core) -> tuple:
+def extended_values(core) -> tuple:
     """Values of the packet `extended`; also of `stored`."""
     inputs, aos, stb, svr = core.inputs, core.status("aos"), core.status("stb"), core.status("svr")
     dipole, torque = core.commanded

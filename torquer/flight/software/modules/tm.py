@@ -13,7 +13,7 @@ from torquer.base.spec import Spec
 from torquer.flight.packets.codec import decoder, encoder
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
-from torquer.flight.software.modules.telemetry import beacon, extended
+from torquer.flight.software.modules.telemetry import beacon, extended_values
 
 #: At the beginning of a file of the record its number since the first one, in the order of time
 #: whatever the clock does; before the data of each packet in it the on-board time [s].
@@ -84,7 +84,7 @@ class Tm(Module):
         sends = due["extended"] <= now_ms and settings.extended_s
         stores = due["store"] <= now_ms and settings.store_s
         if sends or stores:
-            values = extended(core)
+            values = extended_values(core)
             if sends:
                 due["extended"] = _next(due["extended"], settings.extended_s, now_ms)
                 core.send("extended", values)
@@ -112,7 +112,7 @@ class Tm(Module):
         if self.replayed is not None or self.waiting:
             return Reason.STATE
         within = any(first <= to_s and last >= from_s for first, last in self.spans.values())
-        begun = [r for r in self._split(core, self.begun) if from_s <= _time_of(r) <= to_s]
+        begun = [r for r in self._split(core, self.begun) if from_s <= _record_time(r) <= to_s]
         if not within and not begun:
             return Reason.NOT_AVAILABLE
         self.replayed, self.skipped = (min(self.spans, default=0), from_s, to_s, every), 0
@@ -182,14 +182,14 @@ class Tm(Module):
             records = self._split(core, self.begun) if ends else self._records(core, number)
             self.replayed = None if ends else (number + 1, from_s, to_s, every)
             for record in records:
-                if from_s <= _time_of(record) <= to_s:
+                if from_s <= _record_time(record) <= to_s:
                     if self.skipped % every == 0:
                         self.waiting.append(record)
                     self.skipped += 1
         packet = core.dictionary.down["stored"]
         for record in self.waiting[:_AT_ONCE]:
             values = decoder(packet)(record, _TIME.size)
-            core.put_frame(core.frame("stored", values, time_s=_time_of(record)))
+            core.put_frame(core.frame("stored", values, time_s=_record_time(record)))
         del self.waiting[:_AT_ONCE]
 
     def _dump(self, core) -> None:
@@ -206,13 +206,13 @@ class Tm(Module):
         self.dumped = (number, name, offset, end) if more else None
 
 
-def _time_of(record: bytes) -> int:
+def _record_time(record: bytes) -> int:
     return _TIME.unpack_from(record)[0]
 
 
 def _span(records: list[bytes]) -> tuple[int, int]:
     """Least and greatest time of records [s]."""
-    times = [_time_of(record) for record in records]
+    times = [_record_time(record) for record in records]
     return min(times), max(times)
 
 

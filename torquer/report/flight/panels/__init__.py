@@ -2,7 +2,7 @@
 
 from torquer.report.flight.panels.attitude import angle, attitude_error
 from torquer.report.flight.panels.coils import dipole_whole, dipoles
-from torquer.report.flight.panels.logs import logged, logs
+from torquer.report.flight.panels.logs import logged_names, logs
 from torquer.report.flight.panels.magnetic_field import field
 from torquer.report.flight.panels.modes import with_modes
 from torquer.report.flight.panels.motion import (
@@ -30,7 +30,7 @@ def pictures(view: View) -> tuple[Picture, ...]:
         (dipoles, view.has_coils),
         (torques, bool(view.budget.disturbance)),
         (pointing, True),
-        (logs, bool(logged(view))),
+        (logs, bool(logged_names(view))),
     )
     return tuple(with_modes(view, make(view)) for make, made in makers if made)
 

@@ -9,7 +9,7 @@ from torquer.report.flight.panels.panel import (
     Picture,
     limit_levels,
     log_panel,
-    part_of,
+    make_part,
     with_room,
     xyz,
 )
@@ -18,7 +18,7 @@ from torquer.report.flight.view import View
 
 def attitude_error(view: View) -> Picture:
     """Attitude error of the law, with the rate relative to its reference frame."""
-    error = _error_of(view)
+    error = _view_error(view)
     frame = "orbital" if error.orbital else "inertial"
     caption = (
         f"The reference attitude is fixed in the {frame} frame. The true error is shown, not the "
@@ -41,7 +41,7 @@ def attitude_error(view: View) -> Picture:
 
 def angle(view: View) -> Panel:
     """Angle of the attitude error on a logarithmic axis."""
-    series = (("angle", _error_of(view).angle_deg, GREY, 1.3),)
+    series = (("angle", _view_error(view).angle_deg, GREY, 1.3),)
     marks = view.marks()
     title = "Attitude error angle"
     levels = limit_levels(view, "attitude error")
@@ -61,15 +61,15 @@ def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:
     """Components during acquisition and in steady state, each to its own scale."""
     acquired = view.acquired_s
     if acquired is None:
-        return (part_of(view, title, unit, xyz, vectors, (0.0, view.end_s)),)
+        return (make_part(view, title, unit, xyz, vectors, (0.0, view.end_s)),)
     first, then = (0.0, acquired), (acquired, view.end_s)
     return (
-        part_of(view, f"{title}: acquisition", unit, xyz, vectors, first),
-        part_of(view, f"{title}: steady state", unit, xyz, vectors, then),
+        make_part(view, f"{title}: acquisition", unit, xyz, vectors, first),
+        make_part(view, f"{title}: steady state", unit, xyz, vectors, then),
     )
 
 
-def _error_of(view: View) -> AttitudeError:
+def _view_error(view: View) -> AttitudeError:
     """Attitude error of a view that has one: only then are these pictures made."""
     assert view.attitude_error is not None
     return view.attitude_error

@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.analysis.coils import coil_reach
 from torquer.analysis.control_cycle import acting_rows
-from torquer.report.common.scales import prefixed
+from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
     MEASUREMENT,
     Level,
@@ -21,7 +21,7 @@ from torquer.spacecraft.actuators.coils import Coils
 
 def _reach_levels(view: View) -> tuple[Level, ...]:
     """Limits along each axis, one mark for all axes that share it."""
-    reach = np.round(coil_reach(_coils_of(view)), 9)
+    reach = np.round(coil_reach(_view_coils(view)), 9)
     levels = []
     for value in dict.fromkeys(reach.tolist()):
         axes = "".join(name for name, r in zip("xyz", reach, strict=True) if r == value)
@@ -36,15 +36,15 @@ def dipole_whole(view: View) -> Panel:
     title = "Dipole during actuation" if control.measure_s > 0.0 else "Dipole of the coils"
     if acting.size == 0:
         acting, title = np.arange(len(view.t_s)), "Dipole at the recorded instants"
-    m, reach = view.values("dipole_body")[acting], coil_reach(_coils_of(view))
+    m, reach = view.values("dipole_body")[acting], coil_reach(_view_coils(view))
     keys = {"levels": _reach_levels(view), "y_range": (-1.15 * reach.max(), 1.15 * reach.max())}
     factor, unit = 1.0, "A m²"
     if 0.0 < np.abs(m).max() < 0.25 * reach.min():
         # distant limits would flatten the lines
-        (factor, unit), keys = prefixed(m, unit), {}
+        (factor, unit), keys = choose_prefix(m, unit), {}
         title += f", far below the limit of {reach.min():.3g} A m²"
     lines = xyz(view.t_s[acting], factor * m, width=0.8)
-    if control.measure_s == 0.0 and _coils_of(view).lag_s == 0.0:
+    if control.measure_s == 0.0 and _view_coils(view).lag_s == 0.0:
         lines = tuple(
             line if line.series.stretch_s else replace(line, style="steps") for line in lines
         )
@@ -85,9 +85,9 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
     control = view.scenario.control
     rows = (view.t_s >= began - 1e-6) & (view.t_s <= ended + 1e-6)
     m = view.values("dipole_body")[rows]
-    factor, unit = prefixed(m, "A m²")
-    style = "steps" if _coils_of(view).lag_s == 0.0 else "line"
-    near = np.abs(m).max() > 0.5 * coil_reach(_coils_of(view)).min()
+    factor, unit = choose_prefix(m, "A m²")
+    style = "steps" if _view_coils(view).lag_s == 0.0 else "line"
+    near = np.abs(m).max() > 0.5 * coil_reach(_view_coils(view)).min()
     reach = _reach_levels(view) if near else ()
     levels = tuple(Level(factor * level.y, level.label) for level in reach)
     starts = np.arange(began, ended - 1e-6, control.cycle_s)
@@ -104,7 +104,7 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
     )
 
 
-def _coils_of(view: View) -> Coils:
+def _view_coils(view: View) -> Coils:
     """Coils of a view that has them: only then are these pictures made."""
     coils = view.scenario.spacecraft.coils
     assert coils is not None

@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
-from torquer.report.common.scales import prefixed
-from torquer.report.flight.panels.panel import Panel, Picture, line_of, whole, xyz
+from torquer.report.common.scales import choose_prefix
+from torquer.report.flight.panels.panel import Panel, Picture, make_line, whole, xyz
 from torquer.report.flight.view import View
 
 _COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 
 
-def logged(view: View) -> list[str]:
+def logged_names(view: View) -> list[str]:
     """Names of logged variables: key of the law or estimator, a dot, name of the quantity."""
     names = map(str, view.result.data_vars)
     return [name for name in names if name.partition(".")[0] in view.laws and "." in name]
@@ -28,7 +28,7 @@ class Quantity(NamedTuple):
 
 def logs(view: View) -> Picture:
     """A panel for each logged quantity that changes, of several states one for each."""
-    found = [each for name in logged(view) for each in _quantities(view, name)]
+    found = [each for name in logged_names(view) for each in _quantities(view, name)]
     shown = [each for each in found if not _is_constant(each)]
     still: dict[str, list[str]] = {}
     for each in found:
@@ -59,7 +59,9 @@ def _constant_in_words(quantity: Quantity) -> str:
 def _quantities(view: View, name: str) -> list[Quantity]:
     """What a logged variable gives to show, angles in degrees."""
     variable, values, of = view.result[name], view.values(name), name
-    labels = [view.result[dim].values.tolist() for dim in variable.dims[1:] if _named(view, dim)]
+    labels = [
+        view.result[dim].values.tolist() for dim in variable.dims[1:] if _has_names(view, dim)
+    ]
     if len(labels) == 2 and labels[0] == labels[1]:
         values, of = np.sqrt(np.einsum("kii->ki", values)), f"{name}, standard deviation"
     elif len(labels) != 1 or values.ndim != 2:
@@ -79,7 +81,7 @@ def _in_degrees(title: str, values: np.ndarray, unit: str) -> Quantity:
     return Quantity(title, values, unit)
 
 
-def _named(view: View, dim) -> bool:
+def _has_names(view: View, dim) -> bool:
     """Whether the places along a dimension have names, and units of their own."""
     return f"{dim}_units" in view.result.coords
 
@@ -100,16 +102,16 @@ def _panel(view: View, quantity: Quantity) -> Panel:
     title, values, unit = quantity
     # of powers and quotients a prefix would be ambiguous; millidegrees are unusual
     if unit.replace(" ", "").isalpha() and unit != "deg":
-        factor, unit = prefixed(values, unit)
+        factor, unit = choose_prefix(values, unit)
         values = factor * values
     if (columns := values.shape[1]) == 3:
         lines = xyz(view.t_s, values)
     elif columns == 1:
-        lines = (line_of(title.partition(".")[2], view.t_s, values[:, 0], GREY, 1.2),)
+        lines = (make_line(title.partition(".")[2], view.t_s, values[:, 0], GREY, 1.2),)
     else:
         colours = [_COLOURS[k % len(_COLOURS)] for k in range(columns)]
         lines = tuple(
-            line_of(str(k), view.t_s, values[:, k], each) for k, each in enumerate(colours)
+            make_line(str(k), view.t_s, values[:, k], each) for k, each in enumerate(colours)
         )
     owner = title.partition(".")[0]
     return whole(view, title=title, y_label=f"[{unit}]", lines=lines, fold=owner)

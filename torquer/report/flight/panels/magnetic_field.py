@@ -6,11 +6,11 @@ import numpy as np
 
 from torquer.analysis.control_cycle import fresh_rows
 from torquer.report.common.colours import GREY
-from torquer.report.common.scales import prefixed
+from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
     Panel,
     Picture,
-    line_of,
+    make_line,
     whole,
     xyz,
 )
@@ -20,7 +20,7 @@ from torquer.report.flight.view import View
 def field(view: View) -> Picture:
     """Field in body axes, the first rotations in detail, and the magnetometer error."""
     b = 1e6 * view.values("b_body")
-    size = line_of("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
+    size = make_line("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
     panel = whole(
         view,
         title="Field in body axes",
@@ -60,7 +60,9 @@ def _reading_errors(view: View) -> tuple[Panel, ...]:
     errors = view.values("b_measured")[rows] - truth
     if rows.size == 0 or np.abs(errors).max() <= 1e-6 * np.abs(truth).max():
         return ()
-    factor, unit = prefixed(1e9 * errors, "nT") if np.abs(errors).max() < 1e-6 else (1e-3, "µT")
+    factor, unit = (
+        choose_prefix(1e9 * errors, "nT") if np.abs(errors).max() < 1e-6 else (1e-3, "µT")
+    )
     shown = 1e9 * factor * errors
     spread = ", ".join(f"{s:.3g}" for s in shown.std(axis=0))
     title = f"Magnetometer error: reading minus truth (standard deviation {spread} {unit})"

@@ -7,17 +7,17 @@ from torquer.analysis.attitude import (
     body_axes_from_vertical_deg,
     orbit_normals,
 )
-from torquer.analysis.goals import angle_of_axis_deg, goals_of
+from torquer.analysis.goals import angle_from_axis_deg, find_goals
 from torquer.analysis.series import angle_deg
 from torquer.report.common.colours import BLUE, GREY, ORANGE, PINK
-from torquer.report.common.scales import prefixed
+from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
     Level,
     Panel,
     Picture,
     limit_levels,
-    line_of,
     log_panel,
+    make_line,
     quiet_panels,
     whole,
     xyz,
@@ -54,7 +54,7 @@ def rate(view: View) -> Picture:
 def momentum_size(view: View) -> Panel:
     """Angular momentum on a logarithmic axis."""
     size = np.linalg.norm(view.values("momentum_inertial"), axis=1)
-    factor, unit = prefixed(size, "N m s")
+    factor, unit = choose_prefix(size, "N m s")
     series = [("|L|", factor * size, GREY, 1.4)]
     if view.wheels is not None:
         held = np.linalg.norm(view.wheels.total_body, axis=1)
@@ -70,7 +70,7 @@ def momentum(view: View) -> Picture:
     """Angular momentum of body and wheels: modulus and components in J."""
     vectors = view.values("momentum_inertial")
     size = np.linalg.norm(vectors, axis=1)
-    factor, unit = prefixed(vectors, "N m s")
+    factor, unit = choose_prefix(vectors, "N m s")
     title = "Angular momentum in inertial axes"
     parts = whole(view, title=title, y_label=f"[{unit}]", lines=xyz(view.t_s, factor * vectors))
     late = quiet_panels(view, f"{title}, after the fast motion has decayed", vectors, "N m s", size)
@@ -119,10 +119,10 @@ def body_axes_from_sun(view: View) -> Panel:
     """Angles of the body axes from the Sun, in view or not; and of a goal's axis, if another."""
     lines = [*xyz(view.t_s, body_axes_from_sun_deg(view.result), width=0.7)]
     axes = np.eye(3)
-    for goal in goals_of(view.scenario):
+    for goal in find_goals(view.scenario):
         if goal.signal == "angle to the Sun" and not np.any(axes @ goal.axis > 1.0 - 1e-9):
-            angle = angle_of_axis_deg(view.result, goal.axis)
-            lines.append(line_of("axis of the mission", view.t_s, angle, GREY, 1.4))
+            angle = angle_from_axis_deg(view.result, goal.axis)
+            lines.append(make_line("axis of the mission", view.t_s, angle, GREY, 1.4))
     return whole(
         view,
         title="Angles of the body axes from the Sun",
@@ -159,8 +159,8 @@ def _angles(view: View) -> tuple[Panel, ...]:
     to_field = angle_deg(view.values("omega_body"), view.values("b_body"))
     to_normal = angle_deg(view.values("momentum_inertial"), orbit_normals(view.result))
     lines = (
-        line_of("ω to B", view.t_s, to_field, ORANGE, 0.9),
-        line_of("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2),
+        make_line("ω to B", view.t_s, to_field, ORANGE, 0.9),
+        make_line("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2),
     )
     if not np.isfinite([to_field, to_normal]).any():
         return ()

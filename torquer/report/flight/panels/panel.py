@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from torquer.analysis.goals import NAMED, goals_of
+from torquer.analysis.goals import NAMED, find_goals
 from torquer.analysis.series import quiet_from, usual_size
 from torquer.report.common.colours import AXES
-from torquer.report.common.downsample import Downsampled, downsampled, thinned
-from torquer.report.common.scales import log_floor, prefixed
+from torquer.report.common.downsample import Downsampled, downsample, thin
+from torquer.report.common.scales import choose_prefix, log_floor
 from torquer.report.flight.view import Mark, View
 
 ECLIPSE, MEASUREMENT = "eclipse", "measurement, coils off"
@@ -91,23 +91,23 @@ def about_ranges(picture: Picture) -> str:
     return f"Lines: averages over {stretch:.3g} s of slow motion; shading: minimum to maximum."
 
 
-def line_of(label, t, y, colour, width=1.0, style="line") -> Line:
+def make_line(label, t, y, colour, width=1.0, style="line") -> Line:
     """A line of a series, downsampled as its style allows."""
     if style == "steps":
         return Line(label, Downsampled(t, y), colour, width, style)
-    shorten = thinned if style == "dots" else downsampled
+    shorten = thin if style == "dots" else downsample
     return Line(label, shorten(t, y), colour, width, style)
 
 
 def mean_line(label, t, y, colour, width) -> Line:
     """The average everywhere: on a logarithmic axis a factor of three is small."""
-    return Line(label, downsampled(t, y, swing=np.inf), colour, width)
+    return Line(label, downsample(t, y, swing=np.inf), colour, width)
 
 
 def xyz(t, vectors, style="line", width=0.9) -> tuple[Line, ...]:
     """Lines of the components of vectors [n, 3]."""
     return tuple(
-        line_of(name, t, vectors[:, i], colour, width, style)
+        make_line(name, t, vectors[:, i], colour, width, style)
         for i, (name, colour) in enumerate(AXES)
     )
 
@@ -121,7 +121,7 @@ def limit_levels(view: View, signal: str) -> tuple[Level, ...]:
     """Limits of a signal; the usual one of the rate is an orbital rate, which has its mark."""
     return tuple(
         Level(goal.below, "limit")
-        for goal in goals_of(view.scenario)
+        for goal in find_goals(view.scenario)
         if goal.signal == signal and (goal.why == NAMED or signal != "rate")
     )
 
@@ -136,7 +136,7 @@ def log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:
     least = min([log_floor(values, decades) or 0.0, *marks])
     top = max([np.nanmax(values, initial=0.0), *marks])
     if top < 3.0 * least or least == 0.0:
-        lines = tuple(line_of(label, view.t_s, y, c, w) for label, y, c, w in series)
+        lines = tuple(make_line(label, view.t_s, y, c, w) for label, y, c, w in series)
         y_range = (-0.04 * top, 1.2 * top) if top > 0.0 else (-0.05, 1.0)
         return whole(view, lines=lines, levels=levels, y_range=y_range, **keys)
     lines = tuple(
@@ -146,7 +146,7 @@ def log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:
     return whole(view, lines=lines, levels=levels, log=True, y_range=y_range, **keys)
 
 
-def part_of(view: View, title, unit, lines_of, values, window, levels=()) -> Panel:
+def make_part(view: View, title, unit, lines_of, values, window, levels=()) -> Panel:
     """A part of the run, or the whole: `values` [n, k] as `lines_of`(t, values) draws them.
 
     A few outliers are cut off: they would flatten the rest.
@@ -175,13 +175,13 @@ def with_room(panel: Panel) -> Panel:
     if not any(mark.label for mark in panel.marks):
         return panel
     rows = 0.11 * min(len(panel.marks), 3) + 0.03
-    low, high = panel.y_range or _range_of(panel.lines)
+    low, high = panel.y_range or _find_range(panel.lines)
     if panel.log:
         return replace(panel, y_range=(low, high * (high / low) ** rows))
     return replace(panel, y_range=(low, high + rows * (high - low)))
 
 
-def _range_of(lines) -> tuple[float, float]:
+def _find_range(lines) -> tuple[float, float]:
     """Range of the lines with a small margin."""
     kept = (part for line in lines for part in (line.series.y, line.series.low, line.series.high))
     values = np.concatenate([part for part in kept if part is not None])
@@ -196,7 +196,7 @@ def quiet_panels(view: View, title, vectors, unit, size, prefix=True) -> tuple[P
     if since is None:
         return ()
     rows = view.t_s >= since
-    factor, unit = prefixed(vectors[rows], unit) if prefix else (1.0, unit)
+    factor, unit = choose_prefix(vectors[rows], unit) if prefix else (1.0, unit)
     bands = tuple((max(a, since), b) for a, b in view.eclipses if b > since)
     lines = xyz(view.t_s[rows], factor * vectors[rows])
     return (Panel(title, f"[{unit}]", lines, window=(since, view.end_s), bands=bands),)

@@ -7,14 +7,14 @@ import numpy as np
 from torquer.analysis.series import usual_size
 from torquer.analysis.wheel_use import FlownWheels
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
-from torquer.report.common.scales import prefixed
+from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
     Level,
     Line,
     Panel,
     Picture,
-    line_of,
-    part_of,
+    make_line,
+    make_part,
     whole,
     with_room,
     xyz,
@@ -43,15 +43,15 @@ def wheels(view: View) -> Picture:
 def speeds_or_shares(view: View) -> Panel:
     """Speeds of a few wheels, or the shares of many: for a small panel."""
     marks = view.marks(labelled=False)
-    return speeds(view, marks) if _wheels_of(view).count <= 5 else shares(view)
+    return speeds(view, marks) if _view_wheels(view).count <= 5 else shares(view)
 
 
-def _of_each(t_s, values) -> tuple[Line, ...]:
+def _wheel_lines(t_s, values) -> tuple[Line, ...]:
     """A line for every wheel; many wheels are named by number alone."""
     count = values.shape[1]
     name = "wheel {}" if count <= 5 else "{}"
     return tuple(
-        line_of(name.format(k), t_s, values[:, k], _COLOURS[k % 6], 1.0, _STYLES[k // 6])
+        make_line(name.format(k), t_s, values[:, k], _COLOURS[k % 6], 1.0, _STYLES[k // 6])
         for k in range(count)
     )
 
@@ -68,14 +68,14 @@ def _between(values, limits) -> dict:
 
 def speeds(view: View, marks=()) -> Panel:
     """Speeds of the wheels."""
-    flown = _wheels_of(view)
+    flown = _view_wheels(view)
     limit = flown.spec.speed_limit_rpm
     place = _between(flown.speed_rpm, np.array([limit]))
     panel = whole(
         view,
         title="Speed of each wheel" + ("" if "y_range" in place else f" (limit {limit:g} rpm)"),
         y_label="speed [rpm]",
-        lines=_of_each(view.t_s, flown.speed_rpm),
+        lines=_wheel_lines(view.t_s, flown.speed_rpm),
         marks=marks,
         **place,
     )
@@ -84,11 +84,11 @@ def speeds(view: View, marks=()) -> Panel:
 
 def shares(view: View) -> Panel:
     """Peak share of the momentum limits, and the minimax share of the same total."""
-    flown = _wheels_of(view)
+    flown = _view_wheels(view)
     greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.minimax_share
-    lines = [line_of("most loaded wheel", view.t_s, greatest, RED, 1.2)]
+    lines = [make_line("most loaded wheel", view.t_s, greatest, RED, 1.2)]
     if np.isfinite(needed).any():
-        lines.append(line_of("minimax share", view.t_s, needed, GREY, 1.2))
+        lines.append(make_line("minimax share", view.t_s, needed, GREY, 1.2))
     near = greatest.max() > 100.0 * _NEAR
     return whole(
         view,
@@ -103,7 +103,7 @@ def shares(view: View) -> Panel:
 
 def _torques(view: View) -> tuple[Panel, ...]:
     """Motor torques: the whole run, and acquisition and steady state where they differ."""
-    torque, acquired = _wheels_of(view).torque, view.acquired_s
+    torque, acquired = _view_wheels(view).torque, view.acquired_s
     first = _torque_panel(view, "Motor torque", torque)
     if acquired is None:
         return (first,)
@@ -112,15 +112,15 @@ def _torques(view: View) -> tuple[Panel, ...]:
 
 
 def _torque_panel(view: View, title: str, torque) -> Panel:
-    factor, unit = prefixed(torque, "N m")
-    limits = factor * _wheels_of(view).limits("torque_limit_n_m")
+    factor, unit = choose_prefix(torque, "N m")
+    limits = factor * _view_wheels(view).limits("torque_limit_n_m")
     place = _between(factor * torque, limits)
     shown = " / ".join(f"{limit:.4g}" for limit in np.unique(limits))
     return whole(
         view,
         title=title + ("" if "y_range" in place else f" (limit {shown} {unit})"),
         y_label=f"[{unit}]",
-        lines=_of_each(view.t_s, factor * torque),
+        lines=_wheel_lines(view.t_s, factor * torque),
         marks=view.marks(labelled=False),
         **place,
     )
@@ -128,25 +128,27 @@ def _torque_panel(view: View, title: str, torque) -> Panel:
 
 def _torque_part(view: View, title: str, window) -> Panel:
     rows = (view.t_s >= window[0]) & (view.t_s <= window[1])
-    factor, unit = prefixed(usual_size(_wheels_of(view).torque[rows]), "N m")
-    return part_of(view, title, unit, _of_each, factor * _wheels_of(view).torque, window, (_ZERO,))
+    factor, unit = choose_prefix(usual_size(_view_wheels(view).torque[rows]), "N m")
+    return make_part(
+        view, title, unit, _wheel_lines, factor * _view_wheels(view).torque, window, (_ZERO,)
+    )
 
 
 def total_momentum_panel(view: View) -> Panel:
     """Total wheel momentum in body axes, which unloading removes."""
-    held = _wheels_of(view).total_body
-    factor, unit = prefixed(usual_size(held), "N m s")
+    held = _view_wheels(view).total_body
+    factor, unit = choose_prefix(usual_size(held), "N m s")
     title = "Total wheel momentum in body axes"
-    panel = part_of(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
+    panel = make_part(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
     return with_room(replace(panel, y_label=f"h [{unit}]", marks=view.marks()))
 
 
 def _with_size(t_s, vectors) -> tuple[Line, ...]:
-    size = line_of("|h|", t_s, np.linalg.norm(vectors, axis=1), GREY, 1.4)
+    size = make_line("|h|", t_s, np.linalg.norm(vectors, axis=1), GREY, 1.4)
     return (*xyz(t_s, vectors), size)
 
 
-def _wheels_of(view: View) -> FlownWheels:
+def _view_wheels(view: View) -> FlownWheels:
     """Wheels of a view that has them: only then are these pictures made."""
     assert view.wheels is not None
     return view.wheels

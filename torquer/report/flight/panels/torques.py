@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.analysis.budget import NAMES
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
-from torquer.report.common.scales import prefixed
+from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.budget_rows import reach_in_words
 from torquer.report.flight.panels.panel import Panel, Picture, log_panel, whole, xyz
 from torquer.report.flight.view import View
@@ -23,7 +23,7 @@ _PANELS = {
 def torques(view: View) -> Picture:
     """Sizes of the disturbance torques, and the sum of all in body axes."""
     total = view.budget.total
-    factor, unit = prefixed(total, "N m")
+    factor, unit = choose_prefix(total, "N m")
     lines = xyz(view.t_s, factor * total)
     parts = whole(view, title="Sum of all in body axes", y_label=f"[{unit}]", lines=lines)
     caption = "Along the recorded motion, by the kernels of the simulation. "
@@ -42,7 +42,7 @@ def _sizes(view: View, title: str, names: list[str]) -> Panel | None:
         return None
     budget = view.budget
     sizes = {name: np.linalg.norm(budget.disturbance[name], axis=1) for name in names}
-    factor, unit = prefixed(np.concatenate([*sizes.values()]), "N m")
+    factor, unit = choose_prefix(np.concatenate([*sizes.values()]), "N m")
     series = [(NAMES[name], factor * size, COLOURS[name], 1.0) for name, size in sizes.items()]
     if budget.available is not None:
         series.append(("coils, at most", factor * budget.available, GREY, 1.2))

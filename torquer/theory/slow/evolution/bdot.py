@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.vec3 import dot, sym_vec
-from torquer.theory.slow.evolution.model import Evolution, Slow, of_the_rate
+from torquer.theory.slow.evolution.model import Evolution, Slow, rate_reach
 from torquer.theory.validity import RHO, THETA, Limit, within
 
 
@@ -89,7 +89,7 @@ _SPHERE = Limit("ratio", 1.0 - 1e-9, 1.0 + 1e-9, "the solution is that of a sphe
 _EVEN = Limit("3p", 1.0 - 1e-9, 1.0 + 1e-9, "the solution is that of an inclination of 45.577 deg")
 
 
-def _turned(turn, angle):
+def _turn(turn, angle):
     """Angle whose tangent has grown by exp(turn), however large."""
     across, along = np.exp(np.minimum(turn, 0.0)), np.exp(-np.maximum(turn, 0.0))
     return np.arctan2(across * np.sin(angle), along * np.cos(angle))
@@ -101,7 +101,7 @@ def sphere(u, case, rho0):
     within(RHO, rho0)
     p, s = case.moments[0], case.eps * np.asarray(u)
     along, across = np.exp(-2.0 * p * s) * np.cos(rho0), np.exp((p - 1.0) * s) * np.sin(rho0)
-    return np.hypot(along, across), _turned((3.0 * p - 1.0) * s, rho0)
+    return np.hypot(along, across), _turn((3.0 * p - 1.0) * s, rho0)
 
 
 def even_field(u, case, theta0):
@@ -110,7 +110,7 @@ def even_field(u, case, theta0):
     within(THETA, theta0)
     s = 2.0 / 3.0 * case.eps * np.asarray(u)
     along, across = np.exp(-s) * np.cos(theta0), np.exp(-case.ratio * s) * np.sin(theta0)
-    return np.hypot(along, across), _turned((1.0 - case.ratio) * s, theta0)
+    return np.hypot(along, across), _turn((1.0 - case.ratio) * s, theta0)
 
 
 BDOT = Evolution(
@@ -118,8 +118,8 @@ BDOT = Evolution(
     bdot_averaged_field,
     small_parameter,
     {"length": length_integral, "nutation": nutation_integral},
-    reach=of_the_rate,
+    reach=rate_reach,
 )
 BDOT_ANY_FIELD = Evolution(
-    "bdot_any_field", bdot_any_field, small_parameter, any_field=True, reach=of_the_rate
+    "bdot_any_field", bdot_any_field, small_parameter, any_field=True, reach=rate_reach
 )

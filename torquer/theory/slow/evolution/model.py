@@ -61,12 +61,12 @@ def always(case: Case) -> bool:
     return True
 
 
-def of_a_dipole(length, case: Case) -> float:
+def dipole_reach(length, case: Case) -> float:
     """`reach` of a law whose dipole does not depend on the momentum."""
     return 1.0 / length
 
 
-def of_the_rate(length, case: Case) -> float:
+def rate_reach(length, case: Case) -> float:
     """`reach` of a law that damps the rate: its torque is proportional to the momentum."""
     return max(1.0, case.ratio)
 
@@ -100,7 +100,7 @@ class Evolution:
     cone_target: bool = False
     to_sun: bool = False
     pure_spin: bool = False
-    reach: Callable[[float, Case], float] = of_a_dipole
+    reach: Callable[[float, Case], float] = dipole_reach
 
     def case(self, gain: float, spinner: Spinner, target=None) -> Case:
         """Constants for a law's gain on a satellite; ValueError if the field does not fit.
@@ -163,5 +163,5 @@ class Evolution:
 @functools.cache
 def compile_rates(rates: Callable):
     """Averaged equations compiled against `SIGNATURE`; plain without the compiler."""
-    name = plugin.plain_of(rates).__name__
+    name = plugin.plain_function(rates).__name__
     return plugin.first_class(rates, SIGNATURE, f"rates {name}: must compile as (slow, case)")

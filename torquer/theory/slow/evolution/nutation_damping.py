@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.theory.slow.evolution.model import Evolution, Slow, of_the_rate
+from torquer.theory.slow.evolution.model import Evolution, Slow, rate_reach
 from torquer.theory.validity import THETA, within
 
 
@@ -61,5 +61,5 @@ NUTATION_DAMPING = Evolution(
     nutation_damping_rates,
     small_parameter,
     {"spin": spin_integral, "path": path_integral},
-    reach=of_the_rate,
+    reach=rate_reach,
 )

@@ -16,7 +16,7 @@ import numpy as np
 
 from torquer.compile.engine import kernel
 from torquer.maths.geometry.vec3 import dot, sym_vec
-from torquer.theory.slow.evolution.model import Evolution, Slow, of_the_rate
+from torquer.theory.slow.evolution.model import Evolution, Slow, rate_reach
 from torquer.theory.validity import Limit, within
 
 
@@ -149,5 +149,5 @@ SDOT = Evolution(
     small_parameter,
     {"plane": plane_integral, "length": length_integral, "nutation": nutation_integral},
     to_sun=True,
-    reach=of_the_rate,
+    reach=rate_reach,
 )
