@@ -389,7 +389,8 @@ def commands_page() -> str:
         text = app.generate_docs().partition("**Commands**")
     text = text[1] + text[2]
     text = re.sub(r"(`-[^`]*?), --no-[^`,]+`", r"\1`", text)  # the command line has no --no-X
-    sections = re.split(r"^(?=##+ torquer )", text, flags=re.M)
+    first, *others = re.split(r"^(?=##+ torquer )", text, flags=re.M)
+    sections = [first, *sorted(others, key=lambda section: section.split("\n")[0].strip("# "))]
     return "\n".join(head) + "\n".join(map(_with_examples, sections))
 
 
