@@ -9,6 +9,7 @@ from torquer.flight.c99.ephemeris import OnBoardEphemeris, translated_ephemeris
 from torquer.flight.c99.precision import computing_in, double_text, is_single
 from torquer.flight.c99.print_c import INCLUDES, program_text, types_text
 from torquer.flight.c99.tables import constant_text
+from torquer.flight.c99.texts import fill_template
 
 #: What each element is.
 MEANINGS = {
@@ -38,64 +39,6 @@ _HOW = {
     "sgp4": "at the position and velocity that SGP4 gives",
 }
 
-_HEADER = """\
-/* The ephemeris on board of $name, exported by torquer $version.
-
-   The model field, the direction to the Sun and its light
-   $how.
-   Inertial axes are $axes. All is computed in double precision. */
-#ifndef ADCS_EPHEMERIS_H
-#define ADCS_EPHEMERIS_H
-
-#include "adcs.h"
-
-/* Numbers that the ground may send up; all that changes. */
-typedef struct {
-$members} adcs_elements;
-
-/* Elements as at the start of the scenario. */
-void adcs_first_elements(adcs_elements *elements);
-
-/* Set r_inertial_m to sunlit_fraction of the inputs for their t_s$place.
-   False, with NaN in position, velocity, field and Sun, where there is no place$nowhere. */
-bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs);
-
-#endif
-"""
-
-_SOURCE = """\
-/* Kernels of the ephemeris on board of $name, exported by torquer $version. */
-#include "adcs_ephemeris.h"
-$portable#ifdef ADCS_PORTABLE
-#include "adcs_math.h"
-#endif
-
-$includes
-$types
-$constants
-$program
-void adcs_first_elements(adcs_elements *elements)
-{
-    static const adcs_elements first = {
-$first    };
-    *elements = first;
-}
-
-bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs)
-{
-$given    const eph_Ephemeris found = $kernel($arguments);
-    for (int32_t k = 0; k < 3; k++) {
-        inputs->r_inertial_m[k] = found.r_inertial_m.v[k];
-        inputs->v_inertial_m_s[k] = found.v_inertial_m_s.v[k];
-        inputs->b_inertial_t[k] = found.b_inertial_t.v[k];
-        inputs->b_rate_inertial_t_s[k] = found.b_rate_inertial_t_s.v[k];
-        inputs->sun_inertial[k] = found.sun_inertial.v[k];
-    }
-    inputs->sunlit_fraction = found.sunlit_fraction;
-    return isfinite(found.b_inertial_t.v[0]) && isfinite(found.sunlit_fraction);
-}
-"""
-
 _GIVEN = """\
     const eph_vec3 r = {{inputs->r_inertial_m[0], inputs->r_inertial_m[1],
         inputs->r_inertial_m[2]}};
@@ -109,25 +52,6 @@ _PORTABLE = """\
 #endif
 """
 
-_README = """\
-## Ephemeris on board
-
-    #include "adcs_ephemeris.h"
-    static adcs_elements elements;
-    adcs_first_elements(&elements);             /* or those that the ground has sent up */
-    is_known = adcs_ephemeris(&elements, &inputs);  /* before adcs_step */
-
-sets the inputs from `r_inertial_m` to `sunlit_fraction` for their `t_s`: field and Sun
-$how. What the ground may send up is in
-`elements`, which may be replaced at any time:
-
-| field of `adcs_elements` | at the start | what |
-|---|---|---|
-$rows
-$model
-`test/replay.c` compares all of it over a day, every two minutes.
-
-"""
 _TLE = """\
 Angles and eccentricity stand in line 2 of two-line elements, in the columns
 $columns;
@@ -156,8 +80,8 @@ def ephemeris_files(ephemeris: OnBoardEphemeris, name: str) -> dict[str, str]:
         "place": "; position and velocity are read" if kind == "given" else "",
     }  # fmt: skip
     return {
-        "adcs_ephemeris.h": Template(_HEADER).substitute(header),
-        "adcs_ephemeris.c": Template(_SOURCE).substitute(general | _source_text(ephemeris)),
+        "adcs_ephemeris.h": fill_template("adcs_ephemeris.h", header),
+        "adcs_ephemeris.c": fill_template("adcs_ephemeris.c", general | _source_text(ephemeris)),
     }
 
 
@@ -195,7 +119,7 @@ def ephemeris_readme(ephemeris: OnBoardEphemeris) -> str:
     places = {"how": _HOW[ephemeris.kind], "rows": rows, "model": _model(ephemeris)}
     has_two_bodies = _values(ephemeris).get("j2") == 0.0
     more = _TLE if ephemeris.kind == "sgp4" else _TWO_BODIES if has_two_bodies else ""
-    return Template(_README + more).substitute(places, columns=columns)
+    return fill_template("ephemeris.md", places) + Template(more).substitute(columns=columns)
 
 
 def _model(ephemeris: OnBoardEphemeris) -> str:

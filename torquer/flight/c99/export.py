@@ -2,12 +2,10 @@
 
 import struct
 from pathlib import Path
-from string import Template
 
 from torquer.base.spec import check_spec
 from torquer.base.version import VERSION
 from torquer.computer.computer import parameter_places
-from torquer.flight.c99 import texts
 from torquer.flight.c99.computer import Export, OnBoard, find_computer, translate_step
 from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, instants
 from torquer.flight.c99.ephemeris_texts import ephemeris_files
@@ -21,6 +19,7 @@ from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text
+from torquer.flight.c99.texts import PRECISION, SINGLE_TEST, fill_template, read_template
 from torquer.flight.c99.types import REAL
 from torquer.scenario.spec import Scenario
 
@@ -107,16 +106,17 @@ def make_texts(
     places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
     inputs = {"enums": enums(computer), "inputs": input_members()}
     return {
-        "adcs.h": _fill(texts.HEADER, general | inputs | _precision_text()),
-        "adcs_types.h": _fill(texts.TYPES, general | places),
-        "adcs.c": _fill(texts.SOURCE, general | _source_text(computer, made) | _precision_text()),
-        "adcs_tables.c": _fill(texts.TABLES, general | _tables_text(computer, made)),
+        "adcs.h": fill_template("adcs.h", general | inputs | _precision_text()),
+        "adcs_types.h": fill_template("adcs_types.h", general | places),
+        "adcs.c": fill_template(
+            "adcs.c", general | _source_text(computer, made) | _precision_text()
+        ),
+        "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
         "README.md": readme_text(computer, name, steps, ephemeris),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
         "test/replay.c": _replay(ephemeris is not None),
-        "Makefile": texts.MAKEFILE,
-        "MISRA.md": (_HARNESS / "MISRA.md").read_text(),
+        **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
         **_portable(),
         **(ephemeris_files(ephemeris, name) if ephemeris else {}),
         **{f"test/{each}": (_HARNESS / each).read_text() for each in _OF_HARNESS},
@@ -140,13 +140,9 @@ def _portable_texts(program: Program) -> dict[str, str]:
     prototypes = "".join(f"{signature(program, each)};\n" for each in public)
     places = {"version": VERSION, "includes": INCLUDES, "program": program_text(program)}
     return {
-        "adcs_math.h": _fill(texts.MATH_HEADER, {"prototypes": prototypes}),
-        "adcs_math.c": _fill(texts.MATH, places),
+        "adcs_math.h": fill_template("adcs_math.h", {"prototypes": prototypes}),
+        "adcs_math.c": fill_template("adcs_math.c", places),
     }
-
-
-def _fill(text: str, places: dict[str, str]) -> str:
-    return Template(text).substitute(places)
 
 
 def _precision_text() -> dict[str, str]:
@@ -155,7 +151,7 @@ def _precision_text() -> dict[str, str]:
     if not is_single():
         return dict.fromkeys(names, "")
     test = " && is_single_exact()"
-    parts = (texts.PRECISION, texts.SINGLE_TEST, test, "(double)", "(float)")
+    parts = (PRECISION, SINGLE_TEST, test, "(double)", "(float)")
     return dict(zip(names, parts, strict=True))
 
 
@@ -183,7 +179,7 @@ def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
 def _cmake(has_ephemeris: bool) -> str:
     """The file of CMake; in single precision a replay has no recorded bits to compare with."""
     recorded, library = "test/recorded.bin)", "add_library(adcs adcs.c"
-    text = texts.CMAKE.replace(
+    text = read_template("CMakeLists.txt").replace(
         recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
     )
     return text.replace(library, f"{library} {_EPHEMERIS[0]}" if has_ephemeris else library)

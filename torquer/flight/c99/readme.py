@@ -1,7 +1,5 @@
 """The README of an export: what differs between double and single precision, inputs, constants."""
 
-from string import Template
-
 from torquer.base.version import VERSION
 from torquer.flight.c99.computer import OnBoard
 from torquer.flight.c99.ephemeris import OnBoardEphemeris
@@ -9,75 +7,7 @@ from torquer.flight.c99.ephemeris_texts import ephemeris_readme
 from torquer.flight.c99.interface import INPUTS, named_constants
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.tables import count_state_words
-
-_README = """\
-# On-board computer of $name
-
-Exported by torquer $version as C99: estimators, modes and laws of one control step, $bits
-## Use
-
-    #include "adcs.h"
-    static adcs_state state;          /* $state_bytes bytes */
-    adcs_init(&state);
-    adcs_step(&state, &inputs, &command);   /* every control step */
-
-Call `adcs_self_test()` once at start-up. All that changes is in `state`, which may be copied and
-restored at any time. The step neither allocates nor calls itself; every loop ends.
-
-## Inputs
-
-| field of `adcs_inputs` | numbers | what |
-|---|---|---|
-$inputs
-
-Fields marked *not read* may be left zero in this export.
-
-$ephemeris## Numbers with names
-
-| constant | what |
-|---|---|
-$constants
-
-## Build and test
-
-    cmake -B build && cmake --build build && ctest --test-dir build
-
-`test/recorded.bin` holds $steps control steps of a simulated flight, `test/replay.c` replays them
-$compared
-Compile with `-ffp-contract=off`, as CMakeLists.txt does. `torquer run SCENARIO --computer FOLDER`
-flies this library in the simulation, in place of the kernels from which it was translated; `torquer
-campaign` does so, too.
-
-## Replay on an emulated processor
-
-    make pil
-
-builds the replay for an ARM $processor, runs it in QEMU, and compares all bits
-with those of the same build on this machine. It needs `gcc-arm-none-eabi`,
-`libnewlib-arm-none-eabi` and `qemu-system-arm`; without them it says what is missing and ends with
-exit code 77. What it measured goes into this file: the worst-case stack is the deepest chain of
-calls, with the frames that GCC states and those of the C library by its instructions; nothing is
-called by address and nothing calls itself, or the run fails. An interrupt adds its own stack (104
-bytes of registers and its handler). Instructions are those of the replayed steps, not a bound.
-
-<!-- targets -->
-No target was tried yet.
-<!-- end of targets -->
-
-## MISRA C:2012
-
-    make misra
-
-compares what cppcheck's add-on finds with the deviations listed in `MISRA.md`, each with its
-reason.
-
-## What is not in it
-
-Drivers, scheduling, time, $missing,
-limits of the coils and the torques of single wheels. A law that divides by zero or leaves its
-tables does not stop the program as it stops a simulation: check commands before use. Nobody has
-certified this code.
-"""
+from torquer.flight.c99.texts import fill_template
 
 #: What the README says of the bits of an export in double and in single precision.
 _BITS = """\
@@ -132,7 +62,7 @@ def readme_text(
         "ephemeris": ephemeris_readme(ephemeris) if ephemeris else "",
         "missing": _MISSING.get(kind, "determination of the orbit, whose elements are sent up"),
     }  # fmt: skip
-    return Template(_README).substitute(places)
+    return fill_template("README.md", places)
 
 
 def _places(computer: OnBoard, steps: int) -> dict[str, str]:

@@ -1,0 +1,22 @@
+/* The ephemeris on board of $name, exported by torquer $version.
+
+   The model field, the direction to the Sun and its light
+   $how.
+   Inertial axes are $axes. All is computed in double precision. */
+#ifndef ADCS_EPHEMERIS_H
+#define ADCS_EPHEMERIS_H
+
+#include "adcs.h"
+
+/* Numbers that the ground may send up; all that changes. */
+typedef struct {
+$members} adcs_elements;
+
+/* Elements as at the start of the scenario. */
+void adcs_first_elements(adcs_elements *elements);
+
+/* Set r_inertial_m to sunlit_fraction of the inputs for their t_s$place.
+   False, with NaN in position, velocity, field and Sun, where there is no place$nowhere. */
+bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs);
+
+#endif

@@ -1,0 +1,10 @@
+/* Types of the kernels; those of memory are places in the state. */
+#ifndef ADCS_TYPES_H
+#define ADCS_TYPES_H
+
+$includes
+$types
+/* Constants of the computer. */
+const $computer *adcs_constants(void);
+
+#endif

@@ -1,0 +1,77 @@
+/* The computer of $name as the simulation calls it: torquer run SCENARIO --computer FOLDER
+
+   The simulation keeps the state in arrays of its own. They are copied into the state, one control
+   step is taken through the interface of adcs.h, and the state is copied back. An array of no
+   length has one row in the struct, which stays zero. */
+#include "adcs.h"
+
+#include <string.h>
+
+#define PARTS 12
+#define READINGS $readings
+#define EPHEMERIS $ephemeris
+
+#define PARAMETERS 1u
+
+/* Numbers of each array, and words of 64 bits that it has in the struct. */
+static const size_t lengths[PARTS] = {$lengths};
+static const size_t words[PARTS] = {$words};
+
+void adcs_first(double *numbers);
+void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
+    double *states, double *transitions, double *conditions, double *clock,
+    double *sensors, double *checks, double *flags, double *chosen,
+    double *answer);
+
+/* An array of the simulation into its place in the state. */
+static void put(double *place, const double *part, size_t k)
+{
+${put_floats}    if (lengths[k] > 0) {
+        memcpy(place, part, lengths[k] * sizeof(double));
+    } else {
+        memset(place, 0, words[k] * sizeof(double));
+    }
+}
+
+/* An array of the simulation from its place in the state. */
+static void get(double *part, const double *place, size_t k)
+{
+${get_floats}    memcpy(part, place, lengths[k] * sizeof(double));
+}
+
+/* Parameters, then memory, at the start, into zeros. */
+void adcs_first(double *numbers)
+{
+    const size_t memory = (lengths[PARAMETERS] > 0) ? lengths[PARAMETERS] : 1u;
+    adcs_state state;
+    adcs_init(&state);
+    get(numbers, (const double *)(const void *)state.parameters, PARAMETERS);
+    memcpy(numbers + memory, state.memory, sizeof state.memory);
+}
+
+void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
+    double *states, double *transitions, double *conditions, double *clock,
+    double *sensors, double *checks, double *flags, double *chosen,
+    double *answer)
+{
+    double *const parts[PARTS] = {known, parameters, memory, regions, states, transitions, conditions, clock, sensors, checks, flags, chosen};
+    adcs_state state;
+    adcs_inputs inputs;
+    adcs_command command;
+    double *numbers = (double *)(void *)&state;
+    double *given = (double *)(void *)&inputs;
+    for (size_t k = 0; k < PARTS; k++) {
+        put(numbers, parts[k], k);
+        numbers += words[k];
+    }
+    memcpy(given, known, READINGS * sizeof(double));
+    memcpy(given + READINGS, known + EPHEMERIS, sizeof inputs - READINGS * sizeof(double));
+    adcs_step(&state, &inputs, &command);
+    numbers = (double *)(void *)&state;
+    for (size_t k = 0; k < PARTS; k++) {
+        get(parts[k], numbers, k);
+        numbers += words[k];
+    }
+    memcpy(answer, command.dipole_a_m2, sizeof command.dipole_a_m2);
+    memcpy(answer + 3, command.torque_n_m, sizeof command.torque_n_m);
+}
