@@ -12,11 +12,11 @@ from flight.c99.in_c import needs_compiler
 
 import torquer
 
-PACKAGE = Path(torquer.__file__).parent
+PACKAGE, PLACE = Path(torquer.__file__).parent, Path("flight/c99")
 TESTS = Path(__file__).parents[2]
-NOTICING = ("export/test_by_hand.py", "export/test_generated.py", "export/test_refused.py")
+NOTICING = ("test_by_hand.py", "test_generated.py", "test_refused.py")
 #: Tests of single precision that notice a mistake about times.
-OF_TIMES = "export/test_precision.py"
+OF_TIMES = "test_precision.py"
 
 
 class Mistake(NamedTuple):
@@ -43,12 +43,11 @@ MISTAKES = {
     ),
     "brackets on the right": Mistake("arithmetic.py", "b.within(rank + 1)}", "b.within(rank)}"),
     "constants of an operation exchanged": Mistake(
-        "arithmetic.py", "known[type(op)](a.known, b.known)", "known[type(op)](b.known, a.known)"
+        "arithmetic.py", "known(a.known, b.known)\n    except", "known(b.known, a.known)\n    except"
     ),
-    "and for or": Mistake("arithmetic.py", '"&&" if is_and else "||"', '"||" if is_and else "&&"'),
+    "and for or": Mistake("arithmetic.py", '"&&", AND, AND', '"||", AND, AND'),
     "a comparison decided too early": Mistake(
-        "arithmetic.py", "if low is not None and low >= limit:",
-        "if low is not None and low >= limit - 1:",
+        "arithmetic.py", "or low < limit <= high:", "or low < limit - 1 <= high:"
     ),
     "a power by a constant": Mistake(
         "arithmetic.py", "if a.is_known or b.is_known or a.settled", "if a.settled"
@@ -73,9 +72,7 @@ MISTAKES = {
         "statements.py", 'sign, by = ("<", "+=") if step > 0', 'sign, by = ("<=", "+=") if step > 0'
     ),
     "bounds of a counter": Mistake(
-        "statements.py", "return a0, None if b1 is None else b1 - 1", 
-        "return a0, None if b1 is None else b1 - 2",
-    
+        "statements.py", "high.bounds[1] - 1", "high.bounds[1] - 2"
     ),
     "indices from the end": Mistake("helpers.py", "index + n : index", "-index - 1 : index"),
     "sign of a remainder": Mistake(
@@ -112,13 +109,14 @@ MISTAKES = {
 def with_mistake(mistake: Mistake | None, folder: Path) -> Path:
     """The package in a folder, its translator copied, the rest by links."""
     package = folder / "torquer"
-    package.mkdir()
-    for each in PACKAGE.iterdir():
-        if each.name not in ("export", "__pycache__"):
-            (package / each.name).symlink_to(each)
-    shutil.copytree(PACKAGE / "export", package / "export")
+    for inner in (".", "flight"):
+        (package / inner).mkdir()
+        for each in (PACKAGE / inner).iterdir():
+            if each.name not in ("flight", "c99", "__pycache__"):
+                (package / inner / each.name).symlink_to(each)
+    shutil.copytree(PACKAGE / PLACE, package / PLACE)
     if mistake is not None:
-        file = package / "export" / mistake.file
+        file = package / PLACE / mistake.file
         text = file.read_text()
         assert text.count(mistake.right) == 1, f"{mistake.right}: in {mistake.file} once"
         file.write_text(text.replace(mistake.right, mistake.wrong))
@@ -133,7 +131,7 @@ def tried(mistake: Mistake | None, folder: Path) -> subprocess.CompletedProcess:
     command += ["-k", "not processor and not in_the_loop"]
     command += ["-c", str(TESTS.parent / "pyproject.toml"), "-o", f"pythonpath={' '.join(places)}"]
     return subprocess.run(
-        [*command, *(str(TESTS / each) for each in noticing)], capture_output=True, text=True,
+        [*command, *(str(Path(__file__).with_name(each)) for each in noticing)], capture_output=True, text=True,
         cwd=folder, env={**os.environ, "PYTHONPATH": os.pathsep.join(places)},
     )  # fmt: skip
 
@@ -158,4 +156,4 @@ def test_a_mistake_of_the_translator_is_noticed(name, tmp_path):
 @pytest.mark.parametrize("name", MISTAKES)
 def test_mistakes_are_made_where_the_text_is(name):
     mistake = MISTAKES[name]
-    assert (PACKAGE / "export" / mistake.file).read_text().count(mistake.right) == 1
+    assert (PACKAGE / PLACE / mistake.file).read_text().count(mistake.right) == 1

@@ -10,7 +10,7 @@ import numpy as np
 
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.refusal import Impossible
-from torquer.flight.c99.types import BOOL, INT, REAL, TIME, Number
+from torquer.flight.c99.types import BOOL, INT, REAL, TIME, UNBOUNDED, Bounds, Number
 from torquer.flight.c99.values import (
     AND,
     ATOM,
@@ -18,6 +18,7 @@ from torquer.flight.c99.values import (
     BIT_OR,
     BIT_XOR,
     EQUAL,
+    OR,
     ORDER,
     PRODUCT,
     SIGN,
@@ -46,6 +47,8 @@ _HELPED: dict[type, tuple[str, str, Callable]] = {
     ast.FloorDiv: ("floor_div", "floor_div_int", operator.floordiv),
     ast.Mod: ("floor_mod", "floor_mod_int", operator.mod),
 }
+_KNOWN: dict[type, tuple] = {**_PLAIN, **_BITS, **_HELPED, ast.Pow: (operator.pow,)}
+_NO_SHIFT = "write a product or // by a power of two"
 _COMPARE: dict[type, tuple[str, int, Callable]] = {
     ast.Lt: ("<", ORDER, operator.lt),
     ast.LtE: ("<=", ORDER, operator.le),
@@ -103,18 +106,16 @@ def binary(op: ast.operator, a: Value, b: Value, helpers: set[str]) -> Value:
     if kind in _HELPED:
         return _help_out(kind, a, b, helpers)
     if kind not in _PLAIN:
-        raise Impossible("write a product or // by a power of two")
+        raise Impossible(_NO_SHIFT)
     return _plain(kind, a, b)
 
 
 def _fold(op: ast.operator, a: Value, b: Value) -> Value:
-    known = {k: f for k, (*_, f) in {**_PLAIN, **_BITS, **_HELPED}.items()} | {
-        ast.Pow: operator.pow
-    }
-    if type(op) not in known:
-        raise Impossible("write a product or // by a power of two")
+    *_, known = _KNOWN.get(type(op), (None,))
+    if known is None:
+        raise Impossible(_NO_SHIFT)
     try:
-        found = known[type(op)](a.known, b.known)
+        found = known(a.known, b.known)
     except (ArithmeticError, TypeError) as error:
         raise Impossible(f"write what is defined ({error})") from None
     if isinstance(op, ast.Pow) and not isinstance(found, int):
@@ -130,7 +131,7 @@ def _plain(kind: type, a: Value, b: Value) -> Value:
     if not whole:
         a, b = in_one_type(a, b)
     text = f"{a.within(rank)} {sign} {b.within(rank + 1)}"
-    bounds = _bounds(kind, a, b) if whole else (None, None)
+    bounds = _bounds(kind, a, b) if whole else UNBOUNDED
     found = Value(text, a.type, rank, reads=a.reads or b.reads, bounds=bounds)
     return found if whole or is_time else as_real(found)
 
@@ -148,21 +149,17 @@ def in_one_type(a: Value, b: Value) -> tuple[Value, Value]:
     return as_real(a), as_real(b)
 
 
-def _bounds(kind: type, a: Value, b: Value) -> tuple[int | None, int | None]:
+def _bounds(kind: type, a: Value, b: Value) -> Bounds:
     """Least and greatest sum or difference; of products nothing is said."""
     (a0, a1), (b0, b1) = a.bounds, b.bounds
-    if kind is ast.Sub:
-        b0, b1 = None if b1 is None else -b1, None if b0 is None else -b0
-    elif kind is not ast.Add:
-        return None, None
-    low = None if a0 is None or b0 is None else a0 + b0
-    return low, None if a1 is None or b1 is None else a1 + b1
+    if kind is ast.Add:
+        return a0 + b0, a1 + b1
+    return (a0 - b1, a1 - b0) if kind is ast.Sub else UNBOUNDED
 
 
-def either(a: tuple, b: tuple) -> tuple[int | None, int | None]:
+def either(a: Bounds, b: Bounds) -> Bounds:
     """Bounds of a number that is one of two."""
-    low = None if a[0] is None or b[0] is None else min(a[0], b[0])
-    return low, None if a[1] is None or b[1] is None else max(a[1], b[1])
+    return min(a[0], b[0]), max(a[1], b[1])
 
 
 def _bits(kind: type, a: Value, b: Value) -> Value:
@@ -258,9 +255,8 @@ def negative(value: Value) -> Value:
     if value.is_known:
         return constant(-value.known)
     low, high = value.bounds
-    bounds = (None if high is None else -high, None if low is None else -low)
     text = f"-{value.within(ATOM)}"
-    return Value(text, value.type, SIGN, reads=value.reads, bounds=bounds)
+    return Value(text, value.type, SIGN, reads=value.reads, bounds=(-high, -low))
 
 
 def inverse(value: Value) -> Value:
@@ -309,19 +305,15 @@ def compare(op: ast.cmpop, a: Value, b: Value) -> Value:
 def _decide(op: ast.cmpop, a: Value, limit: int) -> bool | None:
     """What a comparison with a number says by the bounds of the other side alone."""
     low, high = a.bounds
-    if isinstance(op, ast.Lt | ast.GtE):
-        if low is not None and low >= limit:
-            return isinstance(op, ast.GtE)
-        if high is not None and high < limit:
-            return isinstance(op, ast.Lt)
-    return None
+    if not isinstance(op, ast.Lt | ast.GtE) or low < limit <= high:
+        return None
+    return isinstance(op, ast.GtE) == (low >= limit)
 
 
 def both(a: Value, b: Value, is_and: bool) -> Value:
     """Both truths, or one of them; the second is looked at only where it matters."""
     if a.is_known:
         return b if a.known == is_and else a
-    sign = "&&" if is_and else "||"
-    rank = AND if is_and else EQUAL
-    text = f"{a.within(rank)} {sign} {b.within(rank)}"
-    return Value(text, BOOL, AND if is_and else AND - 1, reads=a.reads or b.reads)
+    sign, inner, rank = ("&&", AND, AND) if is_and else ("||", EQUAL, OR)
+    text = f"{a.within(inner)} {sign} {b.within(inner)}"
+    return Value(text, BOOL, rank, reads=a.reads or b.reads)

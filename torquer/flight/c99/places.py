@@ -1,6 +1,7 @@
 """Parts of tuples, fields of records, cells of arrays: `a.b` and `a[b]`."""
 
 import ast
+import math
 from dataclasses import replace
 from enum import EnumType
 from types import ModuleType
@@ -144,8 +145,8 @@ def _index(s: Scope, node: ast.AST, index: Value, count: int | None) -> str:
         if not -count <= index.known < count:
             raise s.refuse(node, f"use an index from 0 to {count - 1}")
         return str(index.known % count)
-    if low is not None and low >= 0:
-        if count is not None and high is not None and low >= count:
+    if low >= 0:
+        if count is not None and count <= low <= high < math.inf:
             raise s.refuse(node, f"use an index from 0 to {count - 1}")
         return index.text
     if count is None:
@@ -169,8 +170,7 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
         return make_tuple(s, node, [select_part(held, place) for place in chosen])
     if not isinstance(kind, Array) or len(kind.shape) != 1:
         raise s.refuse(node, "cut a tuple at constants, or an array of one dimension")
-    least = low.bounds[0]
-    if least is None or least < 0 or (high and (high.bounds[0] is None or high.bounds[0] < 0)):
+    if low.bounds[0] < 0 or (high and high.bounds[0] < 0):
         raise s.refuse(node, "cut at places that are not negative")
     known = high is not None and high.is_known and low.is_known and kind.shape[0] is not None
     length = len(range(kind.shape[0])[low.known : high.known]) if known else None  # type: ignore

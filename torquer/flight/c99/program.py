@@ -15,6 +15,7 @@ from torquer.flight.c99.types import (
     INT,
     NOTHING,
     PLACES,
+    UNBOUNDED,
     Array,
     Record,
     Static,
@@ -100,7 +101,7 @@ class Program(Translation):
             by_address = isinstance(kind, Record) or (isinstance(kind, Tuple) and kind.is_large)
             form = Form.ADDRESS if by_address else Form.VARIABLE
             roots = s.known_roots(name, frozenset([name] if isinstance(kind, PLACES) else []))
-            bounds = (None, None) if name in stored else known.get(name, (None, None))
+            bounds = UNBOUNDED if name in stored else known.get(name, UNBOUNDED)
             s.variables[name] = Variable(s.c_name(name), kind, form, roots, bounds)
             if isinstance(kind, Array) and len(kind.shape) > 1:
                 s.mutable.add(name)
@@ -119,7 +120,7 @@ class Program(Translation):
             made = {n: self.function(each, types, s, node) for n, each in functions.items()}
             for each in made.values():  # what a switch hands on is not followed
                 own = self.bounds.setdefault(each.key, {})
-                own |= {name: (None, None) for name, kind in each.arguments if kind == INT}
+                own |= {name: UNBOUNDED for name, kind in each.arguments if kind == INT}
             kind = self._common_result(list(made.values()))
             if kind is None:
                 raise s.refuse(node, "let all of them return the same")

@@ -10,7 +10,17 @@ from torquer.flight.c99.refusal import Impossible, Refused, quote_source, refuse
 from torquer.flight.c99.source import Source
 from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.translation import Translation
-from torquer.flight.c99.types import NOTHING, PLACES, TIME, Static, Tuple, Type, in_words
+from torquer.flight.c99.types import (
+    NOTHING,
+    PLACES,
+    TIME,
+    UNBOUNDED,
+    Bounds,
+    Static,
+    Tuple,
+    Type,
+    in_words,
+)
 from torquer.flight.c99.values import Form, Value, as_real, as_time
 from torquer.flight.c99.words import avoid_headers, is_reserved
 
@@ -23,7 +33,7 @@ class Variable:
     type: Type
     form: Form = Form.VARIABLE
     roots: frozenset[str] = frozenset()
-    bounds: tuple[int | None, int | None] = (None, None)
+    bounds: Bounds = UNBOUNDED
     static: object = None
     settled: bool = False
 
@@ -146,7 +156,7 @@ class Scope:
         value = self._in_type_of(name, variable, value)
         if variable.type != value.type:
             raise self.refuse(node, self._one_type(name, variable.type, value.type))
-        variable.bounds = (None, None)
+        variable.bounds = UNBOUNDED
         variable.settled |= value.is_settled
         if isinstance(value.type, PLACES):
             if value.text == variable.name:

@@ -17,7 +17,7 @@ from torquer.flight.c99.lines import Line
 from torquer.flight.c99.places import fill, fill_all
 from torquer.flight.c99.scope import Scope
 from torquer.flight.c99.times import common_type, convert
-from torquer.flight.c99.types import INT, NOTHING, REAL, TIME, Array, Number, Static, Tuple
+from torquer.flight.c99.types import INT, NOTHING, REAL, TIME, Array, Bounds, Number, Static, Tuple
 from torquer.flight.c99.values import ATOM, SIGN, SUM, Value, constant, select_cell
 
 _INSTEAD = {
@@ -327,12 +327,11 @@ def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
     s.say("}")
 
 
-def _count_range(low: Value, high: Value, step: int) -> tuple[int | None, int | None]:
+def _count_range(low: Value, high: Value, step: int) -> Bounds:
     """Least and greatest number that a loop counts."""
-    (a0, a1), (b0, b1) = low.bounds, high.bounds
     if step > 0:
-        return a0, None if b1 is None else b1 - 1
-    return None if b0 is None else b0 + 1, a1
+        return low.bounds[0], high.bounds[1] - 1
+    return high.bounds[0] + 1, low.bounds[1]
 
 
 def _over_tuple(s: Scope, node: ast.For, value: Value) -> None:

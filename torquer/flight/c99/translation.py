@@ -18,6 +18,7 @@ from torquer.flight.c99.types import (
     REAL,
     TIME,
     Array,
+    Bounds,
     Number,
     Record,
     Rows,
@@ -30,8 +31,6 @@ from torquer.flight.c99.words import RESERVED, avoid_headers, is_reserved
 
 #: A name of a constant, as the house writes them.
 _CONSTANT_NAME = re.compile(r"_?[A-Z][A-Z0-9_]+")
-#: Bounds of whole numbers that arguments have.
-_Bounds = tuple[int | None, int | None]
 
 
 @dataclass
@@ -86,7 +85,7 @@ class Translation(ABC):
         self.types: dict[Type, str] = {}
         self.constants: dict[tuple, tuple[str, Value]] = {}
         self.helpers: set[str] = set()
-        self.bounds: dict[str, dict[str, _Bounds]] = {}
+        self.bounds: dict[str, dict[str, Bounds]] = {}
         self._known_bounds = earlier.bounds if earlier else {}
         self.times: set = set(earlier.times) if earlier else set()
         self.kinds: dict[tuple[str, str], Type] = dict(earlier.kinds) if earlier else {}

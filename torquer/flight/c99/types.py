@@ -6,6 +6,7 @@ values: a `NamedTuple` is a struct with its fields, a tuple of equal parts a str
 float64 arrays are places in memory, which a kernel may write.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -128,6 +129,9 @@ class Static:
 
 
 Type = Number | Tuple | Record | Array | Rows | Static
+#: Least and greatest value of a whole number; infinite where it is not known.
+Bounds = tuple[float, float]
+UNBOUNDED: Bounds = (-math.inf, math.inf)
 #: Types that are places in memory.
 PLACES = (Record, Array, Rows)
 

@@ -12,7 +12,9 @@ from torquer.flight.c99.types import (
     INT,
     REAL,
     TIME,
+    UNBOUNDED,
     Array,
+    Bounds,
     Number,
     Record,
     Rows,
@@ -44,7 +46,7 @@ class Value:
     """An expression. `rank`: how tightly it binds.
 
     `reads`: whether it reads memory that a call may change; `roots`: names of those arguments in
-    whose memory it is a place; `bounds`: least and greatest value of a whole number, None where
+    whose memory it is a place; `bounds`: least and greatest value of a whole number, infinite where
     unknown; `known`: its value if that is constant; `stored`: the place in memory that is read,
     where it holds a double and the value is a float; `settled`: whether it is a variable that is
     set to a constant somewhere of which a compiler makes another power, see `is_settled`.
@@ -56,7 +58,7 @@ class Value:
     form: Form = Form.VARIABLE
     reads: bool = False
     roots: frozenset[str] = frozenset()
-    bounds: tuple[int | None, int | None] = (None, None)
+    bounds: Bounds = UNBOUNDED
     known: Any = field(default=_UNKNOWN, compare=False)
     stored: str = ""
     settled: bool = False
@@ -114,7 +116,7 @@ def constant(value: float | int | bool) -> Value:
         raise Impossible("use whole numbers up to 2**53, or write a float")
     kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else REAL
     text = number_text(value)
-    bounds = (int(value), int(value)) if kind == INT else (None, None)
+    bounds = (int(value), int(value)) if kind == INT else UNBOUNDED
     return Value(text, kind, SIGN if text[0] in "-(" else ATOM, bounds=bounds, known=value)
 
 
@@ -181,7 +183,7 @@ def select_field(value: Value, name: str, times: set) -> Value:
     if isinstance(kind, Static):
         return constant(kind.value) if isinstance(kind.value, int) else static(kind.value)
     kind, reads = _constant_if(record.const, kind), not record.const or value.reads
-    bounds = dict(record.bounds).get(name, (None, None))
+    bounds = dict(record.bounds).get(name, UNBOUNDED)
     roots, own = value.roots, f"{record.name}.{name}"
     if is_single():
         roots = frozenset([each for each in roots if "." not in each] + [own])
