@@ -14,6 +14,7 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+from flight_requirements import requirements_page
 
 from torquer.cli.app import app
 from torquer.cli.examples import EXAMPLES
@@ -21,7 +22,6 @@ from torquer.design import stored_keys
 from torquer.design.file_keys import design_tables, file_tables, stored_tables
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.document import document
-from torquer.flight.software.requirements import requirements, verifications
 from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
@@ -279,34 +279,6 @@ def packets_page() -> str:
         "",
     ]
     return "\n".join(head) + "\n" + document(load_dictionary("chibis_m"))
-
-
-def requirements_page() -> str:
-    """Requirements of the flight software with the tests that verify them."""
-    lines = [
-        "# Requirements of the flight software",
-        "",
-        "Made by `docs/generate.py` from `torquer/flight/software/requirements.toml`",
-        "and the tests, which",
-        'name what they verify: `@pytest.mark.verifies("REQ-SVR-003")`.',
-    ]
-    tests: dict[str, list[str]] = {}
-    for number, file, test in verifications(ROOT / "tests"):
-        tests.setdefault(number, []).append(f"[`{test}`](../{file})")
-    group = ""
-    for each in requirements():
-        if each.group != group:
-            group = each.group
-            lines += [
-                "",
-                f"## {group}",
-                "",
-                "| number | requirement | verified by |",
-                "|---|---|---|",
-            ]
-        shown = "<br>".join(tests.get(each.number, ["nothing"]))
-        lines.append(f"| {each.number} | {each.text} | {shown} |")
-    return "\n".join([*lines, ""])
 
 
 def peers_page() -> str:

@@ -43,7 +43,7 @@ MISTAKES = {
     ),
     "brackets on the right": Mistake("arithmetic.py", "b.within(rank + 1)}", "b.within(rank)}"),
     "constants of an operation exchanged": Mistake(
-        "arithmetic.py", "known(a.known, b.known)\n    except", "known(b.known, a.known)\n    except"
+        "arithmetic.py", "found = known(a.known, b.known)", "found = known(b.known, a.known)"
     ),
     "and for or": Mistake("arithmetic.py", '"&&", AND, AND', '"||", AND, AND'),
     "a comparison decided too early": Mistake(
@@ -131,7 +131,8 @@ def tried(mistake: Mistake | None, folder: Path) -> subprocess.CompletedProcess:
     command += ["-k", "not processor and not in_the_loop"]
     command += ["-c", str(TESTS.parent / "pyproject.toml"), "-o", f"pythonpath={' '.join(places)}"]
     return subprocess.run(
-        [*command, *(str(Path(__file__).with_name(each)) for each in noticing)], capture_output=True, text=True,
+        [*command, *(str(Path(__file__).with_name(each)) for each in noticing)],
+        capture_output=True, text=True,
         cwd=folder, env={**os.environ, "PYTHONPATH": os.pathsep.join(places)},
     )  # fmt: skip
 

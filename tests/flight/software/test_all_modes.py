@@ -10,7 +10,7 @@ from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
 from torquer.flight.software.modules.module import Module
-from torquer.flight.software.settings import restore, settings_file
+from torquer.flight.software.services import settings_file
 from torquer.flight.software.software import load_software
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -92,7 +92,7 @@ def test_thresholds_that_the_table_rejects_are_not_kept(ground):
     core.computer.set_parameter = reject
     assert ground.command("set_thresholds", 0.5, 0.1, 0.2, 0.03)["code"] == Reason.VALUE
     assert svr.settings == before and core.parameter("modes.rate_max")[0] == pytest.approx(0.4)
-    assert restore(core.memory.read(settings_file("svr")), before) == before
+    assert before.model_validate_json(core.memory.read(settings_file("svr"))) == before
 
 
 class Silent(Module):

@@ -11,7 +11,7 @@ from torquer.flight.software import boot
 from torquer.flight.software.clock import to_ms
 from torquer.flight.software.core import Core
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.settings import settings_file
+from torquer.flight.software.services import settings_file
 from torquer.flight.software.software import load_software
 from torquer.flight.software.state import Cause
 

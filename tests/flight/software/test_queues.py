@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from torquer.flight.software.queues import Cdh
 
-ACTIONS = st.lists(st.sampled_from(["put", "take", "newest", "all", "flush", "dropped"]))
+ACTIONS = st.lists(st.sampled_from(["put", "take", "newest", "dropped"]))
 
 
 @given(st.integers(3, 10), ACTIONS)
@@ -24,15 +24,12 @@ def test_a_queue_keeps_the_newest_elements_in_order(size, actions):
             assert cdh.take("state") == (kept.pop(0) if kept else None)
         elif action == "newest":
             assert cdh.newest("state") == (kept[-1] if kept else None)
-        elif action == "flush":
-            assert cdh.flush("state") == len(kept)
-            kept.clear()
         elif action == "dropped":
             assert cdh.take_dropped("state") == last
             last = None
-        assert cdh.all("state") == kept
+        assert list(cdh.queues["state"]) == kept
     assert cdh.dropped == {"state": lost, "acks": 0}
-    assert cdh.all("acks") == []
+    assert list(cdh.queues["acks"]) == []
 
 
 @pytest.mark.verifies("REQ-CDH-002")
@@ -41,7 +38,7 @@ def test_sender_to_full_queue_learns_which_element_was_dropped():
     assert [cdh.put("svr", name) for name in "abcde"] == [True, True, True, False, False]
     assert cdh.take_dropped("svr") == "b"
     assert cdh.take_dropped("svr") is None
-    assert cdh.all("svr") == ["c", "d", "e"]
+    assert list(cdh.queues["svr"]) == ["c", "d", "e"]
     assert cdh.dropped["svr"] == 2
 
 
@@ -51,8 +48,8 @@ def test_a_copy_has_a_life_of_its_own():
     other = copy.deepcopy(cdh)
     for number in range(3):
         other.put("svr", number)
-    assert (cdh.all("svr"), cdh.dropped["svr"]) == ([1], 0)
-    assert (other.all("svr"), other.dropped["svr"]) == ([0, 1, 2], 1)
+    assert (list(cdh.queues["svr"]), cdh.dropped["svr"]) == ([1], 0)
+    assert (list(other.queues["svr"]), other.dropped["svr"]) == ([0, 1, 2], 1)
 
 
 @pytest.mark.verifies("REQ-CDH-001")

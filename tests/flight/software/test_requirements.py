@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from torquer.flight.software.requirements import requirements, verifications
+from flight_requirements import requirements, verifications
 
 TESTS = Path(__file__).parents[2]
 

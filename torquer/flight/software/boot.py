@@ -15,8 +15,7 @@ from torquer.flight.software.clock import Clock
 from torquer.flight.software.memory import Memory, unseal
 from torquer.flight.software.modules.clk import TIME
 from torquer.flight.software.modules.svr import ERRORS
-from torquer.flight.software.services import Services
-from torquer.flight.software.settings import restore, save, settings_file
+from torquer.flight.software.services import Services, save_settings, settings_file
 from torquer.flight.software.software import Software
 from torquer.flight.software.state import Cause, State
 from torquer.simulation.outside.flight import Flight
@@ -105,12 +104,13 @@ def _settings(core: AnyCore, name: str):
     if not type(defaults).model_fields:
         return defaults
     data = core.memory.read(settings_file(name))
-    found = None if data is None else restore(data, defaults)
-    if found is None:
+    try:
+        return type(defaults).model_validate_json(data or b"")
+    except ValueError:
         is_there = data is not None or settings_file(name) in core.memory.names()
         code = Reason.SETTINGS_DAMAGED if is_there else Reason.SETTINGS_MISSING
         core.services.report(name, code)
-    return found
+        return None
 
 
 def _restore_time(core: AnyCore) -> None:
@@ -187,6 +187,6 @@ def deliver(core: AnyCore, now_ms: int) -> None:
     """Fill an empty memory as it is delivered: settings of all modules, the FPGA's file, time."""
     for name, one in core.software.modules.items():
         if type(one.settings).model_fields:
-            core.memory.write(settings_file(name), save(one.settings))
+            save_settings(core.memory, name, one.settings)
     core.memory.write(FPGA, FPGA_AS_DELIVERED)
     core.memory.write(TIME, Clock(now_ms=now_ms).save())

@@ -11,7 +11,7 @@ import os
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.boot import BOOT_S, VARIABLES, deliver, go_on, has_ended, variables
@@ -19,8 +19,7 @@ from torquer.flight.software.clock import to_ms
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import Services
 from torquer.flight.software.software import Software, load_software
-from torquer.flight.software.state import Cause, Slot, State
-from torquer.flight.software.telecommand import Telecommand
+from torquer.flight.software.state import Cause, Slot, State, Telecommand
 from torquer.scenario.spec import Scenario
 from torquer.simulation.outside.flight import Flight
 
@@ -30,13 +29,6 @@ if TYPE_CHECKING:
 #: A hardware watchdog that is not fed for so long [s] resets the processor.
 WATCHDOG_S = 60.0
 _ZERO = (0.0, 0.0, 0.0)
-
-
-class Snapshot(NamedTuple):
-    """Flight, software and non-volatile memory at one instant."""
-
-    flight: Any
-    memory: dict
 
 
 class Core:
@@ -115,18 +107,17 @@ class Core:
         """Switch off and on before the next control step; nothing is saved before."""
         self._switch_on(self.services.t_s, cause)
 
-    def snapshot(self) -> Snapshot:
-        """Everything as it stands, to be restored any number of times."""
-        return Snapshot(
-            self.flight.snapshot((self.services.t_s, self.state)), self.memory.snapshot()
-        )
+    def snapshot(self) -> tuple:
+        """Flight, software and memory as they stand, to be restored any number of times."""
+        software = self.services.t_s, self.state
+        return self.flight.snapshot(software), self.memory.snapshot()
 
-    def restore(self, snapshot: Snapshot) -> None:
+    def restore(self, snapshot: tuple) -> None:
         """Go back to a snapshot of this flight: what follows is the same, bit for bit."""
-        t_s, self.state = self.flight.restore(snapshot.flight)
-        self.memory.restore(snapshot.memory)
-        self.services.bind(self.state)
-        self.services.t_s, self.services.now_ms = t_s, self.state.clock.now_ms
+        flight, memory = snapshot
+        t_s, self.state = self.flight.restore(flight)
+        self.memory.restore(memory)
+        self.services.bind(self.state, t_s)
 
     def result(self) -> xr.Dataset:
         """The flight so far, as `torquer.simulate` gives it."""
@@ -134,8 +125,7 @@ class Core:
 
     def _switch_on(self, t_s: float, cause: Cause) -> None:
         self.state = State(self.software.modules, t_s, cause)
-        self.services.bind(self.state)
-        self.services.t_s, self.services.now_ms = t_s, self.state.clock.now_ms
+        self.services.bind(self.state, t_s)
 
     def _end(self, state: State) -> None:
         """A reboot by command."""

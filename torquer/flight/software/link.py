@@ -13,7 +13,7 @@ from torquer.flight.packets.protected import CommandReceiver, TelemetrySender
 from torquer.flight.packets.pus import ApplicationProcess
 from torquer.flight.packets.reasons import REJECTIONS, Reason
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.telecommand import Telecommand
+from torquer.flight.software.state import Telecommand
 
 #: Files of the non-volatile memory: last accepted counters of commands; a counter of telemetry
 #: that lies ahead.
@@ -62,14 +62,12 @@ class Historical:
         return frames
 
 
-class Protected:
-    """A link whose frames carry checksum, MAC and counter. Its state is plain data.
+class Protected(Historical):
+    """A link whose frames are within others that carry checksum, MAC and counter. Plain state.
 
     The counters outlive a reboot: those of commands are stored before a command is executed, that
     of telemetry now and then, ahead of the frames that are sent.
     """
-
-    waiting = False
 
     def __init__(self, dictionary: Dictionary, keys: Keys, memory: Memory):
         self._stream = self._new_stream(dictionary, keys)
@@ -91,7 +89,6 @@ class Protected:
 
     @property
     def lost_bytes(self) -> int:
-        """Bytes received that belong to no frame."""
         return self._receiver.lost_bytes + self._stream.lost_bytes
 
     def receive(self, data: bytes, memory: Memory) -> Iterator[Frame]:
@@ -99,7 +96,6 @@ class Protected:
         yield from self._commands(self._receiver.feed(data), memory)
 
     def silence(self, memory: Memory) -> Iterator[Frame]:
-        """Commands behind the beginning of a frame that is not completed any more."""
         yield from self._commands(self._receiver.flush(), memory)
         yield from self._stream.finish()
 
@@ -110,19 +106,10 @@ class Protected:
         for each in accepted:
             yield from self._stream.feed(each)
 
-    def take_rejected(self) -> list[Rejected]:
-        """Headers of commands that were rejected since the last call."""
-        return self._stream.take_rejected()
-
     def take_refused(self) -> int:
-        """Number of frames around commands that were refused since the last call."""
         refused = self._receiver.rejected.total() - self._refused.total()
         self._refused = Counter(self._receiver.rejected)
         return refused
-
-    def judged(self, command: Telecommand, code: Reason) -> bool:
-        """What COM has decided on a command; whether the link tells the ground itself."""
-        return False
 
     def wrapped(self, frames: list[bytes], memory: Memory, time_s: int) -> list[bytes]:
         """What is transmitted at a time for these frames: whole ones, nothing waits."""

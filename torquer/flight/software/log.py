@@ -37,15 +37,6 @@ class Log:
         self.total += 1
         return entry
 
-    def newest(self, count: int) -> list[Entry]:
-        """The last events, at most `count`, oldest first."""
-        return list(self.entries)[-count:] if count > 0 else []
-
-    def clear(self) -> None:
-        """Remove the entries and start the count from zero."""
-        self.entries.clear()
-        self.total = 0
-
     def save(self) -> bytes:
         """Count and entries for the non-volatile memory: u32, then 14 bytes an entry."""
         total = _TOTAL.pack(min(self.total, 2**32 - 1))
@@ -53,7 +44,8 @@ class Log:
 
     def restore(self, data: bytes | None) -> bool:
         """Take over what `save` gave; False, and an empty log, for anything else."""
-        self.clear()
+        self.entries.clear()
+        self.total = 0
         if data is None or len(data) < _TOTAL.size or (len(data) - _TOTAL.size) % _ENTRY.size:
             return False
         (self.total,) = _TOTAL.unpack_from(data)

@@ -29,14 +29,12 @@ class Cdh:
 
     def put(self, queue: str, item: Any) -> bool:
         """Append an element; False if the queue was full and its oldest element was dropped."""
-        elements = self.queues[queue]
-        if not self.is_full(queue):
-            elements.append(item)
-            return True
-        self._last_dropped[queue] = elements[0]
-        self.dropped[queue] += 1
+        elements, is_full = self.queues[queue], self.is_full(queue)
+        if is_full:
+            self._last_dropped[queue] = elements[0]
+            self.dropped[queue] += 1
         elements.append(item)
-        return False
+        return not is_full
 
     def is_full(self, queue: str) -> bool:
         """Whether a further element would drop the oldest."""
@@ -56,14 +54,3 @@ class Cdh:
         """The newest element, which stays in the queue; None from an empty queue."""
         elements = self.queues[queue]
         return elements[-1] if elements else None
-
-    def all(self, queue: str) -> list:
-        """All elements, oldest first; they stay in the queue."""
-        return list(self.queues[queue])
-
-    def flush(self, queue: str) -> int:
-        """Remove all elements; their number."""
-        elements = self.queues[queue]
-        count = len(elements)
-        elements.clear()
-        return count

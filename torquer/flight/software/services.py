@@ -15,13 +15,22 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.settings import save, settings_file
-from torquer.flight.software.state import AnyModule, Cause, State
-from torquer.flight.software.telecommand import Telecommand
+from torquer.flight.software.state import AnyModule, Cause, State, Telecommand
 
 if TYPE_CHECKING:
     from torquer.computer.interface import Command, Inputs
     from torquer.simulation.outside.flight import Flight
+
+
+def settings_file(module: str) -> str:
+    """Name of the file in the non-volatile memory that holds a module's settings."""
+    return f"settings.{module}"
+
+
+def save_settings(memory: Memory, module: str, settings: Spec) -> Reason:
+    """Keep the settings of a module in the non-volatile memory, as JSON."""
+    written = memory.write(settings_file(module), settings.model_dump_json().encode())
+    return Reason.DONE if written else Reason.FAILED
 
 
 class Computer:
@@ -66,11 +75,10 @@ class Services:
         self._frame = Downlink(link.dictionary).frame
         self._modes: dict[str, str] | None = None
         self._command: tuple[tuple, tuple] | None = None
-        self.t_s, self.now_ms = 0.0, 0
 
-    def bind(self, state: State) -> None:
-        """Serve the modules of this state of the software."""
-        self._state = state
+    def bind(self, state: State, t_s: float) -> None:
+        """Serve the modules of this state of the software from a time of the run [s] on."""
+        self._state, self.t_s, self.now_ms = state, t_s, state.clock.now_ms
         self.cdh, self.clock, self.log = state.cdh, state.clock, state.log
         self.modules: dict[str, AnyModule] = state.modules
         self._modes = self._command = None
@@ -197,10 +205,8 @@ class Services:
 
     def restore_defaults(self, module: str) -> Reason:
         """Give a module its default settings, and keep them."""
-        defaults = self._defaults[module]
-        self.modules[module].settings = defaults
-        written = self.memory.write(settings_file(module), save(defaults))
-        return Reason.DONE if written else Reason.FAILED
+        self.modules[module].settings = self._defaults[module]
+        return save_settings(self.memory, module, self._defaults[module])
 
     def start(self, module: str) -> None:
         """Start a module: it works from the next control step on."""

@@ -111,11 +111,11 @@ class Recorder:
         self.downlink_bytes += len(downlink)
         self.ticks += 1
         if self.ticks % STRIDE == 0:
-            self.digests.append(self._shown())
+            self.digests.append(self.digest())
 
     def list_digests(self) -> tuple[str, ...]:
         """Digests as a session has them, that of the end included."""
-        return (*self.digests, *([self._shown()] if self.ticks % STRIDE else []))
+        return (*self.digests, *([self.digest()] if self.ticks % STRIDE else []))
 
     def parted(self, session: Session) -> int:
         """First control step of the stretch in which other bytes came down than recorded."""
@@ -125,7 +125,7 @@ class Recorder:
 
     def digest(self) -> str:
         """Of the whole downlink so far."""
-        return self._shown()
+        return self._digest.copy().hexdigest()[:_DIGITS]
 
     def session(
         self,
@@ -156,9 +156,6 @@ class Recorder:
             downlink_bytes=self.downlink_bytes,
             digests=self.list_digests(),
         )
-
-    def _shown(self) -> str:
-        return self._digest.copy().hexdigest()[:_DIGITS]
 
 
 class Tick(NamedTuple):

@@ -49,11 +49,7 @@ def load_software(source: str | Path | Mapping | None = None) -> Software:
 
     Paths in it are relative to the file. `ScenarioError` with one line for each mistake.
     """
-    return make_software(*read_software(source))
-
-
-def make_software(file: SoftwareFile, folder: Path = Path()) -> Software:
-    """The software that a file describes, its modules found and checked."""
+    file, folder = read_software(source)
     link = make_link(file, folder)
     classes = _classes(file, folder)
     installed = {}
@@ -164,14 +160,10 @@ def _faults(dictionary: Dictionary, installed: Mapping[str, Installed]) -> Itera
             )
         if name not in dictionary.modules:
             yield f"modules.{name}: must be a module of the dictionary; received {name!r}"
-        for command in _commands(dictionary, name):
-            if not callable(getattr(one.make, f"on_{command}", None)):
+        for command, packet in dictionary.up.items():
+            has_method = callable(getattr(one.make, f"on_{command}", None))
+            if packet.module == name and not has_method:
                 yield (
                     f"modules.{name}: must have a method on_{command} for the packet {command}; "
                     f"received {one.make.__name__} without it"
                 )
-
-
-def _commands(dictionary: Dictionary, module: str) -> list[str]:
-    """Names of the uplink packets of a module."""
-    return [name for name, packet in dictionary.up.items() if packet.module == module]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from torquer.flight.packets.commands import ANSWERS
 from torquer.flight.packets.reasons import Reason
@@ -33,6 +33,21 @@ class AnyModule(Protocol):
     def start(self, core: Any) -> None: ...
     def step(self, core: Any) -> None: ...
     def status(self) -> dict[str, float]: ...
+
+
+class Telecommand(NamedTuple):
+    """A command of the ground as modules get it; `acknowledge`: whether it asks for an answer.
+
+    `received`: the frame or packet that it came in; none for one that could not be read.
+    """
+
+    packet: str
+    id: int
+    module: int
+    time_s: int
+    acknowledge: bool
+    values: tuple
+    received: bytes = b""
 
 
 class Cause(IntEnum):
@@ -116,4 +131,4 @@ class State:
     def stop(self, module: str) -> None:
         """Stop a module; its commands are lost."""
         self.slots[module].runs = False
-        self.cdh.flush(module)
+        self.slots[module].commands.clear()

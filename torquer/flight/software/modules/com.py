@@ -19,7 +19,7 @@ from torquer.base.spec import Spec
 from torquer.flight.packets.frames import Frame, Rejected
 from torquer.flight.packets.reasons import REJECTIONS, Reason
 from torquer.flight.software.modules.module import Module
-from torquer.flight.software.telecommand import Telecommand
+from torquer.flight.software.state import Telecommand
 
 
 class ComSettings(Spec):

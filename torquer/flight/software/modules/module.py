@@ -13,8 +13,7 @@ from pydantic import ValidationError
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.services import Services
-from torquer.flight.software.settings import save, settings_file
+from torquer.flight.software.services import Services, save_settings
 
 
 class NoSettings(Spec):
@@ -50,9 +49,7 @@ class Module:
     def change(self, core: Services, **settings: Any) -> Reason:
         """Change settings and keep them in the non-volatile memory; VALUE if they do not fit."""
         try:
-            changed = self.settings.model_copy(update=settings)
+            self.settings = self.settings.model_copy(update=settings)
         except ValidationError:
             return Reason.VALUE
-        self.settings = changed
-        written = core.memory.write(settings_file(self.name), save(changed))
-        return Reason.DONE if written else Reason.FAILED
+        return save_settings(core.memory, self.name, self.settings)

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-FILE = Path(__file__).parent / "requirements.toml"
+ROOT = Path(__file__).parents[1]
+FILE = ROOT / "torquer/flight/software/requirements.toml"
 
 
 class Requirement(NamedTuple):
@@ -47,3 +48,31 @@ def _verified_by(test: ast.FunctionDef) -> Iterator[str]:
     for call in test.decorator_list:
         if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.verifies":
             yield from (str(ast.literal_eval(argument)) for argument in call.args)
+
+
+def requirements_page() -> str:
+    """Requirements of the flight software with the tests that verify them."""
+    lines = [
+        "# Requirements of the flight software",
+        "",
+        "Made by `docs/generate.py` from `torquer/flight/software/requirements.toml`",
+        "and the tests, which",
+        'name what they verify: `@pytest.mark.verifies("REQ-SVR-003")`.',
+    ]
+    tests: dict[str, list[str]] = {}
+    for number, file, test in verifications(ROOT / "tests"):
+        tests.setdefault(number, []).append(f"[`{test}`](../{file})")
+    group = ""
+    for each in requirements():
+        if each.group != group:
+            group = each.group
+            lines += [
+                "",
+                f"## {group}",
+                "",
+                "| number | requirement | verified by |",
+                "|---|---|---|",
+            ]
+        shown = "<br>".join(tests.get(each.number, ["nothing"]))
+        lines.append(f"| {each.number} | {each.text} | {shown} |")
+    return "\n".join([*lines, ""])
