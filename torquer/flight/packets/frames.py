@@ -12,12 +12,14 @@ Times are seconds since 2010-01-01 00:00:00. After SDOT, App. A.
 """
 
 import struct
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from typing import Any, Literal, NamedTuple
 
 from torquer.flight.packets.codec import decoder, encoder
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
+from torquer.flight.packets.security import begun_mark
 
 #: On-board time counts from then on.
 EPOCH = datetime(2010, 1, 1, tzinfo=UTC)
@@ -27,8 +29,8 @@ STATUS = INFO, ALARM, STOP = (0, 1, 2)
 STATUS_LABELS = ("INFO", "ALARM", "STOP")
 _MARK = struct.pack("<I", FRAMESYNC)
 #: framesync, time_stamp, msg_id, msg_status or module_id, reserved, data_length
-_HEADER = struct.Struct("<IIBBIH")
-HEADER_BYTES = _HEADER.size
+HEADER = struct.Struct("<IIBBIH")
+HEADER_BYTES = HEADER.size
 _LATEST = 2**32 - 1
 Direction = Literal["down", "up"]
 
@@ -101,6 +103,28 @@ class Rejected(NamedTuple):
     length: int
 
 
+class Rejections:
+    """What a reader of headers rejects. `rejected`: how many, by reason."""
+
+    #: Most headers kept for `take_rejected`: the oldest are dropped.
+    MOST_REJECTED = 10
+
+    def __init__(self) -> None:
+        self.rejected: Counter[str] = Counter()
+        self._latest: deque[Rejected] = deque(maxlen=self.MOST_REJECTED)
+
+    def note_rejected(self, header: Rejected) -> None:
+        """Count a header, and keep it until it is taken."""
+        self.rejected[header.reason] += 1
+        self._latest.append(header)
+
+    def take_rejected(self) -> list[Rejected]:
+        """The headers rejected since the last call, at most `MOST_REJECTED`."""
+        taken = list(self._latest)
+        self._latest.clear()
+        return taken
+
+
 class Downlink:
     """Maker of downlink frames."""
 
@@ -143,7 +167,7 @@ def _begin(time_s: float) -> bytes:
 
 
 def _after_time(packet: Packet, code: int) -> bytes:
-    return _HEADER.pack(FRAMESYNC, 0, packet.id, code, 0, packet.size)[8:]
+    return HEADER.pack(FRAMESYNC, 0, packet.id, code, 0, packet.size)[8:]
 
 
 class _Known(NamedTuple):
@@ -185,12 +209,12 @@ def _table(dictionary: Dictionary, direction: Direction) -> _Table:
     return known
 
 
-class Stream:
+class Stream(Rejections):
     """Frames from a stream of bytes, which may arrive in parts of any size.
 
     Bytes that belong to no frame are skipped up to the next framesync; `lost_bytes`: how many
-    were skipped; `rejected`: headers rejected, by reason. At most one packet's bytes are kept
-    waiting, since a header must state the length of its packet.
+    were skipped. At most one packet's bytes are kept waiting, since a header must state the length
+    of its packet.
 
     A frame that lost bytes would take the beginning of the next one for its end. So a frame is
     discarded as 'cut' if the header of another one stands within it: its id, code and length are
@@ -200,14 +224,10 @@ class Stream:
     are looked at again after it.
     """
 
-    #: Most headers kept for `take_rejected`: the oldest are dropped.
-    MOST_REJECTED = 10
-
     def __init__(self, dictionary: Dictionary, direction: Direction):
+        super().__init__()
         self._known = _table(dictionary, direction)
         self.lost_bytes = 0
-        self.rejected: dict[str, int] = {}
-        self._latest: list[Rejected] = []
         self._buffer = bytearray()
         #: Bytes at its beginning that belong to the frame before.
         self._shared = 0
@@ -222,15 +242,10 @@ class Stream:
         yield from self._frames(ended=True)
         self._lose(len(self._buffer))
 
-    def take_rejected(self) -> list[Rejected]:
-        """The headers rejected since the last call, at most `MOST_REJECTED`."""
-        taken, self._latest = self._latest, []
-        return taken
-
     def _frames(self, ended: bool) -> Iterator[Frame]:
         known, buffer = self._known, self._buffer
         while self._synchronise():
-            _, time_s, number, code, _, length = _HEADER.unpack_from(buffer)
+            _, time_s, number, code, _, length = HEADER.unpack_from(buffer)
             entry = known.get(number)
             reason = _reason(entry, code, length)
             if entry is None or reason:
@@ -247,7 +262,7 @@ class Stream:
             if cut < 0 or len(buffer) < size:
                 return
             raw = bytes(buffer[:size])
-            self._shared = _begins_framesync(raw)
+            self._shared = begun_mark(raw, _MARK)
             del buffer[: size - self._shared]
             yield Frame(entry.packet, time_s, code, entry.decode(raw, HEADER_BYTES), raw)
 
@@ -256,7 +271,7 @@ class Stream:
         buffer = self._buffer
         if not buffer.startswith(_MARK):
             at = buffer.find(_MARK)
-            self._lose(at if at >= 0 else len(buffer) - _begins_framesync(buffer))
+            self._lose(at if at >= 0 else len(buffer) - begun_mark(buffer, _MARK))
         return len(buffer) >= HEADER_BYTES
 
     def _cut(self, entry: _Known, size: int, ended: bool) -> int:
@@ -269,7 +284,7 @@ class Stream:
         while at >= 0:
             if len(buffer) < at + HEADER_BYTES:
                 return 0 if ended else -1
-            _, _, number, code, _, length = _HEADER.unpack_from(buffer, at)
+            _, _, number, code, _, length = HEADER.unpack_from(buffer, at)
             if not _reason(self._known.get(number), code, length):
                 begin = begin or at
                 if at not in entry.opaque:
@@ -283,10 +298,8 @@ class Stream:
 
     def _reject(self, reason: str, skipped: int) -> None:
         """Count the header at the beginning of the buffer and skip bytes."""
-        _, time_s, number, code, _, length = _HEADER.unpack_from(self._buffer)
-        self.rejected[reason] = self.rejected.get(reason, 0) + 1
-        self._latest = self._latest[1 - self.MOST_REJECTED :]
-        self._latest.append(Rejected(reason, number, time_s, code, length))
+        _, time_s, number, code, _, length = HEADER.unpack_from(self._buffer)
+        self.note_rejected(Rejected(reason, number, time_s, code, length))
         self._lose(skipped)
 
     def _lose(self, count: int) -> None:
@@ -303,9 +316,3 @@ def _reason(entry: _Known | None, code: int, length: int) -> str:
     if length != entry.size:
         return "length"
     return "" if code in entry.codes else entry.otherwise
-
-
-def _begins_framesync(data: bytes | bytearray) -> int:
-    """Bytes at the end that may begin a framesync."""
-    end = bytes(data[1 - len(_MARK) :])
-    return next((n for n in range(len(end), 0, -1) if _MARK.startswith(end[-n:])), 0)

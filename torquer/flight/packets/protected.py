@@ -84,18 +84,8 @@ class CommandReceiver(Receiver):
         check_link(keys, spacecraft)
         super().__init__(keys, _TC_BYPASS | spacecraft, window, counters)
 
-    def feed(self, data: bytes) -> list[bytes]:
-        """Data of the frames that have become complete and are accepted, oldest first."""
-        self._buffer += data
-        return [frame[_TC.size : -TRAILER] for frame in self.frames(ended=False)]
-
-    def flush(self) -> list[bytes]:
-        """As `feed`, after a silence of the link: a frame that is incomplete now stays incomplete.
-
-        Otherwise the mark of a frame whose end was lost would hold back what follows it, up to the
-        1024 bytes that a frame may have.
-        """
-        return [frame[_TC.size : -TRAILER] for frame in self.frames(ended=True)]
+    def contents(self, frames: list[bytes]) -> list[bytes]:
+        return [frame[_TC.size : -TRAILER] for frame in frames]
 
     def size_at(self, at: int) -> int:
         if len(self._buffer) < at + _TC_HEADER:
@@ -178,37 +168,21 @@ class TelemetryReceiver(Receiver):
 
     mark, header = _TM_MARK, _TM_HEADER
 
-    def __init__(
-        self,
-        keys: Mapping[int, bytes],
-        spacecraft: int,
-        window: int = 2**32,
-        counters: Mapping[int, int] | None = None,
-        frame_bytes: int = 256,
-    ):
-        """`window` is unlimited unless given: any number of frames is sent where no one listens."""
+    def __init__(self, keys: Mapping[int, bytes], spacecraft: int, frame_bytes: int = 256):
+        """Counters may leap as far as they go: frames are sent also where no one listens."""
         check_link(keys, spacecraft)
         room_in(frame_bytes)
-        super().__init__(keys, spacecraft << 4, window, counters)
+        super().__init__(keys, spacecraft << 4, window=2**32)
         self.frame_bytes = frame_bytes
         self.lost_frames = self.lost_packets = 0
         self._last = (0, 0)
         self._packets = bytearray()
         self._follows = False
 
-    def feed(self, data: bytes) -> list[bytes]:
-        """Data of the packets that have become complete in accepted frames, oldest first."""
-        self._buffer += data
-        return self._unpacked(self.frames(ended=False))
-
-    def flush(self) -> list[bytes]:
-        """As `feed`, at the end of the stream: a frame that is incomplete now stays incomplete."""
-        return self._unpacked(self.frames(ended=True))
-
     def size_at(self, at: int) -> int:
         return self.frame_bytes
 
-    def _unpacked(self, frames: list[bytes]) -> list[bytes]:
+    def contents(self, frames: list[bytes]) -> list[bytes]:
         found: list[bytes] = []
         for frame in frames:
             self._join(frame)

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Iterator, Mapping
 
 from torquer.flight.packets.dictionary import Dictionary
-from torquer.flight.packets.frames import HEADER_BYTES, INFO, Frame, Rejected
+from torquer.flight.packets.frames import HEADER_BYTES, INFO, Frame, Rejected, Rejections
 from torquer.flight.packets.pus_profile import (
     ARE_YOU_ALIVE,
     I_AM_ALIVE,
@@ -50,15 +50,14 @@ _ANSWER = struct.Struct("<BBBBII")
 _CODE = 3
 
 
-class ApplicationProcess:
+class ApplicationProcess(Rejections):
     """The end on board. Plain state that can be copied; its counts begin with 0 at a reboot.
 
     `codes`: reason codes by why a packet is rejected; `severities`: subtypes of service 5 by event
-    code. `rejected`: telecommand packets by the reason.
+    code. What is rejected are telecommand packets; its `id`: that of the command, or 256 * service
+    + subtype; 0 if the packet does not say.
     """
 
-    #: Most rejected packets kept for `take_rejected`: the oldest are dropped.
-    MOST_REJECTED = 10
     #: Most message type counters, one for each message and destination: the oldest begin again.
     MOST_COUNTERS = 256
     #: Bytes that belong to no packet: each telecommand comes whole.
@@ -71,10 +70,9 @@ class ApplicationProcess:
         codes: Mapping[str, int],
         severities: Mapping[int, int],
     ):
+        super().__init__()
         self._profile, self._apid = Profile(dictionary), apid
         self._codes, self._severities = codes, severities
-        self.rejected: dict[str, int] = {}
-        self._latest: list[Rejected] = []
         self._verification = Verification()
         self._count = 0
         self._counters: dict[tuple, int] = {}
@@ -119,20 +117,10 @@ class ApplicationProcess:
 
     def _reject(self, packet: bytes, read: Telecommand | None, reason: str) -> None:
         """Count a packet, keep it for `take_rejected`, and report that it is refused."""
-        self.rejected[reason] = self.rejected.get(reason, 0) + 1
-        self._latest = self._latest[1 - self.MOST_REJECTED :]
-        self._latest.append(Rejected(reason, _number(read), 0, 0, len(packet)))
+        self.note_rejected(Rejected(reason, _number(read), 0, 0, len(packet)))
         if is_telecommand(packet):
             request = Request.of(packet)
             self._verification.reports += failure(request, REFUSED, self._codes[reason])
-
-    def take_rejected(self) -> list[Rejected]:
-        """The packets rejected since the last call, at most `MOST_REJECTED`.
-
-        `id`: that of the command, or 256 * service + subtype; 0 if the packet does not say.
-        """
-        taken, self._latest = self._latest, []
-        return taken
 
     def judged(self, packet: bytes, key: Key, code: int) -> None:
         """What became of a command of `feed`: 0 handed on, 14 waits for its time, else refused."""

@@ -22,7 +22,15 @@ from typing import Any, NamedTuple, Self
 
 from torquer.flight.packets.codec import decoder
 from torquer.flight.packets.dictionary import Dictionary, Packet
-from torquer.flight.packets.frames import ALARM, FRAMESYNC, HEADER_BYTES, INFO, STATUS, Frame
+from torquer.flight.packets.frames import (
+    ALARM,
+    FRAMESYNC,
+    HEADER,
+    HEADER_BYTES,
+    INFO,
+    STATUS,
+    Frame,
+)
 from torquer.flight.packets.space_packets import (
     ACCEPTANCE,
     COMPLETION,
@@ -46,7 +54,6 @@ EVENT, SEVERITIES = 5, (1, 2, 3, 4)
 DONE, WAITING = 0, 14
 #: Subtype of an event whose code has no severity of its own: low.
 _LOW = 2
-_HEADER = struct.Struct("<IIBBIH")
 _STRUCTURE = struct.Struct(">H")
 _EXPECTED = {
     "acknowledgement": "command_id u8, module_id u8, accepted u8, code u8, command_time u32, "
@@ -78,7 +85,7 @@ class Made(NamedTuple):
         """ValueError if it is shorter than a header."""
         if len(frame) < HEADER_BYTES:
             raise ValueError(f"frame: must have {HEADER_BYTES} bytes; received {len(frame)}")
-        _, time_s, number, code, *_ = _HEADER.unpack_from(frame)
+        _, time_s, number, code, *_ = HEADER.unpack_from(frame)
         return cls(number, time_s, code, frame[HEADER_BYTES:])
 
 
@@ -209,7 +216,7 @@ def insertion(time_s: int, packet: bytes) -> Message:
 
 def frame_packet(packet: Packet, time_s: int, data: bytes, status: int = INFO) -> Frame:
     """The historical frame of packed fields, as a stream of frames gives it."""
-    head = _HEADER.pack(FRAMESYNC, time_s, packet.id, status, 0, len(data))
+    head = HEADER.pack(FRAMESYNC, time_s, packet.id, status, 0, len(data))
     return Frame(packet, time_s, status, decoder(packet)(data), head + data)
 
 

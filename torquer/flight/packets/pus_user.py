@@ -7,6 +7,7 @@ the command that was sent with it. `torquer.flight.packets.pus` is the end on bo
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -73,7 +74,7 @@ class User:
     def __init__(self, dictionary: Dictionary, apid: int):
         self._profile, self._apid, self._count = Profile(dictionary), apid, 0
         self._sent: dict[bytes, Sent] = {}
-        self.rejected: dict[str, int] = {}
+        self.rejected: Counter[str] = Counter()
         self.accepted = self.pings_answered = self.unknown_requests = 0
 
     def request(self, frame: bytes) -> bytes:
@@ -99,7 +100,7 @@ class User:
         try:
             frame = self._frame(read_telemetry(packet, self._apid))
         except Malformed as error:
-            self.rejected[error.reason] = self.rejected.get(error.reason, 0) + 1
+            self.rejected[error.reason] += 1
         else:
             if frame is not None:
                 yield frame

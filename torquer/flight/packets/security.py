@@ -31,6 +31,12 @@ _LAST = 2**32 - 1
 _SAVED = struct.Struct("<HI")
 
 
+def begun_mark(data: bytes | bytearray, mark: bytes) -> int:
+    """Bytes at the end of the data with which a mark may begin."""
+    end = bytes(data[1 - len(mark) :])
+    return next((n for n in range(len(end), 0, -1) if mark.startswith(end[-n:])), 0)
+
+
 def crc16(data: bytes) -> int:
     """CRC-16/CCITT with initial value 0xFFFF: frame error control of CCSDS."""
     return crc_hqx(data, 0xFFFF)
@@ -131,6 +137,24 @@ class Receiver:
                 self.counters[spi] = max(last, self.counters[spi])
         return True
 
+    def feed(self, data: bytes) -> list[bytes]:
+        """What has become complete with these bytes and is accepted, oldest first."""
+        self._buffer += data
+        return self.contents(self.frames(ended=False))
+
+    def flush(self) -> list[bytes]:
+        """As `feed`, after a silence of the link or at the end of the stream: a frame that is
+        incomplete now stays incomplete.
+
+        Otherwise the mark of a frame whose end was lost would hold back what follows it, up to the
+        length that a frame may have.
+        """
+        return self.contents(self.frames(ended=True))
+
+    def contents(self, frames: list[bytes]) -> list[bytes]:
+        """What accepted frames carry."""
+        raise NotImplementedError
+
     def size_at(self, at: int) -> int:
         """Bytes of the frame that begins there; 0 if not yet known, -1 if there cannot be one."""
         raise NotImplementedError
@@ -159,17 +183,11 @@ class Receiver:
             at += size if authentic else 0
             self.lost_bytes += 0 if authentic else len(mark)
         else:
-            kept = 0 if ended else self._begun_mark(at)
+            kept = 0 if ended else begun_mark(buffer[max(at, len(buffer) - len(mark)) :], mark)
             self.lost_bytes += len(buffer) - kept - at
             at = len(buffer) - kept
         del buffer[:at]
         return accepted
-
-    def _begun_mark(self, at: int) -> int:
-        """Bytes at the end of the buffer, after `at`, with which a mark may begin."""
-        tail = self._buffer[max(at, len(self._buffer) - len(self.mark) + 1) :]
-        starts = (n for n in range(len(tail), 0, -1) if self.mark.startswith(tail[-n:]))
-        return next(starts, 0)
 
     def _judge(self, frame: bytes) -> str:
         """Why a frame is rejected; "" if it is accepted, and its counter has moved."""

@@ -13,17 +13,16 @@ has; there the number of the segment counts on.
 
 import struct
 from binascii import crc_hqx
+from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary, Packet
-from torquer.flight.packets.frames import FRAMESYNC, HEADER_BYTES, Direction
+from torquer.flight.packets.frames import FRAMESYNC, HEADER, HEADER_BYTES, Direction
 
 #: Bytes of a CAN frame's data.
 SEGMENT_BYTES = 8
 _DIRECTIONS = {"up": 0, "down": 1}
-#: framesync, time_stamp, msg_id, status or module, reserved, data_length
-_HEADER = struct.Struct("<IIBBIH")
 #: time_stamp, status or module, counter, checksum
 _FIRST = struct.Struct("<IBBH")
 _CHECKED = struct.Struct("<IBB")
@@ -76,7 +75,7 @@ class Splitter:
 
     def frame(self, frame: bytes) -> Iterator[Segment]:
         """The segments of a historical frame."""
-        _, time_s, number, code, _, _ = _HEADER.unpack_from(frame)
+        _, time_s, number, code, _, _ = HEADER.unpack_from(frame)
         data, counter = frame[HEADER_BYTES:], self._counters.get(number, 0)
         self._counters[number] = counter + 1 & 0xFF
         check = _checksum(time_s, code, counter, data)
@@ -98,7 +97,7 @@ class Splitter:
         """Bytes of the historical frame at the beginning, 0 if there is no whole one."""
         if len(data) < HEADER_BYTES:
             return 0
-        mark, _, number, _, reserved, length = _HEADER.unpack_from(data)
+        mark, _, number, _, reserved, length = HEADER.unpack_from(data)
         layout = self._places.get(number)
         if mark != FRAMESYNC or reserved or not layout or layout[-1].stop != length:
             return 0
@@ -127,7 +126,7 @@ class Joiner:
         self._places = _by_id(dictionary, direction)
         self._direction: Direction = direction
         self.lost_frames = self.lost_segments = 0
-        self.rejected: dict[str, int] = {}
+        self.rejected: Counter[str] = Counter()
         #: By packet: segments so far of a frame that is not complete; counter of the latest one.
         self._parts: dict[int, list[bytes]] = {}
         self._latest: dict[int, int] = {}
@@ -170,7 +169,7 @@ class Joiner:
             return self._reject("repeated")
         self.lost_frames += counter - self._latest.get(packet_id, counter - 1) - 1 & 0xFF
         self._latest[packet_id] = counter
-        return _HEADER.pack(FRAMESYNC, time_s, packet_id, code, 0, len(data)) + data
+        return HEADER.pack(FRAMESYNC, time_s, packet_id, code, 0, len(data)) + data
 
     def _of_stream(self, number: int, data: bytes) -> bytes:
         if self._latest.get(0) == number and self._latest_data == data:
@@ -181,7 +180,7 @@ class Joiner:
         return bytes(data)
 
     def _reject(self, reason: str) -> bytes:
-        self.rejected[reason] = self.rejected.get(reason, 0) + 1
+        self.rejected[reason] += 1
         return b""
 
 
