@@ -13,6 +13,7 @@ from flight.c99.in_c import needs_compiler
 import torquer
 
 PACKAGE, PLACE = Path(torquer.__file__).parent, Path("flight/c99")
+HELPERS = "templates/helpers.c"
 TESTS = Path(__file__).parents[2]
 NOTICING = ("test_by_hand.py", "test_generated.py", "test_refused.py")
 #: Tests of single precision that notice a mistake about times.
@@ -45,7 +46,7 @@ MISTAKES = {
     "constants of an operation exchanged": Mistake(
         "arithmetic.py", "found = known(a.known, b.known)", "found = known(b.known, a.known)"
     ),
-    "and for or": Mistake("arithmetic.py", '"&&", AND, AND', '"||", AND, AND'),
+    "and for or": Mistake("arithmetic.py", '"&&", Rank.AND', '"||", Rank.AND'),
     "a comparison decided too early": Mistake(
         "arithmetic.py", "or low < limit <= high:", "or low < limit - 1 <= high:"
     ),
@@ -74,18 +75,18 @@ MISTAKES = {
     "bounds of a counter": Mistake(
         "statements.py", "high.bounds[1] - 1", "high.bounds[1] - 2"
     ),
-    "indices from the end": Mistake("helpers.py", "index + n : index", "-index - 1 : index"),
+    "indices from the end": Mistake(HELPERS, "index + n : index", "-index - 1 : index"),
     "sign of a remainder": Mistake(
-        "helpers.py", "if ((b < 0.0) != (rest < 0.0)) {", "if (rest < 0.0) {"
+        HELPERS, "if ((b < 0.0) != (rest < 0.0)) {", "if (rest < 0.0) {"
     ),
     "zero of a remainder": Mistake(
-        "helpers.py", "rest = copysign(0.0, b);", "rest = copysign(0.0, a);"
+        HELPERS, "rest = copysign(0.0, b);", "rest = copysign(0.0, a);"
     ),
     "quotient of whole numbers": Mistake(
-        "helpers.py", "? quotient - 1 : quotient", "? quotient : quotient"
+        HELPERS, "? quotient - 1 : quotient", "? quotient : quotient"
     ),
     "the lesser of NaN and a number": Mistake(
-        "helpers.py", "static double min_of(double a, double b)\n{\n    return (b < a) ? b : a;",
+        HELPERS, "static double min_of(double a, double b)\n{\n    return (b < a) ? b : a;",
         "static double min_of(double a, double b)\n{\n    return (a < b) ? a : b;",
     ),
     "a time rounded": Mistake(

@@ -11,36 +11,19 @@ import numpy as np
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.refusal import Impossible
 from torquer.flight.c99.types import BOOL, INT, REAL, TIME, UNBOUNDED, Bounds, Number
-from torquer.flight.c99.values import (
-    AND,
-    ATOM,
-    BIT_AND,
-    BIT_OR,
-    BIT_XOR,
-    EQUAL,
-    OR,
-    ORDER,
-    PRODUCT,
-    SIGN,
-    SUM,
-    Value,
-    as_real,
-    as_time,
-    as_whole,
-    constant,
-)
+from torquer.flight.c99.values import Rank, Value, as_real, as_time, as_whole, constant
 
 #: Text in C, how tightly it binds, what Python does.
 _PLAIN: dict[type, tuple[str, int, Callable]] = {
-    ast.Add: ("+", SUM, operator.add),
-    ast.Sub: ("-", SUM, operator.sub),
-    ast.Mult: ("*", PRODUCT, operator.mul),
-    ast.Div: ("/", PRODUCT, operator.truediv),
+    ast.Add: ("+", Rank.SUM, operator.add),
+    ast.Sub: ("-", Rank.SUM, operator.sub),
+    ast.Mult: ("*", Rank.PRODUCT, operator.mul),
+    ast.Div: ("/", Rank.PRODUCT, operator.truediv),
 }
 _BITS: dict[type, tuple[str, int, Callable]] = {
-    ast.BitAnd: ("&", BIT_AND, operator.and_),
-    ast.BitXor: ("^", BIT_XOR, operator.xor),
-    ast.BitOr: ("|", BIT_OR, operator.or_),
+    ast.BitAnd: ("&", Rank.BIT_AND, operator.and_),
+    ast.BitXor: ("^", Rank.BIT_XOR, operator.xor),
+    ast.BitOr: ("|", Rank.BIT_OR, operator.or_),
 }
 #: Operations for which the C text has functions of its own, for floats and whole numbers.
 _HELPED: dict[type, tuple[str, str, Callable]] = {
@@ -50,12 +33,12 @@ _HELPED: dict[type, tuple[str, str, Callable]] = {
 _KNOWN: dict[type, tuple] = {**_PLAIN, **_BITS, **_HELPED, ast.Pow: (operator.pow,)}
 _NO_SHIFT = "write a product or // by a power of two"
 _COMPARE: dict[type, tuple[str, int, Callable]] = {
-    ast.Lt: ("<", ORDER, operator.lt),
-    ast.LtE: ("<=", ORDER, operator.le),
-    ast.Gt: (">", ORDER, operator.gt),
-    ast.GtE: (">=", ORDER, operator.ge),
-    ast.Eq: ("==", EQUAL, operator.eq),
-    ast.NotEq: ("!=", EQUAL, operator.ne),
+    ast.Lt: ("<", Rank.ORDER, operator.lt),
+    ast.LtE: ("<=", Rank.ORDER, operator.le),
+    ast.Gt: (">", Rank.ORDER, operator.gt),
+    ast.GtE: (">=", Rank.ORDER, operator.ge),
+    ast.Eq: ("==", Rank.EQUAL, operator.eq),
+    ast.NotEq: ("!=", Rank.EQUAL, operator.ne),
 }
 #: Functions of floats in C with the bits of Python's; both call the same library.
 OF_FLOATS: dict[Callable, str] = {
@@ -165,12 +148,12 @@ def either(a: Bounds, b: Bounds) -> Bounds:
 def _bits(kind: type, a: Value, b: Value) -> Value:
     sign, rank, _ = _BITS[kind]
     if a.type == b.type == BOOL:
-        text = f"(int64_t){a.within(SIGN)} {sign} (int64_t){b.within(SIGN)}"
-        return Value(f"({text}) != 0", BOOL, EQUAL, reads=a.reads or b.reads)
+        text = f"(int64_t){a.within(Rank.SIGN)} {sign} (int64_t){b.within(Rank.SIGN)}"
+        return Value(f"({text}) != 0", BOOL, Rank.EQUAL, reads=a.reads or b.reads)
     a, b = as_whole(a), as_whole(b)
     if a.type != INT or b.type != INT:
         raise Impossible("use it on whole numbers")
-    text = f"{a.within(SIGN)} {sign} {b.within(SIGN)}"
+    text = f"{a.within(Rank.SIGN)} {sign} {b.within(Rank.SIGN)}"
     return Value(text, INT, rank, reads=a.reads or b.reads)
 
 
@@ -237,7 +220,7 @@ def to_whole(value: Value, helpers: set[str]) -> Value:
     says nothing; `int_of` makes the number of them that an x86-64 makes.
     """
     if re.fullmatch(r"\w+(\.|->|\[)[^(]*", value.stored or value.text):
-        return Value(f"(int64_t){value.within(SIGN)}", INT, SIGN, reads=value.reads)
+        return Value(f"(int64_t){value.within(Rank.SIGN)}", INT, Rank.SIGN, reads=value.reads)
     name = "int_of_times" if value.type == TIME else "int_of"
     helpers.add(name)
     return call_function(name, [value], INT)
@@ -255,8 +238,8 @@ def negative(value: Value) -> Value:
     if value.is_known:
         return constant(-value.known)
     low, high = value.bounds
-    text = f"-{value.within(ATOM)}"
-    return Value(text, value.type, SIGN, reads=value.reads, bounds=(-high, -low))
+    text = f"-{value.within(Rank.ATOM)}"
+    return Value(text, value.type, Rank.SIGN, reads=value.reads, bounds=(-high, -low))
 
 
 def inverse(value: Value) -> Value:
@@ -264,7 +247,7 @@ def inverse(value: Value) -> Value:
     value = truth(value)
     if value.is_known:
         return constant(not value.known)
-    return Value(f"!{value.within(SIGN)}", BOOL, SIGN, reads=value.reads)
+    return Value(f"!{value.within(Rank.SIGN)}", BOOL, Rank.SIGN, reads=value.reads)
 
 
 def truth(value: Value) -> Value:
@@ -276,7 +259,7 @@ def truth(value: Value) -> Value:
     if value.is_known:
         return constant(bool(value.known))
     zero = "0" if value.type == INT else _zero(value.type)
-    return Value(f"{value.within(ORDER)} != {zero}", BOOL, EQUAL, reads=value.reads)
+    return Value(f"{value.within(Rank.ORDER)} != {zero}", BOOL, Rank.EQUAL, reads=value.reads)
 
 
 def _zero(kind: Number) -> str:
@@ -298,7 +281,7 @@ def compare(op: ast.cmpop, a: Value, b: Value) -> Value:
         a, b = as_whole(a), as_whole(b)
     if a.type != b.type:
         a, b = in_one_type(a, b)
-    text = f"{a.within(SUM)} {sign} {b.within(SUM)}"
+    text = f"{a.within(Rank.SUM)} {sign} {b.within(Rank.SUM)}"
     return Value(text, BOOL, rank, reads=a.reads or b.reads)
 
 
@@ -314,6 +297,6 @@ def both(a: Value, b: Value, is_and: bool) -> Value:
     """Both truths, or one of them; the second is looked at only where it matters."""
     if a.is_known:
         return b if a.known == is_and else a
-    sign, inner, rank = ("&&", AND, AND) if is_and else ("||", EQUAL, OR)
+    sign, inner, rank = ("&&", Rank.AND, Rank.AND) if is_and else ("||", Rank.EQUAL, Rank.OR)
     text = f"{a.within(inner)} {sign} {b.within(inner)}"
     return Value(text, BOOL, rank, reads=a.reads or b.reads)

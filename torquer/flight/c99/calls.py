@@ -34,17 +34,7 @@ from torquer.flight.c99.types import (
     Static,
     Tuple,
 )
-from torquer.flight.c99.values import (
-    ATOM,
-    EQUAL,
-    SIGN,
-    Form,
-    Value,
-    as_float,
-    as_real,
-    constant,
-    static,
-)
+from torquer.flight.c99.values import Form, Rank, Value, as_float, as_real, constant, static
 
 #: Names of functions of Python and its library with what to write in their place.
 _INSTEAD = {
@@ -226,8 +216,8 @@ def _cast(s: Scope, kind: Tuple | Record | None, cells: Value) -> Value:
         return static(())
     assert isinstance(cells.type, Array)
     const = "const " if isinstance(kind, Tuple) else ""
-    text = f"({const}{s.program.type_name(kind)} *){cells.within(ATOM)}"
-    return Value(text, kind, SIGN, Form.ADDRESS, reads=cells.reads, roots=cells.roots)
+    text = f"({const}{s.program.type_name(kind)} *){cells.within(Rank.ATOM)}"
+    return Value(text, kind, Rank.SIGN, Form.ADDRESS, reads=cells.reads, roots=cells.roots)
 
 
 def _call_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value | None:
@@ -256,7 +246,7 @@ def _call_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Valu
         return arithmetic.call_library(name, floats)
     if test:
         found = arithmetic.call_function(test, floats, BOOL)
-        return replace(found, text=f"{found.text} != 0", rank=EQUAL)
+        return replace(found, text=f"{found.text} != 0", rank=Rank.EQUAL)
     found = arithmetic.nearest_whole(whole or "", floats[0])
     return arithmetic.to_whole(found, s.program.helpers)
 

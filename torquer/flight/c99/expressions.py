@@ -31,7 +31,7 @@ from torquer.flight.c99.types import (
     Type,
     in_words,
 )
-from torquer.flight.c99.values import CHOICE, EQUAL, OR, Form, Value, constant, static
+from torquer.flight.c99.values import Form, Rank, Value, constant, static
 
 
 @translates(ast.Constant)
@@ -103,12 +103,9 @@ def join_truths(s: Scope, first: Value, node, is_and: bool, evaluate: Callable) 
         s.add(block)
         return arithmetic.both(first, second, is_and) if second.type == BOOL else second
     held = s.kept(first, changes=True)
-    s.say(f"if ({held.text if is_and else f'!{held.text}'}) {{")
-    s.add(block)
-    s.depth += 1
-    s.say(f"{held.text} = {second.text};")
-    s.depth -= 1
-    s.say("}")
+    with s.braces(f"if ({held.text if is_and else f'!{held.text}'})"):
+        s.add(block)
+        s.say(f"{held.text} = {second.text};")
     return held
 
 
@@ -189,12 +186,12 @@ def _choose(test: Value, a: Value, b: Value) -> Value:
     if isinstance(a.type, Record):
         texts, form = (a.address, b.address), Form.ADDRESS
     else:
-        texts = (a.content.within(OR), b.content.within(CHOICE))
+        texts = (a.content.within(Rank.OR), b.content.within(Rank.CHOICE))
         form = Form.RESULT
-    text = f"{test.within(EQUAL)} ? {texts[0]} : {texts[1]}"
+    text = f"{test.within(Rank.EQUAL)} ? {texts[0]} : {texts[1]}"
     bounds = arithmetic.either(a.bounds, b.bounds)
     reads = test.reads or a.reads or b.reads
-    return Value(text, a.type, CHOICE, form, reads, a.roots | b.roots, bounds)
+    return Value(text, a.type, Rank.CHOICE, form, reads, a.roots | b.roots, bounds)
 
 
 def _chosen_by_statements(s: Scope, test: Value, first: tuple, second: tuple, kind: Type) -> Value:

@@ -3,123 +3,13 @@
 import re
 
 from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.texts import read_template
 
-#: C text of each, by name; only those that are used are printed.
-HELPERS = {
-    "floor_mod": """\
-/* a % b as Python has it: the sign is that of b */
-static double floor_mod(double a, double b)
-{
-    double rest = fmod(a, b);
-    if (b == 0.0) {
-        return rest;
-    }
-    if (rest != 0.0) {
-        if ((b < 0.0) != (rest < 0.0)) {
-            rest += b;
-        }
-    } else {
-        rest = copysign(0.0, b);
-    }
-    return rest;
-}""",
-    "floor_div": """\
-/* quotient as Python rounds it: the greatest whole number that is not above it */
-static double floor_div(double a, double b)
-{
-    const double rest = fmod(a, b);
-    double quotient = (a - rest) / b;
-    double whole;
-    if (b == 0.0) {
-        return a / b;
-    }
-    if (rest != 0.0 && (b < 0.0) != (rest < 0.0)) {
-        quotient -= 1.0;
-    }
-    if (quotient == 0.0) {
-        return copysign(0.0, a / b);
-    }
-    whole = floor(quotient);
-    if (quotient - whole > 0.5) {
-        whole += 1.0;
-    }
-    return whole;
-}""",
-    "floor_div_int": """\
-/* quotient of whole numbers as Python has it: rounded down; 0 where b is 0 */
-static int64_t floor_div_int(int64_t a, int64_t b)
-{
-    const int64_t quotient = (b != 0) ? a / b : 0;
-    return ((b != 0) && (a % b != 0) && ((a < 0) != (b < 0))) ? quotient - 1 : quotient;
-}""",
-    "floor_mod_int": """\
-/* a % b of whole numbers as Python has it: the sign is that of b; 0 where b is 0 */
-static int64_t floor_mod_int(int64_t a, int64_t b)
-{
-    const int64_t rest = (b != 0) ? a % b : 0;
-    return ((rest != 0) && ((rest < 0) != (b < 0))) ? rest + b : rest;
-}""",
-    "power_of": """\
-/* a ** b by the library, whatever a compiler knows of the two */
-static REAL power_of(REAL a, REAL b)
-{
-    const volatile double base = TO_DOUBLEa;
-    const volatile double exponent = TO_DOUBLEb;
-    return TO_REALpow(base, exponent);
-}""",
-    "min_of": """\
-/* the first of two numbers unless the second is less: what Python does with NaN and -0.0 */
-static double min_of(double a, double b)
-{
-    return (b < a) ? b : a;
-}""",
-    "max_of": """\
-/* the first of two numbers unless the second is greater: what Python does with NaN and -0.0 */
-static double max_of(double a, double b)
-{
-    return (b > a) ? b : a;
-}""",
-    "min_of_int": """\
-/* the lesser of two whole numbers */
-static int64_t min_of_int(int64_t a, int64_t b)
-{
-    return (b < a) ? b : a;
-}""",
-    "max_of_int": """\
-/* the greater of two whole numbers */
-static int64_t max_of_int(int64_t a, int64_t b)
-{
-    return (b > a) ? b : a;
-}""",
-    "abs_int": """\
-/* magnitude of a whole number */
-static int64_t abs_int(int64_t a)
-{
-    return (a < 0) ? -a : a;
-}""",
-    "sign_of": """\
-/* -1, 0 or 1 by the sign of a number, NaN of NaN, as NumPy's sign */
-static double sign_of(double a)
-{
-    if (isnan(a) != 0) {
-        return a;
-    }
-    return (a > 0.0) ? 1.0 : ((a < 0.0) ? -1.0 : 0.0);
-}""",
-    "int_of": """\
-/* a without its fraction; of NaN and of numbers beyond 64 bits the least whole number */
-static int64_t int_of(double a)
-{
-    const double least = -9.223372036854775808e18;
-    return (int64_t)(((a >= least) && (a < -least)) ? a : least);
-}""",
-    "place_of": """\
-/* place of an index among n: a negative one counts from the end, as in Python */
-static int64_t place_of(int64_t index, int64_t n)
-{
-    return (index < 0) ? index + n : index;
-}""",
-}
+
+def _read_functions() -> dict[str, str]:
+    """C text of each function of `templates/helpers.c`, with a comment before it, by its name."""
+    texts = read_template("helpers.c").strip().split("\n\n")
+    return {re.findall(r"^static \w+ (\w+)\(", text, re.M)[0]: text for text in texts}
 
 
 def _call_library(name: str, arguments: str) -> str:
@@ -138,7 +28,8 @@ static REAL {name}_of({taken})
 }}"""
 
 
-HELPERS |= {
+#: C text of each, by name; only those that are used are printed.
+HELPERS = _read_functions() | {
     f"{name}_of": _call_library(name, arguments)
     for name, arguments in {
         "sin": "x", "cos": "x", "asin": "x", "acos": "x", "atan": "x", "atan2": "yx",

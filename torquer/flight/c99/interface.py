@@ -108,13 +108,11 @@ def enums(computer: OnBoard) -> str:
     """These numbers as constants of C."""
     texts = []
     for what, names in named_constants(computer).items():
-        if names:
-            lines = "".join(f"    {n} = {k}, /* {said} */\n" for n, (k, said) in names.items())
-            texts.append(f"/* {what} */\nenum {{\n{lines.rstrip()[: -0 or None]}\n}};\n")
-    return "\n".join(_without_last_comma(text) for text in texts)
-
-
-def _without_last_comma(text: str) -> str:
-    """C90 and pedantic readers do not want a comma after the last constant."""
-    before, _, after = text.rpartition(", /*")
-    return f"{before} /*{after}" if before else text
+        commas = [","] * (len(names) - 1) + [""]  # pedantic readers want none after the last
+        lines = [
+            f"    {name} = {number}{comma} /* {said} */\n"
+            for (name, (number, said)), comma in zip(names.items(), commas, strict=False)
+        ]
+        if lines:
+            texts.append(f"/* {what} */\nenum {{\n{''.join(lines)}}};\n")
+    return "\n".join(texts)

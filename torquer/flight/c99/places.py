@@ -29,8 +29,7 @@ from torquer.flight.c99.types import (
     in_words,
 )
 from torquer.flight.c99.values import (
-    ATOM,
-    SIGN,
+    Rank,
     Value,
     constant,
     select_cell,
@@ -175,8 +174,8 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
     known = high is not None and high.is_known and low.is_known and kind.shape[0] is not None
     length = len(range(kind.shape[0])[low.known : high.known]) if known else None  # type: ignore
     reads = value.reads or low.reads
-    text = f"&{value.within(ATOM)}[{low.text}]"
-    return Value(text, replace(kind, shape=(length,)), SIGN, reads=reads, roots=value.roots)
+    text = f"&{value.within(Rank.ATOM)}[{low.text}]"
+    return Value(text, replace(kind, shape=(length,)), Rank.SIGN, reads=reads, roots=value.roots)
 
 
 def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
@@ -242,12 +241,12 @@ def _in_loops(s: Scope, target: ast.AST, cuts: list, array: Value, value: Value)
     elif isinstance(value.type, Array) and value.type.of == TIME:
         s.note_times(array.roots)
     s.add(before)
-    text, depth, of_value = array.within(ATOM), s.depth, ""
+    text, depth, of_value = array.within(Rank.ATOM), s.depth, ""
     for cut, given, count in zip(cuts, indices, array.type.shape, strict=True):
         index = _index(s, target, given, count) if given else _fill(s, target, cut, count)
         text, of_value = f"{text}[{index}]", f"{of_value}[{index}]"
     of_value = of_value if isinstance(value.type, Array) else ""
-    s.say(f"{text} = {value.within(ATOM) if of_value else value.text}{of_value};", effect=True)
+    s.say(f"{text} = {value.within(Rank.ATOM) if of_value else value.text}{of_value};", effect=True)
     while s.depth > depth:
         s.depth -= 1
         s.say("}")

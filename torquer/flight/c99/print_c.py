@@ -56,11 +56,6 @@ def _lengths(kind: Array) -> str:
     return "".join(f"[{max(n or 1, 1)}]" for n in kind.shape)
 
 
-def is_empty(kind: Type) -> bool:
-    """Whether a type has no place in C: it is known while translating."""
-    return isinstance(kind, Static)
-
-
 def types_text(program: Program, without: tuple[str, ...] = ()) -> str:
     """All structs but those of some names, each after those of which it is made."""
     return "\n".join(
@@ -78,7 +73,7 @@ def _members(program: Program, kind: Type) -> str:
         fields = list(zip(names, kind.parts, strict=True))
     else:
         assert isinstance(kind, Record)
-        fields = [(name, each) for name, each in kind.fields if not is_empty(each)]
+        fields = [(name, each) for name, each in kind.fields if not isinstance(each, Static)]
     if isinstance(kind, Record):  # memory holds doubles
         fields = [(name, TIME if each == REAL else each) for name, each in fields]
     return "".join(f"    {member(program, each, name)}\n" for name, each in fields)

@@ -81,10 +81,9 @@ class Program(Translation):
         words = count_words(lines)
         arguments = list(zip(s.arguments, types, strict=True))
         unused = {n for n, k in arguments if isinstance(k, Static) or names[n] not in words}
-        place = f"{source.file.rpartition('/')[2]}, line {source.tree.lineno}"
         return Function(
             name, arguments, s.result or NOTHING, lines, names, frozenset(s.written),
-            frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation, place,
+            frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation,
             key=s.key, times=frozenset(s.times), powers=frozenset(s.powers),
             copies=frozenset(s.copies),
         )  # fmt: skip
@@ -140,39 +139,22 @@ class Program(Translation):
 def _switch(
     program: Program, made: dict[int, Function], types: list[Type], otherwise: str
 ) -> Function:
+    """A function that calls one of several; a switch has two cases or more (MISRA C:2012, 16.6)."""
     names = [f"a{k}" for k in range(len(types))]
-    lines, last = [Line(1, "switch (number) {")], list(made)[-1]
-    if len(made) == 1 and not otherwise:  # a switch has two cases or more (MISRA C:2012, rule 16.6)
-        lines = [
-            Line(1, _return_type(each, _used_arguments(each, names))) for each in made.values()
-        ]
-        return _switching(program, made, types, names, lines)
+    first, last = next(iter(made.values())), list(made)[-1]
+    lines = [Line(1, "switch (number) {")]
     for number, each in made.items():
         head = "default" if number == last and not otherwise else f"case {number}"
-        lines += [Line(1, f"{head}:"), Line(2, _return_type(each, _used_arguments(each, names)))]
+        lines += [Line(1, f"{head}:"), Line(2, _hand_on(each, names))]
         if each.result == NOTHING:
             lines.append(Line(2, "break;"))
     if otherwise:
         lines += [Line(1, "default:"), Line(2, f"return {otherwise};")]
     lines.append(Line(1, "}"))
-    return _switching(program, made, types, names, lines)
-
-
-def _used_arguments(made: Function, names: list[str]) -> list[str]:
-    """Those of the arguments that C takes."""
-    pairs = zip(names, made.arguments, strict=True)
-    return [
-        n for n, (own, kind) in pairs if own not in made.unused and not isinstance(kind, Static)
-    ]
-
-
-def _switching(
-    program: Program, made: dict[int, Function], types: list[Type], names: list[str], lines: list
-) -> Function:
-    """The function of these lines, which calls one of several."""
+    if len(made) == 1 and not otherwise:
+        lines = [Line(1, _hand_on(first, names))]
     words = count_words(lines)
     arguments = [("number", INT), *zip(names, types, strict=True)]
-    first = next(iter(made.values()))
     return Function(
         program.free_name(f"one_of_{len(made)}_as_{first.name}"), arguments, first.result, lines,
         {n: n for n, _ in arguments}, _written_by_any(made, names, "writes"),
@@ -192,8 +174,13 @@ def _written_by_any(made: dict[int, Function], names: list[str], what: str) -> f
     )
 
 
-def _return_type(made: Function, arguments: list[str]) -> str:
-    call = f"{made.name}({', '.join(arguments)});"
+def _hand_on(made: Function, names: list[str]) -> str:
+    """A call with those of the arguments that C takes."""
+    pairs = zip(names, made.arguments, strict=True)
+    taken = [
+        n for n, (own, kind) in pairs if own not in made.unused and not isinstance(kind, Static)
+    ]
+    call = f"{made.name}({', '.join(taken)});"
     return call if made.result == NOTHING else f"return {call}"
 
 

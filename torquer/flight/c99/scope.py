@@ -91,6 +91,15 @@ class Scope:
         self.block.lines.append(Line(self.depth, text))
         self.block.effects |= effect
 
+    @contextlib.contextmanager
+    def braces(self, head: str) -> Iterator[None]:
+        """Lines said within the block, in the braces of a statement."""
+        self.say(f"{head} {{")
+        self.depth += 1
+        yield
+        self.depth -= 1
+        self.say("}")
+
     def new_name(self, word: str = "part") -> str:
         """A name that no variable of the kernel has."""
         while True:

@@ -18,7 +18,7 @@ from torquer.flight.c99.places import fill, fill_all
 from torquer.flight.c99.scope import Scope
 from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.types import INT, NOTHING, REAL, TIME, Array, Bounds, Number, Static, Tuple
-from torquer.flight.c99.values import ATOM, SIGN, SUM, Value, constant, select_cell
+from torquer.flight.c99.values import Rank, Value, constant, select_cell
 
 _INSTEAD = {
     ast.Assert: "leave it out: check when parameters are made",
@@ -162,7 +162,7 @@ def _cell_kept(s: Scope, place: Value) -> Value:
     assert isinstance(place.type, Number)
     cells = Array((1,), of=place.type, is_real=not place.stored and place.type == REAL)
     address = f"&{place.stored or place.text}"
-    held = s.kept(Value(address, cells, SIGN, reads=True, roots=place.roots))
+    held = s.kept(Value(address, cells, Rank.SIGN, reads=True, roots=place.roots))
     return select_cell(held, [constant(0)], ["0"])
 
 
@@ -256,11 +256,9 @@ def _while(s: Scope, node: ast.While) -> bool:
         s.say("while (true) {")
         s.add(before)
         s.depth += 1
-        s.say(f"if (!{test.within(ATOM)}) {{")
-        s.depth += 1
-        s.say("break;")
-        s.depth -= 2
-        s.say("    }")
+        with s.braces(f"if (!{test.within(Rank.ATOM)})"):
+            s.say("break;")
+        s.depth -= 1
     else:
         s.say(f"while ({test.text}) {{")
     _deeper(s, node.body)
@@ -314,17 +312,14 @@ def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
     name = s.c_name(node.target.id) if own else s.new_name("k")
     sign, by = ("<", "+=") if step > 0 else (">", "-=")
     further = f"{name}{by[0] * 2}" if abs(step) == 1 else f"{name} {by} {abs(step)}"
-    first = low.text
-    s.say(f"for (int64_t {name} = {first}; {name} {sign} {high.within(SUM)}; {further}) {{")
     counter = Value(name, INT, bounds=_count_range(low, high, step))
-    s.depth += 1
-    if own:
-        s.loop_variable(node.target.id, counter)
-    else:
-        s.set(node, node.target.id, counter, None)
-    block(s, node.body)
-    s.depth -= 1
-    s.say("}")
+    head = f"for (int64_t {name} = {low.text}; {name} {sign} {high.within(Rank.SUM)}; {further})"
+    with s.braces(head):
+        if own:
+            s.loop_variable(node.target.id, counter)
+        else:
+            s.set(node, node.target.id, counter, None)
+        block(s, node.body)
 
 
 def _count_range(low: Value, high: Value, step: int) -> Bounds:
@@ -344,16 +339,13 @@ def _over_tuple(s: Scope, node: ast.For, value: Value) -> None:
         raise s.refuse(node, "loop over range, or over a tuple of parts of one type")
     parts = [convert(s, each, kind) for each in parts]
     held, name = s.listed(parts), s.new_name("k")
-    s.say(f"for (int64_t {name} = 0; {name} < {len(parts)}; {name}++) {{")
-    s.depth += 1
     item = Value(f"{held}[{name}]", parts[0].type)
-    if isinstance(node.target, ast.Tuple):
-        _spread(s, node, node.target, split_tuple(s, node, item))
-    else:
-        store(s, node, node.target, item)
-    block(s, node.body)
-    s.depth -= 1
-    s.say("}")
+    with s.braces(f"for (int64_t {name} = 0; {name} < {len(parts)}; {name}++)"):
+        if isinstance(node.target, ast.Tuple):
+            _spread(s, node, node.target, split_tuple(s, node, item))
+        else:
+            store(s, node, node.target, item)
+        block(s, node.body)
 
 
 def _expression(s: Scope, node: ast.Expr) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 
 from torquer.computer.computer import Board
 from torquer.flight.c99.precision import double_text, is_single
-from torquer.flight.c99.print_c import is_empty, wrap_line
+from torquer.flight.c99.print_c import wrap_line
 from torquer.flight.c99.program import Program
-from torquer.flight.c99.types import REAL, Array, Record, Rows, Tuple, Type, number_text
+from torquer.flight.c99.types import REAL, Array, Record, Rows, Static, Tuple, Type, number_text
 
 
 def initialiser(value: Any, kind: Type, depth: int = 1) -> str:
@@ -46,7 +46,7 @@ def _rows(rows: np.ndarray, kind: Rows, depth: int) -> str:
 
 def _record(values: Any, kind: Record, depth: int) -> str:
     of = values if isinstance(values, dict) else values._asdict()
-    fields = [(name, each) for name, each in kind.fields if not is_empty(each)]
+    fields = [(name, each) for name, each in kind.fields if not isinstance(each, Static)]
     return _lines(
         [f"/* {name} */ {_store_field(of[name], each, depth + 1)}" for name, each in fields], depth
     )

@@ -26,7 +26,7 @@ from torquer.flight.c99.types import (
     Tuple,
     Type,
 )
-from torquer.flight.c99.values import ATOM, Form, Value, constant
+from torquer.flight.c99.values import Form, Rank, Value, constant
 from torquer.flight.c99.words import RESERVED, avoid_headers, is_reserved
 
 #: A name of a constant, as the house writes them.
@@ -52,7 +52,6 @@ class Function:
     unused: frozenset[str] = frozenset()
     doc: str = ""
     equation: str = ""
-    place: str = ""
     is_public: bool = False
     key: str = ""
     times: frozenset[str] = frozenset()
@@ -172,7 +171,7 @@ class Translation(ABC):
         if key not in self.constants:
             self.constants[key] = (self.free_name(own), number)
         text = self.constants[key][0]
-        return replace(number, text=text, form=Form.VARIABLE, rank=ATOM)
+        return replace(number, text=text, form=Form.VARIABLE, rank=Rank.ATOM)
 
     def _tuple_constant(self, value: tuple, kind: Tuple) -> Value:
         text = f"({self.type_name(kind)}){self._braces(value, kind)}"

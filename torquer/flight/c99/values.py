@@ -25,12 +25,16 @@ from torquer.flight.c99.types import (
     number_text,
 )
 
-#: How tightly C binds: what is in brackets or a name, signs, products, sums, order, equality, the
-#: bits' and, exclusive or, or; and, or, choice.
-ATOM, SIGN, PRODUCT, SUM, ORDER, EQUAL, BIT_AND, BIT_XOR, BIT_OR, AND, OR, CHOICE = range(12, 0, -1)
 _UNKNOWN: Any = object()
 #: Greatest whole number up to which a float holds every one.
 _EXACT = 2**53
+
+
+class Rank(enum.IntEnum):
+    """How tightly C binds: what is in brackets or a name most, a choice least."""
+
+    ATOM, SIGN, PRODUCT, SUM, ORDER, EQUAL = range(12, 6, -1)
+    BIT_AND, BIT_XOR, BIT_OR, AND, OR, CHOICE = range(6, 0, -1)
 
 
 class Form(enum.Enum):
@@ -54,7 +58,7 @@ class Value:
 
     text: str
     type: Type
-    rank: int = ATOM
+    rank: int = Rank.ATOM
     form: Form = Form.VARIABLE
     reads: bool = False
     roots: frozenset[str] = frozenset()
@@ -83,7 +87,7 @@ class Value:
     @property
     def is_simple(self) -> bool:
         """Whether it may be written down twice: a constant or a variable of the function."""
-        return self.is_known or (self.rank == ATOM and self.text.isidentifier())
+        return self.is_known or (self.rank == Rank.ATOM and self.text.isidentifier())
 
     def within(self, rank: int) -> str:
         """Its text, in brackets unless it binds at least so tightly."""
@@ -92,7 +96,7 @@ class Value:
     @property
     def address(self) -> str:
         """The address of a struct."""
-        return self.text if self.form is Form.ADDRESS else f"&{self.within(ATOM)}"
+        return self.text if self.form is Form.ADDRESS else f"&{self.within(Rank.ATOM)}"
 
     @property
     def content(self) -> "Value":
@@ -101,13 +105,13 @@ class Value:
             return self
         if self.text.startswith("&"):
             return replace(self, text=self.text[1:], form=Form.VARIABLE)
-        return replace(self, text=f"*{self.within(SIGN)}", rank=SIGN, form=Form.VARIABLE)
+        return replace(self, text=f"*{self.within(Rank.SIGN)}", rank=Rank.SIGN, form=Form.VARIABLE)
 
     def member(self, name: str) -> str:
         """The text of a member; `name` as `.x` or `.v[0]`."""
         if self.form is Form.ADDRESS:
-            return f"{self.within(ATOM)}->{name[1:]}"
-        return f"{self.within(ATOM)}{name}"
+            return f"{self.within(Rank.ATOM)}->{name[1:]}"
+        return f"{self.within(Rank.ATOM)}{name}"
 
 
 def constant(value: float | int | bool) -> Value:
@@ -117,7 +121,9 @@ def constant(value: float | int | bool) -> Value:
     kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else REAL
     text = number_text(value)
     bounds = (int(value), int(value)) if kind == INT else UNBOUNDED
-    return Value(text, kind, SIGN if text[0] in "-(" else ATOM, bounds=bounds, known=value)
+    return Value(
+        text, kind, Rank.SIGN if text[0] in "-(" else Rank.ATOM, bounds=bounds, known=value
+    )
 
 
 def static(value) -> Value:
@@ -131,7 +137,9 @@ def as_real(value: Value) -> Value:
         return value
     if value.is_known:
         return constant(float(value.known))
-    return replace(value, text=f"({real_word()}){value.within(SIGN)}", type=REAL, rank=SIGN)
+    return replace(
+        value, text=f"({real_word()}){value.within(Rank.SIGN)}", type=REAL, rank=Rank.SIGN
+    )
 
 
 def as_time(value: Value) -> Value:
@@ -140,10 +148,12 @@ def as_time(value: Value) -> Value:
         return value
     if value.is_known:
         text = double_text(float(value.known))
-        return replace(value, text=text, type=TIME, rank=SIGN if text[0] in "-(" else ATOM)
+        return replace(
+            value, text=text, type=TIME, rank=Rank.SIGN if text[0] in "-(" else Rank.ATOM
+        )
     if value.stored:
-        return replace(value, text=value.stored, type=TIME, rank=ATOM, stored="")
-    return replace(value, text=f"(double){value.within(SIGN)}", type=TIME, rank=SIGN)
+        return replace(value, text=value.stored, type=TIME, rank=Rank.ATOM, stored="")
+    return replace(value, text=f"(double){value.within(Rank.SIGN)}", type=TIME, rank=Rank.SIGN)
 
 
 def as_float(value: Value) -> Value:
@@ -156,7 +166,7 @@ def _read(place: Value) -> Value:
     if place.type != REAL or not is_single():
         return place
     text = f"({real_word()}){place.text}"
-    return replace(place, text=text, rank=SIGN, stored=place.text)
+    return replace(place, text=text, rank=Rank.SIGN, stored=place.text)
 
 
 def as_whole(value: Value) -> Value:
@@ -165,8 +175,8 @@ def as_whole(value: Value) -> Value:
         return value
     if value.is_known:
         return constant(int(value.known))
-    text = f"(int64_t){value.within(SIGN)}"
-    return replace(value, text=text, type=INT, rank=SIGN, bounds=(0, 1))
+    text = f"(int64_t){value.within(Rank.SIGN)}"
+    return replace(value, text=text, type=INT, rank=Rank.SIGN, bounds=(0, 1))
 
 
 def select_part(value: Value, place: int) -> Value:
@@ -220,7 +230,7 @@ def select_cell(value: Value, indices: list[Value], texts: list[str]) -> Value:
     """A number of an array, or its rows where fewer indices are given than it has dimensions."""
     array = value.type
     assert isinstance(array, Array)
-    text = value.within(ATOM) + "".join(f"[{each}]" for each in texts)
+    text = value.within(Rank.ATOM) + "".join(f"[{each}]" for each in texts)
     reads = value.reads or any(index.reads for index in indices)
     if len(indices) == len(array.shape):
         roots = frozenset() if array.const else value.roots
