@@ -86,4 +86,4 @@ def test_what_has_no_bound_is_named(text, said, tmp_path):
     ],
 )  # fmt: skip
 def test_bytes_that_an_instruction_puts_on_the_stack(instruction, size):
-    assert stack._pushed(instruction) == size
+    assert stack._push(instruction) == size

@@ -81,20 +81,16 @@ def call(s: Scope, node: ast.Call) -> Value:
     values = parts_in_order(s, [*node.args, *(each.value for each in node.keywords)])
     split = len(values) - len(keywords)
     named = dict(zip(keywords, values[split:], strict=True))
-    return translate_call(s, node, called, values[:split], named, function)
+    return translate_call(s, node, called, values[:split], named)
 
 
-def translate_call(
-    s: Scope, node, called, values: list[Value], named: dict, function: Value
-) -> Value:
+def translate_call(s: Scope, node, called, values: list[Value], named: dict) -> Value:
     """A call of what is known to be called."""
     if _is_caller(called):
         return _call_by_number(s, node, values)
     if isinstance(called, type) and hasattr(called, "_fields"):
-        given = [static(called), *values]
-        return make_tuple(s, node, _bound(s, node, called.__new__, given, named)[
-            1:
-        ], called)  # fmt: skip
+        _, *parts = _bound(s, node, called.__new__, [static(called), *values], named)
+        return make_tuple(s, node, parts, called)
     if isinstance(called, Cast):
         return _cast(s, called.kind, values[0])
     if named and not hasattr(plain_function(called), "__code__"):
@@ -161,19 +157,19 @@ def call_kernel(s: Scope, node: ast.AST, function, values: list[Value]) -> Value
 
 def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
     texts, reads = [], False
-    for (name, _), value in zip(made.arguments, values, strict=True):
+    given = {name: value for (name, _), value in zip(made.arguments, values, strict=True)}
+    for name, value in given.items():
         if name in made.mutable:
             s.mutable |= value.roots
-        if name in made.unused or isinstance(value.type, Static):
-            continue
-        texts.append(_argument(s, value))
-        reads = reads or value.reads or _may_change(value)
-    for name, value in zip((n for n, _ in made.arguments), values, strict=True):
+        if name not in made.unused and not isinstance(value.type, Static):
+            texts.append(_argument(s, value))
+            reads = reads or value.reads or _may_change(value)
+    for name, value in given.items():
         if name in made.writes:
             s.writes(value, node)
         if name in made.times:
             s.note_times(value.roots)
-    _check_call(s, node, made, values)
+    _check_call(s, node, made, given)
     text = f"{made.name}({', '.join(texts)})"
     found = Value(text, made.result, form=Form.RESULT, reads=reads)
     if not made.writes:
@@ -184,9 +180,8 @@ def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
     return s.kept(found, effect=True)
 
 
-def _check_call(s: Scope, node: ast.AST, made, values: list[Value]) -> None:
+def _check_call(s: Scope, node: ast.AST, made, given: dict[str, Value]) -> None:
     """Arguments that a kernel raises to a power, and arrays that it copies to others."""
-    given = {name: value for (name, _), value in zip(made.arguments, values, strict=True)}
     for name in made.powers:
         s.note_power(given[name])
         if given[name].is_settled:
@@ -222,8 +217,7 @@ def _cast(s: Scope, kind: Tuple | Record | None, cells: Value) -> Value:
 
 def _call_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value | None:
     """A function of numbers that C has, or its text has of its own; None for any other."""
-    hashable = getattr(called, "__hash__", None) is not None
-    if not hashable:
+    if getattr(called, "__hash__", None) is None:
         return None
     if called in (float, np.float64, int, bool, len, abs, np.abs, min, max, np.sign):
         return _call_python(s, node, called, values)

@@ -51,9 +51,9 @@ def _name(s: Scope, node: ast.Name) -> Value:
         return s.variable_value(s.variables[node.id])
     if node.id in s.source.own:
         raise s.refuse(node, "set it before it is read")
-    if not s.source.is_known(node.id):
+    if node.id not in s.source.outside:
         raise s.refuse(node, "define it before the kernel is exported")
-    return evaluate_outside(s, node, s.source.value(node.id), node.id)
+    return evaluate_outside(s, node, s.source.outside[node.id], node.id)
 
 
 @translates(ast.Tuple)
@@ -82,10 +82,9 @@ def _unary(s: Scope, node: ast.UnaryOp) -> Value:
 @translates(ast.BoolOp)
 def _bool(s: Scope, node: ast.BoolOp) -> Value:
     is_and = isinstance(node.op, ast.And)
-    found = evaluate(s, node.values[0])
-    for each in [None, *node.values[1:]]:
-        if each is not None:
-            found = join_truths(s, found, each, is_and, evaluate)
+    found = constant(is_and)
+    for each in node.values:
+        found = join_truths(s, found, each, is_and, evaluate)
         if found.type != BOOL:
             raise s.refuse(node, "write truths: `x != 0` for a number, an `if` to choose a value")
     return found

@@ -159,8 +159,8 @@ def wrap_line(text: str, depth: int) -> str:
     return "\n".join([*lines, text])
 
 
-def helpers_text(program: Program, used: str) -> str:
-    """The functions of its own that the text uses."""
+def helpers_text(used: str) -> str:
+    """The functions of the C text's own that a text uses."""
     found = [text for name, text in helper_texts().items() if re.search(rf"\b{name}\(", used)]
     return "\n\n".join(found) + ("\n" if found else "")
 
@@ -192,7 +192,6 @@ def functions_text(program: Program, roots: tuple[str, ...] = ()) -> str:
 def program_text(program: Program, with_types: bool = True, roots: tuple[str, ...] = ()) -> str:
     """The whole program as one text; see `functions_text`."""
     functions = functions_text(program, roots)
-    helpers = helpers_text(program, functions)
     parts = [types_text(program)] if with_types else []
-    parts += [constants_text(program, functions), helpers, functions]
+    parts += [constants_text(program, functions), helpers_text(functions), functions]
     return "\n".join(part for part in parts if part)

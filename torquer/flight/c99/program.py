@@ -7,7 +7,7 @@ from torquer.computer.blocks.plugin import plain_function
 from torquer.flight.c99 import calls, expressions, places  # noqa: F401  register what they translate
 from torquer.flight.c99.lines import Line, count_words, without_unread
 from torquer.flight.c99.scope import Scope, Variable
-from torquer.flight.c99.source import Source, read_source
+from torquer.flight.c99.source import read_source
 from torquer.flight.c99.statements import block
 from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.translation import Function, Place, Translation
@@ -28,32 +28,20 @@ from torquer.flight.c99.values import Form, Value
 class Program(Translation):
     """A translation that translates the kernels that it is asked for."""
 
-    def __init__(
-        self, replaced: dict | None = None, earlier: Translation | None = None, prefix: str = ""
-    ):
-        super().__init__(replaced, earlier, prefix)
-        self._at_work: list[tuple] = []
-
     def returned_argument(self, function) -> int | None:
         """The place of the argument that a function returns as it is; None if it does more."""
-        source = self._source(function) if hasattr(plain_function(function), "__code__") else None
-        if source is None or len(source.body) != 1 or not isinstance(source.body[0], ast.Return):
+        plain = plain_function(function)
+        if plain in self.replaced or not hasattr(plain, "__code__"):
             return None
-        names = [each.arg for each in source.tree.args.args]
-        value = source.body[0].value
-        if (
-            isinstance(value, ast.Name)
-            and value.id in names
-            and plain_function(function) not in (self.replaced)
-        ):
-            return names.index(value.id)
-        return None
-
-    def _source(self, function) -> Source | None:
         try:
-            return read_source(function)
+            source = read_source(function)
         except ValueError:
             return None
+        names = [each.arg for each in source.tree.args.args]
+        match source.body:
+            case [ast.Return(ast.Name(name))] if name in names:
+                return names.index(name)
+        return None
 
     def function(self, kernel, types: list[Type], s: Place | None = None, node=None) -> Function:
         """A kernel for these types of arguments."""

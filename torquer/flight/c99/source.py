@@ -20,7 +20,8 @@ _BLOCKS = ("body", "orelse")
 
 class Source:
     """A kernel's text. `tree`: its definition, with line numbers of its file; `stored`: names that
-    are set; `own`: names of its arguments and variables; `read`: names that are read.
+    are set; `own`: names of its arguments and variables; `read`: names that are read;
+    `outside`: values of the names outside it.
     """
 
     def __init__(self, function: Callable):
@@ -49,7 +50,7 @@ class Source:
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
         }
         names = inspect.getclosurevars(self.plain).nonlocals
-        self._names = {**vars(builtins), **self.plain.__globals__, **names}
+        self.outside = {**vars(builtins), **self.plain.__globals__, **names}
 
     def _parsed(self) -> ast.FunctionDef:
         try:
@@ -80,14 +81,6 @@ class Source:
         """The line of the docstring that cites a published equation; '' if there is none."""
         found = re.search(r"^Source: .*$", ast.get_docstring(self.tree) or "", re.M)
         return found[0] if found else ""
-
-    def is_known(self, name: str) -> bool:
-        """Whether a name that is not the kernel's own has a value outside it."""
-        return name in self._names
-
-    def value(self, name: str):
-        """The value of a name outside the kernel."""
-        return self._names[name]
 
     @functools.cache  # noqa: B019  sources are kept, too
     def is_loop_only(self, loop: ast.For) -> bool:

@@ -81,6 +81,7 @@ class Translation(ABC):
         self.replaced: dict[Callable, Callable] = replaced or {}
         self._prefix = prefix
         self.functions: dict[tuple, Function] = {}
+        self._at_work: list[tuple] = []
         self.types: dict[Type, str] = {}
         self.constants: dict[tuple, tuple[str, Value]] = {}
         self.helpers: set[str] = set()
