@@ -13,7 +13,7 @@ from typing import NamedTuple
 from torquer.flight.link import Link, connect
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
-from torquer.flight.packets.station import make_station
+from torquer.flight.packets.station import Station
 from torquer.ground.archive import SUSPECT, Archive, Row, RowMaker
 from torquer.ground.commands import Commands
 from torquer.ground.file import Satellite
@@ -69,7 +69,7 @@ class Contact:
         self.clock_ms: int | None = None
         self._clock_s = 0.0  # when it was heard of
         self.link: Link = connect(satellite.link, self.dictionary)
-        self._station, self._maker = make_station(satellite.software), RowMaker(self.dictionary)
+        self._station, self._maker = Station(satellite.software), RowMaker(self.dictionary)
         self._judge, self._frames = Judge(self._station), 0
         self._is_open_to_all = satellite.software.keys.are_known
         self._heard_s, self._was_connected, self._reject = -math.inf, False, 0

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.software_file import SpaceLink
-from torquer.flight.packets.station import Station, make_station
+from torquer.flight.packets.station import Station
 from torquer.ground.archive import AUTHENTIC, SUSPECT, UNCHECKED, Archive, Row, RowMaker
 
 #: Bytes of a recording that are worked on at a time.
@@ -49,7 +49,7 @@ def import_recording(
     The rows have no time of reception. Frames that are there already are not added again, so that
     recordings may come twice and in any order. `progress`: called with the part that is done.
     """
-    station, maker = make_station(link), RowMaker(link.dictionary)
+    station, maker = Station(link), RowMaker(link.dictionary)
     judge, size = Judge(station), max(recording.stat().st_size, 1)
     frames = new = done = 0
 

@@ -12,7 +12,7 @@ import pytest
 from torquer.cli import main
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
-from torquer.flight.packets.station import make_station
+from torquer.flight.packets.station import Station
 from torquer.flight.software import session
 from torquer.flight.software.session import load_session
 from torquer.flight.software.software import load_software
@@ -41,7 +41,7 @@ class Client:
         self.now, self.step, self.act, self.link = 0.0, 0, act, None
         self.end, self.got = None, b""
         software = load_software()
-        self.station, self.uplink = make_station(software), Uplink(software.dictionary)
+        self.station, self.uplink = Station(software), Uplink(software.dictionary)
         monkeypatch.setattr(session, "time", self)
         from torquer.cli.commands import fly
 

@@ -21,8 +21,10 @@ from pus_ends import (
 from spacepackets.ecss import PusTc, PusTm
 
 from torquer.flight.packets.frames import ALARM, INFO
+from torquer.flight.packets.keys import Keys
 from torquer.flight.packets.protected import TelemetryReceiver, TelemetrySender
 from torquer.flight.packets.reasons import REJECTIONS, Reason
+from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.packets.station import Station
 
 pytestmark = pytest.mark.verifies("REQ-PUS-005")
@@ -300,17 +302,17 @@ def test_only_space_packets_travel_as_they_are(packet):
     assert sender.flush() == b""
 
 
-class Keys:
-    up, down, spi, spacecraft = bytes(32), bytes(range(32)), SPI, APID
+KEYS = Keys(bytes(32), bytes(range(32)), SPI, APID)
+PUS, PROTECTED = (SpaceLink("test", SATELLITE, kind, KEYS) for kind in ("pus", "protected"))
 
 
 def test_a_station_receives_telemetry_in_any_parts():
     rng = random.Random(1)
     _, packets = samples(rng)
-    sender = TelemetrySender(Keys.down, SPI, APID)
+    sender = TelemetrySender(KEYS.down, SPI, APID)
     stream = b"".join(sender.wrap_packet(packet) for packet in packets) + sender.flush()
-    whole = list(Station(SATELLITE, Keys, pus=True).receive(stream))
-    station = Station(SATELLITE, Keys, pus=True)
+    whole = list(Station(PUS).receive(stream))
+    station = Station(PUS)
     cut = [f for byte in struct.unpack(f"{len(stream)}c", stream) for f in station.receive(byte)]
     assert repr(cut) == repr(whole) and len(whole) > 2 * len(SATELLITE.down)
     assert list(station.finish()) == [] and station.pings_answered == 1
@@ -318,8 +320,6 @@ def test_a_station_receives_telemetry_in_any_parts():
 
 def test_a_ping_belongs_to_pus():
     with pytest.raises(ValueError, match="ping: must be of a link with PUS"):
-        Station(SATELLITE, Keys).ping()
-    with pytest.raises(ValueError, match="keys: must be given for PUS"):
-        Station(SATELLITE, None, pus=True)
-    assert Station(SATELLITE, Keys).pings_answered == 0
-    assert Station(SATELLITE, Keys).command(UPLINK.frame("automatic", 0, (1, 1)))
+        Station(PROTECTED).ping()
+    assert Station(PROTECTED).pings_answered == 0
+    assert Station(PROTECTED).command(UPLINK.frame("automatic", 0, (1, 1)))

@@ -9,7 +9,7 @@ from spacepackets.ecss import PusTc, PusTm
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.packets.station import make_station
+from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile
 from torquer.flight.software.session import Recorder, fly_steps, replay_session
@@ -27,7 +27,7 @@ class Satellite:
     """A flight and its ground station; `reports`: telemetry packets, read by another package."""
 
     def __init__(self, core):
-        self.core, self.station = core, make_station(core.software)
+        self.core, self.station = core, Station(core.software)
         self._frame = Uplink(core.software.dictionary).frame
         self.sent, self.reports, self.frames = [], [], []
 

@@ -6,7 +6,7 @@ import torquer
 from torquer.compile import engine
 from torquer.flight.packets.commands import ScriptFile, make_frames
 from torquer.flight.packets.received import as_tables
-from torquer.flight.packets.station import make_station
+from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile, software_faults, with_device_faults
 from torquer.flight.software.session import (
@@ -48,7 +48,7 @@ def record(scenario, faults=(), commands=COMMANDS, ticks=None):
     scenario = with_device_faults(scenario, file)
     software = load_software(None)
     core = Core(scenario, software)
-    station, recorder, received = make_station(software), Recorder(), []
+    station, recorder, received = Station(software), Recorder(), []
     frames = make_frames(commands, software.dictionary, core.flight.names, scenario.start)
     sender = Sender(frames, station)
     for tick in fly_steps(core, lambda _, t_s: sender.at(t_s), software_faults(file), ticks):

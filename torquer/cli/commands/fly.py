@@ -25,7 +25,7 @@ from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.reasons import describe_code
 from torquer.flight.packets.received import as_tables
 from torquer.flight.packets.software_file import code_in
-from torquer.flight.packets.station import Station, make_station
+from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import (
     FaultsFile,
@@ -220,7 +220,7 @@ def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
             "the link is protected by keys that everybody knows; up_key and down_key of the "
             "software file name your own"
         )
-    station = make_station(software)
+    station = Station(software)
     sender, link = Sender(frames, station), _open_file(how.listen, software)
     return _Flight(core, _Ground(station), sender, faults, software, before, link, Lateness())
 
@@ -377,6 +377,6 @@ def _packets(tick: Tick | None, session: Session) -> list[str]:
     if tick is None:
         return ["has ended"]
     software = load_software(Path(session.software) if session.software else None)
-    station = make_station(software)
+    station = Station(software)
     frames = [*station.receive(tick.downlink), *station.finish()]
     return [f"{frame.packet.name} {frame.values}" for frame in frames]

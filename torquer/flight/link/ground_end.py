@@ -94,15 +94,7 @@ class TcpClient(Link):
             self._lose()
 
     def _push(self) -> None:
-        """Send of what waits as much as goes."""
-        try:
-            while self._waiting and self._end is not None:
-                sent = self._end.send(self._waiting)
-                self.sent_bytes += sent
-                del self._waiting[:sent]
-        except (BlockingIOError, InterruptedError):
-            pass
-        except OSError:
+        if self._end is not None and not self._send_waiting(self._end, self._waiting):
             self._lose()
 
     def _lose(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+
 #: Most bytes taken from a peer by one call of `receive`; what is left waits for the next one.
 PEER_BYTES = 4096
 #: Most peers at a time.
@@ -48,6 +50,19 @@ class Link:
     def close(self) -> None:
         """Send what still waits, for at most `GRACE_S`, and end."""
         raise NotImplementedError
+
+    def _send_waiting(self, end: socket.socket, waiting: bytearray) -> bool:
+        """Send of what waits for a peer as much as goes; whether the peer is still there."""
+        try:
+            while waiting:
+                sent = end.send(waiting)
+                self.sent_bytes += sent
+                del waiting[:sent]
+        except (BlockingIOError, InterruptedError):
+            pass
+        except OSError:
+            return False
+        return True
 
     def counts(self) -> dict[str, int]:
         """The counters by name."""

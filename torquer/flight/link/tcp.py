@@ -91,15 +91,7 @@ class TcpLink(Link):
         return data
 
     def _push(self, peer: _Peer) -> None:
-        """Send of what waits as much as goes."""
-        try:
-            while peer.waiting:
-                sent = peer.end.send(peer.waiting)
-                self.sent_bytes += sent
-                del peer.waiting[:sent]
-        except (BlockingIOError, InterruptedError):
-            pass
-        except OSError:
+        if not self._send_waiting(peer.end, peer.waiting):
             self._part_from(peer)
 
     def _part_from(self, peer: _Peer) -> None:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame, Stream
-from torquer.flight.packets.keys import Keys
 from torquer.flight.packets.protected import CommandSender, TelemetryReceiver
 from torquer.flight.packets.pus_user import User
 from torquer.flight.packets.software_file import SpaceLink
@@ -21,29 +19,26 @@ class Protection(NamedTuple):
 
 
 class Station:
-    """A ground station; historical frames where `keys` is None, else protected ones.
+    """A ground station for a satellite with this link; with PUS frames are the same.
 
-    `pus`: the packets are those of PUS-C; frames of commands and telemetry are the same.
     `stream`: counts what was lost or rejected of the frames; `protection`: of what is around them.
+
+        station = Station(load_link())
+        frames = list(station.receive(data))
     """
 
-    def __init__(self, dictionary: Dictionary, keys: Keys | None, pus: bool = False):
-        self.stream: Stream | User = Stream(dictionary, "down")
+    def __init__(self, link: SpaceLink):
+        keys, self.stream = link.keys, _new_stream(link)
         self.protection: Protection | None = None
-        if keys is not None:
+        if link.link != "historical":
             self.protection = Protection(
                 CommandSender(keys.up, keys.spi, keys.spacecraft),
                 TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft),
             )
-        if pus:
-            if keys is None:
-                raise ValueError("keys: must be given for PUS, whose packets are protected")
-            self.stream = User(dictionary, apid=keys.spacecraft)
 
     def command(self, frame: bytes) -> bytes:
         """Bytes to send for the frame of a command."""
-        data = self.stream.request(frame) if isinstance(self.stream, User) else frame
-        return self._protect(data)
+        return self._protect(self.stream.request(frame) if isinstance(self.stream, User) else frame)
 
     def ping(self) -> bytes:
         """Bytes of a connection test, of PUS only; `pings_answered` counts the answers."""
@@ -84,11 +79,7 @@ class Station:
         yield from self.stream.finish()
 
 
-def make_station(link: SpaceLink) -> Station:
-    """A ground station for a satellite with this link.
-
-    station = station_of(load_link())
-    frames = list(station.receive(data))
-    """
-    keys = None if link.link == "historical" else link.keys
-    return Station(link.dictionary, keys, pus=link.link == "pus")
+def _new_stream(link: SpaceLink) -> Stream | User:
+    if link.link == "pus":
+        return User(link.dictionary, apid=link.keys.spacecraft)
+    return Stream(link.dictionary, "down")
