@@ -1,7 +1,6 @@
 """The on-board computer of a scenario as a program: its control step, its tables, its state."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -81,11 +80,11 @@ def find_computer(scenario: Scenario) -> OnBoard:
     table = table._replace(oldest_s=oldest_readings_s(scenario, timetable_for(scenario, needs)))
     estimator = estimator_numbers(scenario, blocks)["estimator"]
     made = on_board.make_computer(_all_plain(blocks), estimator, table, is_flown=False)
-    laws, estimators = list(blocks.laws.values()), list(blocks.estimators.values())
     computer = {
-        "laws": _adapters(blocks.laws), "estimators": _adapters(blocks.estimators),
-        "law_blocks": _number_blocks(made.law_blocks, laws),
-        "estimator_blocks": _number_blocks(made.estimator_blocks, estimators), "modes": table,
+        "laws": tuple(map(_adapter, blocks.laws, blocks.laws.values())),
+        "estimators": tuple(map(_adapter, blocks.estimators, blocks.estimators.values())),
+        "law_blocks": _number_blocks(made.law_blocks),
+        "estimator_blocks": _number_blocks(made.estimator_blocks), "modes": table,
         "switch": _switches(table), "estimator": estimator, "host": 0,
     }  # fmt: skip
     board = first_board(blocks, modes, estimator)
@@ -100,10 +99,10 @@ def _all_plain(blocks: Blocks) -> Blocks:
     )
 
 
-def _number_blocks(rows: np.ndarray, blocks: Sequence[Block]) -> np.ndarray:
+def _number_blocks(rows: np.ndarray) -> np.ndarray:
     """The rows of blocks, with a function of its own for each."""
     rows = rows.copy()
-    rows["function"] = range(len(blocks))
+    rows["function"] = range(len(rows))
     return rows
 
 
@@ -113,10 +112,6 @@ def _switches(table) -> tuple:
         return ()
     checks = (on_board._check,) if table.is_checked else ()
     return (on_board._switch_modes, *checks)
-
-
-def _adapters(blocks: dict) -> tuple:
-    return tuple(_adapter(name, block) for name, block in blocks.items())
 
 
 def _adapter(name: str, block: Block) -> FunctionType:

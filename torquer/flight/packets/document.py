@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import ALARM, HEADERS, INFO
-from torquer.flight.packets.pus_profile import EVENT, HOUSEKEEPING, PERFORM_FUNCTION, Made, Profile
+from torquer.flight.packets.pus_profile import EVENT, Kind, Made, Profile
 from torquer.flight.packets.segments import can_id, places
 
 
@@ -121,13 +121,13 @@ def _report(profile: Profile, packet: Packet) -> str:
     }
     if any(service == EVENT for service, _ in kinds):
         return "TM[5,1] to TM[5,4], event definition ID: its code"
-    if kinds == {HOUSEKEEPING}:
+    if kinds == {Kind.HOUSEKEEPING}:
         return f"TM[3,25], structure ID {packet.id}"
-    return ", ".join(f"TM[{service},{subtype}]" for service, subtype in kinds - {HOUSEKEEPING})
+    return ", ".join(f"TM[{service},{subtype}]" for service, subtype in kinds - {Kind.HOUSEKEEPING})
 
 
 def _request(profile: Profile, packet: Packet) -> str:
     """The telecommand message of a packet."""
     kind = profile.request(Made(packet.id, 0, 0, bytes(packet.size))).kind
-    function = f", function ID {packet.id}" if kind == PERFORM_FUNCTION else ""
+    function = f", function ID {packet.id}" if kind == Kind.PERFORM_FUNCTION else ""
     return f"TC[{kind[0]},{kind[1]}]{function}"

@@ -12,20 +12,8 @@ from collections.abc import Iterator, Mapping
 
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import HEADER_BYTES, INFO, Frame, Rejected, Rejections
-from torquer.flight.packets.pus_profile import (
-    ARE_YOU_ALIVE,
-    I_AM_ALIVE,
-    INSERT_ACTIVITIES,
-    PERFORM_FUNCTION,
-    Made,
-    Message,
-    Profile,
-)
+from torquer.flight.packets.pus_profile import Kind, Made, Message, Profile
 from torquer.flight.packets.pus_verification import (
-    ACCEPTED,
-    COMPLETED,
-    FAILED,
-    REFUSED,
     Key,
     Report,
     Request,
@@ -99,20 +87,20 @@ class ApplicationProcess(Rejections):
         """The commands of a request; `Malformed` before the first of them if it is none."""
         kind, verification = (read.service, read.subtype), self._verification
         request = Request.of(packet)
-        if kind == INSERT_ACTIVITIES:
+        if kind == Kind.INSERT_ACTIVITIES:
             frames = self._profile.activities(read.data, self._apid)
             verification.insertion_begins(frame.raw for frame in frames)
             yield from frames
             verification.insertion_ends(request)
-        elif kind != ARE_YOU_ALIVE:
+        elif kind != Kind.ARE_YOU_ALIVE:
             yield self._profile.command(read, packet, 0)
         elif read.data:
             raise Malformed("length")
         else:
             verification.reports += [
-                *success(request, ACCEPTED),
-                Report(Message(I_AM_ALIVE, b""), read.source),
-                *success(request, COMPLETED),
+                *success(request, Kind.ACCEPTED),
+                Report(Message(Kind.I_AM_ALIVE, b""), read.source),
+                *success(request, Kind.COMPLETED),
             ]
 
     def _reject(self, packet: bytes, read: Telecommand | None, reason: str) -> None:
@@ -120,7 +108,7 @@ class ApplicationProcess(Rejections):
         self.note_rejected(Rejected(reason, _number(read), 0, 0, len(packet)))
         if is_telecommand(packet):
             request = Request.of(packet)
-            self._verification.reports += failure(request, REFUSED, self._codes[reason])
+            self._verification.reports += failure(request, Kind.REFUSED, self._codes[reason])
 
     def judged(self, packet: bytes, key: Key, code: int) -> None:
         """What became of a command of `feed`: 0 handed on, 14 waits for its time, else refused."""
@@ -149,7 +137,7 @@ class ApplicationProcess(Rejections):
     def _verified(self, request: Request, made: Made) -> list[bytes]:
         """The packet, if any, on the execution of a request."""
         code = made.data[_CODE]
-        reports = failure(request, FAILED, code) if code else success(request, COMPLETED)
+        reports = failure(request, Kind.FAILED, code) if code else success(request, Kind.COMPLETED)
         return [self._packet(each, made.time_s) for each in reports]
 
     def _packet(self, report: Report, time_s: int) -> bytes:
@@ -171,7 +159,7 @@ def _number(read: Telecommand | None) -> int:
     """What the log states of a telecommand: id of the command, else service and subtype."""
     if read is None:
         return 0
-    is_function = (read.service, read.subtype) == PERFORM_FUNCTION and read.data
+    is_function = (read.service, read.subtype) == Kind.PERFORM_FUNCTION and read.data
     return read.data[0] if is_function else read.service << 8 | read.subtype
 
 

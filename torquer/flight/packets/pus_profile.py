@@ -44,10 +44,6 @@ from torquer.flight.packets.space_packets import (
     read_telecommand,
 )
 
-#: Service and subtype of requests and reports.
-REPORT_PARAMETERS, SET_PARAMETERS, PARAMETER_VALUES = (20, 1), (20, 3), (20, 2)
-PERFORM_FUNCTION, INSERT_ACTIVITIES, HOUSEKEEPING = (8, 1), (11, 4), (3, 25)
-ARE_YOU_ALIVE, I_AM_ALIVE = (17, 1), (17, 2)
 EVENT, SEVERITIES = 5, (1, 2, 3, 4)
 #: Reason codes of a command that service 1 has messages of its own for: executed; received, and
 #: waits for its execution time.
@@ -63,6 +59,17 @@ _EXPECTED = {
     "set_parameter": "acknowledge u8, index u16, value f64",
     "get_parameter": "acknowledge u8, index u16",
 }
+
+
+class Kind:
+    """Service and subtype of requests and reports."""
+
+    ACCEPTED, REFUSED, COMPLETED, FAILED = (1, 1), (1, 2), (1, 7), (1, 8)
+    HOUSEKEEPING = (3, 25)
+    PERFORM_FUNCTION = (8, 1)
+    INSERT_ACTIVITIES = (11, 4)
+    ARE_YOU_ALIVE, I_AM_ALIVE = (17, 1), (17, 2)
+    REPORT_PARAMETERS, PARAMETER_VALUES, SET_PARAMETERS = (20, 1), (20, 2), (20, 3)
 
 
 class Message(NamedTuple):
@@ -102,8 +109,8 @@ class Profile:
         self._parameters = {
             kind: number
             for kind, name in (
-                (REPORT_PARAMETERS, "get_parameter"),
-                (SET_PARAMETERS, "set_parameter"),
+                (Kind.REPORT_PARAMETERS, "get_parameter"),
+                (Kind.SET_PARAMETERS, "set_parameter"),
             )
             if (number := _known_id(dictionary.up, name))
         }
@@ -117,7 +124,7 @@ class Profile:
         for kind, number in self._parameters.items():
             if number == command.id:
                 return Message(kind, bytes([1]) + arguments)
-        return Message(PERFORM_FUNCTION, bytes([command.id]) + arguments)
+        return Message(Kind.PERFORM_FUNCTION, bytes([command.id]) + arguments)
 
     def command(self, request: Telecommand, packet: bytes, time_s: int) -> Frame:
         """The command of a request, for execution at a time; `Malformed` if it is none.
@@ -138,11 +145,11 @@ class Profile:
     def _number(self, request: Telecommand) -> int:
         """Id of the packet that a request means."""
         kind, data = (request.service, request.subtype), request.data
-        if kind != PERFORM_FUNCTION and kind not in self._parameters:
+        if kind != Kind.PERFORM_FUNCTION and kind not in self._parameters:
             raise Malformed("unknown")
         if not data:
             raise Malformed("length")
-        if kind == PERFORM_FUNCTION:
+        if kind == Kind.PERFORM_FUNCTION:
             return 0 if data[0] in self._parameters.values() else data[0]
         if data[0] != 1:  # a command of the dictionary has one parameter
             raise Malformed("value")
@@ -173,8 +180,8 @@ class Profile:
             code = made.data[1]
             return Message((EVENT, severities.get(code, _LOW)), bytes([code]) + made.data)
         if made.id == self._parameter and made.code == INFO:
-            return Message(PARAMETER_VALUES, bytes([1]) + made.data)
-        return Message(HOUSEKEEPING, _STRUCTURE.pack(made.code << 8 | made.id) + made.data)
+            return Message(Kind.PARAMETER_VALUES, bytes([1]) + made.data)
+        return Message(Kind.HOUSEKEEPING, _STRUCTURE.pack(made.code << 8 | made.id) + made.data)
 
     def frame(self, kind: tuple[int, int], time_s: int, data: bytes) -> Frame:
         """The frame of a message; `Malformed` if it is none."""
@@ -190,14 +197,14 @@ class Profile:
 
     def _frame(self, kind: tuple[int, int], data: bytes) -> tuple[int, int, bytes]:
         """Id, status and packed fields of a message."""
-        if kind == HOUSEKEEPING and len(data) >= _STRUCTURE.size:
+        if kind == Kind.HOUSEKEEPING and len(data) >= _STRUCTURE.size:
             (structure,) = _STRUCTURE.unpack_from(data)
             return structure & 0xFF, structure >> 8, data[_STRUCTURE.size :]
         if kind[0] == EVENT and kind[1] in SEVERITIES and len(data) > 2:
             if data[0] != data[2]:
                 raise Malformed("value")
             return self._event, ALARM, data[1:]
-        if kind == PARAMETER_VALUES and data:
+        if kind == Kind.PARAMETER_VALUES and data:
             if data[0] != 1:
                 raise Malformed("value")
             return self._parameter, INFO, data[1:]
@@ -211,7 +218,7 @@ def ack_flags(command: Made) -> int:
 
 def insertion(time_s: int, packet: bytes) -> Message:
     """The message by which a telecommand packet waits for its release time on board."""
-    return Message(INSERT_ACTIVITIES, bytes([1]) + cds(time_s) + packet)
+    return Message(Kind.INSERT_ACTIVITIES, bytes([1]) + cds(time_s) + packet)
 
 
 def frame_packet(packet: Packet, time_s: int, data: bytes, status: int = INFO) -> Frame:

@@ -15,11 +15,9 @@ from torquer.flight.packets.codec import encoder
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.pus_profile import (
-    ARE_YOU_ALIVE,
     DONE,
-    I_AM_ALIVE,
-    INSERT_ACTIVITIES,
     WAITING,
+    Kind,
     Made,
     Message,
     Profile,
@@ -27,7 +25,6 @@ from torquer.flight.packets.pus_profile import (
     frame_packet,
     insertion,
 )
-from torquer.flight.packets.pus_verification import ACCEPTED, COMPLETED, FAILED, REFUSED
 from torquer.flight.packets.space_packets import (
     COUNTS,
     Malformed,
@@ -91,7 +88,7 @@ class User:
 
     def ping(self) -> bytes:
         """A connection test: TC[17,1]; its answer is counted."""
-        return self._telecommand(Message(ARE_YOU_ALIVE, b""), self._next_count(), 0)
+        return self._telecommand(Message(Kind.ARE_YOU_ALIVE, b""), self._next_count(), 0)
 
     def feed(self, packet: bytes) -> Iterator[Frame]:
         """The frame, if any, that a telemetry packet stands for."""
@@ -122,7 +119,7 @@ class User:
         packet = self._telecommand(message, count, ack_flags(made))
         number = request_id(packet)
         self._sent.pop(number, None)
-        inserts = message.kind == INSERT_ACTIVITIES
+        inserts = message.kind == Kind.INSERT_ACTIVITIES
         self._sent[number] = Sent(made.id, made.code, made.time_s, inserts)
         if len(self._sent) > self.MOST_SENT:
             del self._sent[next(iter(self._sent))]
@@ -131,9 +128,9 @@ class User:
     def _frame(self, read: Telemetry) -> Frame | None:
         """The frame of a report; None if it was only to be counted."""
         kind = (read.service, read.subtype)
-        if read.service == ACCEPTED[0]:
+        if read.service == Kind.ACCEPTED[0]:
             return self._answer(kind, read)
-        if kind != I_AM_ALIVE:
+        if kind != Kind.I_AM_ALIVE:
             return self._profile.frame(kind, read.time_s, read.data)
         if read.data:
             raise Malformed("length")
@@ -142,15 +139,15 @@ class User:
 
     def _answer(self, kind: tuple[int, int], read: Telemetry) -> Frame | None:
         """The acknowledgement that a report of service 1 stands for."""
-        if kind not in (ACCEPTED, REFUSED, COMPLETED, FAILED):
+        if kind not in (Kind.ACCEPTED, Kind.REFUSED, Kind.COMPLETED, Kind.FAILED):
             raise Malformed("unknown")
-        number, failed = read.data[:4], kind in (REFUSED, FAILED)
+        number, failed = read.data[:4], kind in (Kind.REFUSED, Kind.FAILED)
         if len(read.data) != 4 + failed:
             raise Malformed("length")
         code = read.data[4] if failed else DONE
         # another user of the process may have sent a request with the same ID
         sent = self._sent.get(number) if read.destination == SOURCE else None
-        if kind == ACCEPTED:
+        if kind == Kind.ACCEPTED:
             self.accepted += 1
             is_told = sent is not None and sent.inserts
             return self._acknowledgement(sent, WAITING, read.time_s) if is_told else None
@@ -158,7 +155,7 @@ class User:
             self.unknown_requests += 1
         else:
             del self._sent[number]
-            if kind == COMPLETED and sent.inserts:
+            if kind == Kind.COMPLETED and sent.inserts:
                 return None
         return self._acknowledgement(sent, code, read.time_s)
 

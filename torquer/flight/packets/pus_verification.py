@@ -15,10 +15,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from torquer.flight.packets.pus_profile import DONE, WAITING, Message
+from torquer.flight.packets.pus_profile import DONE, WAITING, Kind, Message
 from torquer.flight.packets.space_packets import ACCEPTANCE, COMPLETION, request_id
 
-ACCEPTED, REFUSED, COMPLETED, FAILED = ((1, subtype) for subtype in (1, 2, 7, 8))
 #: Place of the source id in a telecommand packet, and of the byte that ends with its ack flags.
 _SOURCE, _ACK = slice(9, 11), slice(6, 7)
 #: What the answer to a command states of it: id of its packet, module, time stamp [s].
@@ -48,7 +47,7 @@ class Report(NamedTuple):
 
 def success(request: Request, kind: tuple[int, int]) -> list[Report]:
     """The report, if it is asked for, that a request was accepted or completed."""
-    asked = ACCEPTANCE if kind == ACCEPTED else COMPLETION
+    asked = ACCEPTANCE if kind == Kind.ACCEPTED else COMPLETION
     return [Report(Message(kind, request.id), request.source)] if request.ack & asked else []
 
 
@@ -95,7 +94,7 @@ class Verification:
             if dropped in self._on_their_way:
                 self._on_their_way.remove(dropped)
             if not alone:  # else the report on the insertion says it
-                self.reports += failure(request, REFUSED, code)
+                self.reports += failure(request, Kind.REFUSED, code)
 
     def insertion_begins(self, activities: Iterable[bytes]) -> None:
         """Activities (telecommand packets) are judged from now on."""
@@ -108,11 +107,11 @@ class Verification:
         codes, self._inserting = list(self._inserting.values()), {}
         faults = [code for code in codes if code not in (DONE, WAITING)]
         if len(faults) == len(codes):
-            self.reports += failure(request, REFUSED, faults[0])
+            self.reports += failure(request, Kind.REFUSED, faults[0])
             return
-        self.reports += success(request, ACCEPTED)
+        self.reports += success(request, Kind.ACCEPTED)
         self.reports += (
-            failure(request, FAILED, faults[0]) if faults else success(request, COMPLETED)
+            failure(request, Kind.FAILED, faults[0]) if faults else success(request, Kind.COMPLETED)
         )
 
     def answered(self, keys: Sequence[Key]) -> list[Request | None]:
@@ -137,7 +136,7 @@ class Verification:
         """The reports that wait, those on commands handed on just now included."""
         for each in self._on_their_way:
             if not each.reported:
-                self.reports += success(each.request, ACCEPTED)
+                self.reports += success(each.request, Kind.ACCEPTED)
         self._on_their_way = [each._replace(reported=True) for each in self._on_their_way]
         taken, self.reports = self.reports, []
         return taken
