@@ -5,8 +5,9 @@ import os
 import pytest
 
 from torquer.base.folder_lock import claim
+from torquer.base.replaced_files import replacing
 from torquer.cli.output import make_writable
-from torquer.simulation.results.file import own_folder, put, replacing
+from torquer.simulation.results.file import own_folder, put
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links need rights there")
 

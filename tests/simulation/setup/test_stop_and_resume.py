@@ -292,7 +292,7 @@ def test_saving_replaces_the_file_only_when_all_is_written(make, tmp_path, monke
     def full_disk(file):
         raise OSError("No space left on device")
 
-    monkeypatch.setattr("torquer.simulation.results.file._to_disk", full_disk)
+    monkeypatch.setattr("torquer.simulation.results.file.to_disk", full_disk)
     with pytest.raises(OSError, match="No space"):
         save(result, path)
     monkeypatch.undo()

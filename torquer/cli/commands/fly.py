@@ -34,9 +34,9 @@ from torquer.flight.software.faults import (
     software_faults,
     with_device_faults,
 )
-from torquer.flight.software.lateness import Lateness
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.session import (
+    Lateness,
     Recorder,
     Sender,
     Session,

@@ -16,6 +16,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
+from torquer.base.replaced_files import folder_to_disk, replacing, to_disk
 from torquer.flight.packets.reasons import Reason
 
 #: Before the data of a file: mark, number of the writing, length of the data, CRC-32 of the name,
@@ -52,26 +53,19 @@ class Folder(MutableMapping[str, bytes]):
             raise KeyError(name) from None
 
     def __setitem__(self, name: str, content: bytes) -> None:
-        unfinished = self.path / f".{name}.part"
-        try:
-            unfinished.unlink(missing_ok=True)  # a link left there would be written through
-            with open(unfinished, "xb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(unfinished, self.path / name)
-        except OSError:
-            with contextlib.suppress(OSError):
-                unfinished.unlink(missing_ok=True)
-            raise
-        self._sync()
+        with (
+            replacing(self.path / name, f".{name}.part") as unfinished,
+            open(unfinished, "r+b") as file,
+        ):
+            file.write(content)
+            to_disk(file)
 
     def __delitem__(self, name: str) -> None:
         try:
             (self.path / name).unlink()
         except FileNotFoundError:
             raise KeyError(name) from None
-        self._sync()
+        folder_to_disk(self.path)
 
     def __iter__(self) -> Iterator[str]:
         with os.scandir(self.path) as found:
@@ -79,15 +73,6 @@ class Folder(MutableMapping[str, bytes]):
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
-
-    def _sync(self) -> None:
-        """A new name is on the disk when its folder is."""
-        with contextlib.suppress(OSError):  # not on every system
-            descriptor = os.open(self.path, os.O_RDONLY)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
 
 
 def seal(name: str, writing: int, data: bytes) -> bytes:

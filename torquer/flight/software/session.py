@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -33,6 +34,8 @@ from torquer.simulation.setup.signals import noted_signals
 #: Control steps from one recorded digest to the next.
 STRIDE = 64
 _DIGITS = 16
+#: Classes of lateness in a second.
+_PER_S = 10_000
 #: The longest sleep [s] without a look at the signals.
 _MOMENT_S = 0.1
 
@@ -169,6 +172,34 @@ class Tick(NamedTuple):
     uplink: bytes
     downlink: bytes
     late_s: float = 0.0
+
+
+class Lateness:
+    """How late control steps begin that should keep pace with a clock, in classes of 0.1 ms."""
+
+    def __init__(self) -> None:
+        self._count: Counter[int] = Counter()
+        self._most_s = 0.0
+
+    def take(self, late_s: float) -> None:
+        """Count a control step that began late [s]."""
+        self._count[int(late_s * _PER_S)] += 1
+        self._most_s = max(self._most_s, late_s)
+
+    def within_ms(self, part: float) -> float:
+        """Lateness that a part of the control steps do not exceed [ms], rounded up."""
+        wanted, seen = part * self._count.total(), 0
+        for number in sorted(self._count):
+            seen += self._count[number]
+            if seen >= wanted:
+                return min((number + 1) / _PER_S, self._most_s) * 1e3
+        return 0.0
+
+    def summary(self) -> dict[str, float]:
+        """Median, that of 99 % and the greatest lateness [ms]."""
+        most_ms = self._most_s * 1e3
+        found = {"median": self.within_ms(0.5), "99 %": self.within_ms(0.99), "most": most_ms}
+        return {name: round(value, 3) for name, value in found.items()}
 
 
 def fly_steps(

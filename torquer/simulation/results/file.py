@@ -17,6 +17,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+from torquer.base.replaced_files import replacing, to_disk
 from torquer.simulation.results.claims import Unbelievable, check_claims
 from torquer.simulation.setup.signals import noted_signals
 
@@ -59,7 +60,7 @@ def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     ):
         file.write(data)
         file.write(_SEAL + hashlib.sha256(data).hexdigest().encode())
-        _to_disk(file)
+        to_disk(file)
 
 
 #: Names under which commands write their results into a folder.
@@ -204,32 +205,13 @@ def own_folder(path) -> Path:
     return path
 
 
-@contextlib.contextmanager
-def replacing(path: Path):
-    """A new file to write next to the given path, which takes its place at the end of the block.
-
-    A file or link of its name is removed first: one that others have left would be written through.
-    """
-    unfinished = path.with_name(path.name + ".part")
-    unfinished.unlink(missing_ok=True)
-    try:
-        unfinished.open("xb").close()
-        yield unfinished
-        os.replace(unfinished, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            unfinished.unlink(missing_ok=True)
-        raise
-    _folder_to_disk(path.parent)
-
-
 def _seal(path: Path) -> None:
     """Write the digest of all that HDF5 left in a file behind it."""
     with path.open("r+b") as file:
         digest = _digest_file(file, path.stat().st_size)
         file.seek(0, os.SEEK_END)
         file.write(_SEAL + digest)
-        _to_disk(file)
+        to_disk(file)
 
 
 def _check(path: Path, file: BinaryIO, size: int) -> None:
@@ -249,21 +231,6 @@ def _digest_file(file: BinaryIO, length: int) -> bytes:
         digest.update(block)
         left -= len(block)
     return digest.hexdigest().encode()
-
-
-def _to_disk(file: BinaryIO) -> None:
-    file.flush()
-    os.fsync(file.fileno())
-
-
-def _folder_to_disk(folder: Path) -> None:
-    """A new name is on the disk when its folder is."""
-    with contextlib.suppress(OSError):  # not on every system
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
 
 
 def _reserve(file: BinaryIO, size: int, room: int) -> None:
