@@ -93,7 +93,8 @@ def instants(ephemeris: OnBoardEphemeris) -> np.ndarray:
 
 def translated_ephemeris(ephemeris: OnBoardEphemeris) -> tuple[Program, str, Record]:
     """The program of the kernels, the name of the first of them, the type of its constants."""
-    models, elements = _models_type(ephemeris.models), elements_type(ephemeris.kind)
+    models, names = _models_type(ephemeris.models), ELEMENTS[ephemeris.kind].names or ()
+    elements = Record("adcs_elements", tuple((name, REAL) for name in names))
     kernel = KINDS[ephemeris.kind][0]
     place: list[Type] = [Tuple((REAL,) * 3)] * (2 if ephemeris.kind == "given" else 0)
 
@@ -104,11 +105,6 @@ def translated_ephemeris(ephemeris: OnBoardEphemeris) -> tuple[Program, str, Rec
 
     program = translate_repeatedly(build, prefix="eph_")
     return program, build(program).name, models
-
-
-def elements_type(kind: str) -> Record:
-    """The struct of elements."""
-    return Record("adcs_elements", tuple((name, REAL) for name in ELEMENTS[kind].names or ()))
 
 
 def _models_type(models: Models) -> Record:

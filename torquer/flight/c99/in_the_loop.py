@@ -3,7 +3,7 @@
 from torquer.computer.computer import Board
 from torquer.computer.interface import KNOWN
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.tables import numbers_in
+from torquer.flight.c99.tables import numbers_in, state_parts
 from torquer.flight.c99.texts import fill_template
 
 #: Parameters are floats; those that C has not set keep all digits in the simulation.
@@ -30,8 +30,7 @@ _GET_FLOATS = """\
 
 def in_the_loop_text(name: str, board: Board) -> str:
     """The file `test/in_the_loop.c` of a computer."""
-    arrays = [board.known, board.parameters, board.memory, *board.modes, board.chosen]
-    fields = KNOWN.names or ()
+    arrays, fields = state_parts(board), KNOWN.names or ()
     lengths = [len(numbers_in(array)) if len(array) else 0 for array in arrays]
     words = [len(numbers_in(array)) for array in arrays]
     put_floats = get_floats = ""

@@ -34,7 +34,6 @@ class Variable:
     form: Form = Form.VARIABLE
     roots: frozenset[str] = frozenset()
     bounds: Bounds = UNBOUNDED
-    static: object = None
     settled: bool = False
 
 
@@ -253,10 +252,6 @@ class Scope:
             return
         self.at_top.append(Declared(1, "", own, value.type, roots))
         self.block.lines.append(Stored(self.depth, _assigned_text(value), own))
-
-    def loop_variable(self, name: str, counter: Value) -> None:
-        """The variable of a loop, which C declares with the loop."""
-        self.variables[name] = Variable(counter.text, counter.type, bounds=counter.bounds)
 
     def listed(self, parts: list[Value]) -> str:
         """Values of one type, in an array of their own."""

@@ -15,7 +15,7 @@ from torquer.flight.c99.evaluate import (
 )
 from torquer.flight.c99.lines import Line
 from torquer.flight.c99.places import fill, fill_all
-from torquer.flight.c99.scope import Scope
+from torquer.flight.c99.scope import Scope, Variable
 from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.types import INT, NOTHING, REAL, TIME, Array, Bounds, Number, Static, Tuple
 from torquer.flight.c99.values import Rank, Value, constant, select_cell
@@ -315,8 +315,8 @@ def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
     counter = Value(name, INT, bounds=_count_range(low, high, step))
     head = f"for (int64_t {name} = {low.text}; {name} {sign} {high.within(Rank.SUM)}; {further})"
     with s.braces(head):
-        if own:
-            s.loop_variable(node.target.id, counter)
+        if own:  # C declares it with the loop
+            s.variables[node.target.id] = Variable(name, INT, bounds=counter.bounds)
         else:
             s.set(node, node.target.id, counter, None)
         block(s, node.body)

@@ -74,8 +74,12 @@ def state_numbers(board: Board) -> np.ndarray:
 
     An array of no length has one place there, which stays zero.
     """
-    parts = [board.known, board.parameters, board.memory, *board.modes, board.chosen]
-    return np.concatenate([numbers_in(part) for part in parts])
+    return np.concatenate([numbers_in(part) for part in state_parts(board)])
+
+
+def state_parts(board: Board) -> list[np.ndarray]:
+    """The arrays of a state, in the order in which its struct in C has them."""
+    return [board.known, board.parameters, board.memory, *board.modes, board.chosen]
 
 
 def numbers_in(part: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ The types of fields of memory and of named tuples, of variables and of answers f
 stored in them, which a first translation finds out for the next (`torquer.flight.c99.program`).
 """
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 from torquer.flight.c99.translation import Place, Translation
@@ -69,7 +68,7 @@ def type_tuple(s: Place, of: type, parts: list[Value]) -> list[Value]:
     """Parts of a tuple; those of a named one with times in the fields that hold times anywhere."""
     marks = [(of, name) for name in getattr(of, "_fields", ())]
     for mark, part in zip(marks, parts, strict=False):
-        if _has_time(part.type):
+        if TIME in _numbers(part.type):
             s.program.times.add(mark)
     if not marks:
         kind = tuple_type(tuple(each.type for each in parts))
@@ -92,12 +91,8 @@ def type_constant(program: Translation, kind: Tuple) -> Tuple:
     return Tuple(tuple(parts), kind.fields, kind.name, kind.of)
 
 
-def _has_time(kind: Type) -> bool:
-    """Whether a number or one of an unnamed tuple is a time."""
-    return any(each == TIME for each in _numbers(kind))
-
-
-def _numbers(kind: Type) -> Iterable[Type]:
+def _numbers(kind: Type) -> list[Type]:
+    """A number, or those of an unnamed tuple."""
     if isinstance(kind, Tuple) and not kind.fields:
         return [each for part in kind.parts for each in _numbers(part)]
     return [kind]
