@@ -26,7 +26,7 @@ from torquer.report.common.interactive import (
     MENU,
     axis,
     band,
-    layout,
+    figure,
     line,
     pack_numbers,
     shade,
@@ -104,8 +104,7 @@ def bands_figure(result: xr.Dataset, summary: dict, names: list[str]) -> dict:
                       series_unit(result, names[0]))  # fmt: skip
     y_axis = axis(title, type=_scale(found), hoverformat=".4~g")
     x_axis = axis(f"time [{clock.unit}]", hoverformat=".4~g")
-    return {"data": data,
-            "layout": layout(360, xaxis=x_axis, yaxis=y_axis, hovermode="x unified")}  # fmt: skip
+    return figure(data, 360, x_axis, y_axis)
 
 
 def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
@@ -134,8 +133,7 @@ def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
     }
     y_axis = axis(with_unit(name, summary["outcomes"][name]["unit"]), type=_scale(y))
     x_axis = axis(labels[keys[0]], type=_scale(columns[keys[0]]))
-    return {"data": data, "layout": layout(340, xaxis=x_axis, yaxis=y_axis, updatemenus=[menu],
-                                           hovermode="closest")}  # fmt: skip
+    return figure(data, 340, x_axis, y_axis, updatemenus=[menu], hovermode="closest")
 
 
 def _points(x: np.ndarray, y: np.ndarray, kind, visible: bool) -> dict:
@@ -165,7 +163,7 @@ def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
     data.append(square(f"up to {chance:.2g}: may be chance", translucent(GREY, 0.3)))
     x_axis = axis("Spearman's rank correlation", range=[-1.0, 1.0])
     shapes = [shade(-chance, chance, translucent(GREY, 0.3))]
-    return {"data": data, "layout": _bars_layout(len(keys), len(pairs), x_axis, shapes=shapes)}
+    return _bars_figure(data, len(keys), len(pairs), x_axis, shapes=shapes)
 
 
 def sobol_figure(groups: dict[str, dict]) -> dict:
@@ -180,7 +178,7 @@ def sobol_figure(groups: dict[str, dict]) -> dict:
         beyond = {"array": high, "arrayminus": low}
         error = {"type": "data", "symmetric": False, "color": GREY, "thickness": 1.2, **beyond}
         data.append(_bars(label, names, sizes, colour) | {"error_x": error})
-    return {"data": data, "layout": _bars_layout(len(names), 2, axis("share of the variance"))}
+    return _bars_figure(data, len(names), 2, axis("share of the variance"))
 
 
 def _bars(name: str, keys, sizes, colour: str) -> dict:
@@ -188,12 +186,12 @@ def _bars(name: str, keys, sizes, colour: str) -> dict:
             "marker": {"color": colour}}  # fmt: skip
 
 
-def _bars_layout(rows: int, bars: int, x_axis: dict, **keys) -> dict:
-    """Layout of rows of horizontal bars, the first row on top."""
+def _bars_figure(data: list[dict], rows: int, bars: int, x_axis: dict, **keys) -> dict:
+    """Rows of horizontal bars, the first row on top."""
     height = MARGIN_PX["t"] + MARGIN_PX["b"] + rows * (14 * bars + 12)
     y_axis = axis("", autorange="reversed", type="category", showgrid=False)
-    return layout(max(height, 180), xaxis=x_axis, yaxis=y_axis, barmode="group",
-                  hovermode="y unified", **keys)  # fmt: skip
+    keys = {"barmode": "group", "hovermode": "y unified", **keys}
+    return figure(data, max(height, 180), x_axis, y_axis, **keys)
 
 
 def convergence_figure(name: str, counts, found: np.ndarray, result, summary: dict) -> dict:
@@ -214,8 +212,7 @@ def convergence_figure(name: str, counts, found: np.ndarray, result, summary: di
     if len(ends) and np.ptp(ends) > 0.0:  # the first intervals are very wide
         margin = 0.05 * np.ptp(ends)
         y_axis["range"] = [float(ends.min() - margin), float(ends.max() + margin)]
-    return {"data": data, "layout": layout(260, xaxis=x_axis, yaxis=y_axis,
-                                           hovermode="x unified")}  # fmt: skip
+    return figure(data, 260, x_axis, y_axis)
 
 
 def cdf_figure(
@@ -233,8 +230,7 @@ def cdf_figure(
     ]
     x_axis = axis(with_unit(name, unit), type=_scale(known), hoverformat=".4~g")
     y_axis = axis("share of members", range=[0.0, 1.02])
-    return {"data": data, "layout": layout(320, xaxis=x_axis, yaxis=y_axis,
-                                           hovermode="x unified")}  # fmt: skip
+    return figure(data, 320, x_axis, y_axis)
 
 
 def difference_figure(label: str, middle: float, low: float, high: float) -> dict:
@@ -245,6 +241,5 @@ def difference_figure(label: str, middle: float, low: float, high: float) -> dic
             {**line([middle], [0], "difference", colour), "mode": "markers",
              "marker": {"color": colour, "size": 12}}]  # fmt: skip
     y_axis = {"visible": False, "range": [-1, 1], "fixedrange": True}
-    return {"data": data, "layout": layout(110, xaxis=axis(label, range=[-reach, reach]),
-                                           yaxis=y_axis, shapes=[vertical(0.0, GREY)],
-                                           hovermode="closest")}  # fmt: skip
+    zero, x_axis = vertical(0.0, GREY), axis(label, range=[-reach, reach])
+    return figure(data, 110, x_axis, y_axis, shapes=[zero], hovermode="closest")

@@ -12,9 +12,11 @@ from torquer.analysis.series import bands_where
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREEN, GREY, RED
 from torquer.report.common.interactive import (
+    MOST_BANDS,
+    NIGHT,
     axis,
     band,
-    layout,
+    figure,
     line,
     shade,
     square,
@@ -25,9 +27,6 @@ from torquer.report.filter.pictures import COLOURS, LAGS, UNITS, measures
 
 #: Runs drawn one by one, most instants of these, most instants of other lines.
 RUNS, _OF_RUNS, _MOST_INSTANTS = 10, 400, 1500
-#: Sun not in view.
-_NIGHT = "rgba(110,125,180,0.20)"
-_MOST_BANDS = 400
 
 
 def errors_figure(found: FilterCheck, name: str, first: int) -> dict:
@@ -71,14 +70,12 @@ def _over_time(found: FilterCheck, panels, panel_px: int, clock: Clock) -> dict:
     """Panels over time, shaded where no Sun sensor sees the Sun."""
     expected = found.expected
     hidden = bands_where(expected.t_s, 1.0 - np.asarray(expected.sun_seen, dtype=float))
-    if 0 < len(hidden) <= _MOST_BANDS:
-        panels[0][0].append(square("Sun not in view", _NIGHT))
-    shapes = [shade(a / clock.seconds, b / clock.seconds, _NIGHT) for a, b in hidden]
+    if 0 < len(hidden) <= MOST_BANDS:
+        panels[0][0].append(square("Sun not in view", NIGHT))
+    shapes = [shade(a / clock.seconds, b / clock.seconds, NIGHT) for a, b in hidden]
     ended = float(found.flown.t_s[-1]) / clock.seconds
     x_axis = axis(f"time [{clock.unit}]", range=[0.0, ended], hoverformat=".4~g")
-    return stack_traces(
-        panels, panel_px, x_axis, shapes=shapes[:_MOST_BANDS], hovermode="x unified"
-    )
+    return stack_traces(panels, panel_px, x_axis, shapes=shapes[:MOST_BANDS], hovermode="x unified")
 
 
 def consistency_figure(found: FilterCheck) -> dict:
@@ -113,8 +110,7 @@ def whiteness_figure(found: FilterCheck) -> dict:
         data.append(line(lags, rows[:, 0], name, colour, mode="lines+markers"))
     x_axis = axis("lag [readings]", dtick=1)
     y_axis = axis("correlation", hoverformat=".3~f")
-    return {"data": data, "layout": layout(320, xaxis=x_axis, yaxis=y_axis,
-                                           hovermode="x unified")}  # fmt: skip
+    return figure(data, 320, x_axis, y_axis)
 
 
 def make_figures(found: FilterCheck, states) -> dict[str, dict]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from torquer.report.common.colours import RED
-from torquer.report.common.interactive import axis, layout, pack_numbers
+from torquer.report.common.interactive import axis, figure, pack_numbers, point
 from torquer.report.common.scales import clock_for
 from torquer.report.flight.view import View
 
@@ -43,29 +43,14 @@ def track_figure(view: View) -> dict:
                     "hovertemplate": hover,
                 }
             )
+    ring = {"color": "#222222", "width": 2}
     for label, row, symbol in (("start", 0, "circle"), ("end", -1, "square")):
-        ring = {"color": "#222222", "width": 2}
         marker = {"symbol": symbol, "size": 11, "color": "white", "line": ring}
-        data.append(
-            {
-                "type": "scatter",
-                "x": [float(lon[row])],
-                "y": [float(lat[row])],
-                "mode": "markers",
-                "marker": marker,
-                "name": label,
-            }
-        )
+        data.append(point(float(lon[row]), float(lat[row]), label, **marker))
     keys = {"dtick": 30, "constrain": "domain"}
-    return {
-        "data": data,
-        "layout": layout(
-            TRACK_PX,
-            hovermode="closest",
-            xaxis=axis("longitude [deg]", range=[-180, 180], **keys),
-            yaxis=axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys),
-        ),
-    }
+    x_axis = axis("longitude [deg]", range=[-180, 180], **keys)
+    y_axis = axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys)
+    return figure(data, TRACK_PX, x_axis, y_axis, hovermode="closest")
 
 
 def _field_contours(lon, lat, strength) -> dict:
