@@ -95,7 +95,7 @@ def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
     at every control step.
     """
     from torquer.analysis.filters.smoothing import measure_accuracy, smooth_run
-    from torquer.report.filter.smoothed import draw_smoothed
+    from torquer.report.filter.pictures import draw_smoothed
 
     run = load_result(result, "RESULT")
     with explain_errors(result):

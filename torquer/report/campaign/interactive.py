@@ -20,7 +20,7 @@ from torquer.report.campaign.convergence import choose_mean
 from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
 from torquer.report.campaign.shared import is_wide, steps
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, RUNS, SKY
 from torquer.report.common.interactive import (
     MARGIN_PX,
     MENU,
@@ -37,8 +37,7 @@ from torquer.report.common.interactive import (
 )
 from torquer.report.common.scales import clock_for
 
-#: Colours of outcomes, worst members; of members that failed, which is dark on paper.
-COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED)
+#: Colour of members that failed, which is dark on paper.
 _FAILED = RED
 #: Most instants of a line, most members of a kind, most inputs of a figure.
 _MOST_INSTANTS, _MOST_POINTS, _MOST_INPUTS = 1000, 1000, 10
@@ -157,7 +156,7 @@ def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
     keys = most_correlated(list(pairs.values()), _MOST_INPUTS)
     chance = summary["chance_correlation"]
     data = [
-        _bars(name, keys, [found.get(key) for key in keys], COLOURS[k % len(COLOURS)])
+        _bars(name, keys, [found.get(key) for key in keys], RUNS[k % len(RUNS)])
         for k, (name, found) in enumerate(pairs.items())
     ]
     data.append(square(f"up to {chance:.2g}: may be chance", translucent(GREY, 0.3)))

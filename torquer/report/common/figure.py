@@ -4,6 +4,7 @@ The object interface only: no global state, any thread, no display.
 """
 
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from textwrap import shorten
 
@@ -58,6 +59,15 @@ def encode_png(figure: Figure) -> bytes:
 def save_figure(figure: Figure, path) -> Path:
     """Write a figure as a PNG file."""
     return put(path, encode_png(figure))
+
+
+def save_figures(figures: Mapping[str, Figure | None], folder: Path) -> dict[str, Path]:
+    """Write figures into a folder as `NAME.png`, without those that are None; paths by name."""
+    return {
+        name: save_figure(figure, folder / f"{name}.png")
+        for name, figure in figures.items()
+        if figure is not None
+    }
 
 
 def place(figure: Figure, left: float, top: float, width: float, height: float, **keys):

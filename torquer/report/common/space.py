@@ -51,17 +51,17 @@ def scene(eye: Iterable[float], aspectmode: str, **axis) -> dict:
     }  # fmt: skip
 
 
-def line(points, colour: str, width: float, name: str, **keys) -> dict:
+def line(points, colour: str, width: float, name: str, digits: int = 3, **keys) -> dict:
     """A line through points [n, 3], broken where they are not numbers."""
     return {
-        "type": "scatter3d", "mode": "lines", **xyz(points), "name": name,
+        "type": "scatter3d", "mode": "lines", **xyz(points, digits), "name": name,
         "line": {"color": colour, "width": width}, **keys,
     }  # fmt: skip
 
 
-def xyz(points) -> dict:
+def xyz(points, digits: int = 3) -> dict:
     """Columns of points [n, 3] as plotly takes them, None for a gap."""
-    columns = zip("xyz", np.round(np.transpose(points), 3).tolist(), strict=True)
+    columns = zip("xyz", np.round(np.transpose(points), digits).tolist(), strict=True)
     return {name: [None if math.isnan(v) else v for v in column] for name, column in columns}
 
 

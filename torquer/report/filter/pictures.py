@@ -1,10 +1,11 @@
-"""Pictures of a filter's statistics: errors, NEES and NIS, whiteness."""
+"""Pictures of filters: errors, NEES and NIS, whiteness; expected accuracy; smoothed runs."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 
 from torquer.analysis.filters.filter_check import FilterCheck
@@ -16,10 +17,13 @@ from torquer.analysis.filters.filter_statistics import (
     nis,
 )
 from torquer.analysis.filters.observability import filter_states
+from torquer.analysis.filters.sensor_sets import SensorSet
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import legend_at_left, save_figure, stack_panels
+from torquer.maths.geometry.quaternion import angle_between
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED, curve_colour
+from torquer.report.common.figure import legend_at_left, save_figure, save_figures, stack_panels
 from torquer.report.common.scales import Clock, clock_for
+from torquer.simulation.results.dataset import flown_scenario
 
 #: Runs drawn one by one; readings apart up to which correlation is shown.
 _LINES, LAGS = 40, 20
@@ -45,8 +49,7 @@ Drawn = TypeVar("Drawn")
 
 def draw_all(found: FilterCheck, folder: Path) -> dict[str, Path]:
     """All pictures of a check as PNG files; their paths by name; none if nothing started."""
-    drawn = by_name(found, _draw_errors, _draw_consistency, _draw_whiteness)
-    return {name: save_figure(figure, folder / f"{name}.png") for name, figure in drawn.items()}
+    return save_figures(by_name(found, _draw_errors, _draw_consistency, _draw_whiteness), folder)
 
 
 def by_name(
@@ -186,3 +189,53 @@ def _finish(panels, clock: Clock) -> None:
     legend_at_left(panels[0], 4)
     panels[-1].set_xlabel(f"time [{clock.unit}]", fontsize=10)
     panels[-1].margins(x=0)
+
+
+# ------------------------------------------------------------ expected and smoothed
+
+
+def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
+    """95th percentile of the attitude error over time, weakest singular value of each window."""
+    clock = clock_for(sets[0].t_s[-1])
+    figure, (error, weakest) = stack_panels(title, 2, 5.6, sharex=True)
+    for k, each in enumerate(sets):
+        colour, seen = curve_colour(k), each.observability
+        error.semilogy(each.t_s / clock.seconds, each.error_deg, color=colour, label=each.name)
+        middle = 0.5 * (seen.from_s + seen.to_s) / clock.seconds
+        weakest.semilogy(middle, np.maximum(seen.singular[:, -1], 1e-9), "o-", color=colour, ms=3)
+    for axes in (error, weakest):
+        axes.margins(x=0)
+        shade(axes, sets[0].t_s, sets[0].sun_seen, clock)
+    error.set_ylabel("error, 95th percentile [deg]", fontsize=10)
+    weakest.axhline(1.0, color="#222222", lw=0.9, ls=":")
+    weakest.set_ylabel("weakest singular value", fontsize=10)
+    weakest.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
+    legend_at_left(error, 2)
+    return save_figure(figure, path)
+
+
+def draw_smoothed(result: xr.Dataset, smoothed: xr.Dataset, path: Path) -> Path:
+    """Whole angle of the attitude error, and standard deviation stated, of filter and smoother."""
+    steps = result.sel(time=smoothed["time"])
+    t_s = steps["time"].values
+    clock = clock_for(t_s[-1])
+    title = f"{flown_scenario(result).name}: what later readings tell"
+    figure, (error, stated) = stack_panels(title, 2, 5.6, sharex=True)
+    true, t = steps["q_body_to_inertial"].values, t_s / clock.seconds
+    kinds = (
+        ("filter", RED, steps["q_estimated"], steps["attitude_sigma"]),
+        ("smoothed", BLUE, smoothed["q_smoothed"], smoothed["attitude_sigma_smoothed"]),
+    )
+    for name, colour, q, sigma in kinds:
+        whole = np.degrees(angle_between(q.values, true))
+        error.semilogy(t, np.maximum(whole, 1e-9), color=colour, lw=0.8, label=name)
+        stated.semilogy(t, np.degrees(sigma.values), color=colour, lw=1.3)
+    seen = np.any(steps["sun_measured"].values != 0.0, axis=1)
+    for axes in (error, stated):
+        axes.margins(x=0)
+        shade(axes, t_s, seen, clock)
+    error.set_ylabel("attitude error [deg]", fontsize=10)
+    stated.set_ylabel("stated, about each axis [deg]", fontsize=10)
+    stated.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
+    legend_at_left(error, 2)
+    return save_figure(figure, path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -18,16 +17,16 @@ from torquer.analysis.side_by_side import differences, distinct_names
 from torquer.analysis.summary import summarise
 from torquer.analysis.summary_rows import summary_rows
 from torquer.analysis.wheel_use import recorded_wheels
-from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import encode_png, place, save_figure, sheet
+from torquer.report.common.colours import RUNS
+from torquer.report.common.figure import place, save_figure, sheet
+from torquer.report.common.html import image
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import Line, Panel, mean_line
 from torquer.report.flight.png import draw_panel
 from torquer.report.flight.view import View, make_view
 
 #: Greatest number of runs: the number of colours that can be distinguished.
-MOST = 6
-_COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED)
+MOST = len(RUNS)
 _WIDE, _LEFT, _PANEL, _HEAD, _BETWEEN, _UNDER = 9.0, 0.82, 1.9, 0.75, 0.85, 0.55
 _DECADES = 5.0
 
@@ -67,17 +66,14 @@ class Comparison:
         return "\n".join(" | ".join(row) for row in [("", *self.names), *self.rows()])
 
     def _repr_html_(self) -> str:
-        picture = base64.b64encode(encode_png(self.plot())).decode("ascii")
         changed = [(key, *map(_text, values)) for key, values in self.changed.items()]
         head = "".join(f"<th>{escape(name)}</th>" for name in ("", *self.names))
         rows = "".join(
             f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>"
             for row in [*changed, *self.rows()]
         )
-        return (
-            f"<table><tr>{head}</tr>{rows}</table>"
-            f'<img alt="The runs, overlaid" src="data:image/png;base64,{picture}">'
-        )
+        picture = image(self.plot(), "The runs, overlaid")
+        return f"<table><tr>{head}</tr>{rows}</table>{picture}"
 
 
 def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Comparison:
@@ -159,7 +155,7 @@ def _panel(names, views, series, title: str, y_label: str, log: bool = True) -> 
     log = log and np.isfinite(least) and top > 3.0 * least
     lines = tuple(
         _line(name, view, y, colour, log)
-        for name, view, y, colour in zip(names, views, series, _COLOURS, strict=False)
+        for name, view, y, colour in zip(names, views, series, RUNS, strict=False)
     )
     y_range = (0.8 * least, 1.25 * top) if log else (-0.04 * top, 1.08 * top or 1.0)
     return Panel(title, y_label, lines, log=log, y_range=y_range)

@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.report.common.colours import RED
 from torquer.report.common.interactive import axis, figure, pack_numbers, point
-from torquer.report.common.scales import clock_for
+from torquer.report.common.scales import clock_for, split_where_wrapped
 from torquer.report.flight.view import View
 
 #: Height of the interactive map [px].
@@ -23,7 +23,7 @@ def track_figure(view: View) -> dict:
     )
     stride = max(1, len(lon) // 6000)
     clock = clock_for(view.end_s)
-    split = split_at_dateline(
+    split = split_where_wrapped(
         lon[::stride], lat[::stride], sunlit_fraction[::stride], view.t_s[::stride] / clock.seconds
     )
     hover = f"%{{y:.1f}}°, %{{x:.1f}}°<br>%{{customdata:.1f}} {clock.unit}"
@@ -83,31 +83,6 @@ def _field_contours(lon, lat, strength) -> dict:
         },
         "hovertemplate": "|B| %{z:.1f} µT<extra></extra>",
     }
-
-
-def split_at_dateline(lon, *others) -> tuple[np.ndarray, ...]:
-    """Longitudes [deg, -180..180] and series along them, broken where a track crosses +-180.
-
-    At a crossing three points go in: on the edge, a gap (not a number), on the other edge.
-    """
-    lon = np.asarray(lon, dtype=float)
-    step = np.diff(lon)
-    at = np.flatnonzero(np.abs(step) > 180.0)
-    ways = step[at] - 360.0 * np.sign(step[at])
-    edge = np.where(ways > 0.0, 180.0, -180.0)
-    part = np.where(ways == 0.0, 0.0, (edge - lon[at]) / np.where(ways == 0.0, 1.0, ways))
-    gap = np.full(at.size, np.nan)
-    where = np.repeat(at + 1, 3)
-
-    def opened(values, triples):
-        return np.insert(values, where, np.stack(triples, axis=1).ravel())
-
-    split = [opened(lon, (edge, gap, -edge))]
-    for series in others:
-        series = np.asarray(series, dtype=float)
-        crossing = series[at] + part * (series[at + 1] - series[at])
-        split.append(opened(series, (crossing, gap, crossing)))
-    return tuple(split)
 
 
 def only_where(mask, *series) -> tuple[np.ndarray, ...]:

@@ -3,14 +3,13 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from torquer.report.common.colours import BLUE, GREEN, RED
+from torquer.report.common.colours import BLUE, GREEN, RED, UNSTABLE
 from torquer.report.common.figure import INK, legend_at_left, stack_panels
 from torquer.theory.three_axis.floquet import mean_degrees, tabulate
 from torquer.theory.three_axis.gain_search import DesignTask, ThreeAxisDesign, coarser
 from torquer.theory.three_axis.sampled import sampled_family
 
 _GRID = 101
-_UNSTABLE = "#f3d3cf"
 
 
 def draw_design(task: DesignTask, made: ThreeAxisDesign) -> Figure:
@@ -22,14 +21,14 @@ def draw_design(task: DesignTask, made: ThreeAxisDesign) -> Figure:
     exact, averaged = _degrees(task, k, k_a)
     figure, (axes,) = stack_panels("Three axes by coils: degree of stability [1/rad]", 1, 4.6)
     axes.grid(False)
-    axes.contourf(k, k_a, exact, levels=[-np.inf, 0.0], colors=[_UNSTABLE])
+    axes.contourf(k, k_a, exact, levels=[-np.inf, 0.0], colors=[UNSTABLE])
     if exact.max() > 0.0:
         levels = _levels(exact.max())
         axes.contour(k, k_a, averaged, levels=levels, colors=BLUE, linestyles="dashed",
                      linewidths=0.7)  # fmt: skip
         lines = axes.contour(k, k_a, exact, levels=levels, colors=INK, linewidths=1.1)
         axes.clabel(lines, fontsize=9, fmt="%g")
-    axes.fill_between([], [], color=_UNSTABLE, label="unstable")
+    axes.fill_between([], [], color=UNSTABLE, label="unstable")
     axes.plot([], [], color=INK, label="exact")
     axes.plot([], [], color=BLUE, ls="--", label="averaged")
     for name, (x, y, colour) in places.items():

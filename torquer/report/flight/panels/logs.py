@@ -4,12 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.common.colours import GREY, curve_colour
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import Panel, Picture, make_line, whole, xyz
 from torquer.report.flight.view import View
-
-_COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 
 
 def logged_names(view: View) -> list[str]:
@@ -109,9 +107,8 @@ def _panel(view: View, quantity: Quantity) -> Panel:
     elif columns == 1:
         lines = (make_line(title.partition(".")[2], view.t_s, values[:, 0], GREY, 1.2),)
     else:
-        colours = [_COLOURS[k % len(_COLOURS)] for k in range(columns)]
         lines = tuple(
-            make_line(str(k), view.t_s, values[:, k], each) for k, each in enumerate(colours)
+            make_line(str(k), view.t_s, values[:, k], curve_colour(k)) for k in range(columns)
         )
     owner = title.partition(".")[0]
     return whole(view, title=title, y_label=f"[{unit}]", lines=lines, fold=owner)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from torquer.analysis.series import usual_size
-from torquer.analysis.wheel_use import FlownWheels
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
@@ -19,7 +18,7 @@ from torquer.report.flight.panels.panel import (
     with_room,
     xyz,
 )
-from torquer.report.flight.view import View
+from torquer.report.flight.view import View, known
 
 #: Six colours for six wheels; the next six are dashed.
 _COLOURS, _STYLES = (ORANGE, BLUE, PINK, GREEN, SKY, RED), ("line", "dashed")
@@ -43,7 +42,7 @@ def wheels(view: View) -> Picture:
 def speeds_or_shares(view: View) -> Panel:
     """Speeds of a few wheels, or the shares of many: for a small panel."""
     marks = view.marks(labelled=False)
-    return speeds(view, marks) if _view_wheels(view).count <= 5 else shares(view)
+    return speeds(view, marks) if known(view.wheels).count <= 5 else shares(view)
 
 
 def _wheel_lines(t_s, values) -> tuple[Line, ...]:
@@ -68,7 +67,7 @@ def _between(values, limits) -> dict:
 
 def speeds(view: View, marks=()) -> Panel:
     """Speeds of the wheels."""
-    flown = _view_wheels(view)
+    flown = known(view.wheels)
     limit = flown.spec.speed_limit_rpm
     place = _between(flown.speed_rpm, np.array([limit]))
     panel = whole(
@@ -84,7 +83,7 @@ def speeds(view: View, marks=()) -> Panel:
 
 def shares(view: View) -> Panel:
     """Peak share of the momentum limits, and the minimax share of the same total."""
-    flown = _view_wheels(view)
+    flown = known(view.wheels)
     greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.minimax_share
     lines = [make_line("most loaded wheel", view.t_s, greatest, RED, 1.2)]
     if np.isfinite(needed).any():
@@ -103,7 +102,7 @@ def shares(view: View) -> Panel:
 
 def _torques(view: View) -> tuple[Panel, ...]:
     """Motor torques: the whole run, and acquisition and steady state where they differ."""
-    torque, acquired = _view_wheels(view).torque, view.acquired_s
+    torque, acquired = known(view.wheels).torque, view.acquired_s
     first = _torque_panel(view, "Motor torque", torque)
     if acquired is None:
         return (first,)
@@ -113,7 +112,7 @@ def _torques(view: View) -> tuple[Panel, ...]:
 
 def _torque_panel(view: View, title: str, torque) -> Panel:
     factor, unit = choose_prefix(torque, "N m")
-    limits = factor * _view_wheels(view).limits("torque_limit_n_m")
+    limits = factor * known(view.wheels).limits("torque_limit_n_m")
     place = _between(factor * torque, limits)
     shown = " / ".join(f"{limit:.4g}" for limit in np.unique(limits))
     return whole(
@@ -128,15 +127,15 @@ def _torque_panel(view: View, title: str, torque) -> Panel:
 
 def _torque_part(view: View, title: str, window) -> Panel:
     rows = (view.t_s >= window[0]) & (view.t_s <= window[1])
-    factor, unit = choose_prefix(usual_size(_view_wheels(view).torque[rows]), "N m")
+    factor, unit = choose_prefix(usual_size(known(view.wheels).torque[rows]), "N m")
     return make_part(
-        view, title, unit, _wheel_lines, factor * _view_wheels(view).torque, window, (_ZERO,)
+        view, title, unit, _wheel_lines, factor * known(view.wheels).torque, window, (_ZERO,)
     )
 
 
 def total_momentum_panel(view: View) -> Panel:
     """Total wheel momentum in body axes, which unloading removes."""
-    held = _view_wheels(view).total_body
+    held = known(view.wheels).total_body
     factor, unit = choose_prefix(usual_size(held), "N m s")
     title = "Total wheel momentum in body axes"
     panel = make_part(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
@@ -146,9 +145,3 @@ def total_momentum_panel(view: View) -> Panel:
 def _with_size(t_s, vectors) -> tuple[Line, ...]:
     size = make_line("|h|", t_s, np.linalg.norm(vectors, axis=1), GREY, 1.4)
     return (*xyz(t_s, vectors), size)
-
-
-def _view_wheels(view: View) -> FlownWheels:
-    """Wheels of a view that has them: only then are these pictures made."""
-    assert view.wheels is not None
-    return view.wheels
