@@ -64,12 +64,15 @@ def _finite(value) -> float | None:
 def _momentum(array, inertia) -> dict:
     envelope = momentum_envelope(array)
     rates, worst = _turns(envelope, inertia)
+    normals, bounds = envelope.half_spaces
     return {
         "volume_n3_m3_s3": envelope.volume,
-        **_counts(envelope),
+        "vertices": len(envelope.vertices),
+        "edges": len(envelope.edges),
+        "faces": len(envelope.faces),
         "greatest_n_m_s": _by_axis(envelope.extent(np.eye(3))),
         "worst_direction_n_m_s": envelope.inner_radius,
-        "worst_direction": _narrowest(envelope),
+        "worst_direction": normals[np.argmin(bounds)].tolist(),
         "rate_deg_s": rates,
         "worst_rate_deg_s": math.degrees(worst.rate),
         "worst_rate_axis": worst.axis.tolist(),
@@ -86,19 +89,6 @@ def _torque(array, inertia) -> dict:
         "worst_acceleration_deg_s2": math.degrees(worst.rate),
         "worst_acceleration_axis": worst.axis.tolist(),
     }
-
-
-def _counts(envelope: Envelope) -> dict:
-    return {
-        "vertices": len(envelope.vertices),
-        "edges": len(envelope.edges),
-        "faces": len(envelope.faces),
-    }
-
-
-def _narrowest(envelope: Envelope) -> list[float]:
-    normals, bounds = envelope.half_spaces
-    return normals[np.argmin(bounds)].tolist()
 
 
 def _turns(envelope: Envelope, inertia):

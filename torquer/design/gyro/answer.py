@@ -9,10 +9,10 @@ from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.statistics import number, quantile
 from torquer.design.gyro.case import GyroCase
 from torquer.design.gyro.flown_scenario import EXACT_DEG, POINTED_DEG
-from torquer.design.law_table import law_toml
 from torquer.design.pointing_flights import PointingFlights
 from torquer.design.requests import MagnetoGyroRequest
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import to_toml
 from torquer.theory.magneto_gyro.capture import Stage1Design
 from torquer.theory.magneto_gyro.craft import greatest_tip_off
 from torquer.theory.magneto_gyro.day import DayLoop, Range
@@ -211,7 +211,7 @@ class GyroDesign:
             _BIAS.format_map(texts),
             *(f"note: {note}" for note in self.notes),
             "",
-            *law_toml(self.law).splitlines(),
+            *to_toml({"control": {"law": self.law}}).splitlines(),
         ]
 
     def _in_words(self) -> str:

@@ -9,8 +9,8 @@ from matplotlib.lines import Line2D
 
 from torquer.campaign.contents import failed_in, member_inputs, member_outcomes, succeeded_in
 from torquer.campaign.statistics import as_columns
-from torquer.campaign.summary import correlations, with_unit
-from torquer.report.campaign.shared import is_wide, literal
+from torquer.campaign.summary import with_unit
+from torquer.report.campaign.shared import correlated, is_wide, literal, shorten
 from torquer.report.common.colours import BLUE, GREY, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -23,7 +23,7 @@ _CELL, _TALL, _GAP, _HEAD = 2.15, 1.5, 0.22, 0.75
 
 def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
     """Outcomes over the inputs most correlated with them; None without correlations."""
-    pairs = {name: found for name, found in correlations(result).items() if found}
+    pairs = correlated(result)
     names = [name for name in member_outcomes(result) if name in pairs][:_MOST_OUTCOMES]
     if not names:
         return None
@@ -44,7 +44,7 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
             if i == len(names) - 1:
                 axes.set_xlabel(labels[key], fontsize=SMALL - 1)
             if j == 0:
-                label = with_unit(_short(name, 24), summary["outcomes"][name]["unit"])
+                label = with_unit(shorten(name, 24), summary["outcomes"][name]["unit"])
                 axes.set_ylabel(label, fontsize=SMALL - 1)
     _legend(figure, kinds)
     foot(figure, _about(kinds))
@@ -54,7 +54,7 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
 def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
     """Numbers [n] and labels of inputs; times count in days."""
     columns = as_columns(member_inputs(result))
-    labels = {key: literal(_short(key, 34)) for key in keys}
+    labels = {key: literal(shorten(key, 34)) for key in keys}
     for key in keys:
         if key in result and result[key].dtype.kind == "M":
             columns[key] = (columns[key] - columns[key].min()) / 86400.0
@@ -77,10 +77,6 @@ def most_correlated(found: list[dict[str, float]], count: int = _MOST_INPUTS) ->
     """Inputs in order of their greatest correlation with any outcome."""
     greatest = {key: max(abs(each.get(key, 0.0)) for each in found) for key in found[0]}
     return sorted(greatest, key=lambda key: -greatest[key])[:count]
-
-
-def _short(text: str, length: int) -> str:
-    return text if len(text) <= length else f"…{text[1 - length :]}"
 
 
 def ways_of_ending(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
@@ -128,7 +124,7 @@ def _legend(figure: Figure, kinds) -> None:
 
 def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     """Rank correlations of each outcome as bars, and their size by chance alone."""
-    pairs = {name: found for name, found in correlations(result).items() if found}
+    pairs = correlated(result)
     if not pairs:
         return None
     bars = {name: _greatest(found) for name, found in pairs.items()}
@@ -159,6 +155,6 @@ def _draw_bars(axes, found: dict[str, float], chance: float) -> None:
     axes.axvline(0.0, color=INK, lw=0.8)
     colours = [BLUE if abs(r) > chance else GREY for r in found.values()]
     axes.barh(range(len(found)), list(found.values()), 0.7, color=colours)
-    axes.set_yticks(range(len(found)), [literal(_short(key, 44)) for key in found], fontsize=7.5)
+    axes.set_yticks(range(len(found)), [literal(shorten(key)) for key in found], fontsize=7.5)
     axes.set_ylim(len(found) - 0.45, -0.55)
     axes.set_xlim(-1.0, 1.0)

@@ -13,13 +13,13 @@ from torquer.campaign.contents import (
     member_outcomes,
     missing_as_worst,
 )
-from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import correlations, percent, with_unit
 from torquer.report.campaign.bands import percentiles, series_unit, worst_members
-from torquer.report.campaign.convergence import choose_mean
+from torquer.report.campaign.convergence import mean_title
 from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
-from torquer.report.campaign.shared import is_wide, steps
+from torquer.report.campaign.shared import correlated, is_wide, settled_range, steps
+from torquer.report.campaign.sobol import greatest
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, RUNS, SKY
 from torquer.report.common.interactive import (
     MARGIN_PX,
@@ -150,7 +150,7 @@ def _points(x: np.ndarray, y: np.ndarray, kind, visible: bool) -> dict:
 
 def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
     """Rank correlations of all outcomes with the inputs most correlated, as bars."""
-    pairs = {name: found for name, found in correlations(result).items() if found}
+    pairs = correlated(result)
     if not pairs:
         return None
     keys = most_correlated(list(pairs.values()), _MOST_INPUTS)
@@ -167,8 +167,7 @@ def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
 
 def sobol_figure(groups: dict[str, dict]) -> dict:
     """First-order and total indices of an outcome with their intervals, the greatest first."""
-    names = sorted(groups, key=lambda name: -groups[name]["total"])[:_MOST_INPUTS]
-    data = []
+    names, data = [*greatest(groups)], []
     for kind, colour, label in (("first", BLUE, "first-order, S1"), ("total", SKY, "total, ST")):
         sizes = [groups[name][kind] for name in names]
         ends = [[size if end is None else end for end in groups[name][f"{kind}_interval"]]
@@ -203,14 +202,10 @@ def convergence_figure(name: str, counts, found: np.ndarray, result, summary: di
         ends = [found[-1, 0] + sign * stop["half_width"] for sign in (-1.0, 1.0)]
         data += [line(counts[[0, -1]], [end] * 2, "requested width", GREEN) for end in ends]
         data[-1]["showlegend"] = False
-    unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
-    title = "success rate" if name == SUCCESS else with_unit(choose_mean(summary, name), unit)
-    x_axis, y_axis = axis("members", type="log"), axis(title, hoverformat=".4~g")
-    late = found[counts >= min(10, counts[-1])]
-    ends = late[np.isfinite(late)]
-    if len(ends) and np.ptp(ends) > 0.0:  # the first intervals are very wide
-        margin = 0.05 * np.ptp(ends)
-        y_axis["range"] = [float(ends.min() - margin), float(ends.max() + margin)]
+    x_axis = axis("members", type="log")
+    y_axis = axis(mean_title(summary, name), hoverformat=".4~g")
+    if shown := settled_range(counts, found):
+        y_axis["range"] = [*shown]
     return figure(data, 260, x_axis, y_axis)
 
 

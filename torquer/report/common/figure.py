@@ -4,7 +4,7 @@ The object interface only: no global state, any thread, no display.
 """
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from textwrap import shorten
 
@@ -115,6 +115,14 @@ def legend_at_left(axes, ncols: int, fontsize: float = 9) -> None:
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=ncols, frameon=False,
         fontsize=fontsize, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
     )  # fmt: skip
+
+
+def label_time(panels: Iterable, unit: str, columns: int = 3) -> None:
+    """Each panel over time, with its legend."""
+    for axes in panels:
+        axes.set_xlabel(f"time [{unit}]", fontsize=10)
+        axes.margins(x=0)
+        legend_at_left(axes, columns)
 
 
 def foot(figure: Figure, text: str, size: float = 7.5) -> None:

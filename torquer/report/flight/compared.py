@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from torquer.analysis.summary import summarise
 from torquer.analysis.summary_rows import summary_rows
 from torquer.analysis.wheel_use import recorded_wheels
 from torquer.report.common.colours import RUNS
-from torquer.report.common.figure import place, save_figure, sheet
+from torquer.report.common.figure import place, sheet
 from torquer.report.common.html import image
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import Line, Panel, mean_line
@@ -50,7 +49,15 @@ class Comparison:
 
     def plot(self) -> Figure:
         """Attitude error if laws held an attitude, rate, momentum, wheels: a line for each run."""
-        return _figure(self)
+        views = [make_view(result) for result in self.results]
+        longest = max(views, key=lambda view: view.end_s)
+        panels = _panels(_labels(self), views)
+        height = _HEAD + len(panels) * (_PANEL + _BETWEEN) - _BETWEEN + _UNDER
+        figure = sheet(_WIDE, height, " · ".join(self.names))
+        for k, panel in enumerate(panels):
+            top = _HEAD + k * (_PANEL + _BETWEEN)
+            draw_panel(place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL), longest, panel)
+        return figure
 
     def as_plain(self) -> dict:
         """Plain data: names, differing keys, summaries."""
@@ -98,18 +105,6 @@ def _number(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
     for label, value in rows:
         found[label, sum(label == known for known, _ in found)] = value
     return found
-
-
-def _figure(compared: Comparison) -> Figure:
-    views = [make_view(result) for result in compared.results]
-    longest = max(views, key=lambda view: view.end_s)
-    panels = _panels(_labels(compared), views)
-    height = _HEAD + len(panels) * (_PANEL + _BETWEEN) - _BETWEEN + _UNDER
-    figure = sheet(_WIDE, height, " · ".join(compared.names))
-    for k, panel in enumerate(panels):
-        top = _HEAD + k * (_PANEL + _BETWEEN)
-        draw_panel(place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL), longest, panel)
-    return figure
 
 
 def _labels(compared: Comparison) -> list[str]:
@@ -164,8 +159,3 @@ def _panel(names, views, series, title: str, y_label: str, log: bool = True) -> 
 def _line(name: str, view: View, y, colour: str, log: bool) -> Line:
     shown = np.where(y > 0.0, y, np.nan) if log else y
     return mean_line(name, view.t_s, shown, colour, 1.2)
-
-
-def write_comparison(compared: Comparison, folder: Path) -> Path:
-    """Write the picture into a folder; its path."""
-    return save_figure(compared.plot(), folder / "compared.png")
