@@ -42,19 +42,15 @@ def attitude_error(view: View) -> Picture:
 def angle(view: View) -> Panel:
     """Angle of the attitude error on a logarithmic axis."""
     series = (("angle", known(view.attitude_error).angle_deg, GREY, 1.3),)
-    marks = view.marks()
-    title = "Attitude error angle"
-    levels = limit_levels(view, "attitude error")
-    panel = log_panel(view, series, levels, 5.0, title=title, y_label="[deg]", marks=marks)
-    return with_room(panel)
+    levels, title = limit_levels(view, "attitude error"), "Attitude error angle"
+    return with_room(log_panel(view, title, "[deg]", series, levels, 5.0, view.marks()))
 
 
 def rate(view: View, error: AttitudeError, title: str) -> Panel:
     """Size of the rate relative to the reference, on a logarithmic axis."""
     size = np.degrees(np.linalg.norm(error.rate_rad_s, axis=1))
-    marks = view.marks(labelled=False)
     series = (("|ω|", size, SKY, 1.3),)
-    return log_panel(view, series, decades=5.0, title=title, y_label="[deg/s]", marks=marks)
+    return log_panel(view, title, "[deg/s]", series, (), 5.0, view.marks(labelled=False))
 
 
 def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:

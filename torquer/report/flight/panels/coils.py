@@ -47,7 +47,7 @@ def dipole_whole(view: View) -> Panel:
         lines = tuple(
             line if line.series.stretch_s else replace(line, style="steps") for line in lines
         )
-    return whole(view, title=title, y_label=f"m [{unit}]", lines=lines, **keys)
+    return whole(view, title, f"m [{unit}]", lines, **keys)
 
 
 def dipoles(view: View) -> Picture:

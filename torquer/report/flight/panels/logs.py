@@ -111,4 +111,4 @@ def _panel(view: View, quantity: Quantity) -> Panel:
             make_line(str(k), view.t_s, values[:, k], curve_colour(k)) for k in range(columns)
         )
     owner = title.partition(".")[0]
-    return whole(view, title=title, y_label=f"[{unit}]", lines=lines, fold=owner)
+    return whole(view, title, f"[{unit}]", lines, fold=owner)

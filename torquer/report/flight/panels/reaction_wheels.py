@@ -70,15 +70,9 @@ def speeds(view: View, marks=()) -> Panel:
     flown = known(view.wheels)
     limit = flown.spec.speed_limit_rpm
     place = _between(flown.speed_rpm, np.array([limit]))
-    panel = whole(
-        view,
-        title="Speed of each wheel" + ("" if "y_range" in place else f" (limit {limit:g} rpm)"),
-        y_label="speed [rpm]",
-        lines=_wheel_lines(view.t_s, flown.speed_rpm),
-        marks=marks,
-        **place,
-    )
-    return with_room(panel)
+    title = "Speed of each wheel" + ("" if "y_range" in place else f" (limit {limit:g} rpm)")
+    lines = _wheel_lines(view.t_s, flown.speed_rpm)
+    return with_room(whole(view, title, "speed [rpm]", lines, marks=marks, **place))
 
 
 def shares(view: View) -> Panel:
@@ -91,9 +85,9 @@ def shares(view: View) -> Panel:
     near = greatest.max() > 100.0 * _NEAR
     return whole(
         view,
-        title="Share of the momentum limit",
-        y_label="[%]",
-        lines=tuple(lines),
+        "Share of the momentum limit",
+        "[%]",
+        lines,
         levels=(Level(100.0, "limit"),) if near else (),
         y_range=(0.0, 112.0 if near else max(1.15 * greatest.max(), 1.0)),
         marks=view.marks(labelled=False),
@@ -115,14 +109,9 @@ def _torque_panel(view: View, title: str, torque) -> Panel:
     limits = factor * known(view.wheels).limits("torque_limit_n_m")
     place = _between(factor * torque, limits)
     shown = " / ".join(f"{limit:.4g}" for limit in np.unique(limits))
-    return whole(
-        view,
-        title=title + ("" if "y_range" in place else f" (limit {shown} {unit})"),
-        y_label=f"[{unit}]",
-        lines=_wheel_lines(view.t_s, factor * torque),
-        marks=view.marks(labelled=False),
-        **place,
-    )
+    title += "" if "y_range" in place else f" (limit {shown} {unit})"
+    lines = _wheel_lines(view.t_s, factor * torque)
+    return whole(view, title, f"[{unit}]", lines, marks=view.marks(labelled=False), **place)
 
 
 def _torque_part(view: View, title: str, window) -> Panel:
