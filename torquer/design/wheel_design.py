@@ -270,7 +270,10 @@ def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[di
     demand, rows = design.demand.momentum_n_m_s, []
     box = None if demand is None else Box(np.array(demand))
     for name, label, axes in candidates(design):
-        other = array if name == "given" else _with_axes(array, axes)
+        other = array
+        if name != "given":
+            limit = float(array.momentum_limits()[0])
+            other = WheelArray(axes=tuple(map(tuple, axes.tolist())), momentum_limit_n_m_s=limit)
         envelope = momentum_envelope(other)
         works = axes[other.momentum_limits() > 0.0]
         reached = envelope.rank == 3
@@ -287,11 +290,6 @@ def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[di
             }
         )
     return rows
-
-
-def _with_axes(array: WheelArray, axes) -> WheelArray:
-    limit = float(array.momentum_limits()[0])
-    return WheelArray(axes=tuple(map(tuple, axes.tolist())), momentum_limit_n_m_s=limit)
 
 
 def _accumulation(array: WheelArray, growth: Growth) -> dict:

@@ -153,7 +153,7 @@ class GyroDesign:
             *rows,
             *(
                 Row(f"flights/{key}/settled_s/{part:g}", _PARTS[part], number(time_s), "",
-                    _orbits(time_s / period_s))
+                    f"{time_s / period_s:.2f}" if math.isfinite(time_s) else "-")
                 for part, time_s in quantiles.items()
             ),
             Row(f"flights/{key}/never", f"never (of {runs})", never, "", f"{never}"),
@@ -246,7 +246,3 @@ def _ends(found: Range, unit: str) -> str:
     if found.high is None:
         return f"from {found.low:.0f} {unit}"
     return f"of {found.low:.0f} to {found.high:.0f} {unit}"
-
-
-def _orbits(value: float) -> str:
-    return f"{value:.2f}" if math.isfinite(value) else "-"

@@ -38,8 +38,8 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
             left, top = 0.85 + j * (_CELL + _GAP), _HEAD + i * (_TALL + _GAP)
             axes = place(figure, left, top, _CELL, _TALL)
             _draw_cell(axes, columns[key], values, kinds)
-            axes.set_title(_sign(pairs[name].get(key)), fontsize=SMALL - 1, loc="right",
-                           color=INK, pad=4)  # fmt: skip
+            above = f"{pairs[name][key]:+.2f}" if key in pairs[name] else ""
+            axes.set_title(above, fontsize=SMALL - 1, loc="right", color=INK, pad=4)
             axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
             if i == len(names) - 1:
                 axes.set_xlabel(labels[key], fontsize=SMALL - 1)
@@ -60,10 +60,6 @@ def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[
             columns[key] = (columns[key] - columns[key].min()) / 86400.0
             labels[key] = literal(f"{key} [d after the earliest]")
     return columns, labels
-
-
-def _sign(correlation: float | None) -> str:
-    return "" if correlation is None else f"{correlation:+.2f}"
 
 
 def _about(kinds) -> str:
@@ -127,7 +123,10 @@ def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     pairs = correlated(result)
     if not pairs:
         return None
-    bars = {name: _greatest(found) for name, found in pairs.items()}
+    bars = {
+        name: {key: found[key] for key in most_correlated([found], _MOST_BARS)}
+        for name, found in pairs.items()
+    }
     heights = [0.45 + 0.19 * len(found) for found in bars.values()]
     figure = sheet(7.2, 0.5 + sum(heights) + 0.65, f"Rank correlations · {summary['name']}")
     top, chance = 0.5, summary["chance_correlation"]
@@ -141,11 +140,6 @@ def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     foot(figure, f"grey band: up to {chance:.2g}, which one in "
                  f"{1.0 / (1.0 - summary['confidence']):.3g} exceeds by chance")  # fmt: skip
     return figure
-
-
-def _greatest(found: dict[str, float]) -> dict[str, float]:
-    keys = sorted(found, key=lambda key: -abs(found[key]))[:_MOST_BARS]
-    return {key: found[key] for key in keys}
 
 
 def _draw_bars(axes, found: dict[str, float], chance: float) -> None:

@@ -20,7 +20,7 @@ from torquer.report.common.colours import RUNS
 from torquer.report.common.figure import place, sheet
 from torquer.report.common.html import image
 from torquer.report.common.scales import choose_prefix
-from torquer.report.flight.panels.panel import Line, Panel, mean_line
+from torquer.report.flight.panels.panel import Panel, mean_line
 from torquer.report.flight.png import draw_panel
 from torquer.report.flight.view import View, make_view
 
@@ -149,13 +149,8 @@ def _panel(names, views, series, title: str, y_label: str, log: bool = True) -> 
     )
     log = log and np.isfinite(least) and top > 3.0 * least
     lines = tuple(
-        _line(name, view, y, colour, log)
+        mean_line(name, view.t_s, np.where(y > 0.0, y, np.nan) if log else y, colour, 1.2)
         for name, view, y, colour in zip(names, views, series, RUNS, strict=False)
     )
     y_range = (0.8 * least, 1.25 * top) if log else (-0.04 * top, 1.08 * top or 1.0)
     return Panel(title, y_label, lines, log=log, y_range=y_range)
-
-
-def _line(name: str, view: View, y, colour: str, log: bool) -> Line:
-    shown = np.where(y > 0.0, y, np.nan) if log else y
-    return mean_line(name, view.t_s, shown, colour, 1.2)

@@ -92,7 +92,8 @@ def _contents(modes: bool, pictures, budget: bool, in_space) -> list[tuple[str, 
 def _modes(view: View, modes: Modes) -> dict:
     """The section as the page's template takes it: diagram, a table for each region."""
     uses = view.summary["modes"]
-    changed = [name for name, states in uses.items() if name == MAIN or _entered(states) > 1]
+    entered = {name: sum(use["entries"] > 0 for use in uses[name].values()) for name in uses}
+    changed = [name for name in uses if name == MAIN or entered[name] > 1]
     return {
         "caption": _ABOUT_MODES,
         "diagram": encode(svg(modes).encode()),  # as an image it keeps its style to itself
@@ -101,11 +102,6 @@ def _modes(view: View, modes: Modes) -> dict:
         "regions": [_region(name, uses[name]) for name in changed],
         "unchanged": unchanged_in_words({k: v for k, v in uses.items() if k not in changed}),
     }
-
-
-def _entered(states: dict) -> int:
-    """Number of states of a region that were entered."""
-    return sum(use["entries"] > 0 for use in states.values())
 
 
 def _region(name: str, uses: dict) -> dict:

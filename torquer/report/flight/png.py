@@ -104,7 +104,8 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
     """One panel with its lines, levels, bands, legend and labels."""
     began, ended = shown_times(view, panel)
     clock = clock_for(ended - began)
-    _style(axes)
+    quiet(axes)
+    axes.ticklabel_format(useOffset=False)
     handles = [_draw_line(axes, line, clock) for line in panel.lines]
     if panel.bands:
         handles.append(_draw_bands(axes, panel, clock))
@@ -122,11 +123,6 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
 
 def _inches_wide(axes) -> float:
     return axes.get_position().width * axes.figure.get_figwidth()
-
-
-def _style(axes) -> None:
-    quiet(axes)
-    axes.ticklabel_format(useOffset=False)
 
 
 def _time_ticks(clock, span: float):

@@ -74,7 +74,11 @@ def draw_design(answer: ThreeAxisAnswer) -> Figure:
     """Isolines over (k, k_a), continuous control, with the pairs found."""
     task, made = answer.task, answer.design
     pairs = {"formula": (made.formula, RED), "refined": (made.refined, GREEN)}
-    places = {name: (*_pair(each), colour) for name, (each, colour) in pairs.items()}
+    gains = {name: each.law.values() for name, (each, _) in pairs.items()}
+    places = {
+        name: (gains[name]["rate_gain"], gains[name]["angle_gain"], colour)
+        for name, (_, colour) in pairs.items()
+    }
     k, k_a = (np.linspace(0.01, 1.0, _GRID) * 2.0 * max(p[j] for p in places.values())
               for j in (0, 1))  # fmt: skip
     exact, averaged = _degrees(task, k, k_a)
@@ -108,11 +112,6 @@ def _degrees(task: DesignTask, k, k_a) -> tuple[np.ndarray, np.ndarray]:
     duty = sampled.cycle.hold_s / sum(sampled.cycle)
     averaged = mean_degrees(smooth, duty * values)
     return exact.reshape(len(k_a), -1), averaged.reshape(len(k_a), -1)
-
-
-def _pair(candidate) -> tuple[float, float]:
-    values = candidate.law.values()
-    return values["rate_gain"], values["angle_gain"]
 
 
 def _levels(greatest: float) -> np.ndarray:

@@ -89,7 +89,8 @@ def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, 
     eye = np.array([math.cos(elevation) * math.cos(azimuth),
                     math.cos(elevation) * math.sin(azimuth), math.sin(elevation)])  # fmt: skip
     loops = [envelope.vertices[list(face)] for face in envelope.faces]
-    near = np.array([_outward(loop) @ eye > 0.0 for loop in loops], dtype=bool)
+    outward = [np.cross(loop[1] - loop[0], loop[2] - loop[1]) for loop in loops]
+    near = np.array([normal @ eye > 0.0 for normal in outward], dtype=bool)
     _faces(axes, [loop for loop, n in zip(loops, near, strict=True) if not n], 0.30, 1)
     if ellipsoid is not None:
         _ellipsoid(axes, ellipsoid, envelope, eye)
@@ -98,10 +99,6 @@ def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, 
     if ellipsoid is not None:
         size = np.vstack([size, ellipsoid.matrix, -ellipsoid.matrix])
     _frame(axes, size)
-
-
-def _outward(loop) -> np.ndarray:
-    return np.cross(loop[1] - loop[0], loop[2] - loop[1])
 
 
 def _faces(axes, loops, opacity: float, order: int) -> None:

@@ -57,9 +57,9 @@ def _constant_in_words(quantity: Quantity) -> str:
 def _quantities(view: View, name: str) -> list[Quantity]:
     """What a logged variable gives to show, angles in degrees."""
     variable, values, of = view.result[name], view.values(name), name
-    labels = [
-        view.result[dim].values.tolist() for dim in variable.dims[1:] if _has_names(view, dim)
-    ]
+    # places along a dimension that have names have units of their own
+    named = [dim for dim in variable.dims[1:] if f"{dim}_units" in view.result.coords]
+    labels = [view.result[dim].values.tolist() for dim in named]
     if len(labels) == 2 and labels[0] == labels[1]:
         values, of = np.sqrt(np.einsum("kii->ki", values)), f"{name}, standard deviation"
     elif len(labels) != 1 or values.ndim != 2:
@@ -77,11 +77,6 @@ def _in_degrees(title: str, values: np.ndarray, unit: str) -> Quantity:
     if unit.split("/")[0] == "rad" and "rad" not in title.split("_"):
         return Quantity(title, np.degrees(values), f"deg{unit.removeprefix('rad')}")
     return Quantity(title, values, unit)
-
-
-def _has_names(view: View, dim) -> bool:
-    """Whether the places along a dimension have names, and units of their own."""
-    return f"{dim}_units" in view.result.coords
 
 
 def _groups(labels: list[str]) -> list[tuple[str, slice]]:
