@@ -51,10 +51,10 @@ def scene(eye: Iterable[float], aspectmode: str, **axis) -> dict:
     }  # fmt: skip
 
 
-def line(points, colour: str, width: float, name: str, digits: int = 3, **keys) -> dict:
+def line(points, colour: str, width: float, name: str, **keys) -> dict:
     """A line through points [n, 3], broken where they are not numbers."""
     return {
-        "type": "scatter3d", "mode": "lines", **xyz(points, digits), "name": name,
+        "type": "scatter3d", "mode": "lines", **xyz(points), "name": name,
         "line": {"color": colour, "width": width}, **keys,
     }  # fmt: skip
 

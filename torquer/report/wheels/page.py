@@ -97,7 +97,8 @@ def _envelope_traces(envelope: Envelope, visible: bool) -> list[dict]:
     }  # fmt: skip
     gap = [np.full(3, np.nan)]
     ends = [point for pair in envelope.edges for point in (*points[list(pair)], *gap)]
-    edges = line(np.reshape(ends, (-1, 3)), BLUE, 3, "edges", 4, showlegend=False, **same)
+    broken = np.reshape(ends, (-1, 3))
+    edges = line(broken, BLUE, 3, "edges", showlegend=False, **same) | xyz(broken, 4)
     return [faces, edges]
 
 
