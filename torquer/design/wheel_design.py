@@ -169,7 +169,6 @@ def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
     for case in failure_table(array, inertia):
         worst = case.worst_acceleration_rad_s2
         left = array.without(*case.lost)
-        shares = [one["share"] for one in _demand(design, left, inertia).values()]
         cases.append(
             {
                 "lost": list(case.lost),
@@ -178,7 +177,7 @@ def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
                 "worst_direction_n_m_s": case.inner_radius_n_m_s,
                 "worst_rate_deg_s": math.degrees(case.worst_rate_rad_s),
                 "worst_acceleration_deg_s2": None if worst is None else math.degrees(worst),
-                "demand_met": all(share is not None and share <= 1.0 for share in shares),
+                "demand_met": all(one["met"] for one in _demand(design, left, inertia).values()),
                 "saturation_h": saturation_h(left, growth),
             }
         )
