@@ -72,7 +72,7 @@ def test_what_does_not_apply_is_refused_in_one_line(detumble):
 def test_the_table_has_what_each_summary_says(both, detumble, short):
     rows = {row[0]: row[1:] for row in both.rows()}
     for k, result in enumerate((detumble, short)):
-        for label, value in torquer.rows_of(torquer.summarise(result))[-8:]:
+        for label, value in torquer.summary_rows(torquer.summarise(result))[-8:]:
             assert rows[label][k] == value
 
 
