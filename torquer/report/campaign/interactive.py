@@ -14,13 +14,13 @@ from torquer.campaign.contents import (
     missing_as_worst,
 )
 from torquer.campaign.summary import correlations, percent, with_unit
-from torquer.report.campaign.bands import percentiles, series_unit, worst_members
+from torquer.report.campaign.bands import percentiles, series_unit, worst_lines
 from torquer.report.campaign.convergence import mean_title
 from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
 from torquer.report.campaign.shared import correlated, is_wide, settled_range, steps
 from torquer.report.campaign.sobol import greatest
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, RUNS, SKY
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED, RUNS, SKY
 from torquer.report.common.interactive import (
     MARGIN_PX,
     MENU,
@@ -96,9 +96,8 @@ def bands_figure(result: xr.Dataset, summary: dict, names: list[str]) -> dict:
     data = [*band(t, found[0], found[4], "5 to 95 %", BLUE, 0.18),
             *band(t, found[1], found[3], "25 to 75 %", BLUE, 0.3),
             line(t, found[2], "median", BLUE, 2.0)]  # fmt: skip
-    for (member, row), colour in zip(worst_members(result, summary, names), (RED, ORANGE, PINK),
-                                     strict=False):  # fmt: skip
-        data.append(line(t, values[row], f"worst: member {member}", colour, 1.2))
+    for row, label, colour in worst_lines(result, summary, names):
+        data.append(line(t, values[row], label, colour, 1.2))
     title = with_unit(str(variable.attrs.get("long_name", names[0])),
                       series_unit(result, names[0]))  # fmt: skip
     y_axis = axis(title, type=_scale(found), hoverformat=".4~g")
