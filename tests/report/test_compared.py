@@ -140,13 +140,13 @@ def test_joined_runs_keep_their_scenario_and_seed(detumble, short):
     assert joined["seed"].values.tolist() == ["7", "8"]
     assert joined["omega_body"].attrs == detumble["omega_body"].attrs
     for name, whole in (("detumble", detumble), ("weak", short)):
-        one = torquer.run_of(joined, name)
+        one = torquer.pick_run(joined, name)
         assert one.torquer.scenario == whole.torquer.scenario
         assert torquer.summarise(one) == torquer.summarise(whole)
         for key in ("omega_body", "b_measured", "sunlit_fraction", "utc", "time"):
             np.testing.assert_array_equal(one[key].values, whole[key].values)
     with pytest.raises(ValueError, match="name: must be one of detumble, weak; received 'x'"):
-        torquer.run_of(joined, "x")
+        torquer.pick_run(joined, "x")
     with pytest.raises(ValueError, match="results: must be one or more"):
         torquer.concat([])
 
