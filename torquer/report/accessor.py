@@ -82,7 +82,7 @@ class Torquer:
         return Plots(self._result)
 
     def _repr_html_(self) -> str:
-        from torquer.report.common.html import image
+        from torquer.report.common.figure import image
 
         rows = "".join(
             f"<tr><th>{escape(label)}</th><td>{escape(value)}</td></tr>"

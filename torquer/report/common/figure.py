@@ -3,6 +3,7 @@
 The object interface only: no global state, any thread, no display.
 """
 
+import base64
 import io
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -54,6 +55,12 @@ def encode_png(figure: Figure) -> bytes:
     dots = (figure.dpi, figure.dpi)
     Image.fromarray(pixels).save(data, "PNG", compress_level=4, dpi=dots)
     return data.getvalue()
+
+
+def image(figure: Figure, words: str) -> str:
+    """A figure as an element of HTML, for notebooks."""
+    data = base64.b64encode(encode_png(figure)).decode("ascii")
+    return f'<img alt="{words}" src="data:image/png;base64,{data}">'
 
 
 def save_figure(figure: Figure, path) -> Path:

@@ -14,9 +14,6 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
-from matplotlib.figure import Figure
-
-from torquer.report.common.figure import encode_png
 
 #: Type of a script that holds a packed text.
 PACKED = "application/gzip"
@@ -60,11 +57,6 @@ def card(
 def encode(data: bytes) -> str:
     """Bytes as base64."""
     return base64.b64encode(data).decode("ascii")
-
-
-def image(figure: Figure, words: str) -> str:
-    """A figure of matplotlib as an element of a page, or of a notebook's output."""
-    return f'<img alt="{words}" src="data:image/png;base64,{encode(encode_png(figure))}">'
 
 
 def picture(path: Path | None, words: str) -> dict[str, str]:

@@ -17,8 +17,7 @@ from torquer.analysis.summary import summarise
 from torquer.analysis.summary_rows import summary_rows
 from torquer.analysis.wheel_use import recorded_wheels
 from torquer.report.common.colours import RUNS
-from torquer.report.common.figure import place, sheet
-from torquer.report.common.html import image
+from torquer.report.common.figure import image, place, sheet
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import Panel, mean_line
 from torquer.report.flight.png import draw_panel
