@@ -15,8 +15,9 @@ from torquer.base.time import parse_utc
 from torquer.environment.field import Averaged, DirectDipole, Igrf14, TiltedDipole
 from torquer.environment.field.along import angles_deg
 from torquer.environment.orbit import Circular
-from torquer.report.common.packing import PACKED
-from torquer.report.field.along import draw_along, unwound
+from torquer.report.common.html import PACKED
+from torquer.report.common.scales import split_where_wrapped
+from torquer.report.field.along import draw_along
 from torquer.report.field.cone import cone_figure, draw_cone, write_cone_page
 from torquer.report.field.map import draw_map
 
@@ -83,12 +84,12 @@ def test_one_model_has_no_panel_of_angles(orbit, tmp_path):
 
 
 def test_line_across_the_angle_seam_breaks_at_the_edge():
-    x, y = unwound([340.0, 350.0, 10.0, 20.0], [1.0, 2.0, 4.0, 5.0], 360.0)
+    x, y = split_where_wrapped([340.0, 350.0, 10.0, 20.0], [1.0, 2.0, 4.0, 5.0], low=0.0)
     assert x == pytest.approx([340, 350, 360, np.nan, 0, 10, 20], nan_ok=True)
     assert y == pytest.approx([1, 2, 3, np.nan, 3, 4, 5], nan_ok=True)
-    back, _ = unwound([10.0, 350.0], [0.0, 2.0], 360.0)
+    back, _ = split_where_wrapped([10.0, 350.0], [0.0, 2.0], low=0.0)
     assert back == pytest.approx([10, 0, np.nan, 360, 350], nan_ok=True)
-    assert unwound([1.0, 2.0], [3.0, 4.0], 360.0)[0].tolist() == [1.0, 2.0]
+    assert split_where_wrapped([1.0, 2.0], [3.0, 4.0], low=0.0)[0].tolist() == [1.0, 2.0]
 
 
 @pytest.mark.parametrize("element", list("FXYZHDI"))

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer.report.flight.ground_track import only_where, split_at_dateline
+from torquer.report.common.scales import split_where_wrapped
+from torquer.report.flight.ground_track import only_where
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_track_is_broken_at_the_dateline(way):
-    lon, lat = split_at_dateline(way * np.array([170.0, 178.0, -174.0]), [0.0, 10.0, 50.0])
+    lon, lat = split_where_wrapped(way * np.array([170.0, 178.0, -174.0]), [0.0, 10.0, 50.0])
     expected = way * np.array([170.0, 178.0, 180.0, np.nan, -180.0, -174.0])
     np.testing.assert_array_equal(lon, expected)
     np.testing.assert_allclose(lat, [0.0, 10.0, 20.0, np.nan, 20.0, 50.0])
@@ -20,7 +21,7 @@ def test_track_is_broken_at_the_dateline(way):
 def test_no_line_crosses_the_map(seed):
     steps = np.random.default_rng(seed).uniform(-60.0, 90.0, 300)
     lon = (np.cumsum(steps) + 180.0) % 360.0 - 180.0
-    split, rows = split_at_dateline(lon, np.arange(300.0))
+    split, rows = split_where_wrapped(lon, np.arange(300.0))
     jumps = np.abs(np.diff(split))
     assert np.all(jumps[np.isfinite(jumps)] <= 180.0)
     assert np.isnan(split).sum() == np.sum(np.abs(np.diff(lon)) > 180.0)

@@ -12,7 +12,7 @@ from unpacking import unpacked
 from torquer.design.wheel_design import analyse, half_spaces
 from torquer.design.wheel_file import load_wheels, wheels_from_text
 from torquer.design.wheel_tables import failure_rows, hours, layout_rows, summary_rows
-from torquer.report.common.packing import PACKED
+from torquer.report.common.html import PACKED
 from torquer.report.wheels.page import make_figure, write_page
 from torquer.report.wheels.pictures import draw_all
 from torquer.spacecraft.wheel_array.envelope import momentum_envelope

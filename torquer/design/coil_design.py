@@ -196,23 +196,21 @@ class CoilSizes:
 
 def _row(coil: Coil) -> list[Row]:
     """All about a coil; its section and inductance are for programs only."""
-    shown = {
-        "awg": ("AWG", "", f"{coil.awg}"),
-        "wire_m": ("wire", "mm", f"{1e3 * coil.wire_m:.3f}"),
-        "turns": ("turns", "", f"{coil.turns}"),
-        "mass_kg": ("mass", "kg", f"{coil.mass_kg:.4g}"),
-        "resistance_ohm": ("R", "ohm", f"{coil.resistance_ohm:.4g}"),
-        "current_a": ("current", "A", f"{coil.current_a:.4g}"),
-        "voltage_v": ("voltage", "V", f"{coil.voltage_v:.4g}"),
-        "power_w": ("power", "W", f"{coil.power_w:.4g}"),
-        "current_density_a_mm2": ("density", "A/mm^2", f"{coil.current_density_a_mm2:.3g}"),
-        "time_constant_s": ("L/R", "ms", f"{1e3 * coil.time_constant_s:.3g}"),
-    }
-    rows = []
-    for key, value in coil._asdict().items():
-        label, unit, text = shown.get(key, ("", "", ""))
-        rows.append(Row(key, label, value, unit, text))
-    return rows
+    density, constant = coil.current_density_a_mm2, coil.time_constant_s
+    return [
+        Row("awg", "AWG", coil.awg, text=f"{coil.awg}"),
+        Row("wire_m", "wire", coil.wire_m, "mm", f"{1e3 * coil.wire_m:.3f}"),
+        Row("turns", "turns", coil.turns, text=f"{coil.turns}"),
+        Row("mass_kg", "mass", coil.mass_kg, "kg", f"{coil.mass_kg:.4g}"),
+        Row("resistance_ohm", "R", coil.resistance_ohm, "ohm", f"{coil.resistance_ohm:.4g}"),
+        Row("current_a", "current", coil.current_a, "A", f"{coil.current_a:.4g}"),
+        Row("voltage_v", "voltage", coil.voltage_v, "V", f"{coil.voltage_v:.4g}"),
+        Row("power_w", "power", coil.power_w, "W", f"{coil.power_w:.4g}"),
+        Row("current_density_a_mm2", "density", density, "A/mm^2", f"{density:.3g}"),
+        Row("bundle_m", value=coil.bundle_m),
+        Row("inductance_h", value=coil.inductance_h),
+        Row("time_constant_s", "L/R", constant, "ms", f"{1e3 * constant:.3g}"),
+    ]
 
 
 def coil(request: CoilRequest) -> CoilSizes:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from datetime import timedelta
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -122,18 +123,15 @@ def choose(flights: Sequence[GainFlights], within_s: float | None, most: float) 
     With `within_s`: as many releases settle by then as with any gain. Without it: as many settle as
     with any gain, and nine in ten of these by at most `KNEE` times the least time of such gains.
     """
-    usable = [each for each in flights if each.gain <= most] or [min(flights, key=_gain)]
+    ordered = sorted(flights, key=attrgetter("gain"))
+    usable = [each for each in ordered if each.gain <= most] or ordered[:1]
     within = math.inf if within_s is None else within_s
     greatest = max(each.settled_within(within) for each in usable)
-    best = sorted((x for x in usable if x.settled_within(within) == greatest), key=_gain)
+    best = [each for each in usable if each.settled_within(within) == greatest]
     if within_s is not None:
         return best[0]
     times = [_nine_in_ten(each) for each in best]
     return next(each for each, t in zip(best, times, strict=True) if t <= KNEE * min(times))
-
-
-def _gain(each: GainFlights) -> float:
-    return each.gain
 
 
 def _nine_in_ten(each: GainFlights) -> float:

@@ -5,8 +5,8 @@ from dataclasses import asdict, dataclass
 
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture
-from torquer.design.law_table import law_toml
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import to_toml
 from torquer.theory.three_axis.gain_search import SETTLED, Candidate, DesignTask, ThreeAxisDesign
 from torquer.theory.three_axis.response import greatest_angle
 
@@ -128,7 +128,8 @@ class ThreeAxisAnswer:
 
     def tables(self) -> dict[str, str]:
         """Each designed law by name, as the TOML table of a scenario."""
-        return {name: law_toml(_keys(each.law)) for name, each in self.design.candidates.items()}
+        laws = self.design.candidates.items()
+        return {name: to_toml({"control": {"law": _keys(each.law)}}) for name, each in laws}
 
 
 def _margin_rows(each: Candidate) -> list[Row]:

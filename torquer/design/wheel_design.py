@@ -64,12 +64,15 @@ def _finite(value) -> float | None:
 def _momentum(array, inertia) -> dict:
     envelope = momentum_envelope(array)
     rates, worst = _turns(envelope, inertia)
+    normals, bounds = envelope.half_spaces
     return {
         "volume_n3_m3_s3": envelope.volume,
-        **_counts(envelope),
+        "vertices": len(envelope.vertices),
+        "edges": len(envelope.edges),
+        "faces": len(envelope.faces),
         "greatest_n_m_s": _by_axis(envelope.extent(np.eye(3))),
         "worst_direction_n_m_s": envelope.inner_radius,
-        "worst_direction": _narrowest(envelope),
+        "worst_direction": normals[np.argmin(bounds)].tolist(),
         "rate_deg_s": rates,
         "worst_rate_deg_s": math.degrees(worst.rate),
         "worst_rate_axis": worst.axis.tolist(),
@@ -86,19 +89,6 @@ def _torque(array, inertia) -> dict:
         "worst_acceleration_deg_s2": math.degrees(worst.rate),
         "worst_acceleration_axis": worst.axis.tolist(),
     }
-
-
-def _counts(envelope: Envelope) -> dict:
-    return {
-        "vertices": len(envelope.vertices),
-        "edges": len(envelope.edges),
-        "faces": len(envelope.faces),
-    }
-
-
-def _narrowest(envelope: Envelope) -> list[float]:
-    normals, bounds = envelope.half_spaces
-    return normals[np.argmin(bounds)].tolist()
 
 
 def _turns(envelope: Envelope, inertia):
@@ -179,7 +169,6 @@ def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
     for case in failure_table(array, inertia):
         worst = case.worst_acceleration_rad_s2
         left = array.without(*case.lost)
-        shares = [one["share"] for one in _demand(design, left, inertia).values()]
         cases.append(
             {
                 "lost": list(case.lost),
@@ -188,7 +177,7 @@ def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
                 "worst_direction_n_m_s": case.inner_radius_n_m_s,
                 "worst_rate_deg_s": math.degrees(case.worst_rate_rad_s),
                 "worst_acceleration_deg_s2": None if worst is None else math.degrees(worst),
-                "demand_met": all(share is not None and share <= 1.0 for share in shares),
+                "demand_met": all(one["met"] for one in _demand(design, left, inertia).values()),
                 "saturation_h": saturation_h(left, growth),
             }
         )
@@ -280,7 +269,10 @@ def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[di
     demand, rows = design.demand.momentum_n_m_s, []
     box = None if demand is None else Box(np.array(demand))
     for name, label, axes in candidates(design):
-        other = array if name == "given" else _with_axes(array, axes)
+        other = array
+        if name != "given":
+            limit = float(array.momentum_limits()[0])
+            other = WheelArray(axes=tuple(map(tuple, axes.tolist())), momentum_limit_n_m_s=limit)
         envelope = momentum_envelope(other)
         works = axes[other.momentum_limits() > 0.0]
         reached = envelope.rank == 3
@@ -297,11 +289,6 @@ def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[di
             }
         )
     return rows
-
-
-def _with_axes(array: WheelArray, axes) -> WheelArray:
-    limit = float(array.momentum_limits()[0])
-    return WheelArray(axes=tuple(map(tuple, axes.tolist())), momentum_limit_n_m_s=limit)
 
 
 def _accumulation(array: WheelArray, growth: Growth) -> dict:

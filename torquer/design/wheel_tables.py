@@ -89,24 +89,33 @@ def hours(value: float | None) -> str:
 
 def failure_rows(report: dict) -> tuple[str, tuple, list]:
     """Title, head and rows of the failure table; wheels are numbered from 0."""
-    torque, grows = report["torque"] is not None, report["accumulation"] is not None
-    head = ["failed", "volume", "momentum", "rate"]
-    head += ["acceleration"] if torque else []
-    head += ["demand"] if report["demand"] else []
-    head += ["saturation"] if grows else []
-    rows = []
-    for case in report["failures"]:
-        row = [lost_label(case["lost"]), f"{case['volume']:.0%}"]
-        row += [f"{case[k]:.4g}" for k in ("worst_direction_n_m_s", "worst_rate_deg_s")]
-        row += [f"{case['worst_acceleration_deg_s2']:.3g}"] if torque else []
-        row += ["met" if case["demand_met"] else "not met"] if report["demand"] else []
-        row += [hours(case["saturation_h"])] if grows else []
-        rows.append(row)
-    return (
-        "Wheel failures (numbered from 0): guaranteed in any direction; N m s, deg/s, deg/s^2",
-        tuple(head),
-        rows,
-    )
+    title = "Wheel failures (numbered from 0): guaranteed in any direction; N m s, deg/s, deg/s^2"
+    return title, *_grid([_failure(report, case) for case in report["failures"]])
+
+
+def _failure(report: dict, case: dict) -> dict[str, str]:
+    row = {
+        "failed": lost_label(case["lost"]),
+        "volume": f"{case['volume']:.0%}",
+        "momentum": f"{case['worst_direction_n_m_s']:.4g}",
+        "rate": f"{case['worst_rate_deg_s']:.4g}",
+    }
+    if report["torque"] is not None:
+        row["acceleration"] = f"{case['worst_acceleration_deg_s2']:.3g}"
+    if report["demand"]:
+        row["demand"] = _met(case["demand_met"])
+    if report["accumulation"] is not None:
+        row["saturation"] = hours(case["saturation_h"])
+    return row
+
+
+def _grid(rows: list[dict[str, str]]) -> tuple[tuple[str, ...], list[list[str]]]:
+    """Head and rows of a table, from its rows by their heads."""
+    return tuple(rows[0]), [[*row.values()] for row in rows]
+
+
+def _met(demand: bool) -> str:
+    return "met" if demand else "not met"
 
 
 def lost_label(lost) -> str:
@@ -116,27 +125,27 @@ def lost_label(lost) -> str:
 
 def layout_rows(report: dict) -> tuple[str, tuple, list]:
     """Title, head and rows of the table of layouts."""
-    wanted = "momentum" in report["demand"]
-    grows, whole = report["accumulation"] is not None, report["momentum"]["volume_n3_m3_s3"]
-    head = ["layout", "angles", "volume", "rate"]
-    head += ["norm", "wheel"] if wanted else []
-    head += ["minimax", "pseudo-inv."] if grows else []
-    rows = []
-    for each in report["layouts"]:
-        row = [each["name"], each["angles"], _part(each["volume_n3_m3_s3"], whole)]
-        row.append(f"{each['worst_rate_deg_s']:.4g}")
-        if wanted:
-            row += [_number(each["norm_n_m_s"]), _number(each["wheel_n_m_s"])]
-        if grows:
-            keys = ("saturation_minimax_h", "saturation_least_squares_h")
-            row += [hours(each[key]) for key in keys]
-        rows.append(row)
     title = "Layouts: deg, deg/s"
-    title += "; needed for the demand, N m s" if wanted else ""
-    title += "; saturation after" if grows else ""
+    title += "; needed for the demand, N m s" if "momentum" in report["demand"] else ""
+    title += "; saturation after" if report["accumulation"] is not None else ""
     turned = any(each["angles"].endswith("*") for each in report["layouts"])
     title += "; * along the principal axes, not the body's" if turned else ""
-    return title, tuple(head), rows
+    return title, *_grid([_layout(report, each) for each in report["layouts"]])
+
+
+def _layout(report: dict, each: dict) -> dict[str, str]:
+    row = {
+        "layout": each["name"],
+        "angles": each["angles"],
+        "volume": _part(each["volume_n3_m3_s3"], report["momentum"]["volume_n3_m3_s3"]),
+        "rate": f"{each['worst_rate_deg_s']:.4g}",
+    }
+    if "momentum" in report["demand"]:
+        row |= {"norm": _number(each["norm_n_m_s"]), "wheel": _number(each["wheel_n_m_s"])}
+    if report["accumulation"] is not None:
+        row["minimax"] = hours(each["saturation_minimax_h"])
+        row["pseudo-inv."] = hours(each["saturation_least_squares_h"])
+    return row
 
 
 def _part(value: float, whole: float) -> str:
@@ -154,20 +163,19 @@ def sweep_rows(sweep: Sweep) -> tuple[str, tuple, list]:
         sweep.points.index(sweep.best())
     }
     points = [sweep.points[n] for n in sorted(shown)]
-    head = [sweep.key, "volume", "momentum", "rate", "momentum, one failed", "rate, one failed"]
-    head += ["demand"] if points[0].demand_share is not None else []
-    head += ["saturation"] if any(point.saturation_h is not None for point in points) else []
+    grows = any(point.saturation_h is not None for point in points)
     title = "Sweep: guaranteed in any direction; (N m s)^3, N m s, deg/s"
-    return title, tuple(head), [_sweep_row(point, len(head)) for point in points]
+    return title, *_grid([_sweep_row(sweep.key, point, grows) for point in points])
 
 
-def _sweep_row(point: Point, columns: int) -> list[str]:
-    row = [f"{point.value:.4g}", f"{point.volume_n3_m3_s3:.4g}"]
-    for able in (point.whole, point.one_failed):
-        row += [f"{able.momentum_n_m_s:.4g}", f"{able.rate_deg_s:.4g}"]
+def _sweep_row(key: str, point: Point, grows: bool) -> dict[str, str]:
+    row = {key: f"{point.value:.4g}", "volume": f"{point.volume_n3_m3_s3:.4g}"}
+    for able, when in ((point.whole, ""), (point.one_failed, ", one failed")):
+        row[f"momentum{when}"] = f"{able.momentum_n_m_s:.4g}"
+        row[f"rate{when}"] = f"{able.rate_deg_s:.4g}"
     if point.demand_share is not None:
-        row.append("met" if point.demand_share <= 1.0 else "not met")
-    return row if len(row) == columns else [*row, hours(point.saturation_h)]
+        row["demand"] = _met(point.demand_share <= 1.0)
+    return row | ({"saturation": hours(point.saturation_h)} if grows else {})
 
 
 def best_in_words(sweep: Sweep) -> str:

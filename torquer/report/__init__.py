@@ -34,6 +34,7 @@ def write_report(
 def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
     """Draw all pictures into a folder and write the page next to it; paths of the pictures."""
     from torquer.computer.modes.diagram import svg
+    from torquer.report.common.figure import save_figure
     from torquer.report.common.side_by_side import done_side_by_side
     from torquer.report.flight.page import write_page
     from torquer.report.flight.png import picture_functions
@@ -42,17 +43,14 @@ def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
     own_folder(folder)
     figures = picture_functions(shown)
     paths = {name: folder / f"{name}.png" for name in figures}
-    draw = [partial(_draw, figure_of, view, paths[name]) for name, figure_of in figures.items()]
+
+    def draw(name: str) -> None:
+        save_figure(figures[name](view), paths[name])
+
     if modes := view.scenario.control.named().modes:
         paths["modes"] = folder / "modes.svg"
         put(paths["modes"], svg(modes))
     # the page shows the overview, which is therefore drawn first, in this process
     page = partial(write_page, view, shown, folder.parent / "report.html", paths["overview"])
-    done_side_by_side(draw, page, progress)
+    done_side_by_side([partial(draw, name) for name in figures], page, progress)
     return paths
-
-
-def _draw(figure_of: Callable, view, path: Path) -> None:
-    from torquer.report.common.figure import save_figure
-
-    save_figure(figure_of(view), path)

@@ -8,7 +8,6 @@ result.torquer.plot.rate()        # a matplotlib figure, shown by a notebook
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable
 from functools import cached_property, wraps
 from html import escape
@@ -83,17 +82,14 @@ class Torquer:
         return Plots(self._result)
 
     def _repr_html_(self) -> str:
-        from torquer.report.common.figure import encode_png
+        from torquer.report.common.figure import image
 
         rows = "".join(
             f"<tr><th>{escape(label)}</th><td>{escape(value)}</td></tr>"
             for label, value in summary_rows(self.summary)
         )
-        picture = base64.b64encode(encode_png(self.plot.overview())).decode("ascii")
-        return (
-            f"<h4>{escape(self.scenario.name)}</h4><table>{rows}</table>"
-            f'<img alt="Overview of the run" src="data:image/png;base64,{picture}">'
-        )
+        picture = image(self.plot.overview(), "Overview of the run")
+        return f"<h4>{escape(self.scenario.name)}</h4><table>{rows}</table>{picture}"
 
 
 class Plots:

@@ -16,12 +16,10 @@ from torquer.design.coil_design import CoilSizes
 from torquer.design.gain_sweep import GainSweep
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.three_axis_answer import ThreeAxisAnswer
-from torquer.report.theory.coil import draw_coils
-from torquer.report.theory.detumbling import draw_gains
+from torquer.report.theory.designs import draw_coils, draw_design, draw_gains
 from torquer.report.theory.law_motion import draw_law_motion
 from torquer.report.theory.magneto_gyro import draw_gyro_design
 from torquer.report.theory.magneto_gyro_models import draw_gyro_models
-from torquer.report.theory.three_axis import draw_design
 from torquer.theory.averaged.answer import LawMotion
 from torquer.theory.magneto_gyro.models import GyroModels
 
@@ -43,4 +41,4 @@ plot.register(GainSweep, draw_gains)
 plot.register(GyroDesign, draw_gyro_design)
 plot.register(GyroModels, draw_gyro_models)
 plot.register(LawMotion, draw_law_motion)
-plot.register(ThreeAxisAnswer, lambda answer: draw_design(answer.task, answer.design))
+plot.register(ThreeAxisAnswer, draw_design)

@@ -58,7 +58,7 @@ def _progress():
 def _write(sweep, out: Path) -> list[Path]:
     """gains.png, and scenario.toml with the gain chosen."""
     from torquer.report.common.figure import save_figure
-    from torquer.report.theory.detumbling import draw_gains
+    from torquer.report.theory.designs import draw_gains
     from torquer.scenario.toml_text import to_toml
     from torquer.simulation.results.file import put
 

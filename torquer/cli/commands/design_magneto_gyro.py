@@ -38,8 +38,7 @@ def magneto_gyro(
 def _write(made, out: Path) -> list[Path]:
     """law.toml, scenario.toml with the law in a mode table and a campaign, and the pictures."""
     from torquer.design.gyro.flown_scenario import campaign_table
-    from torquer.design.law_table import law_toml
-    from torquer.report.common.figure import save_figure
+    from torquer.report.common.figure import save_figures
     from torquer.report.theory.magneto_gyro import draw_gyro_design
     from torquer.scenario.toml_text import to_toml
     from torquer.simulation.results.file import put
@@ -48,10 +47,7 @@ def _write(made, out: Path) -> list[Path]:
     data["campaign"] = campaign_table(made.scenario, made.case.tip_off_deg_s)
     with writing_to(out):
         return [
-            put(out / "law.toml", law_toml(made.law)),
+            put(out / "law.toml", to_toml({"control": {"law": made.law}})),
             put(out / "scenario.toml", to_toml(data)),
-            *(
-                save_figure(each, out / f"{name}.png")
-                for name, each in draw_gyro_design(made).items()
-            ),
+            *save_figures(draw_gyro_design(made), out).values(),
         ]

@@ -53,10 +53,10 @@ def _load(path: Path, code: CodeOptions):
 def _write(found, out: Path) -> list[Path]:
     """map.png and a TOML file of each law."""
     from torquer.report.common.figure import save_figure
-    from torquer.report.theory.three_axis import draw_design
+    from torquer.report.theory.designs import draw_design
     from torquer.simulation.results.file import put
 
     with writing_to(out):
-        picture = save_figure(draw_design(found.task, found.design), out / "map.png")
+        picture = save_figure(draw_design(found), out / "map.png")
         laws = found.tables().items()
         return [picture, *(put(out / f"{name}.toml", text) for name, text in laws)]

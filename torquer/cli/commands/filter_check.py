@@ -102,7 +102,7 @@ def _expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     scenario = load_usable(path, code, how.out)
     sets = sensor_sets(scenario)
     if how.out is not None:
-        from torquer.report.filter.expected import draw_expected
+        from torquer.report.filter.pictures import draw_expected
 
         with writing_to(how.out):
             draw_expected(sets, f"Expected accuracy: {scenario.name}", how.out / "expected.png")

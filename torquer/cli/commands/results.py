@@ -20,7 +20,8 @@ def compare(
     json: Json = False,
 ) -> int:
     """Compare two to six runs: RESULTS are their output folders or result.nc files."""
-    from torquer.report.flight.compared import MOST, compare as compared_of, write_comparison
+    from torquer.report.common.figure import save_figure
+    from torquer.report.flight.compared import MOST, compare as compared_of
 
     if not 2 <= len(results) <= MOST:
         raise ValueError(f"RESULTS: must be 2 to {MOST} runs; received {len(results)}")
@@ -32,7 +33,7 @@ def compare(
         compared = compared_of(*opened, names=names)
     if out is not None:
         with writing_to(out):
-            picture = write_comparison(compared, out)
+            picture = save_figure(compared.plot(), out / "compared.png")
     if json:
         print(json_text(compared.as_plain()))
         return 0
@@ -95,7 +96,7 @@ def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
     at every control step.
     """
     from torquer.analysis.filters.smoothing import measure_accuracy, smooth_run
-    from torquer.report.filter.smoothed import draw_smoothed
+    from torquer.report.filter.pictures import draw_smoothed
 
     run = load_result(result, "RESULT")
     with explain_errors(result):

@@ -9,10 +9,10 @@ from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.statistics import number, quantile
 from torquer.design.gyro.case import GyroCase
 from torquer.design.gyro.flown_scenario import EXACT_DEG, POINTED_DEG
-from torquer.design.law_table import law_toml
 from torquer.design.pointing_flights import PointingFlights
 from torquer.design.requests import MagnetoGyroRequest
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import to_toml
 from torquer.theory.magneto_gyro.capture import Stage1Design
 from torquer.theory.magneto_gyro.craft import greatest_tip_off
 from torquer.theory.magneto_gyro.day import DayLoop, Range
@@ -153,7 +153,7 @@ class GyroDesign:
             *rows,
             *(
                 Row(f"flights/{key}/settled_s/{part:g}", _PARTS[part], number(time_s), "",
-                    _orbits(time_s / period_s))
+                    f"{time_s / period_s:.2f}" if math.isfinite(time_s) else "-")
                 for part, time_s in quantiles.items()
             ),
             Row(f"flights/{key}/never", f"never (of {runs})", never, "", f"{never}"),
@@ -211,7 +211,7 @@ class GyroDesign:
             _BIAS.format_map(texts),
             *(f"note: {note}" for note in self.notes),
             "",
-            *law_toml(self.law).splitlines(),
+            *to_toml({"control": {"law": self.law}}).splitlines(),
         ]
 
     def _in_words(self) -> str:
@@ -246,7 +246,3 @@ def _ends(found: Range, unit: str) -> str:
     if found.high is None:
         return f"from {found.low:.0f} {unit}"
     return f"of {found.low:.0f} to {found.high:.0f} {unit}"
-
-
-def _orbits(value: float) -> str:
-    return f"{value:.2f}" if math.isfinite(value) else "-"

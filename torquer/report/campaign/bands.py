@@ -15,7 +15,6 @@ from torquer.report.common.scales import clock_for
 
 #: Parts of the members between which bands lie.
 PARTS = (0.05, 0.25, 0.5, 0.75, 0.95)
-_COLOURS = (RED, ORANGE, PINK)
 
 
 def series_by_signal(result: xr.Dataset) -> list[list[str]]:
@@ -67,7 +66,8 @@ def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | 
         axes.fill_between(t, found[1], found[3], color=BLUE, alpha=0.3, lw=0, label="25 to 75 %"),
         *axes.plot(t, found[2], color=BLUE, lw=1.5, label="median"),
     ]
-    handles += _draw_worst(axes, t, result, variable.values, summary, names)
+    for row, label, colour in worst_lines(result, summary, names):
+        handles += axes.plot(t, variable.values[row], color=colour, lw=1.0, label=label)
     axes.set_yscale("log" if is_wide(found) else "linear")
     axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL)
@@ -82,22 +82,15 @@ def series_unit(result: xr.Dataset, name: str) -> str:
     return signal_unit(json.loads(result[name].attrs["signal"])) if known else ""
 
 
-def worst_members(result: xr.Dataset, summary: dict, names: list[str]) -> list[tuple[int, int]]:
-    """Worst member of each outcome, each member once, and its row; at most three."""
+def worst_lines(result: xr.Dataset, summary: dict, names: list[str]) -> list[tuple[int, str, str]]:
+    """Row, label and colour of the worst member of each outcome, each once; at most three."""
     members = member_numbers(result)
     worst = dict.fromkeys(
         found["worst"][0]["member"]
         for name in reversed(names)
         if (found := summary["outcomes"].get(name)) and found["worst"]
     )
-    return [(member, int(np.flatnonzero(members == member)[0])) for member in [*worst][:3]]
-
-
-def _draw_worst(axes, t, result, series, summary, names) -> list:
-    """Lines of the worst members."""
-    lines = []
-    found = worst_members(result, summary, names)
-    for (member, row), colour in zip(found, _COLOURS, strict=False):
-        label = f"worst: member {member}"
-        lines += axes.plot(t, series[row], color=colour, lw=1.0, label=label)
-    return lines
+    return [
+        (int(np.flatnonzero(members == member)[0]), f"worst: member {member}", colour)
+        for member, colour in zip(worst, (RED, ORANGE, PINK), strict=False)
+    ]

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from torquer.campaign.contents import missing_as_worst
 from torquer.campaign.summary import percent, with_unit
 from torquer.report.campaign.interactive import cdf_figure, difference_figure
-from torquer.report.campaign.pictures import write_all
 from torquer.report.campaign.shared import is_wide, literal, steps
 from torquer.report.campaign.tables import (
     about_comparison,
@@ -17,7 +16,7 @@ from torquer.report.campaign.tables import (
     comparison_grid,
 )
 from torquer.report.common.colours import BLUE, ORANGE
-from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
+from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, save_figures, sheet
 from torquer.report.common.html import card, cards
 from torquer.simulation.results.file import put
 
@@ -28,7 +27,7 @@ def draw_compared(a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path) -> di
     """Write the pictures; their paths by name."""
     figures = {f"cdf_{name}": _draw_cdf(a, b, found, name) for name in found["outcomes"]}
     figures["differences"] = _draw_differences(found)
-    return write_all(figures, folder)
+    return save_figures(figures, folder)
 
 
 def _draw_cdf(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> Figure | None:

@@ -18,6 +18,7 @@ from torquer.campaign.contents import (
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import mean_interval, rate_interval
 from torquer.campaign.summary import percent, with_unit
+from torquer.report.campaign.shared import settled_range
 from torquer.report.common.colours import BLUE, GREEN
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -85,9 +86,7 @@ def _draw(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: dic
         if stop.get("outcome") == name:
             for sign in (-1.0, 1.0):
                 axes.axhline(each[-1, 0] + sign * stop["half_width"], color=GREEN, lw=1.0)
-        unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
-        title = "success rate" if name == SUCCESS else with_unit(choose_mean(summary, name), unit)
-        axes.set_title(title, fontsize=9.5, loc="left", color=INK, pad=3)
+        axes.set_title(mean_title(summary, name), fontsize=9.5, loc="left", color=INK, pad=3)
         axes.tick_params(labelbottom=row == len(found) - 1)
     axes.set_xlabel("members", fontsize=SMALL)
     wanted = "; green: requested width" if stop else ""
@@ -95,12 +94,15 @@ def _draw(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: dic
     return figure
 
 
-def choose_mean(summary: dict, name: str) -> str:
-    """Which mean of an outcome is drawn."""
-    each = summary["outcomes"][name]
-    if each["missing"] and each["restricted_mean"] is not None:
-        return f"restricted mean of {name}"
-    return f"mean of {name}" + (", of those with a value" if each["missing"] else "")
+def mean_title(summary: dict, name: str) -> str:
+    """Which mean of an outcome is drawn, with its unit; or the success rate."""
+    if name == SUCCESS:
+        return "success rate"
+    each, title = summary["outcomes"][name], f"mean of {name}"
+    if each["missing"]:
+        restricted = each["restricted_mean"] is not None
+        title = f"restricted {title}" if restricted else f"{title}, of those with a value"
+    return with_unit(title, each["unit"])
 
 
 def _draw_panel(axes, counts, each: np.ndarray) -> None:
@@ -112,8 +114,5 @@ def _draw_panel(axes, counts, each: np.ndarray) -> None:
     axes.xaxis.set_major_formatter(FuncFormatter(lambda count, _: f"{count:g}"))
     axes.xaxis.set_minor_formatter("")
     axes.set_xlim(counts[0], max(counts[-1], counts[0] + 1))
-    late = each[counts >= min(10, counts[-1])]
-    ends = late[np.isfinite(late)]
-    if len(ends) and np.ptp(ends) > 0.0:
-        margin = 0.05 * np.ptp(ends)
-        axes.set_ylim(ends.min() - margin, ends.max() + margin)
+    if shown := settled_range(counts, each):
+        axes.set_ylim(*shown)

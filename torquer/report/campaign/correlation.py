@@ -9,8 +9,8 @@ from matplotlib.lines import Line2D
 
 from torquer.campaign.contents import failed_in, member_inputs, member_outcomes, succeeded_in
 from torquer.campaign.statistics import as_columns
-from torquer.campaign.summary import correlations, with_unit
-from torquer.report.campaign.shared import is_wide, literal
+from torquer.campaign.summary import with_unit
+from torquer.report.campaign.shared import correlated, is_wide, literal, shorten
 from torquer.report.common.colours import BLUE, GREY, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -23,7 +23,7 @@ _CELL, _TALL, _GAP, _HEAD = 2.15, 1.5, 0.22, 0.75
 
 def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
     """Outcomes over the inputs most correlated with them; None without correlations."""
-    pairs = {name: found for name, found in correlations(result).items() if found}
+    pairs = correlated(result)
     names = [name for name in member_outcomes(result) if name in pairs][:_MOST_OUTCOMES]
     if not names:
         return None
@@ -38,13 +38,13 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
             left, top = 0.85 + j * (_CELL + _GAP), _HEAD + i * (_TALL + _GAP)
             axes = place(figure, left, top, _CELL, _TALL)
             _draw_cell(axes, columns[key], values, kinds)
-            axes.set_title(_sign(pairs[name].get(key)), fontsize=SMALL - 1, loc="right",
-                           color=INK, pad=4)  # fmt: skip
+            above = f"{pairs[name][key]:+.2f}" if key in pairs[name] else ""
+            axes.set_title(above, fontsize=SMALL - 1, loc="right", color=INK, pad=4)
             axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
             if i == len(names) - 1:
                 axes.set_xlabel(labels[key], fontsize=SMALL - 1)
             if j == 0:
-                label = with_unit(_short(name, 24), summary["outcomes"][name]["unit"])
+                label = with_unit(shorten(name, 24), summary["outcomes"][name]["unit"])
                 axes.set_ylabel(label, fontsize=SMALL - 1)
     _legend(figure, kinds)
     foot(figure, _about(kinds))
@@ -54,16 +54,12 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
 def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
     """Numbers [n] and labels of inputs; times count in days."""
     columns = as_columns(member_inputs(result))
-    labels = {key: literal(_short(key, 34)) for key in keys}
+    labels = {key: literal(shorten(key, 34)) for key in keys}
     for key in keys:
         if key in result and result[key].dtype.kind == "M":
             columns[key] = (columns[key] - columns[key].min()) / 86400.0
             labels[key] = literal(f"{key} [d after the earliest]")
     return columns, labels
-
-
-def _sign(correlation: float | None) -> str:
-    return "" if correlation is None else f"{correlation:+.2f}"
 
 
 def _about(kinds) -> str:
@@ -77,10 +73,6 @@ def most_correlated(found: list[dict[str, float]], count: int = _MOST_INPUTS) ->
     """Inputs in order of their greatest correlation with any outcome."""
     greatest = {key: max(abs(each.get(key, 0.0)) for each in found) for key in found[0]}
     return sorted(greatest, key=lambda key: -greatest[key])[:count]
-
-
-def _short(text: str, length: int) -> str:
-    return text if len(text) <= length else f"…{text[1 - length :]}"
 
 
 def ways_of_ending(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
@@ -128,10 +120,13 @@ def _legend(figure: Figure, kinds) -> None:
 
 def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     """Rank correlations of each outcome as bars, and their size by chance alone."""
-    pairs = {name: found for name, found in correlations(result).items() if found}
+    pairs = correlated(result)
     if not pairs:
         return None
-    bars = {name: _greatest(found) for name, found in pairs.items()}
+    bars = {
+        name: {key: found[key] for key in most_correlated([found], _MOST_BARS)}
+        for name, found in pairs.items()
+    }
     heights = [0.45 + 0.19 * len(found) for found in bars.values()]
     figure = sheet(7.2, 0.5 + sum(heights) + 0.65, f"Rank correlations · {summary['name']}")
     top, chance = 0.5, summary["chance_correlation"]
@@ -147,11 +142,6 @@ def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
     return figure
 
 
-def _greatest(found: dict[str, float]) -> dict[str, float]:
-    keys = sorted(found, key=lambda key: -abs(found[key]))[:_MOST_BARS]
-    return {key: found[key] for key in keys}
-
-
 def _draw_bars(axes, found: dict[str, float], chance: float) -> None:
     quiet(axes)
     axes.grid(False, axis="y")
@@ -159,6 +149,6 @@ def _draw_bars(axes, found: dict[str, float], chance: float) -> None:
     axes.axvline(0.0, color=INK, lw=0.8)
     colours = [BLUE if abs(r) > chance else GREY for r in found.values()]
     axes.barh(range(len(found)), list(found.values()), 0.7, color=colours)
-    axes.set_yticks(range(len(found)), [literal(_short(key, 44)) for key in found], fontsize=7.5)
+    axes.set_yticks(range(len(found)), [literal(shorten(key)) for key in found], fontsize=7.5)
     axes.set_ylim(len(found) - 0.45, -0.55)
     axes.set_xlim(-1.0, 1.0)

@@ -9,8 +9,7 @@ from torquer.campaign.faults.contents import WORDS, counts_in_words, fault_table
 from torquer.campaign.faults.fly import FaultCampaign
 from torquer.campaign.faults.verdict import DEGRADED, LOST, SAFE
 from torquer.report.common.colours import GREEN, ORANGE, RED
-from torquer.report.common.figure import INK, SMALL, foot, place, sheet
-from torquer.report.filter.pictures import save_figure
+from torquer.report.common.figure import INK, SMALL, foot, place, save_figure, sheet
 from torquer.simulation.results.file import put
 
 _COLOURS = {SAFE: GREEN, DEGRADED: ORANGE, LOST: RED}

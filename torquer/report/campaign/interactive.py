@@ -13,20 +13,20 @@ from torquer.campaign.contents import (
     member_outcomes,
     missing_as_worst,
 )
-from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import correlations, percent, with_unit
-from torquer.report.campaign.bands import percentiles, series_unit, worst_members
-from torquer.report.campaign.convergence import choose_mean
+from torquer.report.campaign.bands import percentiles, series_unit, worst_lines
+from torquer.report.campaign.convergence import mean_title
 from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
-from torquer.report.campaign.shared import is_wide, steps
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.campaign.shared import correlated, is_wide, settled_range, steps
+from torquer.report.campaign.sobol import greatest
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED, RUNS, SKY
 from torquer.report.common.interactive import (
     MARGIN_PX,
     MENU,
     axis,
     band,
-    layout,
+    figure,
     line,
     pack_numbers,
     shade,
@@ -37,8 +37,7 @@ from torquer.report.common.interactive import (
 )
 from torquer.report.common.scales import clock_for
 
-#: Colours of outcomes, worst members; of members that failed, which is dark on paper.
-COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED)
+#: Colour of members that failed, which is dark on paper.
 _FAILED = RED
 #: Most instants of a line, most members of a kind, most inputs of a figure.
 _MOST_INSTANTS, _MOST_POINTS, _MOST_INPUTS = 1000, 1000, 10
@@ -97,15 +96,13 @@ def bands_figure(result: xr.Dataset, summary: dict, names: list[str]) -> dict:
     data = [*band(t, found[0], found[4], "5 to 95 %", BLUE, 0.18),
             *band(t, found[1], found[3], "25 to 75 %", BLUE, 0.3),
             line(t, found[2], "median", BLUE, 2.0)]  # fmt: skip
-    for (member, row), colour in zip(worst_members(result, summary, names), (RED, ORANGE, PINK),
-                                     strict=False):  # fmt: skip
-        data.append(line(t, values[row], f"worst: member {member}", colour, 1.2))
+    for row, label, colour in worst_lines(result, summary, names):
+        data.append(line(t, values[row], label, colour, 1.2))
     title = with_unit(str(variable.attrs.get("long_name", names[0])),
                       series_unit(result, names[0]))  # fmt: skip
     y_axis = axis(title, type=_scale(found), hoverformat=".4~g")
     x_axis = axis(f"time [{clock.unit}]", hoverformat=".4~g")
-    return {"data": data,
-            "layout": layout(360, xaxis=x_axis, yaxis=y_axis, hovermode="x unified")}  # fmt: skip
+    return figure(data, 360, x_axis, y_axis)
 
 
 def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
@@ -134,8 +131,7 @@ def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
     }
     y_axis = axis(with_unit(name, summary["outcomes"][name]["unit"]), type=_scale(y))
     x_axis = axis(labels[keys[0]], type=_scale(columns[keys[0]]))
-    return {"data": data, "layout": layout(340, xaxis=x_axis, yaxis=y_axis, updatemenus=[menu],
-                                           hovermode="closest")}  # fmt: skip
+    return figure(data, 340, x_axis, y_axis, updatemenus=[menu], hovermode="closest")
 
 
 def _points(x: np.ndarray, y: np.ndarray, kind, visible: bool) -> dict:
@@ -153,25 +149,24 @@ def _points(x: np.ndarray, y: np.ndarray, kind, visible: bool) -> dict:
 
 def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
     """Rank correlations of all outcomes with the inputs most correlated, as bars."""
-    pairs = {name: found for name, found in correlations(result).items() if found}
+    pairs = correlated(result)
     if not pairs:
         return None
     keys = most_correlated(list(pairs.values()), _MOST_INPUTS)
     chance = summary["chance_correlation"]
     data = [
-        _bars(name, keys, [found.get(key) for key in keys], COLOURS[k % len(COLOURS)])
+        _bars(name, keys, [found.get(key) for key in keys], RUNS[k % len(RUNS)])
         for k, (name, found) in enumerate(pairs.items())
     ]
     data.append(square(f"up to {chance:.2g}: may be chance", translucent(GREY, 0.3)))
     x_axis = axis("Spearman's rank correlation", range=[-1.0, 1.0])
     shapes = [shade(-chance, chance, translucent(GREY, 0.3))]
-    return {"data": data, "layout": _bars_layout(len(keys), len(pairs), x_axis, shapes=shapes)}
+    return _bars_figure(data, len(keys), len(pairs), x_axis, shapes=shapes)
 
 
 def sobol_figure(groups: dict[str, dict]) -> dict:
     """First-order and total indices of an outcome with their intervals, the greatest first."""
-    names = sorted(groups, key=lambda name: -groups[name]["total"])[:_MOST_INPUTS]
-    data = []
+    names, data = [*greatest(groups)], []
     for kind, colour, label in (("first", BLUE, "first-order, S1"), ("total", SKY, "total, ST")):
         sizes = [groups[name][kind] for name in names]
         ends = [[size if end is None else end for end in groups[name][f"{kind}_interval"]]
@@ -180,7 +175,7 @@ def sobol_figure(groups: dict[str, dict]) -> dict:
         beyond = {"array": high, "arrayminus": low}
         error = {"type": "data", "symmetric": False, "color": GREY, "thickness": 1.2, **beyond}
         data.append(_bars(label, names, sizes, colour) | {"error_x": error})
-    return {"data": data, "layout": _bars_layout(len(names), 2, axis("share of the variance"))}
+    return _bars_figure(data, len(names), 2, axis("share of the variance"))
 
 
 def _bars(name: str, keys, sizes, colour: str) -> dict:
@@ -188,12 +183,12 @@ def _bars(name: str, keys, sizes, colour: str) -> dict:
             "marker": {"color": colour}}  # fmt: skip
 
 
-def _bars_layout(rows: int, bars: int, x_axis: dict, **keys) -> dict:
-    """Layout of rows of horizontal bars, the first row on top."""
+def _bars_figure(data: list[dict], rows: int, bars: int, x_axis: dict, **keys) -> dict:
+    """Rows of horizontal bars, the first row on top."""
     height = MARGIN_PX["t"] + MARGIN_PX["b"] + rows * (14 * bars + 12)
     y_axis = axis("", autorange="reversed", type="category", showgrid=False)
-    return layout(max(height, 180), xaxis=x_axis, yaxis=y_axis, barmode="group",
-                  hovermode="y unified", **keys)  # fmt: skip
+    keys = {"barmode": "group", "hovermode": "y unified", **keys}
+    return figure(data, max(height, 180), x_axis, y_axis, **keys)
 
 
 def convergence_figure(name: str, counts, found: np.ndarray, result, summary: dict) -> dict:
@@ -206,16 +201,11 @@ def convergence_figure(name: str, counts, found: np.ndarray, result, summary: di
         ends = [found[-1, 0] + sign * stop["half_width"] for sign in (-1.0, 1.0)]
         data += [line(counts[[0, -1]], [end] * 2, "requested width", GREEN) for end in ends]
         data[-1]["showlegend"] = False
-    unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
-    title = "success rate" if name == SUCCESS else with_unit(choose_mean(summary, name), unit)
-    x_axis, y_axis = axis("members", type="log"), axis(title, hoverformat=".4~g")
-    late = found[counts >= min(10, counts[-1])]
-    ends = late[np.isfinite(late)]
-    if len(ends) and np.ptp(ends) > 0.0:  # the first intervals are very wide
-        margin = 0.05 * np.ptp(ends)
-        y_axis["range"] = [float(ends.min() - margin), float(ends.max() + margin)]
-    return {"data": data, "layout": layout(260, xaxis=x_axis, yaxis=y_axis,
-                                           hovermode="x unified")}  # fmt: skip
+    x_axis = axis("members", type="log")
+    y_axis = axis(mean_title(summary, name), hoverformat=".4~g")
+    if shown := settled_range(counts, found):
+        y_axis["range"] = [*shown]
+    return figure(data, 260, x_axis, y_axis)
 
 
 def cdf_figure(
@@ -233,8 +223,7 @@ def cdf_figure(
     ]
     x_axis = axis(with_unit(name, unit), type=_scale(known), hoverformat=".4~g")
     y_axis = axis("share of members", range=[0.0, 1.02])
-    return {"data": data, "layout": layout(320, xaxis=x_axis, yaxis=y_axis,
-                                           hovermode="x unified")}  # fmt: skip
+    return figure(data, 320, x_axis, y_axis)
 
 
 def difference_figure(label: str, middle: float, low: float, high: float) -> dict:
@@ -245,6 +234,5 @@ def difference_figure(label: str, middle: float, low: float, high: float) -> dic
             {**line([middle], [0], "difference", colour), "mode": "markers",
              "marker": {"color": colour, "size": 12}}]  # fmt: skip
     y_axis = {"visible": False, "range": [-1, 1], "fixedrange": True}
-    return {"data": data, "layout": layout(110, xaxis=axis(label, range=[-reach, reach]),
-                                           yaxis=y_axis, shapes=[vertical(0.0, GREY)],
-                                           hovermode="closest")}  # fmt: skip
+    zero, x_axis = vertical(0.0, GREY), axis(label, range=[-reach, reach])
+    return figure(data, 110, x_axis, y_axis, shapes=[zero], hovermode="closest")

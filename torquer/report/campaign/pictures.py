@@ -10,7 +10,7 @@ from torquer.report.campaign.convergence import draw_convergence
 from torquer.report.campaign.correlation import draw_correlations, draw_scatter
 from torquer.report.campaign.distribution import draw_distribution
 from torquer.report.campaign.sobol import draw_sobol
-from torquer.report.common.figure import save_figure
+from torquer.report.common.figure import save_figures
 
 
 def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]:
@@ -20,20 +20,9 @@ def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]
         if each["mean"] is not None:
             figures[f"distribution_{name}"] = draw_distribution(result, summary, name)
     for names in series_by_signal(result):
-        figure = draw_bands(result, summary, names)
-        if figure is not None:
-            figures[f"series_{names[0]}"] = figure
+        figures[f"series_{names[0]}"] = draw_bands(result, summary, names)
     figures["scatter"] = draw_scatter(result, summary)
     figures["correlations"] = draw_correlations(result, summary)
     figures["sobol"] = draw_sobol(summary)
     figures["convergence"] = draw_convergence(result, summary)
-    return write_all(figures, folder)
-
-
-def write_all(figures: dict, folder: Path) -> dict[str, Path]:
-    """Write the figures that are not None as PNG; their paths by name."""
-    return {
-        name: save_figure(figure, folder / f"{name}.png")
-        for name, figure in figures.items()
-        if figure is not None
-    }
+    return save_figures(figures, folder)

@@ -1,6 +1,9 @@
 """What the pictures of campaigns share: labels, scales, empirical distributions."""
 
 import numpy as np
+import xarray as xr
+
+from torquer.campaign.summary import correlations
 
 #: Ratio of values from which on a scale is logarithmic.
 _WIDE = 100.0
@@ -9,6 +12,26 @@ _WIDE = 100.0
 def literal(text: str) -> str:
     """Text for matplotlib, dollar signs as they are."""
     return text.replace("$", r"\$")
+
+
+def shorten(text: str, length: int = 44) -> str:
+    """The end of a text: keys differ there."""
+    return text if len(text) <= length else f"…{text[1 - length :]}"
+
+
+def correlated(result: xr.Dataset) -> dict[str, dict[str, float]]:
+    """Rank correlations with inputs, by outcome; of outcomes that have some."""
+    return {name: found for name, found in correlations(result).items() if found}
+
+
+def settled_range(counts, found: np.ndarray) -> tuple[float, float] | None:
+    """Range of estimates and intervals [counts, 3] without the first, which are very wide."""
+    late = found[counts >= min(10, counts[-1])]
+    ends = late[np.isfinite(late)]
+    if not len(ends) or np.ptp(ends) == 0.0:
+        return None
+    margin = 0.05 * np.ptp(ends)
+    return float(ends.min() - margin), float(ends.max() + margin)
 
 
 def is_wide(values: np.ndarray) -> bool:

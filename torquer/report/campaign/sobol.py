@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from torquer.campaign.summary import percent
-from torquer.report.campaign.shared import literal
+from torquer.report.campaign.shared import literal, shorten
 from torquer.report.common.colours import BLUE, SKY
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
 
@@ -14,7 +14,7 @@ _MOST_BARS = 10
 def draw_sobol(summary: dict) -> Figure | None:
     """First-order and total indices of each outcome; None where there are none."""
     outcomes = (summary["sensitivity"] or {"outcomes": {}})["outcomes"]
-    shown = {name: _greatest(found["groups"]) for name, found in outcomes.items()}
+    shown = {name: greatest(found["groups"]) for name, found in outcomes.items()}
     shown = {name: groups for name, groups in shown.items() if groups}
     if not shown:
         return None
@@ -37,7 +37,8 @@ def draw_sobol(summary: dict) -> Figure | None:
     return figure
 
 
-def _greatest(groups: dict[str, dict]) -> dict[str, dict]:
+def greatest(groups: dict[str, dict]) -> dict[str, dict]:
+    """The groups of the greatest total indices, the greatest first."""
     names = sorted(groups, key=lambda name: -groups[name]["total"])[:_MOST_BARS]
     return {name: groups[name] for name in names}
 
@@ -63,10 +64,6 @@ def _draw_bars(axes, groups: dict[str, dict]) -> list:
             if None not in each[f"{kind}_interval"]:
                 axes.plot(each[f"{kind}_interval"], [at, at], color=INK, lw=1.0)
     axes.axvline(0.0, color=INK, lw=0.8)
-    axes.set_yticks(range(len(groups)), [literal(_short(name)) for name in groups], fontsize=7.5)
+    axes.set_yticks(range(len(groups)), [literal(shorten(name)) for name in groups], fontsize=7.5)
     axes.set_ylim(len(groups) - 0.45, -0.55)
     return handles
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 44 else f"…{text[-43:]}"

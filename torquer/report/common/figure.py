@@ -3,7 +3,9 @@
 The object interface only: no global state, any thread, no display.
 """
 
+import base64
 import io
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from textwrap import shorten
 
@@ -55,9 +57,24 @@ def encode_png(figure: Figure) -> bytes:
     return data.getvalue()
 
 
+def image(figure: Figure, words: str) -> str:
+    """A figure as an element of HTML, for notebooks."""
+    data = base64.b64encode(encode_png(figure)).decode("ascii")
+    return f'<img alt="{words}" src="data:image/png;base64,{data}">'
+
+
 def save_figure(figure: Figure, path) -> Path:
     """Write a figure as a PNG file."""
     return put(path, encode_png(figure))
+
+
+def save_figures(figures: Mapping[str, Figure | None], folder: Path) -> dict[str, Path]:
+    """Write figures into a folder as `NAME.png`, without those that are None; paths by name."""
+    return {
+        name: save_figure(figure, folder / f"{name}.png")
+        for name, figure in figures.items()
+        if figure is not None
+    }
 
 
 def place(figure: Figure, left: float, top: float, width: float, height: float, **keys):
@@ -105,6 +122,14 @@ def legend_at_left(axes, ncols: int, fontsize: float = 9) -> None:
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=ncols, frameon=False,
         fontsize=fontsize, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
     )  # fmt: skip
+
+
+def label_time(panels: Iterable, unit: str, columns: int = 3) -> None:
+    """Each panel over time, with its legend."""
+    for axes in panels:
+        axes.set_xlabel(f"time [{unit}]", fontsize=10)
+        axes.margins(x=0)
+        legend_at_left(axes, columns)
 
 
 def foot(figure: Figure, text: str, size: float = 7.5) -> None:

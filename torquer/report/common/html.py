@@ -6,6 +6,7 @@ is escaped there, except the style, the scripts and the numbers of figures.
 
 import base64
 import json
+import zlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -14,8 +15,10 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from torquer.report.common.packing import PACKED, pack_text
-
+#: Type of a script that holds a packed text.
+PACKED = "application/gzip"
+#: gzip's format, which every browser since 2023 unpacks (`DecompressionStream`).
+_GZIP = 16 + zlib.MAX_WBITS
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 #: Forbids the browser to load anything. (plotly.js compiles its shaders' glue by itself.)
 _POLICY = Markup(
@@ -79,13 +82,18 @@ def _file(name: str) -> Markup:
 
 
 def _library() -> Markup:
-    """plotly.js, packed: the page's script unpacks it."""
+    """plotly.js, packed."""
     from plotly.offline import get_plotlyjs
 
-    return Markup(pack_text(get_plotlyjs()))
+    return _pack(get_plotlyjs())
 
 
 def embed(figure: dict) -> Markup:
     """A figure as packed JSON, for a script of a page."""
     text = json.dumps(figure, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return Markup(pack_text(text))
+    return _pack(text)
+
+
+def _pack(text: str) -> Markup:
+    """A text, compressed, as base64; the page's script unpacks it."""
+    return Markup(encode(zlib.compress(text.encode("utf-8"), level=4, wbits=_GZIP)))

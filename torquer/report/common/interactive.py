@@ -13,6 +13,8 @@ GRID = "rgba(128,128,128,0.25)"
 #: Look of a menu over a figure: plotly highlights its entries in pale colours, light or dark.
 MENU = {"showactive": True, "bgcolor": "#f4f6f8", "font": {"color": "#333333"}}
 MARGIN_PX = {"l": 62, "r": 46, "t": 34, "b": 42}
+#: Where no Sun reaches or is seen; more shaded bands than this are too narrow to distinguish.
+NIGHT, MOST_BANDS = "rgba(110,125,180,0.20)", 400
 
 
 def pack_numbers(values, kind: str = "f4") -> dict:
@@ -82,11 +84,32 @@ def band(x, low, high, name: str, colour: str, opacity: float = 0.2, shape="line
     return [{**lower, **edge, "showlegend": False}, {**upper, **edge, **fill}]
 
 
+def figure(data: list[dict], height_px: int, xaxis: dict, yaxis: dict, **keys) -> dict:
+    """A figure of one panel; `keys` of its layout. The pointer reads all lines at once."""
+    keys = {"hovermode": "x unified", **keys}
+    return {"data": data, "layout": layout(height_px, xaxis=xaxis, yaxis=yaxis, **keys)}
+
+
+def point(x: float | None, y: float | None, name: str, **marker) -> dict:
+    """A single point with its entry in the legend."""
+    return {"type": "scatter", "mode": "markers", "x": [x], "y": [y], "name": name,
+            "marker": marker}  # fmt: skip
+
+
+def note(text: str, **keys) -> dict:
+    """A text at a place, without an arrow."""
+    return {"text": text, "showarrow": False, "font": {"size": 11}, **keys}
+
+
+def guide(dash: str, width: float, **keys) -> dict:
+    """A shape: a grey line at a level or an instant."""
+    return {"type": "line", "line": {"color": "#8a8a8a", "width": width, "dash": dash}, **keys}
+
+
 def square(name: str, colour: str) -> dict:
     """An entry in the legend for what is shaded."""
-    marker = {"symbol": "square", "size": 12, "color": colour}
-    return {"type": "scatter", "mode": "markers", "x": [None], "y": [None], "name": name,
-            "marker": marker, "hoverinfo": "skip"}  # fmt: skip
+    entry = point(None, None, name, symbol="square", size=12, color=colour)
+    return {**entry, "hoverinfo": "skip"}
 
 
 def shade(x0: float, x1: float, colour: str) -> dict:

@@ -73,3 +73,28 @@ def label_places(places, widths) -> list[tuple[float, int]]:
         ends[row : row + 1] = [max(place, left + width)]
         found.append((left, row))
     return found
+
+
+def split_where_wrapped(angle_deg, *others, low: float = -180.0) -> tuple[np.ndarray, ...]:
+    """Angles [deg] from `low` to 360 deg more and series along them, broken where they jump.
+
+    At a crossing three points go in: on the edge, a gap (not a number), on the other edge.
+    """
+    angles, high = np.asarray(angle_deg, dtype=float), low + 360.0
+    step = np.diff(angles)
+    at = np.flatnonzero(np.abs(step) > 180.0)
+    ways = step[at] - 360.0 * np.sign(step[at])
+    edge = np.where(ways > 0.0, high, low)
+    part = np.where(ways == 0.0, 0.0, (edge - angles[at]) / np.where(ways == 0.0, 1.0, ways))
+    gap = np.full(at.size, np.nan)
+    where = np.repeat(at + 1, 3)
+
+    def opened(values, triples):
+        return np.insert(values, where, np.stack(triples, axis=1).ravel())
+
+    split = [opened(angles, (edge, gap, low + high - edge))]
+    for series in others:
+        series = np.asarray(series, dtype=float)
+        crossing = series[at] + part * (series[at + 1] - series[at])
+        split.append(opened(series, (crossing, gap, crossing)))
+    return tuple(split)

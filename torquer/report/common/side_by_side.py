@@ -5,12 +5,11 @@ Python's lock, so threads would not help. Where forking is not safe (Windows, ma
 at work), everything is done here.
 """
 
+import multiprocessing
 import os
-import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
 #: More shares than this do not pay: the slowest piece takes a quarter of the time.
 _MOST = 4
@@ -28,21 +27,19 @@ def done_side_by_side(
     """
     count = _shares()
     mine, *others = (list(pieces[k::count]) for k in range(count))
-    running = {_split_off(share): share for share in others if share}
+    running = [(_split_off(share), share) for share in others if share]
     try:
         _do([*mine, last], progress)
-        while running:
-            number, status = os.waitpid(next(iter(running)), 0)
-            share = running.pop(number)
-            if status != 0:
+        for process, share in running:
+            process.join()
+            if process.exitcode != 0:
                 _do(share)
         if progress:
             progress(1.0)
     finally:
-        for number in running:
-            with suppress(OSError):
-                os.kill(number, signal.SIGKILL)
-                os.waitpid(number, 0)
+        for process, _ in running:
+            process.kill()
+            process.join()
 
 
 def _shares() -> int:
@@ -59,14 +56,16 @@ def _do(share, progress=None) -> None:
             progress(0.95 * done / len(share))
 
 
-def _split_off(share) -> int:
-    """Number of a forked process that does a share and then ends at once."""
-    number = os.fork()
-    if number:
-        return number
-    code = 1
+def _split_off(share):
+    """A forked process that does a share."""
+    process = multiprocessing.get_context("fork").Process(target=_try, args=(share,))
+    process.start()
+    return process
+
+
+def _try(share) -> None:
+    """Do a share; its error is left to the process that does it again."""
     try:
         _do(share)
-        code = 0
-    finally:
-        os._exit(code)
+    except Exception:
+        sys.exit(1)

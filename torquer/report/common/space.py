@@ -59,9 +59,9 @@ def line(points, colour: str, width: float, name: str, **keys) -> dict:
     }  # fmt: skip
 
 
-def xyz(points) -> dict:
+def xyz(points, digits: int = 3) -> dict:
     """Columns of points [n, 3] as plotly takes them, None for a gap."""
-    columns = zip("xyz", np.round(np.transpose(points), 3).tolist(), strict=True)
+    columns = zip("xyz", np.round(np.transpose(points), digits).tolist(), strict=True)
     return {name: [None if math.isnan(v) else v for v in column] for name, column in columns}
 
 

@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import SMALL, legend, place, quiet, save_figure, sheet
-from torquer.report.common.scales import clock_for
+from torquer.report.common.figure import SMALL, legend, place, quiet, save_figures, sheet
+from torquer.report.common.scales import clock_for, split_where_wrapped
 
 #: Colours of the models in the order given.
 COLOURS = (BLUE, RED, GREEN, ORANGE, PINK, SKY)
@@ -25,11 +24,8 @@ def draw_along(along: xr.Dataset, folder: Path) -> dict[str, Path]:
     clock = clock_for(t_s[-1])
     time = (t_s / clock.seconds, f"time [{clock.unit}]", None)
     u = (along["argument_of_latitude"].values, "argument of latitude u [deg]", 360.0)
-    paths = {}
-    for name, against in (("inertial", time), ("orbital", u)):
-        figure = _draw(along, name, against)
-        paths[name] = save_figure(figure, Path(folder) / f"{name}.png")
-    return paths
+    figures = {"inertial": _draw(along, "inertial", time), "orbital": _draw(along, "orbital", u)}
+    return save_figures(figures, folder)
 
 
 def _draw(along: xr.Dataset, frame: str, against) -> Figure:
@@ -63,7 +59,7 @@ def _lines(axes, against, values, label: str, labels, first: int) -> list:
     quiet(axes)
     handles = []
     for m in range(first, len(labels)):
-        line = (x, values[m]) if whole is None else unwound(x, values[m], whole)
+        line = (x, values[m]) if whole is None else split_where_wrapped(x, values[m], low=0.0)
         width, colour = 1.2 if m else 2.0, COLOURS[m % len(COLOURS)]
         handles += axes.plot(*line, lw=width, color=colour, label=labels[m])
     if whole:
@@ -76,21 +72,3 @@ def _lines(axes, against, values, label: str, labels, first: int) -> list:
     axes.set_ylabel(label, fontsize=SMALL)
     axes.yaxis.set_label_coords(-0.066, 0.5)
     return handles
-
-
-def unwound(x, y, whole: float) -> tuple[np.ndarray, np.ndarray]:
-    """A line over an angle that wraps after `whole`: extended to the edge and broken there."""
-    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    shown_x, shown_y = [x[:1]], [y[:1]]
-    for k in range(1, len(x)):
-        step = x[k] - x[k - 1]
-        turn = -whole if step < -0.5 * whole else whole if step > 0.5 * whole else 0.0
-        if turn:
-            edge, other = (whole, 0.0) if turn < 0.0 else (0.0, whole)
-            part = (edge - x[k - 1]) / (step - turn)
-            met = y[k - 1] + part * (y[k] - y[k - 1])
-            shown_x.append([edge, np.nan, other])
-            shown_y.append([met, np.nan, met])
-        shown_x.append(x[k : k + 1])
-        shown_y.append(y[k : k + 1])
-    return np.concatenate(shown_x), np.concatenate(shown_y)

@@ -78,6 +78,11 @@ def _compass(plus: str, minus: str) -> FuncFormatter:
     return FuncFormatter(lambda x, _: "0°" if x == 0 else f"{abs(x):g}°{plus if x > 0 else minus}")
 
 
+def _on(grid: xr.Dataset, values) -> tuple:
+    """Longitudes, latitudes and values, as matplotlib takes them."""
+    return grid["lon"].values, grid["lat"].values, values
+
+
 def _show(grid: xr.Dataset, element: str) -> np.ndarray:
     values = grid[element].values
     return values if element_unit(element) == "deg" else 1e-3 * values
@@ -95,9 +100,7 @@ def _contours(axes, grid: xr.Dataset, element: str):
         most = np.abs(levels).max()
         norm, colours = TwoSlopeNorm(0.0, -most, most), _SIGNED
     fine = np.linspace(levels[0], levels[-1], 4 * (len(levels) - 1) + 1)
-    filled = axes.contourf(
-        grid["lon"].values, grid["lat"].values, values, fine, cmap=colours, norm=norm, zorder=0
-    )
+    filled = axes.contourf(*_on(grid, values), fine, cmap=colours, norm=norm, zorder=0)
     _draw_lines(axes, grid, values, levels)
     return filled
 
@@ -118,15 +121,8 @@ def _levels(values, element: str) -> np.ndarray:
 def _declination(axes, grid: xr.Dataset, values):
     """D jumps by 360 deg beyond the poles: filling up to 90 deg, lines only where it is smooth."""
     shown = np.clip(values, -90.0, 90.0)
-    filled = axes.contourf(
-        grid["lon"].values,
-        grid["lat"].values,
-        shown,
-        np.arange(-90.0, 91.0, 5.0),
-        cmap=_SIGNED,
-        norm=TwoSlopeNorm(0.0, -90.0, 90.0),
-        zorder=0,
-    )
+    norm, fine = TwoSlopeNorm(0.0, -90.0, 90.0), np.arange(-90.0, 91.0, 5.0)
+    filled = axes.contourf(*_on(grid, shown), fine, cmap=_SIGNED, norm=norm, zorder=0)
     levels = (-90, -60, -40, -30, -20, -10, 0, 10, 20, 30, 40, 60, 90)
     smooth = (np.abs(values) < 120.0) & (np.abs(grid["lat"].values)[:, None] < 84.0)
     _draw_lines(axes, grid, np.ma.masked_where(~smooth, values), levels)
@@ -134,17 +130,8 @@ def _declination(axes, grid: xr.Dataset, values):
 
 
 def _draw_lines(axes, grid: xr.Dataset, values, levels) -> None:
-    lines = axes.contour(
-        grid["lon"].values,
-        grid["lat"].values,
-        values,
-        levels,
-        colors=INK,
-        linewidths=0.55,
-        alpha=0.75,
-        negative_linestyles="solid",
-        zorder=0.6,
-    )
+    look = {"colors": INK, "linewidths": 0.55, "alpha": 0.75, "negative_linestyles": "solid"}
+    lines = axes.contour(*_on(grid, values), levels, zorder=0.6, **look)
     for text in axes.clabel(lines, fmt="%g", fontsize=7, colors=INK):
         _halo(text)
 
@@ -164,7 +151,7 @@ def _landmarks(axes) -> None:
 
 def _dip_equator_and_poles(axes, grid: xr.Dataset) -> None:
     keys = {"colors": _RED, "linewidths": 1.1, "linestyles": "dashed", "zorder": 1.5}
-    axes.contour(grid["lon"].values, grid["lat"].values, grid["I"].values, [0.0], **keys)
+    axes.contour(*_on(grid, grid["I"].values), [0.0], **keys)
     for (lat, lon), marker in zip(dip_poles(grid), ("^", "v"), strict=True):
         keys = {"color": _RED, "mec": "white", "mew": 0.8, "zorder": 4, "clip_on": False}
         axes.plot(lon, lat, marker, ms=7, **keys)

@@ -3,44 +3,45 @@
 import numpy as np
 
 from torquer.analysis.filters.filter_check import FilterCheck
-from torquer.analysis.filters.filter_statistics import (
-    autocorrelation,
-    band as band_of,
-    mean_over_runs,
-)
+from torquer.analysis.filters.filter_statistics import autocorrelation
 from torquer.analysis.series import bands_where
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREEN, GREY, RED
 from torquer.report.common.interactive import (
+    MOST_BANDS,
+    NIGHT,
     axis,
     band,
-    layout,
+    figure,
     line,
     shade,
     square,
     stack_traces,
 )
 from torquer.report.common.scales import Clock, clock_for
-from torquer.report.filter.pictures import COLOURS, LAGS, UNITS, measures
+from torquer.report.filter.pictures import (
+    COLOURS,
+    LAGS,
+    UNITS,
+    by_name,
+    consistency_range,
+    measures,
+    state_errors,
+)
 
 #: Runs drawn one by one, most instants of these, most instants of other lines.
 RUNS, _OF_RUNS, _MOST_INSTANTS = 10, 400, 1500
-#: Sun not in view.
-_NIGHT = "rgba(110,125,180,0.20)"
-_MOST_BANDS = 400
 
 
 def errors_figure(found: FilterCheck, name: str, first: int) -> dict:
     """Three states: errors of some runs within three sigma of all runs and of linear covariance."""
-    flown, expected, (unit, size) = found.flown, found.expected, UNITS[name]
+    flown, expected = found.flown, found.expected
     clock = clock_for(flown.t_s[-1])
     few, rows = _rows(flown.t_s, _OF_RUNS), _rows(flown.t_s, _MOST_INSTANTS)
     others = _rows(expected.t_s, _MOST_INSTANTS)
     panels = []
     for k in range(3):
-        errors = flown.errors[:, :, first + k] / size
-        spread = 3.0 * np.sqrt(mean_over_runs(errors**2))
-        linear = 3.0 * np.sqrt(expected.covariance[:, first + k, first + k]) / size
+        errors, spread, linear, reach = state_errors(found, name, first + k)
         traces = [_runs(flown.t_s[few] / clock.seconds, errors[:RUNS, few])]
         for x, y, label, colour, dash in (
             (flown.t_s[rows], spread[rows], "±3 sigma of the runs", BLUE, "solid"),
@@ -49,8 +50,8 @@ def errors_figure(found: FilterCheck, name: str, first: int) -> dict:
             both = [line(x / clock.seconds, sign * y, label, colour, line={"dash": dash})
                     for sign in (1.0, -1.0)]  # fmt: skip
             traces += [both[0], both[1] | {"showlegend": False}]
-        reach = 1.5 * float(np.nanmax(spread[len(spread) // 10 :]))
-        panels.append((traces, axis(f"{'xyz'[k]} [{unit}]", range=[-reach, reach])))
+        label = f"{'xyz'[k]} [{UNITS[name][0]}]"
+        panels.append((traces, axis(label, range=[-float(reach), float(reach)])))
     return _over_time(found, panels, 190, clock)
 
 
@@ -71,14 +72,12 @@ def _over_time(found: FilterCheck, panels, panel_px: int, clock: Clock) -> dict:
     """Panels over time, shaded where no Sun sensor sees the Sun."""
     expected = found.expected
     hidden = bands_where(expected.t_s, 1.0 - np.asarray(expected.sun_seen, dtype=float))
-    if 0 < len(hidden) <= _MOST_BANDS:
-        panels[0][0].append(square("Sun not in view", _NIGHT))
-    shapes = [shade(a / clock.seconds, b / clock.seconds, _NIGHT) for a, b in hidden]
+    if 0 < len(hidden) <= MOST_BANDS:
+        panels[0][0].append(square("Sun not in view", NIGHT))
+    shapes = [shade(a / clock.seconds, b / clock.seconds, NIGHT) for a, b in hidden]
     ended = float(found.flown.t_s[-1]) / clock.seconds
     x_axis = axis(f"time [{clock.unit}]", range=[0.0, ended], hoverformat=".4~g")
-    return stack_traces(
-        panels, panel_px, x_axis, shapes=shapes[:_MOST_BANDS], hovermode="x unified"
-    )
+    return stack_traces(panels, panel_px, x_axis, shapes=shapes[:MOST_BANDS], hovermode="x unified")
 
 
 def consistency_figure(found: FilterCheck) -> dict:
@@ -86,16 +85,14 @@ def consistency_figure(found: FilterCheck) -> dict:
     clock, panels = clock_for(found.flown.t_s[-1]), []
     rows = _rows(found.flown.t_s, _MOST_INSTANTS)
     t = found.flown.t_s[rows] / clock.seconds
-    for name, (values, freedoms) in measures(found).items():
-        there = np.isfinite(values).sum(axis=0) >= 0.5 * len(values)
-        mean = (np.where(there, mean_over_runs(values), np.nan) / freedoms)[rows]
-        low, high = band_of(freedoms, len(values))
+    for name, (all_means, low, high) in measures(found).items():
+        mean = all_means[rows]
         within = "95 % band of a consistent filter"
         traces = [*band(t[[0, -1]], [low] * 2, [high] * 2, within, GREEN, 0.25),
                   line(t, mean, "this filter", BLUE, 1.0)]  # fmt: skip
         keys = {}
         if np.isfinite(mean).any():
-            keys["range"] = [0.0, max(1.25 * high, 1.1 * float(np.nanquantile(mean, 0.98)))]
+            keys["range"] = [*consistency_range(mean, high)]
         panels.append((traces, axis(name.replace(", ", "<br>"), hoverformat=".3~g", **keys)))
     return _over_time(found, panels, 150, clock)
 
@@ -113,17 +110,9 @@ def whiteness_figure(found: FilterCheck) -> dict:
         data.append(line(lags, rows[:, 0], name, colour, mode="lines+markers"))
     x_axis = axis("lag [readings]", dtick=1)
     y_axis = axis("correlation", hoverformat=".3~f")
-    return {"data": data, "layout": layout(320, xaxis=x_axis, yaxis=y_axis,
-                                           hovermode="x unified")}  # fmt: skip
+    return figure(data, 320, x_axis, y_axis)
 
 
-def make_figures(found: FilterCheck, states) -> dict[str, dict]:
+def make_figures(found: FilterCheck) -> dict[str, dict]:
     """All figures of a check by the names of its pictures; none if nothing started."""
-    if not found.flown.started.any():
-        return {}
-    errors = {
-        f"errors_{name.replace(' ', '_')}": errors_figure(found, name, 3 * k)
-        for k, name in enumerate(states)
-    }
-    others = {"consistency": consistency_figure(found), "whiteness": whiteness_figure(found)}
-    return errors | others
+    return by_name(found, errors_figure, consistency_figure, whiteness_figure)

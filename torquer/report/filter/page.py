@@ -12,7 +12,6 @@ from torquer.analysis.filters.filter_check import (
     rejected_in_words,
     restarts_in_words,
 )
-from torquer.analysis.filters.observability import filter_states
 from torquer.report.common.html import card, cards
 from torquer.report.common.sources import sources_data
 from torquer.report.filter.interactive import make_figures
@@ -36,20 +35,15 @@ def write_page(found: FilterCheck, path: Path) -> Path:
     """Write the page, its plots within it."""
     text = to_toml(json.loads(found.scenario.model_dump_json(exclude_none=True)))
     rows = list(map(check_row, found.checks))
-    states = filter_states(found.scenario.control.estimator)
+    verdict = found.verdict.text[:1].upper() + found.verdict.text[1:]
     made = [
-        card("verdict", _capital(found.verdict.text), "", {"pairs": check_rows(found)}),
+        card("verdict", verdict, "", {"pairs": check_rows(found)}),
         card("checks", "Checks", "", {"grid": (HEAD, rows)}),
-        *(_draw(key, figure) for key, figure in make_figures(found, states).items()),
+        *(_draw(key, figure) for key, figure in make_figures(found).items()),
         card("sources", "Sources to cite", "", {"sources": sources_data(found.scenario)}),
         card("scenario", "Scenario", "", {"text": text}, folded=True),
     ]
-    title = f"{found.scenario.name}: filter check"
-    return put(path, cards(title, made))
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
+    return put(path, cards(f"{found.scenario.name}: filter check", made))
 
 
 def check_rows(found: FilterCheck) -> list[tuple[str, str]]:

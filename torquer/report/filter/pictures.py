@@ -1,8 +1,11 @@
-"""Pictures of a filter's statistics: errors, NEES and NIS, whiteness."""
+"""Pictures of filters: errors, NEES and NIS, whiteness; expected accuracy; smoothed runs."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 
 from torquer.analysis.filters.filter_check import FilterCheck
@@ -14,10 +17,13 @@ from torquer.analysis.filters.filter_statistics import (
     nis,
 )
 from torquer.analysis.filters.observability import filter_states
+from torquer.analysis.filters.sensor_sets import SensorSet
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import legend_at_left, save_figure, stack_panels
+from torquer.maths.geometry.quaternion import angle_between
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED, curve_colour
+from torquer.report.common.figure import legend_at_left, save_figure, save_figures, stack_panels
 from torquer.report.common.scales import Clock, clock_for
+from torquer.simulation.results.dataset import flown_scenario
 
 #: Runs drawn one by one; readings apart up to which correlation is shown.
 _LINES, LAGS = 40, 20
@@ -38,18 +44,32 @@ COLOURS = {
     "sun_cells": ORANGE,
 }
 _SHADE = "#e8ebf0"
+Drawn = TypeVar("Drawn")
 
 
 def draw_all(found: FilterCheck, folder: Path) -> dict[str, Path]:
     """All pictures of a check as PNG files; their paths by name; none if nothing started."""
+    return save_figures(by_name(found, _draw_errors, _draw_consistency, _draw_whiteness), folder)
+
+
+def by_name(
+    found: FilterCheck,
+    errors: Callable[[FilterCheck, str, int], Drawn],
+    consistency: Callable[[FilterCheck], Drawn],
+    whiteness: Callable[[FilterCheck], Drawn],
+) -> dict[str, Drawn]:
+    """What functions draw of a check, by the names of its pictures; none if nothing started.
+
+    `errors` gets the name of three states, and the column of the first.
+    """
     if not found.flown.started.any():
         return {}
-    paths = {
-        f"errors_{name.replace(' ', '_')}": _draw_errors(found, name, 3 * k)
-        for k, name in enumerate(filter_states(found.scenario.control.estimator))
+    states = filter_states(found.scenario.control.estimator)
+    drawn = {
+        f"errors_{name.replace(' ', '_')}": errors(found, name, 3 * k)
+        for k, name in enumerate(states)
     }
-    drawn = paths | {"consistency": _draw_consistency(found), "whiteness": _draw_whiteness(found)}
-    return {name: save_figure(figure, folder / f"{name}.png") for name, figure in drawn.items()}
+    return drawn | {"consistency": consistency(found), "whiteness": whiteness(found)}
 
 
 def shade(axes, t_s, seen, clock: Clock) -> None:
@@ -63,29 +83,35 @@ def shade(axes, t_s, seen, clock: Clock) -> None:
 def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
     """Three states: errors of runs within three sigma of Monte Carlo and linear covariance."""
     flown, expected = found.flown, found.expected
-    unit, size = UNITS[name]
     clock = clock_for(flown.t_s[-1])
     figure, panels = stack_panels(
         f"{name.capitalize()} error of {found.runs} runs", 3, 6.4, sharex=True
     )
     t = flown.t_s / clock.seconds
     for k, axes in enumerate(panels):
-        errors = flown.errors[:, :, first + k] / size
-        spread = 3.0 * np.sqrt(mean_over_runs(errors**2))
-        linear = 3.0 * np.sqrt(expected.covariance[:, first + k, first + k]) / size
+        errors, spread, linear, reach = state_errors(found, name, first + k)
         shade(axes, expected.t_s, expected.sun_seen, clock)
         axes.plot(t, errors[:_LINES].T, color=GREY, lw=0.4, alpha=0.5)
         for sign in (-1.0, 1.0):
             axes.plot(t, sign * spread, color=BLUE, lw=1.6)
             axes.plot(expected.t_s / clock.seconds, sign * linear, color=RED, lw=1.1, ls="--")
-        settled = spread[len(spread) // 10 :]
-        axes.set_ylim(*(1.5 * np.nanmax(settled) * np.array([-1.0, 1.0])))
-        axes.set_ylabel(f"{'xyz'[k]} [{unit}]", fontsize=10)
+        axes.set_ylim(-reach, reach)
+        axes.set_ylabel(f"{'xyz'[k]} [{UNITS[name][0]}]", fontsize=10)
     panels[0].plot([], [], color=GREY, lw=0.8, label="runs")
     panels[0].plot([], [], color=BLUE, label="±3 sigma of the runs")
     panels[0].plot([], [], color=RED, ls="--", label="±3 sigma, linear covariance")
     _finish(panels, clock)
     return figure
+
+
+def state_errors(found: FilterCheck, name: str, column: int) -> tuple[np.ndarray, ...]:
+    """Errors (runs, instants) of a state, in its unit; three sigma of all runs, and of linear
+    covariance; half the height of an axis on which the settled errors fill two thirds."""
+    _, size = UNITS[name]
+    errors = found.flown.errors[:, :, column] / size
+    spread = 3.0 * np.sqrt(mean_over_runs(errors**2))
+    linear = 3.0 * np.sqrt(found.expected.covariance[:, column, column]) / size
+    return errors, spread, linear, 1.5 * np.nanmax(spread[len(spread) // 10 :])
 
 
 def _draw_consistency(found: FilterCheck) -> Figure:
@@ -94,17 +120,14 @@ def _draw_consistency(found: FilterCheck) -> Figure:
     clock = clock_for(flown.t_s[-1])
     title = f"NEES and NIS per degree of freedom, mean of {found.runs} runs"
     figure, panels = stack_panels(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
-    for axes, (name, (values, freedoms)) in zip(panels, shown.items(), strict=True):
-        there = np.isfinite(values).sum(axis=0) >= 0.5 * len(values)
-        mean = np.where(there, mean_over_runs(values), np.nan) / freedoms
-        low, high = band(freedoms, len(values))
+    for axes, (name, (mean, low, high)) in zip(panels, shown.items(), strict=True):
         shade(axes, found.expected.t_s, found.expected.sun_seen, clock)
         axes.axhspan(low, high, color=GREEN, alpha=0.25, lw=0)
         axes.axhline(1.0, color=GREEN, lw=0.8)
         axes.plot(flown.t_s / clock.seconds, mean, color=BLUE, lw=0.9)
         axes.set_ylabel(name.replace(", ", "\n"), fontsize=9.5)
         if np.isfinite(mean).any():
-            axes.set_ylim(0.0, max(1.25 * high, 1.1 * float(np.nanquantile(mean, 0.98))))
+            axes.set_ylim(*consistency_range(mean, high))
     panels[0].fill_between(
         [], [], color=GREEN, alpha=0.25, label="95 % band of a consistent filter"
     )
@@ -113,14 +136,28 @@ def _draw_consistency(found: FilterCheck) -> Figure:
     return figure
 
 
-def measures(found: FilterCheck) -> dict[str, tuple[np.ndarray, int]]:
-    """NEES and NIS (runs, instants) and their degrees of freedom, by what they are of."""
+def consistency_range(mean: np.ndarray, high: float) -> tuple[float, float]:
+    """Range of an axis with the band up to `high` and nearly all of the mean."""
+    return 0.0, max(1.25 * high, 1.1 * float(np.nanquantile(mean, 0.98)))
+
+
+def measures(found: FilterCheck) -> dict[str, tuple[np.ndarray, float, float]]:
+    """NEES and NIS per degree of freedom, by what they are of: mean over the runs, 95 % band.
+
+    Instants at which less than half of the runs have a value have none.
+    """
     flown, n = found.flown, found.flown.errors.shape[-1]
     shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
             shown[f"NIS, {SENSOR_WORDS[sensor]}"] = nis(innovations)
-    return shown
+    return {name: _mean_and_band(*each) for name, each in shown.items()}
+
+
+def _mean_and_band(values: np.ndarray, freedoms: int) -> tuple[np.ndarray, float, float]:
+    there = np.isfinite(values).sum(axis=0) >= 0.5 * len(values)
+    mean = np.where(there, mean_over_runs(values), np.nan) / freedoms
+    return mean, *band(freedoms, len(values))
 
 
 def _draw_whiteness(found: FilterCheck) -> Figure:
@@ -152,3 +189,53 @@ def _finish(panels, clock: Clock) -> None:
     legend_at_left(panels[0], 4)
     panels[-1].set_xlabel(f"time [{clock.unit}]", fontsize=10)
     panels[-1].margins(x=0)
+
+
+# ------------------------------------------------------------ expected and smoothed
+
+
+def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
+    """95th percentile of the attitude error over time, weakest singular value of each window."""
+    clock = clock_for(sets[0].t_s[-1])
+    figure, (error, weakest) = stack_panels(title, 2, 5.6, sharex=True)
+    for k, each in enumerate(sets):
+        colour, seen = curve_colour(k), each.observability
+        error.semilogy(each.t_s / clock.seconds, each.error_deg, color=colour, label=each.name)
+        middle = 0.5 * (seen.from_s + seen.to_s) / clock.seconds
+        weakest.semilogy(middle, np.maximum(seen.singular[:, -1], 1e-9), "o-", color=colour, ms=3)
+    for axes in (error, weakest):
+        axes.margins(x=0)
+        shade(axes, sets[0].t_s, sets[0].sun_seen, clock)
+    error.set_ylabel("error, 95th percentile [deg]", fontsize=10)
+    weakest.axhline(1.0, color="#222222", lw=0.9, ls=":")
+    weakest.set_ylabel("weakest singular value", fontsize=10)
+    weakest.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
+    legend_at_left(error, 2)
+    return save_figure(figure, path)
+
+
+def draw_smoothed(result: xr.Dataset, smoothed: xr.Dataset, path: Path) -> Path:
+    """Whole angle of the attitude error, and standard deviation stated, of filter and smoother."""
+    steps = result.sel(time=smoothed["time"])
+    t_s = steps["time"].values
+    clock = clock_for(t_s[-1])
+    title = f"{flown_scenario(result).name}: what later readings tell"
+    figure, (error, stated) = stack_panels(title, 2, 5.6, sharex=True)
+    true, t = steps["q_body_to_inertial"].values, t_s / clock.seconds
+    kinds = (
+        ("filter", RED, steps["q_estimated"], steps["attitude_sigma"]),
+        ("smoothed", BLUE, smoothed["q_smoothed"], smoothed["attitude_sigma_smoothed"]),
+    )
+    for name, colour, q, sigma in kinds:
+        whole = np.degrees(angle_between(q.values, true))
+        error.semilogy(t, np.maximum(whole, 1e-9), color=colour, lw=0.8, label=name)
+        stated.semilogy(t, np.degrees(sigma.values), color=colour, lw=1.3)
+    seen = np.any(steps["sun_measured"].values != 0.0, axis=1)
+    for axes in (error, stated):
+        axes.margins(x=0)
+        shade(axes, t_s, seen, clock)
+    error.set_ylabel("attitude error [deg]", fontsize=10)
+    stated.set_ylabel("stated, about each axis [deg]", fontsize=10)
+    stated.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
+    legend_at_left(error, 2)
+    return save_figure(figure, path)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -18,16 +16,15 @@ from torquer.analysis.side_by_side import differences, distinct_names
 from torquer.analysis.summary import summarise
 from torquer.analysis.summary_rows import summary_rows
 from torquer.analysis.wheel_use import recorded_wheels
-from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import encode_png, place, save_figure, sheet
+from torquer.report.common.colours import RUNS
+from torquer.report.common.figure import image, place, sheet
 from torquer.report.common.scales import choose_prefix
-from torquer.report.flight.panels.panel import Line, Panel, mean_line
+from torquer.report.flight.panels.panel import Panel, mean_line
 from torquer.report.flight.png import draw_panel
 from torquer.report.flight.view import View, make_view
 
 #: Greatest number of runs: the number of colours that can be distinguished.
-MOST = 6
-_COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED)
+MOST = len(RUNS)
 _WIDE, _LEFT, _PANEL, _HEAD, _BETWEEN, _UNDER = 9.0, 0.82, 1.9, 0.75, 0.85, 0.55
 _DECADES = 5.0
 
@@ -51,7 +48,15 @@ class Comparison:
 
     def plot(self) -> Figure:
         """Attitude error if laws held an attitude, rate, momentum, wheels: a line for each run."""
-        return _figure(self)
+        views = [make_view(result) for result in self.results]
+        longest = max(views, key=lambda view: view.end_s)
+        panels = _panels(_labels(self), views)
+        height = _HEAD + len(panels) * (_PANEL + _BETWEEN) - _BETWEEN + _UNDER
+        figure = sheet(_WIDE, height, " · ".join(self.names))
+        for k, panel in enumerate(panels):
+            top = _HEAD + k * (_PANEL + _BETWEEN)
+            draw_panel(place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL), longest, panel)
+        return figure
 
     def as_plain(self) -> dict:
         """Plain data: names, differing keys, summaries."""
@@ -67,17 +72,14 @@ class Comparison:
         return "\n".join(" | ".join(row) for row in [("", *self.names), *self.rows()])
 
     def _repr_html_(self) -> str:
-        picture = base64.b64encode(encode_png(self.plot())).decode("ascii")
         changed = [(key, *map(_text, values)) for key, values in self.changed.items()]
         head = "".join(f"<th>{escape(name)}</th>" for name in ("", *self.names))
         rows = "".join(
             f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>"
             for row in [*changed, *self.rows()]
         )
-        return (
-            f"<table><tr>{head}</tr>{rows}</table>"
-            f'<img alt="The runs, overlaid" src="data:image/png;base64,{picture}">'
-        )
+        picture = image(self.plot(), "The runs, overlaid")
+        return f"<table><tr>{head}</tr>{rows}</table>{picture}"
 
 
 def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Comparison:
@@ -102,18 +104,6 @@ def _number(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
     for label, value in rows:
         found[label, sum(label == known for known, _ in found)] = value
     return found
-
-
-def _figure(compared: Comparison) -> Figure:
-    views = [make_view(result) for result in compared.results]
-    longest = max(views, key=lambda view: view.end_s)
-    panels = _panels(_labels(compared), views)
-    height = _HEAD + len(panels) * (_PANEL + _BETWEEN) - _BETWEEN + _UNDER
-    figure = sheet(_WIDE, height, " · ".join(compared.names))
-    for k, panel in enumerate(panels):
-        top = _HEAD + k * (_PANEL + _BETWEEN)
-        draw_panel(place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL), longest, panel)
-    return figure
 
 
 def _labels(compared: Comparison) -> list[str]:
@@ -158,18 +148,8 @@ def _panel(names, views, series, title: str, y_label: str, log: bool = True) -> 
     )
     log = log and np.isfinite(least) and top > 3.0 * least
     lines = tuple(
-        _line(name, view, y, colour, log)
-        for name, view, y, colour in zip(names, views, series, _COLOURS, strict=False)
+        mean_line(name, view.t_s, np.where(y > 0.0, y, np.nan) if log else y, colour, 1.2)
+        for name, view, y, colour in zip(names, views, series, RUNS, strict=False)
     )
     y_range = (0.8 * least, 1.25 * top) if log else (-0.04 * top, 1.08 * top or 1.0)
     return Panel(title, y_label, lines, log=log, y_range=y_range)
-
-
-def _line(name: str, view: View, y, colour: str, log: bool) -> Line:
-    shown = np.where(y > 0.0, y, np.nan) if log else y
-    return mean_line(name, view.t_s, shown, colour, 1.2)
-
-
-def write_comparison(compared: Comparison, folder: Path) -> Path:
-    """Write the picture into a folder; its path."""
-    return save_figure(compared.plot(), folder / "compared.png")

@@ -3,8 +3,8 @@
 import numpy as np
 
 from torquer.report.common.colours import RED
-from torquer.report.common.interactive import axis, layout, pack_numbers
-from torquer.report.common.scales import clock_for
+from torquer.report.common.interactive import axis, figure, pack_numbers, point
+from torquer.report.common.scales import clock_for, split_where_wrapped
 from torquer.report.flight.view import View
 
 #: Height of the interactive map [px].
@@ -23,7 +23,7 @@ def track_figure(view: View) -> dict:
     )
     stride = max(1, len(lon) // 6000)
     clock = clock_for(view.end_s)
-    split = split_at_dateline(
+    split = split_where_wrapped(
         lon[::stride], lat[::stride], sunlit_fraction[::stride], view.t_s[::stride] / clock.seconds
     )
     hover = f"%{{y:.1f}}°, %{{x:.1f}}°<br>%{{customdata:.1f}} {clock.unit}"
@@ -43,29 +43,14 @@ def track_figure(view: View) -> dict:
                     "hovertemplate": hover,
                 }
             )
+    ring = {"color": "#222222", "width": 2}
     for label, row, symbol in (("start", 0, "circle"), ("end", -1, "square")):
-        ring = {"color": "#222222", "width": 2}
         marker = {"symbol": symbol, "size": 11, "color": "white", "line": ring}
-        data.append(
-            {
-                "type": "scatter",
-                "x": [float(lon[row])],
-                "y": [float(lat[row])],
-                "mode": "markers",
-                "marker": marker,
-                "name": label,
-            }
-        )
+        data.append(point(float(lon[row]), float(lat[row]), label, **marker))
     keys = {"dtick": 30, "constrain": "domain"}
-    return {
-        "data": data,
-        "layout": layout(
-            TRACK_PX,
-            hovermode="closest",
-            xaxis=axis("longitude [deg]", range=[-180, 180], **keys),
-            yaxis=axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys),
-        ),
-    }
+    x_axis = axis("longitude [deg]", range=[-180, 180], **keys)
+    y_axis = axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys)
+    return figure(data, TRACK_PX, x_axis, y_axis, hovermode="closest")
 
 
 def _field_contours(lon, lat, strength) -> dict:
@@ -98,31 +83,6 @@ def _field_contours(lon, lat, strength) -> dict:
         },
         "hovertemplate": "|B| %{z:.1f} µT<extra></extra>",
     }
-
-
-def split_at_dateline(lon, *others) -> tuple[np.ndarray, ...]:
-    """Longitudes [deg, -180..180] and series along them, broken where a track crosses +-180.
-
-    At a crossing three points go in: on the edge, a gap (not a number), on the other edge.
-    """
-    lon = np.asarray(lon, dtype=float)
-    step = np.diff(lon)
-    at = np.flatnonzero(np.abs(step) > 180.0)
-    ways = step[at] - 360.0 * np.sign(step[at])
-    edge = np.where(ways > 0.0, 180.0, -180.0)
-    part = np.where(ways == 0.0, 0.0, (edge - lon[at]) / np.where(ways == 0.0, 1.0, ways))
-    gap = np.full(at.size, np.nan)
-    where = np.repeat(at + 1, 3)
-
-    def opened(values, triples):
-        return np.insert(values, where, np.stack(triples, axis=1).ravel())
-
-    split = [opened(lon, (edge, gap, -edge))]
-    for series in others:
-        series = np.asarray(series, dtype=float)
-        crossing = series[at] + part * (series[at + 1] - series[at])
-        split.append(opened(series, (crossing, gap, crossing)))
-    return tuple(split)
 
 
 def only_where(mask, *series) -> tuple[np.ndarray, ...]:

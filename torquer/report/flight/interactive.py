@@ -4,10 +4,15 @@ import numpy as np
 
 from torquer.report.common.interactive import (
     MARGIN_PX,
+    MOST_BANDS,
+    NIGHT,
     axis,
-    layout,
+    figure,
+    guide,
+    note,
     pack_numbers,
     packed_times,
+    shade,
     square,
     translucent,
 )
@@ -19,9 +24,6 @@ PANEL_PX, STRIP_PX = 300, 70
 #: Width of the axes on a page that is as wide as can be.
 _PLOT_WIDTH_PX = 930.0
 _BANDS = {MEASUREMENT: "rgba(214,170,80,0.18)"}
-_NIGHT = "rgba(110,125,180,0.20)"
-#: More shaded bands than this are too narrow to distinguish.
-_MOST_BANDS = 400
 
 
 def panel_figure(view: View, panel: Panel) -> dict:
@@ -31,26 +33,18 @@ def panel_figure(view: View, panel: Panel) -> dict:
     began, ended = shown_times(view, panel)
     clock = clock_for(ended - began)
     data = [trace for line in panel.lines for trace in _traces(line, clock.seconds)]
-    bands = panel.bands if len(panel.bands) <= _MOST_BANDS else ()
+    night = _BANDS.get(panel.bands_label, NIGHT)
+    bands = panel.bands if len(panel.bands) <= MOST_BANDS else ()
     if bands:
-        data.append(_band_in_legend(panel))
-    keys = _y_keys(panel)
+        data.append(square(panel.bands_label, night))
     x_range = [began / clock.seconds, ended / clock.seconds]
     levels, notes = _levels(panel)
     marks, labels = _marks(panel, x_range, clock.seconds)
-    return {
-        "data": data,
-        "layout": layout(
-            PANEL_PX,
-            hovermode="x unified",
-            xaxis=axis(f"time [{clock.unit}]", range=x_range, hoverformat=".6~g"),
-            yaxis=axis(panel.y_label, hoverformat=".4~g", **keys),
-            shapes=[_band(panel, a / clock.seconds, b / clock.seconds) for a, b in bands]
-            + levels
-            + marks,
-            annotations=notes + labels,
-        ),
-    }
+    shades = [shade(a / clock.seconds, b / clock.seconds, night) for a, b in bands]
+    x_axis = axis(f"time [{clock.unit}]", range=x_range, hoverformat=".6~g")
+    y_axis = axis(panel.y_label, hoverformat=".4~g", **_y_keys(panel))
+    shapes, annotations = [*shades, *levels, *marks], notes + labels
+    return figure(data, PANEL_PX, x_axis, y_axis, shapes=shapes, annotations=annotations)
 
 
 def strip_figure(view: View, panel: Panel) -> dict:
@@ -58,17 +52,11 @@ def strip_figure(view: View, panel: Panel) -> dict:
     began, ended = shown_times(view, panel)
     clock = clock_for(ended - began)
     x_range = [began / clock.seconds, ended / clock.seconds]
-    return {
-        "data": [_bar_trace(bar, clock.seconds) for bar in panel.bars],
-        "layout": layout(
-            STRIP_PX,
-            margin={**MARGIN_PX, "b": 8},
-            hovermode="closest",
-            showlegend=True,
-            xaxis=axis("", range=x_range, showticklabels=False, ticks="", showgrid=False),
-            yaxis={"visible": False, "range": [0, 1], "fixedrange": True},
-        ),
-    }
+    x_axis = axis("", range=x_range, showticklabels=False, ticks="", showgrid=False)
+    y_axis = {"visible": False, "range": [0, 1], "fixedrange": True}
+    bars, margin = [_bar_trace(bar, clock.seconds) for bar in panel.bars], {**MARGIN_PX, "b": 8}
+    keys = {"hovermode": "closest", "showlegend": True, "margin": margin}
+    return figure(bars, STRIP_PX, x_axis, y_axis, **keys)
 
 
 def _bar_trace(bar: Bar, clock_s: float) -> dict:
@@ -159,40 +147,13 @@ def _range_traces(line: Line, base: dict) -> list[dict]:
     ]
 
 
-def _band(panel: Panel, began: float, ended: float) -> dict:
-    return {
-        "type": "rect",
-        "layer": "below",
-        "line": {"width": 0},
-        "xref": "x",
-        "x0": began,
-        "x1": ended,
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "fillcolor": _BANDS.get(panel.bands_label, _NIGHT),
-    }
-
-
-def _band_in_legend(panel: Panel) -> dict:
-    return square(panel.bands_label, _BANDS.get(panel.bands_label, _NIGHT))
-
-
 def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
     """Lines and labels of the marked levels; labels are moved apart where they would overlap."""
     y_range = panel.y_range or (-np.inf, np.inf)
     shown = sorted((v for v in panel.levels if y_range[0] <= v.y <= y_range[1]), key=lambda v: v.y)
     plot_px = PANEL_PX - MARGIN_PX["t"] - MARGIN_PX["b"]
     lines = [
-        {
-            "type": "line",
-            "xref": "paper",
-            "x0": 0,
-            "x1": 1,
-            "y0": v.y,
-            "y1": v.y,
-            "line": {"color": "#8a8a8a", "width": 1, "dash": "solid" if v.solid else "dash"},
-        }
+        guide("solid" if v.solid else "dash", 1, xref="paper", x0=0, x1=1, y0=v.y, y1=v.y)
         for v in shown
     ]
     shifts = [0.0] * len(shown)
@@ -201,20 +162,13 @@ def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
         places, moved = level_places(heights, panel.y_range, panel.log, 15.0 / plot_px)
         shifts = [plot_px * (m - p) for p, m in zip(places, moved, strict=True)]
     labels = [
-        {
-            "xref": "paper",
-            "x": 1.0,
-            "xanchor": "left",
-            "yref": "y",
-            "yshift": shift,
-            "y": float(np.log10(v.y) if panel.log else v.y),
-            "text": v.label,
-            "showarrow": False,
-            "font": {"size": 11},
-        }
+        note(
+            v.label, xref="paper", x=1.0, xanchor="left", yref="y", yshift=shift,
+            y=float(np.log10(v.y) if panel.log else v.y),
+        )
         for v, shift in zip(shown, shifts, strict=True)
         if v.label
-    ]
+    ]  # fmt: skip
     return lines, labels
 
 
@@ -222,36 +176,16 @@ def _marks(panel: Panel, x_range, clock_s: float) -> tuple[list[dict], list[dict
     """Vertical lines at marked instants, with labels next to them."""
     at = [mark.t_s / clock_s for mark in panel.marks]
     places = [(x - x_range[0]) / (x_range[1] - x_range[0]) for x in at]
-    lines = [
-        {
-            "type": "line",
-            "xref": "x",
-            "x0": x,
-            "x1": x,
-            "yref": "paper",
-            "y0": 0,
-            "y1": 1,
-            "line": {"color": "#8a8a8a", "width": 1.5, "dash": "dot"},
-        }
-        for x in at
-    ]
+    lines = [guide("dot", 1.5, xref="x", x0=x, x1=x, yref="paper", y0=0, y1=1) for x in at]
     widths = [(6.2 * len(mark.label) + 10.0) / _PLOT_WIDTH_PX for mark in panel.marks]
     labels = [
-        {
-            "xref": "x",
-            "x": x,
-            "xanchor": "left" if left >= place else "right",
-            "yref": "paper",
-            "y": 1.0,
-            "yanchor": "top",
-            "yshift": -14 * row,
-            "text": mark.label,
-            "showarrow": False,
-            "font": {"size": 11},
-        }
+        note(
+            mark.label, xref="x", x=x, xanchor="left" if left >= place else "right",
+            yref="paper", y=1.0, yanchor="top", yshift=-14 * row,
+        )
         for mark, x, place, (left, row) in zip(
             panel.marks, at, places, label_places(places, widths), strict=True
         )
         if mark.label
-    ]
+    ]  # fmt: skip
     return lines, labels

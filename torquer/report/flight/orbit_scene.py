@@ -29,7 +29,7 @@ def orbit_figure(view: View) -> dict:
     r = view.at("position_inertial", t)
     moving = _moving(view, t, r)
     return animate(
-        [_earth(view, t[0]), _equator(), _orbit(r / _RADIUS_M), _sun(view, t[0])],
+        [_earth(view, t[0]), _equator(), _line(r / _RADIUS_M, GREY, 3, "orbit"), _sun(view, t[0])],
         moving,
         moving[0],
         [spell(float(at)) for at in t],
@@ -65,10 +65,6 @@ def _equator() -> dict:
     circle = 1.005 * np.stack([np.cos(u), np.sin(u), np.zeros_like(u)], axis=1)
     axis = [[np.nan] * 3, [0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]
     return _line([*circle, *axis], "rgba(128,128,128,0.9)", 2, "equator and axis")
-
-
-def _orbit(path) -> dict:
-    return _line(path, GREY, 3, "orbit")
 
 
 def _sun(view: View, t_s: float) -> dict:

@@ -4,13 +4,15 @@ import io
 import json
 from pathlib import Path
 
-from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.summary_rows import summary_rows, time_or_never, unchanged_in_words
+from torquer.computer.modes.diagram import svg
+from torquer.computer.modes.layout import layout
+from torquer.computer.modes.spec import MAIN, Modes
 from torquer.report.common.html import encode, page as page_of
 from torquer.report.common.sources import sources_data
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
-from torquer.report.flight.mode_section import modes_data
 from torquer.report.flight.notes import notes
 from torquer.report.flight.orbit_scene import orbit_figure
 from torquer.report.flight.panels.panel import Panel, Picture, about_ranges
@@ -23,6 +25,14 @@ from torquer.simulation.results.file import put
 
 #: Height of plots on a page beyond which pictures are folded.
 _OPEN_PX = 7000
+_ABOUT_MODES = (
+    "Each state runs the laws named in its box and adds their commands; a transition is taken "
+    "when its condition holds. The strips above the plots show when each state was active; a "
+    "region that never changed has none."
+)
+#: Height of a diagram from which it is folded.
+_TALL_PX = 700
+_MODES_HEAD = ("State", "Entered", "Last entered at", "Share of time")
 
 
 def write_page(view: View, pictures, path: Path, overview_png: Path | None = None) -> Path:
@@ -46,7 +56,7 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
         setting=setting(view),
         contents=_contents(bool(modes), shown, bool(budget), in_space),
         overview=encode(_in_few_colours(overview_png)) if overview_png else "",
-        modes=modes_data(view, modes) if modes else None,
+        modes=_modes(view, modes) if modes else None,
         pictures=shown,
         budget=budget,
         in_space=in_space,
@@ -77,6 +87,35 @@ def _contents(modes: bool, pictures, budget: bool, in_space) -> list[tuple[str, 
         ("sources", "Sources to cite"),
         ("scenario", "Scenario"),
     ]
+
+
+def _modes(view: View, modes: Modes) -> dict:
+    """The section as the page's template takes it: diagram, a table for each region."""
+    uses = view.summary["modes"]
+    entered = {name: sum(use["entries"] > 0 for use in uses[name].values()) for name in uses}
+    changed = [name for name in uses if name == MAIN or entered[name] > 1]
+    return {
+        "caption": _ABOUT_MODES,
+        "diagram": encode(svg(modes).encode()),  # as an image it keeps its style to itself
+        "tall": layout(modes).height > _TALL_PX,
+        "head": _MODES_HEAD,
+        "regions": [_region(name, uses[name]) for name in changed],
+        "unchanged": unchanged_in_words({k: v for k, v in uses.items() if k not in changed}),
+    }
+
+
+def _region(name: str, uses: dict) -> dict:
+    """Entries into the states of a region, and their shares of the time."""
+    rows = [
+        (
+            state,
+            f"{use['entries']} times" if use["entries"] != 1 else "once",
+            time_or_never(use["last_entered_s"]),
+            f"{use['share']:.1%}",
+        )
+        for state, use in uses.items()
+    ]
+    return {"title": "" if name == MAIN else name, "rows": rows}
 
 
 def _picture(view: View, picture: Picture) -> dict:

@@ -21,13 +21,12 @@ from torquer.report.common.figure import (
     quiet,
     sheet,
 )
-from torquer.report.common.scales import clock_for, label_places, level_places
+from torquer.report.common.scales import clock_for, label_places, level_places, split_where_wrapped
 from torquer.report.flight.ground_track import (
     DARK,
     PALE,
     SUNLIT,
     only_where,
-    split_at_dateline,
 )
 from torquer.report.flight.panels import overview
 from torquer.report.flight.panels.panel import (
@@ -105,7 +104,8 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
     """One panel with its lines, levels, bands, legend and labels."""
     began, ended = shown_times(view, panel)
     clock = clock_for(ended - began)
-    _style(axes)
+    quiet(axes)
+    axes.ticklabel_format(useOffset=False)
     handles = [_draw_line(axes, line, clock) for line in panel.lines]
     if panel.bands:
         handles.append(_draw_bands(axes, panel, clock))
@@ -123,11 +123,6 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
 
 def _inches_wide(axes) -> float:
     return axes.get_position().width * axes.figure.get_figwidth()
-
-
-def _style(axes) -> None:
-    quiet(axes)
-    axes.ticklabel_format(useOffset=False)
 
 
 def _time_ticks(clock, span: float):
@@ -320,7 +315,7 @@ def draw_track(axes, view: View, bar=None) -> None:
     quiet(axes)
     _draw_field_map(axes, view, bar)
     track = {k: view.values(k) for k in ("longitude", "latitude", "sunlit_fraction")}
-    lon, lat, sunlit_fraction = split_at_dateline(*track.values())
+    lon, lat, sunlit_fraction = split_where_wrapped(*track.values())
     width = 1.5 if view.end_s < 20.0 * view.revolution_s else 0.7
     alone = "o" if len(track["sunlit_fraction"]) < 2 else None
     handles = []

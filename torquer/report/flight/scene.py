@@ -139,14 +139,11 @@ def _arrow(arrow, n: int) -> dict:
     name, colour, tips, dark = arrow
     if dark is not None and dark[n]:
         colour = GREY
-    points = xyz([np.zeros(3), tips[n]])
-    return {"type": "scatter3d", **points, "name": name, **_looks(name, colour)}
-
-
-def _looks(name: str, colour: str) -> dict:
-    """Line and tip of a direction; the body's own axes are thicker."""
-    own = name in ("x", "y", "z")
+    own = name in ("x", "y", "z")  # thicker, with smaller tips
     return {
+        "type": "scatter3d",
+        **xyz([np.zeros(3), tips[n]]),
+        "name": name,
         "line": {"color": colour, "width": 7 if own else 4},
         "marker": {"color": colour, "size": [0, 3 if own else 5]},
     }

@@ -36,7 +36,7 @@ def setting(view: View) -> list[tuple[str, str]]:
         ("Eclipse", f"{np.mean(view.values('sunlit_fraction') < 0.5):.0%} of the time"),
         ("Field", scenario.environment.field.kind + (f" to degree {degree}" if degree else "")),
         *_models(view),
-        *_wheels(view),
+        *(hardware_lines(view.wheels.spec) if view.wheels is not None else ()),
         *_laws(view),
         ("Cycle", cycle),
         (
@@ -54,10 +54,6 @@ def _models(view: View) -> list[tuple[str, str]]:
     off = models_as_plain(models)
     field = f"field off by {off['field_nt']:.3g} nT, {off['angle_deg']:.2g} deg"
     return [("Models on board", f"{field}; position by {off['position_km']:.3g} km (rms)")]
-
-
-def _wheels(view: View) -> list[tuple[str, str]]:
-    return [] if view.wheels is None else hardware_lines(view.wheels.spec)
 
 
 def _laws(view: View) -> list[tuple[str, str]]:

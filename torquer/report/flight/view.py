@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -19,10 +20,17 @@ from torquer.maths.geometry.attitudes import dcm_body_to_reference, interpolate
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_laws, flown_scenario
 
+Part = TypeVar("Part")
 #: Rotation between records [deg] up to which the attitude can be interpolated.
 _FOLLOWED_DEG = 100.0
 #: Most records in a picture; longer runs are thinned.
 _MOST_RECORDS = 300_000
+
+
+def known(part: Part | None) -> Part:
+    """A part of a view, in pictures that are made only of views that have it."""
+    assert part is not None
+    return part
 
 
 @dataclass(frozen=True)

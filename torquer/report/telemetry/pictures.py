@@ -9,7 +9,7 @@ import numpy as np
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.ground.telemetry.modulus import ZONES_H
 from torquer.report.common.colours import BLUE, GREY, ORANGE, RED
-from torquer.report.common.figure import legend_at_left, save_figure, stack_panels
+from torquer.report.common.figure import label_time, legend_at_left, save_figure, stack_panels
 from torquer.report.common.scales import clock_for
 
 #: Points that are drawn at most.
@@ -46,10 +46,7 @@ def _twin(found, path: Path) -> Path:
         field.plot(t, off[:, k], ".", ms=4, color=colour, label="xyz"[k])
     gyro.set_ylabel("gyro - twin [deg/s]", fontsize=10)
     field.set_ylabel("field, reading - twin [nT]", fontsize=10)
-    for axes in (rate, gyro, field):
-        axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
-        axes.margins(x=0)
-        legend_at_left(axes, 3)
+    label_time((rate, gyro, field), clock.unit)
     return save_figure(figure, path)
 
 
@@ -74,10 +71,7 @@ def _attitude(found, path: Path) -> Path:
     missed.axhline(0.0, color=GREY, lw=0.6)
     missed.set_ylim(-6.5, 6.5)
     missed.set_ylabel("innovation over its sigma", fontsize=10)
-    for axes in (stated, missed):
-        axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
-        axes.margins(x=0)
-        legend_at_left(axes, 3)
+    label_time((stated, missed), clock.unit)
     if not found.fit.fits:
         stated.set_title("the model does not fit: these are no errors", fontsize=10, color=RED)
     return save_figure(figure, path)
@@ -113,10 +107,7 @@ def _residual(found, path: Path) -> Path:
         shown = np.clip((before - model)[out], low, high)
         over_time.plot(t[out], shown, "x", ms=6, color=RED, label="outliers", clip_on=False)
     over_time.set_ylabel("residual [nT]", fontsize=10)
-    for axes in (strength, over_time):
-        axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
-        axes.margins(x=0)
-        legend_at_left(axes, 3)
+    label_time((strength, over_time), clock.unit)
     lat = found.calibrated["Latitude"].values[rows]
     north = np.gradient(lat) >= 0.0 if len(lat) > 1 else np.ones(len(lat), bool)
     residual = after - model

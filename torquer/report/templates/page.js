@@ -1,5 +1,5 @@
 (() => {
-  // what `torquer.report.common.packing.packed` was given
+  // what `torquer.report.common.html.embed` was given
   async function unpacked(text) {
     const bytes = Uint8Array.from(atob(text), sign => sign.charCodeAt(0));
     const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));

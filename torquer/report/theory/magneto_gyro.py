@@ -7,12 +7,11 @@ from matplotlib.figure import Figure
 
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.pointing_flights import PointingFlights
-from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED, UNSTABLE
 from torquer.report.common.figure import FAINT, INK, legend_at_left, stack_panels
 from torquer.theory.magneto_gyro.day import degree_map
 from torquer.theory.magneto_gyro.wheel_choice import over_stiffness
 
-_UNSTABLE = "#f3d3cf"
 #: h shown: beyond 0 to at least this, or this much more than the satellite's.
 _LEAST_H, _MORE_H, _WHEELS = 8.0, 2.0, 121
 _NEAR_2 = np.linspace(1.9, 2.1, 16)
@@ -49,7 +48,7 @@ def _wheel(made: GyroDesign, title: str) -> Figure:
     figure, (axes,) = stack_panels(title, 1, 4.6)
     unstable = (found.first <= 0.0) | ~(found.second > 0.0)
     axes.fill_between(h, 0.0, 1.0, where=unstable, step="mid", transform=axes.get_xaxis_transform(),
-                      color=_UNSTABLE, lw=0.0, label="a stage unstable")  # fmt: skip
+                      color=UNSTABLE, lw=0.0, label="a stage unstable")  # fmt: skip
     axes.plot(h, found.second, color=BLUE, lw=1.6, label="stage 2, exact")
     axes.plot(h, found.frozen, color=BLUE, lw=1.1, ls="--", label="stage 2, frozen")
     axes.plot(h, found.first, color=ORANGE, lw=1.4, label="stage 1, exact")
@@ -127,13 +126,13 @@ def _orbits(made: GyroDesign, title: str) -> Figure:
     grid = inclinations, altitudes, degree_map(made.loop, inclinations, altitudes)
     figure, (axes,) = stack_panels(title, 1, 4.6)
     axes.grid(False)
-    axes.contourf(*grid, levels=[-np.inf, 0.0], colors=[_UNSTABLE])
+    axes.contourf(*grid, levels=[-np.inf, 0.0], colors=[UNSTABLE])
     levels = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5]
     lines = axes.contour(*grid, levels=levels, colors=INK,
                          linewidths=1.0)  # fmt: skip
     axes.contour(*grid, levels=[0.0], colors=RED, linewidths=1.2)
     axes.clabel(lines, fontsize=8.5, fmt="%g")
-    axes.fill_between([], [], color=_UNSTABLE, label="unstable")
+    axes.fill_between([], [], color=UNSTABLE, label="unstable")
     axes.plot([], [], color=INK, label="degree over a day [1/nu0], same gains and wheel")
     axes.plot([case.inclination_deg], [case.altitude_km], "o", color=BLUE, ms=7, clip_on=False,
               label="this orbit")  # fmt: skip

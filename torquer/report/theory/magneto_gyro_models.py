@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED, UNSTABLE, curve_colour
 from torquer.report.common.figure import INK, legend_at_left, stack_panels
 from torquer.theory.magneto_gyro import comparison
 from torquer.theory.magneto_gyro.accuracy import covariances, follow_revolution
@@ -10,7 +10,6 @@ from torquer.theory.magneto_gyro.comparison import Degrees
 from torquer.theory.magneto_gyro.models import GyroModelCase, GyroModels
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
-_UNSTABLE = "#f3d3cf"
 _LEVELS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
 #: Angles by their name, with the place of each in arrays and its colour.
 ANGLES = (("roll", 0, BLUE), ("pitch", 1, GREEN), ("yaw", 2, RED))
@@ -22,7 +21,7 @@ def region(title: str, angle_gains, rate_gains, degrees: Degrees, here=None):
     figure, (axes,) = stack_panels(title, 1, 4.6)
     axes.grid(False)
     exact = np.nan_to_num(degrees.exact, nan=-1.0)
-    axes.contourf(angle_gains, rate_gains, exact, levels=[-np.inf, 0.0], colors=[_UNSTABLE])
+    axes.contourf(angle_gains, rate_gains, exact, levels=[-np.inf, 0.0], colors=[UNSTABLE])
     frozen = {"colors": BLUE, "linestyles": "dashed"}
     axes.contour(angle_gains, rate_gains, degrees.frozen, levels=_LEVELS, linewidths=0.8, **frozen)
     axes.contour(angle_gains, rate_gains, degrees.frozen, levels=[0.0], linewidths=2.0, **frozen)
@@ -32,7 +31,7 @@ def region(title: str, angle_gains, rate_gains, degrees: Degrees, here=None):
         )
         for text in axes.clabel(lines, _LEVELS[1:], fontsize=9, fmt="%g", inline=False):
             text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6})
-    axes.fill_between([], [], color=_UNSTABLE, label="exact: unstable")
+    axes.fill_between([], [], color=UNSTABLE, label="exact: unstable")
     axes.plot([], [], color=INK, label="exact")
     axes.plot([], [], color=BLUE, ls="--", label="frozen")
     axes.plot([], [], color=BLUE, ls="--", lw=2.0, label="frozen: 0")
@@ -71,18 +70,17 @@ def over(title: str, x, name: str, curves, marks=(), lowest: float = -0.3):
 def roots(title: str, factors, followed, name: str, lowest: float = -4.0, highest: float = 0.4):
     """Figure: root locus `[points, n]` of a frozen model; the roots at factor 1 are marked."""
     figure, (axes,) = stack_panels(title, 1, 4.6)
-    axes.axvspan(0.0, highest, color=_UNSTABLE, lw=0)
-    colours = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
+    axes.axvspan(0.0, highest, color=UNSTABLE, lw=0)
     one = int(np.argmin(np.abs(np.log(factors))))
     shown = [k for k in range(followed.shape[1]) if followed[one, k].real > lowest]
     for i, k in enumerate(shown):
         path = followed[:, k]
-        axes.plot(path.real, path.imag, color=colours[i % len(colours)], lw=1.2)
+        axes.plot(path.real, path.imag, color=curve_colour(i), lw=1.2)
         axes.plot(path[0].real, path[0].imag, "x", color=INK, ms=5)
-        axes.plot(path[one].real, path[one].imag, "o", color=colours[i % len(colours)], ms=5)
+        axes.plot(path[one].real, path[one].imag, "o", color=curve_colour(i), ms=5)
     axes.plot([], [], "x", color=INK, label=f"{name} {factors[0]:g}")
     axes.plot([], [], "o", color=INK, label=f"{name} 1")
-    axes.fill_between([], [], color=_UNSTABLE, label="unstable")
+    axes.fill_between([], [], color=UNSTABLE, label="unstable")
     axes.set_xlim(lowest, highest)
     tops = [np.abs(followed[:, k].imag[followed[:, k].real > lowest]).max() for k in shown]
     axes.set_ylim(-0.02 * max(tops), 1.05 * max(tops))

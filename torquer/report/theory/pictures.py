@@ -8,11 +8,10 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SIGNED, SKY
+from torquer.report.common.colours import RED, SIGNED, curve_colour
 from torquer.report.common.figure import legend_at_left, stack_panels
 from torquer.theory.slow.evolution.model import Slow
 
-COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 _PALE = LinearSegmentedColormap.from_list("pale", ["#ffffff", "#cfe3f2", "#7fb3d8", "#2f74a8"])
 _SIGNED = LinearSegmentedColormap.from_list("signed", SIGNED)
 _TURN = 2.0 * math.pi
@@ -58,7 +57,8 @@ def draw_evolution(u, paths: Mapping[str, Slow], title: str, angle=_RHO) -> Figu
         ("theta [deg]", lambda slow: np.degrees(slow.theta)),
     )
     for each, (name, of) in zip(axes, shown, strict=True):
-        for colour, (label, slow) in zip(_colours(len(paths)), paths.items(), strict=True):
+        for number, (label, slow) in enumerate(paths.items()):
+            colour = curve_colour(number)
             turns, values = np.asarray(u) / _TURN, of(slow)
             each.plot(turns, values, color=colour, lw=1.4, label=label)
             if getattr(slow, "ended", None) is not None:
@@ -71,10 +71,6 @@ def draw_evolution(u, paths: Mapping[str, Slow], title: str, angle=_RHO) -> Figu
     axes[-1].set_xlim(u[0] / _TURN, u[-1] / _TURN)
     legend_at_left(axes[0], min(6, len(paths)), 9.5)
     return figure
-
-
-def _colours(count: int) -> list[str]:
-    return [COLOURS[k % len(COLOURS)] for k in range(count)]
 
 
 def _room(axes) -> None:

@@ -9,13 +9,12 @@ from torquer.design.wheel_tables import failure_rows, layout_rows, lost_label, s
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import MENU, layout
-from torquer.report.wheels.pictures import draw_all, needed_momenta
-from torquer.report.wheels.sweep import draw_sweep
+from torquer.report.common.space import line, xyz
+from torquer.report.wheels.pictures import FACE, draw_all, draw_sweep, needed_momenta
 from torquer.simulation.results.file import put
 from torquer.spacecraft.wheel_array.demand import Ellipsoid
 from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
 
-_FACE = "#7fb2d6"
 #: Place of the menu of failures, over the figure.
 _MENU = {**MENU, "x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top"}
 
@@ -87,26 +86,19 @@ def _button(cases, number: int) -> dict:
     return {"label": label, "method": "restyle", "args": [{"visible": shown}]}
 
 
-def _xyz(points) -> dict:
-    return dict(zip("xyz", np.round(np.asarray(points).T, 4).tolist(), strict=True))
-
-
 def _envelope_traces(envelope: Envelope, visible: bool) -> list[dict]:
     """Transparent faces, and edges as one broken line."""
     points = envelope.vertices
     i, j, k = envelope.triangles().T.tolist()
     same = {"visible": visible, "hoverinfo": "skip", "legendgroup": "envelope"}
     faces = {
-        "type": "mesh3d", **_xyz(points), "i": i, "j": j, "k": k, "color": _FACE, "opacity": 0.3,
+        "type": "mesh3d", **xyz(points, 4), "i": i, "j": j, "k": k, "color": FACE, "opacity": 0.3,
         "flatshading": True, "name": "envelope", "showlegend": True, **same,
     }  # fmt: skip
-    ends = [points[n].round(4).tolist() for pair in envelope.edges for n in pair]
-    line = [point for n in range(0, len(ends), 2) for point in (*ends[n : n + 2], [None] * 3)]
-    x, y, z = (list(column) for column in zip(*line, strict=True)) if line else ([], [], [])
-    edges = {
-        "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "name": "edges",
-        "showlegend": False, "line": {"color": BLUE, "width": 3}, **same,
-    }  # fmt: skip
+    gap = [np.full(3, np.nan)]
+    ends = [point for pair in envelope.edges for point in (*points[list(pair)], *gap)]
+    broken = np.reshape(ends, (-1, 3))
+    edges = line(broken, BLUE, 3, "edges", showlegend=False, **same) | xyz(broken, 4)
     return [faces, edges]
 
 
@@ -114,7 +106,7 @@ def _ellipsoid_trace(ellipsoid: Ellipsoid, rate: float) -> dict:
     points, triangles = ellipsoid.mesh(24, 48)
     i, j, k = triangles.T.tolist()
     return {
-        "type": "mesh3d", **_xyz(points), "i": i, "j": j, "k": k, "color": ORANGE, "opacity": 1.0,
+        "type": "mesh3d", **xyz(points, 4), "i": i, "j": j, "k": k, "color": ORANGE, "opacity": 1.0,
         "hoverinfo": "skip", "name": f"needed for {rate:.4g} deg/s", "showlegend": True,
         "lighting": {"ambient": 0.6, "diffuse": 0.6},
     }  # fmt: skip

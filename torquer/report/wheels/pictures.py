@@ -1,4 +1,4 @@
-"""Envelopes of wheel arrays in 3D, failures and momentum build-up, as PNG."""
+"""Envelopes of wheel arrays in 3D, failures, momentum build-up, sweeps of an angle, as PNG."""
 
 import math
 from pathlib import Path
@@ -8,9 +8,20 @@ import numpy as np
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from torquer.design.wheel_design import METHODS, half_spaces
+from torquer.design.wheel_file import WheelDesign
+from torquer.design.wheel_sweep import Sweep
 from torquer.design.wheel_tables import hours, lost_label
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import INK, SMALL, place, quiet, save_figure, sheet
+from torquer.report.common.figure import (
+    INK,
+    SMALL,
+    legend_at_left,
+    place,
+    quiet,
+    save_figure,
+    sheet,
+    stack_panels,
+)
 from torquer.spacecraft.wheel_array.demand import Ellipsoid
 from torquer.spacecraft.wheel_array.envelope import Envelope, momentum_envelope
 from torquer.spacecraft.wheel_array.rates import required_momenta
@@ -18,7 +29,7 @@ from torquer.spacecraft.wheel_array.rates import required_momenta
 #: Elevation and azimuth [deg] from which envelopes are seen.
 EYE = (18.0, -48.0)
 _NAMES = ("x1", "x2", "x3")
-_FACE = "#7fb2d6"
+FACE = "#7fb2d6"
 _DAY = 86400.0
 #: Most revolutions that a picture can resolve.
 _MOST_TURNS = 100
@@ -78,7 +89,8 @@ def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, 
     eye = np.array([math.cos(elevation) * math.cos(azimuth),
                     math.cos(elevation) * math.sin(azimuth), math.sin(elevation)])  # fmt: skip
     loops = [envelope.vertices[list(face)] for face in envelope.faces]
-    near = np.array([_outward(loop) @ eye > 0.0 for loop in loops], dtype=bool)
+    outward = [np.cross(loop[1] - loop[0], loop[2] - loop[1]) for loop in loops]
+    near = np.array([normal @ eye > 0.0 for normal in outward], dtype=bool)
     _faces(axes, [loop for loop, n in zip(loops, near, strict=True) if not n], 0.30, 1)
     if ellipsoid is not None:
         _ellipsoid(axes, ellipsoid, envelope, eye)
@@ -89,14 +101,10 @@ def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, 
     _frame(axes, size)
 
 
-def _outward(loop) -> np.ndarray:
-    return np.cross(loop[1] - loop[0], loop[2] - loop[1])
-
-
 def _faces(axes, loops, opacity: float, order: int) -> None:
     if not loops:
         return
-    axes.add_collection3d(Poly3DCollection(loops, facecolor=_FACE, alpha=opacity, zorder=order))
+    axes.add_collection3d(Poly3DCollection(loops, facecolor=FACE, alpha=opacity, zorder=order))
     width = 0.6 if order == 1 else 1.1
     lines = [np.vstack([loop, loop[:1]]) for loop in loops]
     axes.add_collection3d(Line3DCollection(lines, colors=BLUE, lw=width, zorder=order + 0.5))
@@ -214,3 +222,35 @@ def _oscillation(axes, t, values, colour: str, name: str) -> None:
     middle = t.mean(axis=1)
     axes.fill_between(middle, values.min(axis=1), values.max(axis=1), color=colour, alpha=0.3, lw=0)
     axes.plot(middle, values.mean(axis=1), color=colour, lw=1.2, label=name)
+
+
+# ------------------------------------------------------------------ a sweep
+
+
+def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
+    """Write the picture: the whole array, and the array after its worst single failure."""
+    title = f"{sweep.key} swept · {design.description or design.name}"
+    figure, (upper, lower) = stack_panels(title, 2, 5.4, sharex=True)
+    angles = np.array([point.value for point in sweep.points])
+    for name, colour in (("whole", BLUE), ("one_failed", ORANGE)):
+        able = np.array([getattr(point, name) for point in sweep.points])
+        label = "all wheels" if name == "whole" else "worst single failure"
+        lower.plot(angles, able[:, 0], color=colour, lw=1.6)
+        upper.plot(angles, able[:, 1], color=colour, lw=1.6, label=label)
+    best = sweep.best()
+    upper.plot(best.value, best.whole.rate_deg_s, "o", color=BLUE, ms=5)
+    upper.annotate(
+        f"{best.value:.4g} deg: {best.whole.rate_deg_s:.4g} deg/s",
+        (best.value, best.whole.rate_deg_s), (0, 7), textcoords="offset points", fontsize=9,
+        color=INK, ha="right" if best.value > angles.mean() else "left",
+    )  # fmt: skip
+    if design.demand.rate_deg_s is not None:
+        upper.axhline(design.demand.rate_deg_s, color=GREY, lw=1.1, ls="--", label="demand")
+    upper.set_ylabel("rate about any axis [deg/s]", fontsize=10)
+    lower.set_ylabel("momentum [N m s]", fontsize=10)
+    lower.set_xlabel(f"{sweep.key.removesuffix('_deg')} [deg]", fontsize=10)
+    for axes in (upper, lower):
+        axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
+        axes.set_xlim(angles[0], angles[-1])
+    legend_at_left(upper, 3)
+    return save_figure(figure, path)

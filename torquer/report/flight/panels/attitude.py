@@ -13,12 +13,12 @@ from torquer.report.flight.panels.panel import (
     with_room,
     xyz,
 )
-from torquer.report.flight.view import View
+from torquer.report.flight.view import View, known
 
 
 def attitude_error(view: View) -> Picture:
     """Attitude error of the law, with the rate relative to its reference frame."""
-    error = _view_error(view)
+    error = known(view.attitude_error)
     frame = "orbital" if error.orbital else "inertial"
     caption = (
         f"The reference attitude is fixed in the {frame} frame. The true error is shown, not the "
@@ -41,20 +41,16 @@ def attitude_error(view: View) -> Picture:
 
 def angle(view: View) -> Panel:
     """Angle of the attitude error on a logarithmic axis."""
-    series = (("angle", _view_error(view).angle_deg, GREY, 1.3),)
-    marks = view.marks()
-    title = "Attitude error angle"
-    levels = limit_levels(view, "attitude error")
-    panel = log_panel(view, series, levels, 5.0, title=title, y_label="[deg]", marks=marks)
-    return with_room(panel)
+    series = (("angle", known(view.attitude_error).angle_deg, GREY, 1.3),)
+    levels, title = limit_levels(view, "attitude error"), "Attitude error angle"
+    return with_room(log_panel(view, title, "[deg]", series, levels, 5.0, view.marks()))
 
 
 def rate(view: View, error: AttitudeError, title: str) -> Panel:
     """Size of the rate relative to the reference, on a logarithmic axis."""
     size = np.degrees(np.linalg.norm(error.rate_rad_s, axis=1))
-    marks = view.marks(labelled=False)
     series = (("|ω|", size, SKY, 1.3),)
-    return log_panel(view, series, decades=5.0, title=title, y_label="[deg/s]", marks=marks)
+    return log_panel(view, title, "[deg/s]", series, (), 5.0, view.marks(labelled=False))
 
 
 def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:
@@ -67,9 +63,3 @@ def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:
         make_part(view, f"{title}: acquisition", unit, xyz, vectors, first),
         make_part(view, f"{title}: steady state", unit, xyz, vectors, then),
     )
-
-
-def _view_error(view: View) -> AttitudeError:
-    """Attitude error of a view that has one: only then are these pictures made."""
-    assert view.attitude_error is not None
-    return view.attitude_error

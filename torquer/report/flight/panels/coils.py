@@ -15,13 +15,12 @@ from torquer.report.flight.panels.panel import (
     whole,
     xyz,
 )
-from torquer.report.flight.view import View
-from torquer.spacecraft.actuators.coils import Coils
+from torquer.report.flight.view import View, known
 
 
 def _reach_levels(view: View) -> tuple[Level, ...]:
     """Limits along each axis, one mark for all axes that share it."""
-    reach = np.round(coil_reach(_view_coils(view)), 9)
+    reach = np.round(coil_reach(known(view.scenario.spacecraft.coils)), 9)
     levels = []
     for value in dict.fromkeys(reach.tolist()):
         axes = "".join(name for name, r in zip("xyz", reach, strict=True) if r == value)
@@ -36,7 +35,7 @@ def dipole_whole(view: View) -> Panel:
     title = "Dipole during actuation" if control.measure_s > 0.0 else "Dipole of the coils"
     if acting.size == 0:
         acting, title = np.arange(len(view.t_s)), "Dipole at the recorded instants"
-    m, reach = view.values("dipole_body")[acting], coil_reach(_view_coils(view))
+    m, reach = view.values("dipole_body")[acting], coil_reach(known(view.scenario.spacecraft.coils))
     keys = {"levels": _reach_levels(view), "y_range": (-1.15 * reach.max(), 1.15 * reach.max())}
     factor, unit = 1.0, "A m²"
     if 0.0 < np.abs(m).max() < 0.25 * reach.min():
@@ -44,11 +43,11 @@ def dipole_whole(view: View) -> Panel:
         (factor, unit), keys = choose_prefix(m, unit), {}
         title += f", far below the limit of {reach.min():.3g} A m²"
     lines = xyz(view.t_s[acting], factor * m, width=0.8)
-    if control.measure_s == 0.0 and _view_coils(view).lag_s == 0.0:
+    if control.measure_s == 0.0 and known(view.scenario.spacecraft.coils).lag_s == 0.0:
         lines = tuple(
             line if line.series.stretch_s else replace(line, style="steps") for line in lines
         )
-    return whole(view, title=title, y_label=f"m [{unit}]", lines=lines, **keys)
+    return whole(view, title, f"m [{unit}]", lines, **keys)
 
 
 def dipoles(view: View) -> Picture:
@@ -86,8 +85,8 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
     rows = (view.t_s >= began - 1e-6) & (view.t_s <= ended + 1e-6)
     m = view.values("dipole_body")[rows]
     factor, unit = choose_prefix(m, "A m²")
-    style = "steps" if _view_coils(view).lag_s == 0.0 else "line"
-    near = np.abs(m).max() > 0.5 * coil_reach(_view_coils(view)).min()
+    style = "steps" if known(view.scenario.spacecraft.coils).lag_s == 0.0 else "line"
+    near = np.abs(m).max() > 0.5 * coil_reach(known(view.scenario.spacecraft.coils)).min()
     reach = _reach_levels(view) if near else ()
     levels = tuple(Level(factor * level.y, level.label) for level in reach)
     starts = np.arange(began, ended - 1e-6, control.cycle_s)
@@ -102,10 +101,3 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
         bands=bands,
         bands_label=MEASUREMENT,
     )
-
-
-def _view_coils(view: View) -> Coils:
-    """Coils of a view that has them: only then are these pictures made."""
-    coils = view.scenario.spacecraft.coils
-    assert coils is not None
-    return coils

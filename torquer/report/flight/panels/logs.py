@@ -4,12 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.common.colours import GREY, curve_colour
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import Panel, Picture, make_line, whole, xyz
 from torquer.report.flight.view import View
-
-_COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 
 
 def logged_names(view: View) -> list[str]:
@@ -59,9 +57,9 @@ def _constant_in_words(quantity: Quantity) -> str:
 def _quantities(view: View, name: str) -> list[Quantity]:
     """What a logged variable gives to show, angles in degrees."""
     variable, values, of = view.result[name], view.values(name), name
-    labels = [
-        view.result[dim].values.tolist() for dim in variable.dims[1:] if _has_names(view, dim)
-    ]
+    # places along a dimension that have names have units of their own
+    named = [dim for dim in variable.dims[1:] if f"{dim}_units" in view.result.coords]
+    labels = [view.result[dim].values.tolist() for dim in named]
     if len(labels) == 2 and labels[0] == labels[1]:
         values, of = np.sqrt(np.einsum("kii->ki", values)), f"{name}, standard deviation"
     elif len(labels) != 1 or values.ndim != 2:
@@ -79,11 +77,6 @@ def _in_degrees(title: str, values: np.ndarray, unit: str) -> Quantity:
     if unit.split("/")[0] == "rad" and "rad" not in title.split("_"):
         return Quantity(title, np.degrees(values), f"deg{unit.removeprefix('rad')}")
     return Quantity(title, values, unit)
-
-
-def _has_names(view: View, dim) -> bool:
-    """Whether the places along a dimension have names, and units of their own."""
-    return f"{dim}_units" in view.result.coords
 
 
 def _groups(labels: list[str]) -> list[tuple[str, slice]]:
@@ -109,9 +102,8 @@ def _panel(view: View, quantity: Quantity) -> Panel:
     elif columns == 1:
         lines = (make_line(title.partition(".")[2], view.t_s, values[:, 0], GREY, 1.2),)
     else:
-        colours = [_COLOURS[k % len(_COLOURS)] for k in range(columns)]
         lines = tuple(
-            make_line(str(k), view.t_s, values[:, k], each) for k, each in enumerate(colours)
+            make_line(str(k), view.t_s, values[:, k], curve_colour(k)) for k in range(columns)
         )
     owner = title.partition(".")[0]
-    return whole(view, title=title, y_label=f"[{unit}]", lines=lines, fold=owner)
+    return whole(view, title, f"[{unit}]", lines, fold=owner)

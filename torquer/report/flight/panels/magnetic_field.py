@@ -21,12 +21,8 @@ def field(view: View) -> Picture:
     """Field in body axes, the first rotations in detail, and the magnetometer error."""
     b = 1e6 * view.values("b_body")
     size = make_line("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
-    panel = whole(
-        view,
-        title="Field in body axes",
-        y_label="B [µT]",
-        lines=(*xyz(view.t_s, b, width=0.6), size),
-    )
+    lines = (*xyz(view.t_s, b, width=0.6), size)
+    panel = whole(view, "Field in body axes", "B [µT]", lines)
     caption = (
         "The field at the magnetometer. Readings are compared with the truth only at records that "
         "coincide with a sampling instant; between samples the last reading is held."
@@ -67,4 +63,4 @@ def _reading_errors(view: View) -> tuple[Panel, ...]:
     spread = ", ".join(f"{s:.3g}" for s in shown.std(axis=0))
     title = f"Magnetometer error: reading minus truth (standard deviation {spread} {unit})"
     dots = xyz(view.t_s[rows], shown, "dots", width=0.5)
-    return (whole(view, title=title, y_label=f"ΔB [{unit}]", lines=dots),)
+    return (whole(view, title, f"ΔB [{unit}]", dots),)

@@ -35,14 +35,14 @@ def rate_size(view: View) -> Panel:
     """Absolute rate on a logarithmic axis."""
     series = (("|ω|", np.degrees(view.rate), GREY, 1.4),)
     levels = (*_orbital_levels(view), *limit_levels(view, "rate"))
-    return log_panel(view, series, levels, title="Absolute rate", y_label="|ω| [deg/s]")
+    return log_panel(view, "Absolute rate", "|ω| [deg/s]", series, levels)
 
 
 def rate(view: View) -> Picture:
     """Rate: modulus and components."""
     omega = np.degrees(view.values("omega_body"))
     title = "Rate in body axes"
-    parts = whole(view, title=title, y_label="[deg/s]", lines=xyz(view.t_s, omega))
+    parts = whole(view, title, "[deg/s]", xyz(view.t_s, omega))
     late = quiet_panels(
         view, f"{title}, after the fast motion has decayed", omega, "deg/s", view.rate, False
     )
@@ -61,9 +61,7 @@ def momentum_size(view: View) -> Panel:
         series.append(("wheels", factor * held, ORANGE, 1.0))
     # wheels may start empty: their smallest momentum does not matter
     decades = 6.0 if view.wheels is None else 3.0
-    return log_panel(
-        view, series, decades=decades, title="Angular momentum", y_label=f"|L| [{unit}]"
-    )
+    return log_panel(view, "Angular momentum", f"|L| [{unit}]", series, decades=decades)
 
 
 def momentum(view: View) -> Picture:
@@ -72,7 +70,7 @@ def momentum(view: View) -> Picture:
     size = np.linalg.norm(vectors, axis=1)
     factor, unit = choose_prefix(vectors, "N m s")
     title = "Angular momentum in inertial axes"
-    parts = whole(view, title=title, y_label=f"[{unit}]", lines=xyz(view.t_s, factor * vectors))
+    parts = whole(view, title, f"[{unit}]", xyz(view.t_s, factor * vectors))
     late = quiet_panels(view, f"{title}, after the fast motion has decayed", vectors, "N m s", size)
     caption = "Body and wheels together, in the inertial frame: only external torques change it."
     panels = (momentum_size(view), parts, *late)
@@ -91,28 +89,19 @@ def pointing(view: View) -> Picture:
             " B-dot settles into a slow rotation with the field, at about 2 ω₀ around the orbit "
             "normal."
         )
-    return Picture(
-        "pointing",
-        "Pointing",
-        caption,
-        (
-            _rate_parts(view),
-            *_angles(view),
-            body_axes_from_vertical(view),
-            body_axes_from_sun(view),
-        ),
-    )
+    from_axes = body_axes_from_vertical(view), body_axes_from_sun(view)
+    panels = (_rate_parts(view), *_angles(view), *from_axes)
+    return Picture("pointing", "Pointing", caption, panels)
 
 
 def body_axes_from_vertical(view: View) -> Panel:
     """Angles of the body axes from the local vertical."""
-    return whole(
-        view,
-        title="Angles of the body axes from the local vertical",
-        y_label="angle [deg]",
-        lines=xyz(view.t_s, body_axes_from_vertical_deg(view.result), width=0.7),
-        y_range=(0.0, 180.0),
-    )
+    lines = xyz(view.t_s, body_axes_from_vertical_deg(view.result), width=0.7)
+    return _angle_panel(view, "Angles of the body axes from the local vertical", lines)
+
+
+def _angle_panel(view: View, title: str, lines, levels=()) -> Panel:
+    return whole(view, title, "angle [deg]", lines, levels=levels, y_range=(0.0, 180.0))
 
 
 def body_axes_from_sun(view: View) -> Panel:
@@ -123,14 +112,8 @@ def body_axes_from_sun(view: View) -> Panel:
         if goal.signal == "angle to the Sun" and not np.any(axes @ goal.axis > 1.0 - 1e-9):
             angle = angle_from_axis_deg(view.result, goal.axis)
             lines.append(make_line("axis of the mission", view.t_s, angle, GREY, 1.4))
-    return whole(
-        view,
-        title="Angles of the body axes from the Sun",
-        y_label="angle [deg]",
-        lines=tuple(lines),
-        levels=limit_levels(view, "angle to the Sun"),
-        y_range=(0.0, 180.0),
-    )
+    levels = limit_levels(view, "angle to the Sun")
+    return _angle_panel(view, "Angles of the body axes from the Sun", lines, levels)
 
 
 def _rate_parts(view: View) -> Panel:
@@ -144,14 +127,7 @@ def _rate_parts(view: View) -> Panel:
         ("relative to the orbital frame", relative, GREY),
     )
     series = tuple((label, np.degrees(y), colour, 1.0) for label, y, colour in parts)
-    return log_panel(
-        view,
-        series,
-        _orbital_levels(view),
-        decades=4.0,
-        title="Rate components",
-        y_label="[deg/s]",
-    )
+    return log_panel(view, "Rate components", "[deg/s]", series, _orbital_levels(view), 4.0)
 
 
 def _angles(view: View) -> tuple[Panel, ...]:
@@ -164,6 +140,4 @@ def _angles(view: View) -> tuple[Panel, ...]:
     )
     if not np.isfinite([to_field, to_normal]).any():
         return ()
-    return (
-        whole(view, title="Directions", y_label="angle [deg]", lines=lines, y_range=(0.0, 180.0)),
-    )
+    return (_angle_panel(view, "Directions", lines),)

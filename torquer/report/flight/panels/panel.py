@@ -112,9 +112,9 @@ def xyz(t, vectors, style="line", width=0.9) -> tuple[Line, ...]:
     )
 
 
-def whole(view: View, **keys) -> Panel:
+def whole(view: View, title: str, y_label: str, lines, **keys) -> Panel:
     """A panel of the whole run."""
-    return Panel(bands=view.eclipses, **keys)
+    return Panel(title, y_label, tuple(lines), bands=view.eclipses, **keys)
 
 
 def limit_levels(view: View, signal: str) -> tuple[Level, ...]:
@@ -126,24 +126,26 @@ def limit_levels(view: View, signal: str) -> tuple[Level, ...]:
     )
 
 
-def log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:
+def log_panel(
+    view: View, title: str, y_label: str, series, levels=(), decades=6.0, marks=()
+) -> Panel:
     """A logarithmic panel of (label, y, colour, width), from the smallest value worth showing.
 
     Linear where the values are of one size or none is above zero.
     """
     values = np.concatenate([y for _, y, *_ in series])
-    marks = [level.y for level in levels]
-    least = min([log_floor(values, decades) or 0.0, *marks])
-    top = max([np.nanmax(values, initial=0.0), *marks])
+    heights = [level.y for level in levels]
+    least = min([log_floor(values, decades) or 0.0, *heights])
+    top = max([np.nanmax(values, initial=0.0), *heights])
     if top < 3.0 * least or least == 0.0:
-        lines = tuple(make_line(label, view.t_s, y, c, w) for label, y, c, w in series)
+        lines = [make_line(label, view.t_s, y, c, w) for label, y, c, w in series]
         y_range = (-0.04 * top, 1.2 * top) if top > 0.0 else (-0.05, 1.0)
-        return whole(view, lines=lines, levels=levels, y_range=y_range, **keys)
-    lines = tuple(
+        return whole(view, title, y_label, lines, levels=levels, y_range=y_range, marks=marks)
+    lines = [
         mean_line(label, view.t_s, np.where(y > 0.0, y, np.nan), c, w) for label, y, c, w in series
-    )
-    y_range = (0.8 * least, 1.25 * top)
-    return whole(view, lines=lines, levels=levels, log=True, y_range=y_range, **keys)
+    ]
+    keys = {"log": True, "y_range": (0.8 * least, 1.25 * top), "marks": marks}
+    return whole(view, title, y_label, lines, levels=levels, **keys)
 
 
 def make_part(view: View, title, unit, lines_of, values, window, levels=()) -> Panel:

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from torquer.analysis.series import usual_size
-from torquer.analysis.wheel_use import FlownWheels
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (
@@ -19,7 +18,7 @@ from torquer.report.flight.panels.panel import (
     with_room,
     xyz,
 )
-from torquer.report.flight.view import View
+from torquer.report.flight.view import View, known
 
 #: Six colours for six wheels; the next six are dashed.
 _COLOURS, _STYLES = (ORANGE, BLUE, PINK, GREEN, SKY, RED), ("line", "dashed")
@@ -43,7 +42,7 @@ def wheels(view: View) -> Picture:
 def speeds_or_shares(view: View) -> Panel:
     """Speeds of a few wheels, or the shares of many: for a small panel."""
     marks = view.marks(labelled=False)
-    return speeds(view, marks) if _view_wheels(view).count <= 5 else shares(view)
+    return speeds(view, marks) if known(view.wheels).count <= 5 else shares(view)
 
 
 def _wheel_lines(t_s, values) -> tuple[Line, ...]:
@@ -68,23 +67,17 @@ def _between(values, limits) -> dict:
 
 def speeds(view: View, marks=()) -> Panel:
     """Speeds of the wheels."""
-    flown = _view_wheels(view)
+    flown = known(view.wheels)
     limit = flown.spec.speed_limit_rpm
     place = _between(flown.speed_rpm, np.array([limit]))
-    panel = whole(
-        view,
-        title="Speed of each wheel" + ("" if "y_range" in place else f" (limit {limit:g} rpm)"),
-        y_label="speed [rpm]",
-        lines=_wheel_lines(view.t_s, flown.speed_rpm),
-        marks=marks,
-        **place,
-    )
-    return with_room(panel)
+    title = "Speed of each wheel" + ("" if "y_range" in place else f" (limit {limit:g} rpm)")
+    lines = _wheel_lines(view.t_s, flown.speed_rpm)
+    return with_room(whole(view, title, "speed [rpm]", lines, marks=marks, **place))
 
 
 def shares(view: View) -> Panel:
     """Peak share of the momentum limits, and the minimax share of the same total."""
-    flown = _view_wheels(view)
+    flown = known(view.wheels)
     greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.minimax_share
     lines = [make_line("most loaded wheel", view.t_s, greatest, RED, 1.2)]
     if np.isfinite(needed).any():
@@ -92,9 +85,9 @@ def shares(view: View) -> Panel:
     near = greatest.max() > 100.0 * _NEAR
     return whole(
         view,
-        title="Share of the momentum limit",
-        y_label="[%]",
-        lines=tuple(lines),
+        "Share of the momentum limit",
+        "[%]",
+        lines,
         levels=(Level(100.0, "limit"),) if near else (),
         y_range=(0.0, 112.0 if near else max(1.15 * greatest.max(), 1.0)),
         marks=view.marks(labelled=False),
@@ -103,7 +96,7 @@ def shares(view: View) -> Panel:
 
 def _torques(view: View) -> tuple[Panel, ...]:
     """Motor torques: the whole run, and acquisition and steady state where they differ."""
-    torque, acquired = _view_wheels(view).torque, view.acquired_s
+    torque, acquired = known(view.wheels).torque, view.acquired_s
     first = _torque_panel(view, "Motor torque", torque)
     if acquired is None:
         return (first,)
@@ -113,30 +106,25 @@ def _torques(view: View) -> tuple[Panel, ...]:
 
 def _torque_panel(view: View, title: str, torque) -> Panel:
     factor, unit = choose_prefix(torque, "N m")
-    limits = factor * _view_wheels(view).limits("torque_limit_n_m")
+    limits = factor * known(view.wheels).limits("torque_limit_n_m")
     place = _between(factor * torque, limits)
     shown = " / ".join(f"{limit:.4g}" for limit in np.unique(limits))
-    return whole(
-        view,
-        title=title + ("" if "y_range" in place else f" (limit {shown} {unit})"),
-        y_label=f"[{unit}]",
-        lines=_wheel_lines(view.t_s, factor * torque),
-        marks=view.marks(labelled=False),
-        **place,
-    )
+    title += "" if "y_range" in place else f" (limit {shown} {unit})"
+    lines = _wheel_lines(view.t_s, factor * torque)
+    return whole(view, title, f"[{unit}]", lines, marks=view.marks(labelled=False), **place)
 
 
 def _torque_part(view: View, title: str, window) -> Panel:
     rows = (view.t_s >= window[0]) & (view.t_s <= window[1])
-    factor, unit = choose_prefix(usual_size(_view_wheels(view).torque[rows]), "N m")
+    factor, unit = choose_prefix(usual_size(known(view.wheels).torque[rows]), "N m")
     return make_part(
-        view, title, unit, _wheel_lines, factor * _view_wheels(view).torque, window, (_ZERO,)
+        view, title, unit, _wheel_lines, factor * known(view.wheels).torque, window, (_ZERO,)
     )
 
 
 def total_momentum_panel(view: View) -> Panel:
     """Total wheel momentum in body axes, which unloading removes."""
-    held = _view_wheels(view).total_body
+    held = known(view.wheels).total_body
     factor, unit = choose_prefix(usual_size(held), "N m s")
     title = "Total wheel momentum in body axes"
     panel = make_part(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
@@ -146,9 +134,3 @@ def total_momentum_panel(view: View) -> Panel:
 def _with_size(t_s, vectors) -> tuple[Line, ...]:
     size = make_line("|h|", t_s, np.linalg.norm(vectors, axis=1), GREY, 1.4)
     return (*xyz(t_s, vectors), size)
-
-
-def _view_wheels(view: View) -> FlownWheels:
-    """Wheels of a view that has them: only then are these pictures made."""
-    assert view.wheels is not None
-    return view.wheels

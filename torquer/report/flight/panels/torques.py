@@ -25,7 +25,7 @@ def torques(view: View) -> Picture:
     total = view.budget.total
     factor, unit = choose_prefix(total, "N m")
     lines = xyz(view.t_s, factor * total)
-    parts = whole(view, title="Sum of all in body axes", y_label=f"[{unit}]", lines=lines)
+    parts = whole(view, "Sum of all in body axes", f"[{unit}]", lines)
     caption = "Along the recorded motion, by the kernels of the simulation. "
     caption += reach_in_words(view.budget)
     sizes = (
@@ -46,4 +46,4 @@ def _sizes(view: View, title: str, names: list[str]) -> Panel | None:
     series = [(NAMES[name], factor * size, COLOURS[name], 1.0) for name, size in sizes.items()]
     if budget.available is not None:
         series.append(("coils, at most", factor * budget.available, GREY, 1.2))
-    return log_panel(view, series, title=title, y_label=f"|M| [{unit}]")
+    return log_panel(view, title, f"|M| [{unit}]", series)

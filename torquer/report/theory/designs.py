@@ -1,0 +1,122 @@
+"""Pictures of designs: coils by gauge, gains of B-dot that were flown, gains for three axes."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from torquer.design.coil_design import CoilSizes
+from torquer.design.gain_sweep import GainSweep
+from torquer.design.three_axis_answer import ThreeAxisAnswer
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, RED, UNSTABLE
+from torquer.report.common.figure import INK, legend_at_left, stack_panels
+from torquer.theory.three_axis.floquet import mean_degrees, tabulate
+from torquer.theory.three_axis.gain_search import DesignTask, coarser
+from torquer.theory.three_axis.sampled import sampled_family
+
+_GRID = 101
+_TIMES = ((0.5, "half", BLUE), (0.9, "90 %", ORANGE), (1.0, "last", RED))
+
+
+def draw_coils(answer: CoilSizes) -> Figure:
+    """Voltage and current of the gauges that fit, all at the same dipole; limits are dashed."""
+    asked, gauges = answer.request, [coil.awg for coil in answer.coils]
+    title = f"{asked.dipole_a_m2:g} A m² with {asked.mass_kg:g} kg of {asked.metal}"
+    figure, panels = stack_panels(title, 2, 4.6, sharex=True)
+    curves = (
+        ("voltage [V]", [coil.voltage_v for coil in answer.coils], BLUE, asked.voltage_v),
+        ("current [A]", [coil.current_a for coil in answer.coils], RED, asked.current_a),
+    )
+    for axes, (label, values, colour, limit) in zip(panels, curves, strict=True):
+        axes.semilogy(gauges, values, "o-", color=colour, ms=4, lw=1.3)
+        axes.set_ylabel(label, fontsize=9.5)
+        if limit is not None:
+            axes.axhline(limit, color=colour, lw=1.0, ls="--")
+    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
+    panels[-1].set_xlabel("wire gauge [AWG]", fontsize=10)
+    return figure
+
+
+def draw_gains(sweep: GainSweep) -> Figure:
+    """Flights over their gains."""
+    gains = np.array([each.gain for each in sweep.flights])
+    title = f"{sweep.scenario.name}: gain of B-dot".lstrip(": ")
+    figure, (upper, middle, lower) = stack_panels(title, 3, 7.2, sharex=True)
+    for part, name, colour in _TIMES:
+        hours = np.array([each.settled_by(part) for each in sweep.flights]) / 3600.0
+        upper.plot(gains, np.where(np.isfinite(hours), hours, np.nan), "o-", color=colour, ms=4,
+                   lw=1.3, label=name)  # fmt: skip
+    theory = np.array([sweep.theory_s(gain) for gain in gains]) / 3600.0
+    upper.plot(gains, theory, color=INK, lw=1.0, ls="--", label="theory, mean")
+    upper.set_ylabel("stopped after [h]", fontsize=9.5)
+    upper.set_ylim(0.0, 1.05 * sweep.duration_s / 3600.0)
+    if sweep.wanted.within_s is not None:
+        upper.axhline(sweep.wanted.within_s / 3600.0, color=GREEN, lw=1.2, label="wanted")
+    middle.plot(gains, [each.energy_j.mean() for each in sweep.flights], "o-", color=BLUE, ms=4,
+                lw=1.3)  # fmt: skip
+    middle.set_ylabel("energy [J], mean", fontsize=9.5)
+    limit = sweep.tumbling.coils.limits_a_m2().min()
+    shares = [100.0 * each.peak_a_m2.max() / limit for each in sweep.flights]
+    lower.plot(gains, shares, "o-", color=BLUE, ms=4, lw=1.3)
+    lower.set_ylim(0.0, 1.05 * max(100.0, *shares))
+    lower.set_ylabel("peak dipole [% of limit]", fontsize=9.5)
+    lower.set_xscale("log")
+    for axes in (upper, middle, lower):
+        axes.axvline(sweep.chosen.gain, color=GREEN, lw=1.6, label="chosen")
+    legend_at_left(upper, 6)
+    label = "gain_a_m2_s_per_t"
+    if not all(np.isfinite(each.settled_s).all() for each in sweep.flights):
+        label += "\nmissing points: fewer stop during the flight"
+    lower.set_xlabel(label, fontsize=10)
+    return figure
+
+
+def draw_design(answer: ThreeAxisAnswer) -> Figure:
+    """Isolines over (k, k_a), continuous control, with the pairs found."""
+    task, made = answer.task, answer.design
+    pairs = {"formula": (made.formula, RED), "refined": (made.refined, GREEN)}
+    gains = {name: each.law.values() for name, (each, _) in pairs.items()}
+    places = {
+        name: (gains[name]["rate_gain"], gains[name]["angle_gain"], colour)
+        for name, (_, colour) in pairs.items()
+    }
+    k, k_a = (np.linspace(0.01, 1.0, _GRID) * 2.0 * max(p[j] for p in places.values())
+              for j in (0, 1))  # fmt: skip
+    exact, averaged = _degrees(task, k, k_a)
+    figure, (axes,) = stack_panels("Three axes by coils: degree of stability [1/rad]", 1, 4.6)
+    axes.grid(False)
+    axes.contourf(k, k_a, exact, levels=[-np.inf, 0.0], colors=[UNSTABLE])
+    if exact.max() > 0.0:
+        levels = _levels(exact.max())
+        axes.contour(k, k_a, averaged, levels=levels, colors=BLUE, linestyles="dashed",
+                     linewidths=0.7)  # fmt: skip
+        lines = axes.contour(k, k_a, exact, levels=levels, colors=INK, linewidths=1.1)
+        axes.clabel(lines, fontsize=9, fmt="%g")
+    axes.fill_between([], [], color=UNSTABLE, label="unstable")
+    axes.plot([], [], color=INK, label="exact")
+    axes.plot([], [], color=BLUE, ls="--", label="averaged")
+    for name, (x, y, colour) in places.items():
+        axes.plot(x, y, "o", color=colour, ms=7, label=name, clip_on=False)
+    axes.set_xlabel("k, rate_gain_n_m_s_per_t2", fontsize=10)
+    axes.set_ylabel("k_a, angle_gain_n_m_per_t2", fontsize=10)
+    legend_at_left(axes, 5, 9.5)
+    return figure
+
+
+def _degrees(task: DesignTask, k, k_a) -> tuple[np.ndarray, np.ndarray]:
+    """Exact degrees of the sampled loop, and averaged ones, `[k_a, k]`."""
+    sampled = coarser(task.sampled)
+    corners = {"rate_gain": (k[0], k[-1]), "angle_gain": (k_a[0], k_a[-1])}
+    values = np.stack([each.ravel() for each in np.meshgrid(k, k_a)], axis=1)
+    exact = np.maximum(sampled_family(sampled, corners).degrees(values), -1e3)
+    smooth = tabulate(sampled.hold, corners, round(16 * sampled.hold.period / (2.0 * np.pi)))
+    duty = sampled.cycle.hold_s / sum(sampled.cycle)
+    averaged = mean_degrees(smooth, duty * values)
+    return exact.reshape(len(k_a), -1), averaged.reshape(len(k_a), -1)
+
+
+def _levels(greatest: float) -> np.ndarray:
+    """About eight even levels of one or two digits."""
+    step = greatest / 8.0
+    digit = 10.0 ** np.floor(np.log10(step))
+    step = digit * next(each for each in (1.0, 2.0, 5.0, 10.0) if each * digit >= step)
+    return step * np.arange(1, 20)
