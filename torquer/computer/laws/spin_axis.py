@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Vector
 from torquer.compile.engine import inlined
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import as_vector, scale
 
@@ -63,7 +64,7 @@ def unit_vector(key: str):
     return Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows(key, v)[0]))]
 
 
-class AboutAxis(Spec):
+class AboutAxis(LawSpec):
     """A law with a gain or a relay, and a spin axis."""
 
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
@@ -103,10 +104,13 @@ class Pointed(AboutAxis):
     target: Literal["sun"] | unit_vector("target")
     """Direction in the inertial frame to which the axis is turned, or 'sun'."""
 
+    #: What the law needs besides what shows its target.
+    always_needs: ClassVar[frozenset[str]] = frozenset()
+
     @property
     def needs(self) -> frozenset[str]:
         """The Sun sensors, or the attitude to find another target by."""
-        return frozenset({"sun" if self.target == "sun" else "attitude"})
+        return self.always_needs | {"sun" if self.target == "sun" else "attitude"}
 
     def parameters(self) -> PointedParameters:
         """Gain, relay, axis, whether to point to the Sun, target."""
