@@ -10,11 +10,11 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.interface import Command
 from torquer.computer.laws.bdot import GAP, PREVIOUS_READING, Gain, bdot_difference
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 #: Memory: integral of the pitch angle, whether there was a call, its time, and the shortest

@@ -19,9 +19,9 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.laws.law_spec import LawSpec
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.computer.laws.sun_cross import dipole_for
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 

@@ -6,17 +6,16 @@ for. (The relay mode of the coils themselves does the same at their limits; a la
 each stage of a scheme have its own dipole.)
 """
 
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base import validate
-from torquer.base.spec import Vector
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
-from torquer.maths.geometry.vec3 import as_vector, scale
+from torquer.maths.geometry.vec3 import scale
 
 
 class AxisParameters(NamedTuple):
@@ -57,11 +56,6 @@ def target_body(inputs, parameters):
     if parameters.sun == 1.0:
         return inputs.sun_body
     return rotate_inverse(inputs.estimate.q_body_to_inertial, parameters.target)
-
-
-def unit_vector(key: str):
-    """Type of a direction: any non-zero vector, kept as one of length one."""
-    return Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows(key, v)[0]))]
 
 
 class AboutAxis(LawSpec):

@@ -10,10 +10,9 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Inertia
+from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import kernel
 from torquer.computer.laws.law_spec import LawSpec
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.computer.laws.sun_cross import dipole_for
 from torquer.maths.geometry.vec3 import as_symmetric, dot, norm, scale, sub, sym_vec
 

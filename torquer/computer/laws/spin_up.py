@@ -10,8 +10,9 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import kernel
-from torquer.computer.laws.spin_axis import AboutAxis, switch, unit_vector
+from torquer.computer.laws.spin_axis import AboutAxis, switch
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 

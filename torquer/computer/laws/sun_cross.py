@@ -8,9 +8,9 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.laws.law_spec import LawSpec
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.maths.geometry.vec3 import cross, dot, scale
 
 

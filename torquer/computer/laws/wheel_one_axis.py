@@ -12,11 +12,10 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Inertia
+from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.pointing import limit, most_half_turn
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.computer.laws.wheel_lyapunov import known_gravity_torque
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import (

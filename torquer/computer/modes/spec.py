@@ -15,11 +15,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from torquer.base.spec import Inertia, Spec, Vector
+from torquer.base.spec import Inertia, Spec, Vector, unit_vector
 from torquer.base.validate import storable_name
 from torquer.computer.interface import SENSORS
 from torquer.computer.laws.pointing import HeldAttitude
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.computer.modes.packing import check_choice, pack_modes
 from torquer.computer.modes.signals import AXES, SIGNALS
 from torquer.computer.modes.table import ModeState, ModeTable, Noise
