@@ -116,8 +116,7 @@ def _set_threshold(run: Run, name: str, conditions: list, value) -> None:
     """Set the value with which all conditions of a name compare; hysteresis must stay one."""
     (limit,) = _numbers(name, value, 1)
     for _, condition in conditions:
-        back = condition.back_below if condition.above is not None else condition.back_above
-        sign = 1.0 if condition.above is not None else -1.0
+        back, sign = condition.back, condition.sign
         if back is not None and sign * (limit - back) <= 0.0:
             than = "greater" if sign > 0.0 else "less"
             raise ValueError(f"{name}: must be {than} than {back:g}; received {limit:g}")
