@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 
-from torquer.base.spec import check_spec
 from torquer.computer.blocks.law import Law
 from torquer.computer.interface import Command, Inputs
 from torquer.scenario.spec import Scenario
@@ -32,7 +31,7 @@ from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, whole_
 from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
 from torquer.simulation.setup.run import Piece, Run, prepare, reason, record_this_instant
-from torquer.simulation.setup.simulate import RunStopped, flown_by
+from torquer.simulation.setup.simulate import RunStopped, check_scenario, flown_by
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,12 +79,7 @@ class Flight:
             raise ValueError(
                 f"computer: must be left out unless keeps_computer=True; received {computer}"
             )
-        if not isinstance(scenario, Scenario):
-            raise ValueError(
-                f"scenario: must be a torquer Scenario (see torquer.load_scenario); "
-                f"received {scenario!r}"
-            )
-        scenario = check_spec(scenario)
+        scenario = check_scenario(scenario)
         craft = scenario.spacecraft
         self._coils, self._wheels = craft.coils is not None, craft.wheels is not None
         answers: Literal["dipole", "torque", "command"] = "command" if self._coils else "torque"
