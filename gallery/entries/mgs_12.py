@@ -14,13 +14,13 @@ from gallery.gyro import (
     field,
     fly,
 )
+from gallery.theory.capture_motion import stage_1_steady_motion
 from torquer.report.theory import magneto_gyro_models as draw
 from torquer.theory.magneto_gyro.comparison import (
     CaptureGains,
     dipole_torque,
     stage_1_degrees,
     stage_1_frozen,
-    stage_1_steady_motion,
 )
 from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_1_inputs
 from torquer.theory.magneto_gyro.loop import DIPOLE

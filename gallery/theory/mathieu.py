@@ -16,7 +16,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from torquer.base import validate
-from torquer.theory.periodic.floquet import PeriodicSystem, periodic_system, transitions
+from torquer.theory.periodic.floquet import transitions
+from torquer.theory.periodic.periodic_systems import PeriodicSystem, periodic_system
 from torquer.theory.validity import Limit, within
 
 

@@ -19,13 +19,14 @@ from dataclasses import replace
 import numpy as np
 from pydantic import Field
 
+from gallery.theory.limits import check_regular
 from torquer.base.spec import Moments, Spec
 from torquer.environment.field import averaged, direct_dipole
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.kepler import FARTHEST_KM
 from torquer.theory.periodic.poincare import Response, equidistant_points, small_parameter
-from torquer.theory.validity import INCLINATION, LEAN, broken_limits, check_regular, within
+from torquer.theory.validity import INCLINATION, LEAN, broken_limits, within
 
 MODELS = ("direct_dipole", "averaged")
 EQUILIBRIUM = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)

@@ -28,7 +28,8 @@ from torquer.environment.field.averaged import mean_of_extremes
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.kepler import FARTHEST_KM
-from torquer.theory.periodic.floquet import PeriodicSystem, periodic_system, transitions
+from torquer.theory.periodic.floquet import transitions
+from torquer.theory.periodic.periodic_systems import PeriodicSystem, periodic_system
 from torquer.theory.periodic.poincare import equidistant_points, periodic_motion
 from torquer.theory.validity import Limit, within
 

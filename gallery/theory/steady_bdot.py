@@ -19,11 +19,12 @@ import numpy as np
 from pydantic import Field
 from scipy.integrate import solve_ivp
 
+from gallery.theory.limits import HELD, check_regular
 from torquer.base import validate
 from torquer.base.spec import Spec
 from torquer.environment.field.averaged import b_orbital, cone_angle
 from torquer.theory.periodic.poincare import Response, equidistant_points, small_parameter
-from torquer.theory.validity import HELD, LEAN, Limit, broken_limits, check_regular, within
+from torquer.theory.validity import LEAN, Limit, broken_limits, within
 
 #: Relative change of a mean tilt.
 STEADY = Limit("change", 0.0, 0.1, "the initial oscillation has not decayed")

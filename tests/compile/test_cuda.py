@@ -144,10 +144,10 @@ class OneMember(ast.NodeTransformer):
     def visit_Call(self, node):
         self.generic_visit(node)
         name = getattr(node.func, "id", "")
-        if name not in ("each", "each_alone", "must_stop", "first_of"):
+        if name not in ("each", "each_alone", "must_stop", "first_member"):
             return node
         member = ast.Attribute(node.args[0], "member", ast.Load())
-        if name == "first_of":
+        if name == "first_member":
             return member
         skipped = 4 if name == "must_stop" else 2
         call = ast.Call(node.args[1], [member, *node.args[skipped:]], [])
@@ -206,8 +206,8 @@ def replacements(run):
         "whole": unchanged,
         "without_reference_counts": unchanged,
         "np": scalar_numpy(),
-        "bits_of": bits_of,
-        "float_of": float_of,
+        "float_bits": bits_of,
+        "bits_float": float_of,
     }
     plain["normal3"] = rebuilt(noise.normal3, plain, {})
     plain["noise"] = module_of("noise", normal3=plain["normal3"])

@@ -29,6 +29,22 @@ def _moments(value):
 
 #: Three numbers.
 Vector = tuple[float, float, float]
+
+
+def unit_vector(key: str):
+    """Type of a direction: any non-zero vector, kept as one of length one."""
+    return Annotated[Vector, AfterValidator(lambda v: _unit_rows(key, v)[0])]
+
+
+def unit_vectors(key: str):
+    """Type of several directions: non-zero vectors, kept as ones of length one."""
+    return Annotated[tuple[Vector, ...], AfterValidator(lambda rows: _unit_rows(key, rows))]
+
+
+def _unit_rows(key: str, rows) -> tuple:
+    return tuple(map(tuple, validate.unit_rows(key, rows).tolist()))
+
+
 #: Value of `inertia_kg_m2`: what a body can have, given as three moments or 3x3, kept as 3x3.
 Inertia = Annotated[Vector | tuple[Vector, Vector, Vector], AfterValidator(_tensor)]
 #: Value of an inertia whose axes must be principal: three moments.

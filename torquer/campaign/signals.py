@@ -9,8 +9,7 @@ import numpy as np
 
 from torquer.analysis.attitude import held_attitudes, orbital_axes
 from torquer.analysis.series import angle_deg
-from torquer.base.spec import Spec
-from torquer.computer.laws.spin_axis import unit_vector
+from torquer.base.spec import Spec, unit_vector
 from torquer.maths.geometry.attitudes import to_body, to_reference
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario

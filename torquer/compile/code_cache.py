@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numba
 
-from torquer.compile.private_folder import is_ours, is_private
-from torquer.compile.ready import ready_folder
+from torquer.compile.ready import is_ours, is_private, ready_folder
 from torquer.compile.sources import are_edited, hash_sources, kernel_sources, mark_files
 
 _SEAL_BYTES = 32

@@ -10,6 +10,7 @@ import hashlib
 import importlib.util
 import json
 import os
+import stat
 import sys
 import sysconfig
 from pathlib import Path
@@ -18,12 +19,22 @@ import llvmlite
 import llvmlite.binding as llvm
 import numba
 
-from torquer.compile.private_folder import is_private
-
 MANIFEST = "kernels.json"
 VARIABLE = "TORQUER_KERNELS"
 #: Numba's settings for code that every processor of a kind can execute.
 GENERIC = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+
+
+def is_ours(found: os.stat_result) -> bool:
+    """Whether something belongs to this user or to the administrator."""
+    return found.st_uid in (os.getuid(), 0)
+
+
+def is_private(found: os.stat_result) -> bool:
+    """Whether something is ours, and nobody else can write there."""
+    if not hasattr(os, "getuid"):  # Windows keeps users apart by itself
+        return True
+    return is_ours(found) and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 def compiled_for(sources: str) -> dict[str, str]:

@@ -9,11 +9,8 @@ from typing import Annotated, Literal, Union
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from torquer.base.spec import Inertia, Spec
+from torquer.base.spec import Inertia, Spec, unit_vector
 from torquer.computer.laws.built_in import BUILT_IN
-from torquer.computer.laws.spin_axis import (
-    unit_vector,
-)
 
 
 def _known_kind(value):

@@ -6,11 +6,10 @@ from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from torquer.base import validate
 from torquer.base.conventions import ASTRONOMICAL_UNIT_M
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, unit_vector
 from torquer.environment.earth.atmosphere import AnyAtmosphere
 from torquer.environment.earth.atmosphere.air import air_velocities
 from torquer.environment.earth.gravity import gravity_gradient_vector
@@ -27,13 +26,8 @@ from torquer.environment.table import (
     build_exact,
     build_proven,
 )
-from torquer.maths.geometry.vec3 import as_vector
 
 _POSITION, _FIELD, _GRAVITY_GRADIENT = slice(0, 3), slice(3, 6), slice(6, 9)
-
-
-def _unit_sun_direction(value):
-    return as_vector(validate.unit_rows("sun_direction", value)[0])
 
 
 class Environment(Spec):
@@ -60,7 +54,7 @@ class Environment(Spec):
     radius), 'oblate' (the same for the WGS84 ellipsoid), 'cylindrical' or 'none' (always in
     sunlight).
     """
-    sun_direction: Annotated[Vector, AfterValidator(_unit_sun_direction)] | None = None
+    sun_direction: unit_vector("sun_direction") | None = None
     """Fixes the Sun at 1 au in this inertial direction (a vector of any length), for comparison
     with theory; left out: the Sun follows its true path, which density models use in any case.
     """

@@ -4,8 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from torquer.base.spec import Spec
-from torquer.computer.laws.spin_axis import unit_vector
+from torquer.base.spec import Spec, unit_vector
 
 #: Orbital rates below which rotation usually counts as stopped by B-dot.
 ORBITAL_RATES = 3.0

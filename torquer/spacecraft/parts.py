@@ -6,10 +6,10 @@ Parts do not shade each other.
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, Vector, unit_vector
 
 _Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -44,13 +44,8 @@ class _Part(Spec):
 class _Directed(_Part):
     """A part with an axis, of any length when given."""
 
-    axis: Vector
+    axis: unit_vector("axis")
     """Axis of a cylinder or normal of a plate in the body, of any length."""
-
-    @field_validator("axis")
-    @classmethod
-    def _unit(cls, value):
-        return tuple(float(v) for v in validate.unit_rows("axis", [value])[0])
 
 
 class Cylinder(_Directed):

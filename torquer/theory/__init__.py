@@ -149,7 +149,6 @@ if TYPE_CHECKING:
         Evolution as Evolution,
         Slow as Slow,
     )
-    from torquer.theory.slow.first_integrals import drifts as drifts
     from torquer.theory.slow.full_motion import (
         Fast as Fast,
         by_euler as by_euler,
@@ -188,7 +187,7 @@ if TYPE_CHECKING:
         map_evolution as map_evolution,
         map_law as map_law,
     )
-    from torquer.theory.slow.slow_result import SlowMotion as SlowMotion
+    from torquer.theory.slow.slow_result import SlowMotion as SlowMotion, drifts as drifts
     from torquer.theory.slow.spinner import Spinner as Spinner
     from torquer.theory.slow.sun_spin import (
         AxisEquilibrium as AxisEquilibrium,

@@ -71,7 +71,6 @@ INCLINATION = Limit("inclination", 0.0, math.pi)
 #: The gravity gradient balances a torque at the tilt x [rad] by its linear law, at asin(2x)/2 in
 #: fact: a tenth more at 0.34, and at no angle above a half.
 LEAN = Limit("tilt [rad]", -0.34, 0.34, "the linear gravity-gradient torque is off by a tenth")
-HELD = Limit("tilt [rad]", -0.5, 0.5, "the gravity gradient can balance no more")
 #: Relative tolerance of an integration.
 TOLERANCE = Limit("rtol", 1e-14, 0.1)
 #: Part of itself by which the momentum changes, or angle [rad] by which it turns, over a radian of
@@ -82,12 +81,6 @@ SLOW_CHANGE, AVERAGES_ERR = 0.25, 0.4
 #: Precession over the orbital rate: the field's products turn by up to 4u, and slower precession
 #: meets it.
 PRECESSION = Limit("precession/orbital rate", 4.0, why="the averages pass resonances with 4u")
-
-
-def check_regular(name: str, cosine) -> None:
-    """ValueError where the cosine of an angle, by which rates are divided, is zero."""
-    if np.min(np.abs(cosine), initial=1.0) < 1e-9:
-        raise ValueError(f"{name}: must not be 90 deg, where the angles are singular; received it")
 
 
 def check_slow(slow) -> None:

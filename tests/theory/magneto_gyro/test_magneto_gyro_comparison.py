@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from gallery.theory import capture_motion
 from torquer.theory.magneto_gyro import comparison
 from torquer.theory.magneto_gyro.accuracy import covariances, follow_revolution, steady_motion
 from torquer.theory.magneto_gyro.comparison import CaptureGains
@@ -125,14 +126,14 @@ def test_exact_stage_1_steady_motion_equals_frozen_in_computed_field(monkeypatch
     h, i = CRAFT.gyrostat
     moments = dict(zip("xyz", (1.0, i, 1.0), strict=True))
     cone = STAGE_1.with_parameters(**CONE)
-    monkeypatch.setattr(comparison, "STAGE_1", cone)
+    monkeypatch.setattr(capture_motion, "STAGE_1", cone)
     monkeypatch.setattr(
         GyroCraft, "satellite", lambda _: Satellite(**moments, wheel=h + 2.0 - i, gravity=0.0)
     )
     gains, tau = CaptureGains(4.0, 6.0, 2000.0), (np.arange(720) + 0.5) * 2.0 * math.pi / 720
     push = np.zeros((720, 6))
     push[:, 1] = np.cos(2.0 * tau)
-    pitch = comparison.stage_1_steady_motion(CRAFT, gains, push)[:, 1]
+    pitch = capture_motion.stage_1_steady_motion(CRAFT, gains, push)[:, 1]
     matrix = comparison.stage_1_frozen(CRAFT, gains)
     driven = np.zeros(12)
     driven[STATES_1.index("theta'")] = 1.0 / i

@@ -13,16 +13,14 @@ from torquer.compile import engine
 from torquer.environment.field import averaged
 from torquer.theory.periodic import collocation
 from torquer.theory.periodic.floquet import (
-    PeriodicSystem,
     chart,
     degree_of_stability,
     exponents,
     monodromy,
     multipliers,
-    periodic_system,
     transitions,
 )
-from torquer.theory.periodic.periodic_systems import compile_matrix
+from torquer.theory.periodic.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 
 PERIOD = 2.0 * math.pi
 

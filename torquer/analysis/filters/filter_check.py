@@ -39,12 +39,12 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import RUNNING
 from torquer.simulation.loop.state import Record
 from torquer.simulation.outside.library import Library
-from torquer.simulation.setup.gyro_drift import fill_drift
 from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run, prepare, reason
 from torquer.simulation.setup.simulate import flown_by
 from torquer.spacecraft.actuators.coils import NO_COILS
 from torquer.spacecraft.actuators.rotors import rotor_axis
+from torquer.spacecraft.sensors.gyro import fill_drift
 
 #: Number of runs that are flown with a record at every control step, for their innovations.
 _CLOSELY = 4

@@ -3,13 +3,12 @@
 import math
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, unit_vector
 from torquer.computer.estimation.measurements.measurement import SENSOR_OF, VECTORS
 from torquer.computer.interface import SENSORS
 from torquer.spacecraft.failures import in_words
-from torquer.spacecraft.sensors.attitude_sensor import checked_boresight
 from torquer.spacecraft.sensors.sun_cells import CELLS, Normals
 
 #: Key of each sensor's noise, in the order of the filter's channels.
@@ -48,7 +47,7 @@ class SensorKeys(Spec):
     """Standard deviation of a reading of the star tracker about its boresight; left out: the same
     as across it.
     """
-    star_tracker_boresight: Annotated[Vector, AfterValidator(checked_boresight)] | None = None
+    star_tracker_boresight: unit_vector("boresight") | None = None
     """Boresight of the star tracker in the body; given with its noise about it."""
     horizon_noise_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
     """Standard deviation of each component of a reading of the horizon sensor, that of the horizon

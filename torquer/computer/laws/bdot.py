@@ -9,9 +9,8 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import cross, put_vector, read_vector, scale, sub
 
@@ -82,20 +81,15 @@ def bdot_model(inputs, parameters, memory):
     return scale(-parameters.gain, sub(turning, cross(omega, b)))
 
 
-class _Bdot(Spec):
+class _Bdot(LawSpec):
     """B-dot; the gain k in A m^2 s/T (the same as N m s/T^2)."""
 
     gain_a_m2_s_per_t: float = Field(gt=0.0)
     """Gain k of m = -k dB/dt; A m^2 s/T is the same as N m s/T^2."""
-    kernel: ClassVar
-    memory: ClassVar = ()
-    needs: ClassVar[frozenset[str]] = frozenset()
 
-    def law(self) -> Law:
-        """The law with this gain."""
-        kernel = type(self).kernel  # of the class: an instance would bind it as a method
-        gain = Gain(self.gain_a_m2_s_per_t)
-        return Law(self.kind, kernel, gain, self.memory, needs=self.needs, spec=self)
+    def parameters(self) -> Gain:
+        """The gain."""
+        return Gain(self.gain_a_m2_s_per_t)
 
 
 class Bdot(_Bdot):

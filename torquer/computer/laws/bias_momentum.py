@@ -6,16 +6,15 @@ takes it from two readings, and bring the wheel's momentum back to its bias. The
 rests across a gap between two calls, through which the law did not hold the pitch.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.interface import Command
 from torquer.computer.laws.bdot import GAP, PREVIOUS_READING, Gain, bdot_difference
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 #: Memory: integral of the pitch angle, whether there was a call, its time, and the shortest
@@ -86,6 +85,10 @@ class BiasMomentum(HeldAttitude):
     """Momentum-biased satellite: pitch by a wheel, roll and yaw by its momentum and the coils."""
 
     kind: Literal["bias_momentum"] = "bias_momentum"
+    kernel: ClassVar = bias_momentum
+    memory: ClassVar = _MEMORY
+    log: ClassVar = {"pitch_rad": "rad", "momentum_error_n_m_s": "N m s"}
+    answers: ClassVar = "command"
     reference: Literal["orbital"] = "orbital"
     """Reference frame of the wanted attitude."""
     pitch_axis: unit_vector("pitch_axis") = (0.0, 1.0, 0.0)
@@ -106,11 +109,11 @@ class BiasMomentum(HeldAttitude):
     unloading_gain_per_s: float = Field(ge=0.0)
     """Rate at which the coils bring the wheel's momentum back to the bias."""
 
-    def law(self) -> Law:
-        """The law with these gains."""
+    def parameters(self) -> BiasMomentumParameters:
+        """Wheel's axis, wanted attitude, gains."""
         stiffness = self.pitch_inertia_kg_m2 * self.bandwidth_rad_s**2
         time_s = self.integral_time_s
-        parameters = BiasMomentumParameters(
+        return BiasMomentumParameters(
             axis=self.pitch_axis,
             q_wanted=self.q_wanted(),
             bias=self.bias_momentum_n_m_s,
@@ -119,14 +122,4 @@ class BiasMomentum(HeldAttitude):
             integral=0.0 if time_s is None else stiffness / time_s,
             nutation=self.nutation_gain_a_m2_s_per_t,
             unloading=self.unloading_gain_per_s,
-        )
-        return Law(
-            self.kind,
-            bias_momentum,
-            parameters,
-            _MEMORY,
-            log={"pitch_rad": "rad", "momentum_error_n_m_s": "N m s"},
-            needs=self.needs,
-            spec=self,
-            answers="command",
         )

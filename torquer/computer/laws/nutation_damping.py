@@ -9,7 +9,6 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.bdot import PREVIOUS_READING, bdot_derivative, bdot_difference, bdot_rate
 from torquer.computer.laws.spin_axis import AboutAxis, one_coil
 from torquer.maths.geometry.vec3 import dot
@@ -44,15 +43,6 @@ class _NutationDamping(AboutAxis):
     given.
     """
     gain_key: ClassVar = "gain_a_m2_s_per_t"
-    kernel: ClassVar
-    memory: ClassVar = ()
-    needs: ClassVar[frozenset[str]] = frozenset()
-
-    def law(self) -> Law:
-        """The law with this gain or relay."""
-        kernel = type(self).kernel  # of the class: an instance would bind it as a method
-        parameters = self.parameters()
-        return Law(self.kind, kernel, parameters, self.memory, needs=self.needs, spec=self)
 
 
 class NutationDamping(_NutationDamping):

@@ -1,10 +1,9 @@
 """No control: the satellite moves freely under the environment's torques."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
-from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
+from torquer.computer.laws.law_spec import LawSpec
 
 
 @kernel
@@ -13,11 +12,8 @@ def zero_command(inputs, parameters, memory):
     return (0.0, 0.0, 0.0)
 
 
-class Off(Spec):
+class Off(LawSpec):
     """No control."""
 
     kind: Literal["off"] = "off"
-
-    def law(self) -> Law:
-        """The law that asks for nothing."""
-        return Law(self.kind, zero_command, spec=self)
+    kernel: ClassVar = zero_command

@@ -14,15 +14,14 @@ plane of e1 and e2 is not controlled until it exceeds 45 deg.
 """
 
 import math
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer.base.spec import Spec
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import Law
-from torquer.computer.laws.spin_axis import unit_vector
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.sun_cross import dipole_for
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
@@ -57,10 +56,12 @@ def panel_tracking(inputs, parameters, memory):
     return dipole_for(panel_torque(parameters, inputs.sun_body), inputs.b_body_t)
 
 
-class PanelTracking(Spec):
+class PanelTracking(LawSpec):
     """Sun pointing by the currents of six solar panels."""
 
     kind: Literal["panel_tracking"] = "panel_tracking"
+    kernel: ClassVar = panel_tracking
+    needs: ClassVar = frozenset({"sun"})
     difference_gain_n_m: float = Field(gt=0.0)
     """Torque k1 at the difference of the currents of a panel that faces the Sun."""
     brightest_gain_n_m: float = Field(gt=0.0)
@@ -81,9 +82,8 @@ class PanelTracking(Spec):
             )
         return self
 
-    def law(self) -> Law:
-        """The law with these gains and axes."""
-        parameters = PanelTrackingParameters(
+    def parameters(self) -> PanelTrackingParameters:
+        """Gains and axes."""
+        return PanelTrackingParameters(
             self.difference_gain_n_m, self.brightest_gain_n_m, self.axis, self.turning_axis
         )
-        return Law(self.kind, panel_tracking, parameters, needs=frozenset({"sun"}), spec=self)

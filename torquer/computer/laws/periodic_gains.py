@@ -7,13 +7,12 @@ this form (`torquer.theory.three_axis.periodic_lqr`).
 """
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Vector
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion
 from torquer.environment.field.averaged import argument_of_latitude
 from torquer.maths.geometry.vec3 import add, add_scaled, cross, mat_vec, scale
@@ -59,6 +58,8 @@ class PeriodicGains(HeldAttitude):
     """Three-axis attitude relative to a reference frame, by gains that follow the orbit."""
 
     kind: Literal["periodic_gains"] = "periodic_gains"
+    kernel: ClassVar = periodic_gains
+    needs: ClassVar = frozenset({"attitude", "rate", "ephemeris"})
     rate_gains_n_m_s_per_t2: Series
     """Rate gains K, a list of 3x3 matrices in body axes: the constant one, then those of cos u, sin
     u, cos 2u, sin 2u, ... with the argument of latitude u.
@@ -76,13 +77,7 @@ class PeriodicGains(HeldAttitude):
             )
         return self
 
-    @property
-    def needs(self) -> frozenset[str]:
-        """Attitude, rate, and the ephemeris for the place on the orbit."""
-        return frozenset({"attitude", "rate", "ephemeris"})
-
-    def law(self) -> Law:
-        """The law with these gains and this attitude."""
+    def parameters(self) -> PeriodicGainsParameters:
+        """Gains and wanted attitude."""
         gains = self.rate_gains_n_m_s_per_t2, self.angle_gains_n_m_per_t2
-        parameters = PeriodicGainsParameters(*gains, float(self.orbital), self.q_wanted())
-        return Law(self.kind, periodic_gains, parameters, needs=self.needs, spec=self)
+        return PeriodicGainsParameters(*gains, float(self.orbital), self.q_wanted())

@@ -6,13 +6,14 @@ an orbital reference, and `q_wanted`, the wanted attitude to it.
 """
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from torquer.base.spec import Inertia, Spec, Vector
+from torquer.base.spec import Inertia, Vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse
@@ -116,7 +117,7 @@ def most_half_turn(greatest_rate_deg_s: float | None, damper_to_spring_s: float)
     return min(math.radians(greatest_rate_deg_s) * damper_to_spring_s, NO_LIMIT)
 
 
-class HeldAttitude(Spec):
+class HeldAttitude(LawSpec):
     """A law that holds an attitude."""
 
     reference: Literal["orbital", "inertial"] = "orbital"
@@ -145,6 +146,7 @@ class HeldAttitude(Spec):
 class HeldByWheels(HeldAttitude):
     """A law of wheels that holds an attitude."""
 
+    answers: ClassVar = "torque"
     inertia_kg_m2: Inertia
     """Inertia of the body with its wheels, as the law knows it: three moments or 3x3."""
     greatest_rate_deg_s: Annotated[float, Field(gt=0.0)] | None = None

@@ -9,7 +9,6 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.spin_axis import Pointed, one_coil, target_body
 from torquer.maths.geometry.vec3 import cross, dot
 
@@ -29,7 +28,4 @@ class Preliminary1(Pointed):
     """Gain of the law; A m^2/T is the same as N m/T^2. Either it or `relay_dipole_a_m2` is given.
     """
     gain_key: ClassVar = "gain_a_m2_per_t"
-
-    def law(self) -> Law:
-        """The law with this gain or relay."""
-        return Law(self.kind, preliminary_1, self.parameters(), needs=self.needs, spec=self)
+    kernel: ClassVar = preliminary_1

@@ -9,7 +9,6 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.spin_axis import Pointed, one_coil, target_body
 from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, norm, scale, sub, sym_vec
 
@@ -52,9 +51,9 @@ class Preliminary2(Pointed):
     """Inertia from which the law takes the direction of the momentum J omega: three moments or 3x3.
     """
     gain_key: ClassVar = "gain_a_m2_per_t"
+    kernel: ClassVar = preliminary_2
+    always_needs: ClassVar = frozenset({"rate"})
 
-    def law(self) -> Law:
-        """The law with this gain or relay."""
-        parameters = Preliminary2Parameters(*self.parameters(), as_symmetric(self.inertia_kg_m2))
-        needs = self.needs | {"rate"}
-        return Law(self.kind, preliminary_2, parameters, needs=needs, spec=self)
+    def parameters(self) -> Preliminary2Parameters:
+        """Those of a law with a target, and the inertia."""
+        return Preliminary2Parameters(*super().parameters(), as_symmetric(self.inertia_kg_m2))

@@ -9,13 +9,12 @@ of 1 - b b^T, b along the field, may weight the torque: in the mean the coils th
 of it.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, field_validator
 
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.periodic_gains import Matrix
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
 from torquer.maths.geometry.quaternion import rotate, rotate_inverse
@@ -58,6 +57,7 @@ class ProjectedPd(HeldAttitude):
     """Three-axis attitude by the part of a PD torque across the field."""
 
     kind: Literal["projected_pd"] = "projected_pd"
+    kernel: ClassVar = projected_pd
     rate_gain_n_m_s: float = Field(gt=0.0)
     """Gain k_v of the rate."""
     angle_gain_n_m: float = Field(ge=0.0)
@@ -80,9 +80,8 @@ class ProjectedPd(HeldAttitude):
             )
         return rows
 
-    def law(self) -> Law:
-        """The law with these gains and this attitude."""
+    def parameters(self) -> ProjectedPdParameters:
+        """Gains, weight, wanted attitude."""
         gains = self.rate_gain_n_m_s, self.angle_gain_n_m
         weight = as_matrix(np.linalg.inv(np.array(self.mean_projection)))
-        parameters = ProjectedPdParameters(*gains, weight, float(self.orbital), self.q_wanted())
-        return Law(self.kind, projected_pd, parameters, needs=self.needs, spec=self)
+        return ProjectedPdParameters(*gains, weight, float(self.orbital), self.q_wanted())

@@ -9,7 +9,6 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.spin_axis import Pointed, one_coil, target_body
 from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, scale, sub, sym_vec
 
@@ -50,10 +49,10 @@ class Reorientation(Pointed):
     inertia_kg_m2: Inertia
     """Inertia from which the law takes the momentum L = J omega: three moments or 3x3."""
     gain_key: ClassVar = "gain_a_m2_per_n_m_s_t"
+    kernel: ClassVar = reorientation
+    always_needs: ClassVar = frozenset({"rate"})
 
-    def law(self) -> Law:
-        """The law with this gain or relay."""
+    def parameters(self) -> ReorientationParameters:
+        """Those of a law with a target, wanted momentum, inertia."""
         own = self.momentum_n_m_s, as_symmetric(self.inertia_kg_m2)
-        parameters = ReorientationParameters(*self.parameters(), *own)
-        needs = self.needs | {"rate"}
-        return Law(self.kind, reorientation, parameters, needs=needs, spec=self)
+        return ReorientationParameters(*super().parameters(), *own)

@@ -13,10 +13,9 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.bdot import GAP
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale, sub
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -84,21 +83,17 @@ def sdot_difference(inputs, parameters, memory):
     return scale(factor, read_vector(memory.sun_rate_body_per_s))
 
 
-class _Sdot(Spec):
+class _Sdot(LawSpec):
     """S-dot; the gain k in A m^2 s (the same as N m s/T)."""
 
     gain_a_m2_s: float = Field(gt=0.0)
     """Gain k of the law; A m^2 s is the same as N m s/T."""
     gain_key: ClassVar = "gain_a_m2_s"
-    kernel: ClassVar
-    memory: ClassVar = ()
-    needs: ClassVar[frozenset[str]] = frozenset({"sun", "ephemeris"})
+    needs: ClassVar = frozenset({"sun", "ephemeris"})
 
-    def law(self) -> Law:
-        """The law with this gain."""
-        kernel = type(self).kernel  # of the class: an instance would bind it as a method
-        gain = Gain(self.gain_a_m2_s)
-        return Law(self.kind, kernel, gain, self.memory, needs=self.needs, spec=self)
+    def parameters(self) -> Gain:
+        """The gain."""
+        return Gain(self.gain_a_m2_s)
 
 
 class Sdot(_Sdot):

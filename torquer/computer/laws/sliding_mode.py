@@ -8,13 +8,12 @@ give what is across the field of them. Here L = kappa J, so that on the manifold
 whatever the body: the angle a falls with da/dt = -kappa sin(a/2).
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.pointing import (
     HeldAttitude,
     deviation,
@@ -75,6 +74,8 @@ class SlidingMode(HeldAttitude):
     """Three-axis attitude by a sliding mode."""
 
     kind: Literal["sliding_mode"] = "sliding_mode"
+    kernel: ClassVar = sliding_mode
+    needs: ClassVar = frozenset({"attitude", "rate", "ephemeris"})
     manifold_rate_rad_s: float = Field(gt=0.0)
     """Rate kappa of the manifold: small errors on it fall with half of it."""
     reaching_rate_per_s: float = Field(gt=0.0)
@@ -84,18 +85,12 @@ class SlidingMode(HeldAttitude):
     inertia_kg_m2: Inertia
     """Inertia of the body as the law knows it: three moments or 3x3."""
 
-    @property
-    def needs(self) -> frozenset[str]:
-        """Attitude, rate, and the ephemeris for gravity."""
-        return frozenset({"attitude", "rate", "ephemeris"})
-
-    def law(self) -> Law:
-        """The law with these rates and this attitude."""
-        parameters = SlidingModeParameters(
+    def parameters(self) -> SlidingModeParameters:
+        """Rates, wanted attitude, inertia."""
+        return SlidingModeParameters(
             self.manifold_rate_rad_s,
             self.reaching_rate_per_s,
             float(self.orbital),
             self.q_wanted(),
             as_symmetric(self.inertia_kg_m2),
         )
-        return Law(self.kind, sliding_mode, parameters, needs=self.needs, spec=self)

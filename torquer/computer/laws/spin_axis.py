@@ -6,16 +6,16 @@ for. (The relay mode of the coils themselves does the same at their limits; a la
 each stage of a scheme have its own dipole.)
 """
 
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
-from torquer.maths.geometry.vec3 import as_vector, scale
+from torquer.maths.geometry.vec3 import scale
 
 
 class AxisParameters(NamedTuple):
@@ -58,12 +58,7 @@ def target_body(inputs, parameters):
     return rotate_inverse(inputs.estimate.q_body_to_inertial, parameters.target)
 
 
-def unit_vector(key: str):
-    """Type of a direction: any non-zero vector, kept as one of length one."""
-    return Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows(key, v)[0]))]
-
-
-class AboutAxis(Spec):
+class AboutAxis(LawSpec):
     """A law with a gain or a relay, and a spin axis."""
 
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
@@ -103,10 +98,13 @@ class Pointed(AboutAxis):
     target: Literal["sun"] | unit_vector("target")
     """Direction in the inertial frame to which the axis is turned, or 'sun'."""
 
+    #: What the law needs besides what shows its target.
+    always_needs: ClassVar[frozenset[str]] = frozenset()
+
     @property
     def needs(self) -> frozenset[str]:
         """The Sun sensors, or the attitude to find another target by."""
-        return frozenset({"sun" if self.target == "sun" else "attitude"})
+        return self.always_needs | {"sun" if self.target == "sun" else "attitude"}
 
     def parameters(self) -> PointedParameters:
         """Gain, relay, axis, whether to point to the Sun, target."""

@@ -6,14 +6,13 @@ within the angle at which the second step begins is not damped there.
 """
 
 import math
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Inertia, Spec
+from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
-from torquer.computer.laws.spin_axis import unit_vector
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.sun_cross import dipole_for
 from torquer.maths.geometry.vec3 import as_symmetric, dot, norm, scale, sub, sym_vec
 
@@ -53,10 +52,13 @@ def spin_to_sun(inputs, parameters, memory):
     return dipole_for(scale(p.gain, sub(target, h)), inputs.b_body_t)
 
 
-class SpinToSun(Spec):
+class SpinToSun(LawSpec):
     """Spin about an axis and turn it to the Sun, in two steps."""
 
     kind: Literal["spin_to_sun"] = "spin_to_sun"
+    kernel: ClassVar = spin_to_sun
+    memory: ClassVar = {"turning": 0.0}
+    needs: ClassVar = frozenset({"sun", "rate"})
     gain_n_m: float = Field(gt=0.0)
     """Torque commanded where the momentum is off by its wanted length."""
     momentum_n_m_s: float = Field(gt=0.0)
@@ -70,12 +72,10 @@ class SpinToSun(Spec):
     this angle.
     """
 
-    def law(self) -> Law:
-        """The law with this gain, axis and momentum."""
+    def parameters(self) -> SpinToSunParameters:
+        """Gain, axis, wanted momentum, inertia, angles of the switch."""
         begin, end = math.radians(self.begin_deg), math.radians(2.0 * self.begin_deg)
         inertia = as_symmetric(self.inertia_kg_m2)
-        parameters = SpinToSunParameters(
+        return SpinToSunParameters(
             self.gain_n_m, self.axis, self.momentum_n_m_s, inertia, math.cos(begin), math.cos(end)
         )
-        needs = frozenset({"sun", "rate"})
-        return Law(self.kind, spin_to_sun, parameters, {"turning": 0.0}, needs=needs, spec=self)

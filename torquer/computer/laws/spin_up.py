@@ -10,9 +10,9 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
-from torquer.computer.laws.spin_axis import AboutAxis, switch, unit_vector
+from torquer.computer.laws.spin_axis import AboutAxis, switch
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
 
@@ -55,6 +55,7 @@ class SpinUp(AboutAxis):
     first_coil: unit_vector("first_coil") | None = None
     """Direction of one of the two coils across the axis, for a relay."""
     gain_key: ClassVar = "gain_a_m2_per_t"
+    kernel: ClassVar = spin_up
 
     @model_validator(mode="after")
     def _first_coil_across(self):
@@ -74,9 +75,12 @@ class SpinUp(AboutAxis):
         x, y, z = (away / np.linalg.norm(away)).tolist()
         return (x, y, z)
 
-    def law(self) -> Law:
-        """The law with this gain or relay."""
+    @property
+    def needs(self) -> frozenset[str]:
+        """The rate, where spin-up stops at one."""
+        return frozenset({"rate"}) if self.target_rate_deg_s else frozenset()
+
+    def parameters(self) -> SpinUpParameters:
+        """Those of a law with an axis, rate to reach, first coil."""
         rate = math.radians(self.target_rate_deg_s or 0.0)
-        parameters = SpinUpParameters(*self.parameters(), rate, self.across())
-        needs = frozenset({"rate"}) if rate else frozenset()
-        return Law(self.kind, spin_up, parameters, needs=needs, spec=self)
+        return SpinUpParameters(*super().parameters(), rate, self.across())

@@ -4,14 +4,13 @@ The restoring part of the laws that SDOT's introduction reviews; nothing brakes,
 another damping law) works alongside it. The axis need not spin.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Spec
+from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import Law
-from torquer.computer.laws.spin_axis import unit_vector
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import cross, dot, scale
 
 
@@ -38,16 +37,17 @@ def sun_cross(inputs, parameters, memory):
     return dipole_for(wanted, inputs.b_body_t)
 
 
-class SunCross(Spec):
+class SunCross(LawSpec):
     """Sun pointing by the cross product."""
 
     kind: Literal["sun_cross"] = "sun_cross"
+    kernel: ClassVar = sun_cross
+    needs: ClassVar = frozenset({"sun"})
     gain_n_m: float = Field(gt=0.0)
     """Torque commanded on an axis that is 90 deg off."""
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
     """Axis in the body, of any length, that is turned to the Sun."""
 
-    def law(self) -> Law:
-        """The law with this gain and axis."""
-        parameters = SunCrossParameters(self.gain_n_m, self.axis)
-        return Law(self.kind, sun_cross, parameters, needs=frozenset({"sun"}), spec=self)
+    def parameters(self) -> SunCrossParameters:
+        """Gain and axis."""
+        return SunCrossParameters(self.gain_n_m, self.axis)

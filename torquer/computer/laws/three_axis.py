@@ -4,12 +4,11 @@ MAG ch. 4. The torque of m = k (w x B) + k_a (S x B) is that of a damper and a s
 part along the field, which no coil can make: the field must turn for three axes to be held.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion
 from torquer.maths.geometry.vec3 import add, cross, scale
 
@@ -41,13 +40,13 @@ class ThreeAxis(HeldAttitude):
     """Three-axis attitude relative to a reference frame."""
 
     kind: Literal["three_axis"] = "three_axis"
+    kernel: ClassVar = three_axis
     rate_gain_n_m_s_per_t2: float = Field(gt=0.0)
     """Rate gain k."""
     angle_gain_n_m_per_t2: float = Field(ge=0.0)
     """Angle gain k_a."""
 
-    def law(self) -> Law:
-        """The law with these gains and this attitude."""
+    def parameters(self) -> ThreeAxisParameters:
+        """Gains and wanted attitude."""
         gains = self.rate_gain_n_m_s_per_t2, self.angle_gain_n_m_per_t2
-        parameters = ThreeAxisParameters(*gains, float(self.orbital), self.q_wanted())
-        return Law(self.kind, three_axis, parameters, needs=self.needs, spec=self)
+        return ThreeAxisParameters(*gains, float(self.orbital), self.q_wanted())

@@ -4,13 +4,13 @@ The coils brake the wheels' momentum as B-dot brakes the body: across the field 
 turn for all of it to go. The wheels' own law takes the coils' torque on, and so sheds momentum.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Vector
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import cross, dot, norm, scale, sub
 
 
@@ -36,10 +36,12 @@ def unloading(inputs, parameters, memory):
     return scale(-p.gain / square, cross(b, excess))
 
 
-class Unloading(Spec):
+class Unloading(LawSpec):
     """Unloading of wheels by coils (momentum dumping, desaturation)."""
 
     kind: Literal["unloading"] = "unloading"
+    kernel: ClassVar = unloading
+    needs: ClassVar = frozenset({"tachometers"})
     gain_per_s: float = Field(gt=0.0)
     """Gain k: the momentum across the field decays as exp(-k t)."""
     wanted_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
@@ -47,9 +49,7 @@ class Unloading(Spec):
     dead_band_n_m_s: float = Field(default=0.0, ge=0.0)
     """The coils are off while the wheels' momentum is closer than this to the wanted one."""
 
-    def law(self) -> Law:
-        """The law with this gain."""
+    def parameters(self) -> UnloadingParameters:
+        """Gain, dead band, wanted momentum."""
         wanted = self.wanted_momentum_n_m_s
-        parameters = UnloadingParameters(self.gain_per_s, self.dead_band_n_m_s, wanted)
-        needs = frozenset({"tachometers"})
-        return Law(self.kind, unloading, parameters, needs=needs, spec=self)
+        return UnloadingParameters(self.gain_per_s, self.dead_band_n_m_s, wanted)

@@ -6,12 +6,11 @@ reference, and add a damper and a spring: then dV/dt = -k_w w^2, and V falls unt
 in the wanted attitude. (At rest at exactly 180 deg the spring does not pause: it pulls one way.)
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
@@ -80,6 +79,7 @@ class WheelLyapunov(HeldByWheels):
     """
 
     kind: Literal["wheel_lyapunov"] = "wheel_lyapunov"
+    kernel: ClassVar = wheel_lyapunov
     rate_gain_n_m_s: float = Field(gt=0.0)
     """Rate gain k_w."""
     angle_gain_n_m: float = Field(gt=0.0)
@@ -89,18 +89,25 @@ class WheelLyapunov(HeldByWheels):
     on board; left out: with the orbital reference only.
     """
 
-    def law(self) -> Law:
-        """The law with these gains and this attitude."""
+    @property
+    def knows_gravity(self) -> bool:
+        """Whether the wheels take on the gravity torque."""
         knows = self.gravity_feedforward
-        gravity = self.orbital if knows is None else knows
-        parameters = WheelLyapunovParameters(
+        return self.orbital if knows is None else knows
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """Attitude and rate; the ephemeris for an orbital reference, or for gravity."""
+        return super().needs | ({"ephemeris"} if self.knows_gravity else set())
+
+    def parameters(self) -> WheelLyapunovParameters:
+        """Gains, wanted attitude, inertia, gravity, limit."""
+        return WheelLyapunovParameters(
             self.rate_gain_n_m_s,
             self.angle_gain_n_m,
             float(self.orbital),
             self.q_wanted(),
             as_symmetric(self.inertia_kg_m2),
-            float(gravity),
+            float(self.knows_gravity),
             most_half_turn(self.greatest_rate_deg_s, self.rate_gain_n_m_s / self.angle_gain_n_m),
         )
-        needs = self.needs | ({"ephemeris"} if gravity else set())
-        return Law(self.kind, wheel_lyapunov, parameters, needs=needs, answers="torque", spec=self)

@@ -8,15 +8,14 @@ opposite the spring pulls one way.) The direction is taken for fixed: the Sun mo
 """
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.base.spec import Inertia, Spec
+from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.blocks.law import Law
+from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.pointing import limit, most_half_turn
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.computer.laws.wheel_lyapunov import known_gravity_torque
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import (
@@ -83,7 +82,7 @@ def wheel_one_axis(inputs, parameters, memory):
     return add_scaled(m, p.angle_gain, limit(half_turn_between(p.axis, direction), p.most))
 
 
-class WheelOneAxis(Spec):
+class WheelOneAxis(LawSpec):
     """One axis turned to a direction and held there by wheels.
 
     For a natural frequency kappa and a damping ratio zeta of small motion about an axis of moment
@@ -91,6 +90,8 @@ class WheelOneAxis(Spec):
     """
 
     kind: Literal["wheel_one_axis"] = "wheel_one_axis"
+    kernel: ClassVar = wheel_one_axis
+    answers: ClassVar = "torque"
     rate_gain_n_m_s: float = Field(gt=0.0)
     """Gain k_w of the rate."""
     angle_gain_n_m: float = Field(gt=0.0)
@@ -110,10 +111,16 @@ class WheelOneAxis(Spec):
     gravity_feedforward: bool = False
     """Whether the wheels take on the gravity torque of the attitude and position known on board."""
 
-    def law(self) -> Law:
-        """The law with these gains, this axis and direction."""
+    @property
+    def needs(self) -> frozenset[str]:
+        """Attitude and rate; the ephemeris for the Sun, or for gravity."""
+        by_place = self.target == "sun" or self.gravity_feedforward
+        return frozenset({"attitude", "rate", *(["ephemeris"] if by_place else [])})
+
+    def parameters(self) -> WheelOneAxisParameters:
+        """Gains, axis, direction, spin, inertia, gravity, limit."""
         sun = self.target == "sun"
-        parameters = WheelOneAxisParameters(
+        return WheelOneAxisParameters(
             self.rate_gain_n_m_s,
             self.angle_gain_n_m,
             self.axis,
@@ -125,6 +132,3 @@ class WheelOneAxis(Spec):
             float(self.gravity_feedforward),
             most_half_turn(self.greatest_rate_deg_s, self.rate_gain_n_m_s / self.angle_gain_n_m),
         )
-        needs = {"attitude", "rate"} | ({"ephemeris"} if sun or self.gravity_feedforward else set())
-        needs = frozenset(needs)
-        return Law(self.kind, wheel_one_axis, parameters, needs=needs, answers="torque", spec=self)

@@ -5,12 +5,11 @@ is left says that it has one positive parameter and that this and the orbital ra
 1/s. The law here is the one of that kind that gives every axis of any body the same roots.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
 from torquer.compile.engine import kernel
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
@@ -64,6 +63,7 @@ class WheelPd(HeldByWheels):
     """Attitude held by wheels: PD law on small angles."""
 
     kind: Literal["wheel_pd"] = "wheel_pd"
+    kernel: ClassVar = wheel_pd
     bandwidth_rad_s: float = Field(gt=0.0)
     """Natural frequency kappa of the closed loop."""
     damping: float = Field(default=1.0, gt=0.0)
@@ -83,9 +83,9 @@ class WheelPd(HeldByWheels):
             )
         return self
 
-    def law(self) -> Law:
-        """The law with this bandwidth and attitude."""
-        parameters = WheelPdParameters(
+    def parameters(self) -> WheelPdParameters:
+        """Bandwidth and damping, wanted attitude, inertia, limits."""
+        return WheelPdParameters(
             self.bandwidth_rad_s,
             self.damping,
             float(self.orbital),
@@ -94,4 +94,3 @@ class WheelPd(HeldByWheels):
             self.orbital_rate_rad_s or 0.0,
             most_half_turn(self.greatest_rate_deg_s, self.damping / self.bandwidth_rad_s),
         )
-        return Law(self.kind, wheel_pd, parameters, needs=self.needs, answers="torque", spec=self)

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from torquer.computer.modes.explore import Explored, Sight, Step
 from torquer.computer.modes.finding import Finding
 from torquer.computer.modes.graph import Edge, components, cycle_along, waits
-from torquer.computer.modes.strip import draw_strip
 from torquer.computer.modes.wording import condition_in_words
 
 _REMEDY = "for_s, at_least_s or hysteresis prevent it"
@@ -29,7 +28,7 @@ def chatter(sight: Sight) -> Iterator[Finding]:
             if steps and not restless & moved:  # else it only follows
                 cycle = _own(view, name, steps)
                 text = f"{_path(name, cycle)} can switch at every control step; {_REMEDY}"
-                strip = draw_strip(view, steps) if len(view.regions) > 1 else ()
+                strip = view.strip(steps) if len(view.regions) > 1 else ()
                 yield Finding("chatter", name, _states(cycle), text, strip)
             restless |= {name} if steps else set()
 

@@ -22,6 +22,7 @@ from torquer.computer.modes.valuations import (
     condition_subject,
     holds,
 )
+from torquer.computer.modes.wording import transition_in_words
 
 #: Steps between combinations of states, beyond which regions are explored in pairs.
 _MOST_STEPS = 10_000
@@ -61,6 +62,25 @@ class Explored(NamedTuple):
     def now(self, number: int) -> dict[str, str]:
         """A combination as states by region."""
         return dict(zip(self.regions, self.joints[number], strict=True))
+
+    def strip(self, path: list[Step]) -> tuple[str, ...]:
+        """The states of all regions along a path, side by side, and why each step is taken."""
+        rows = [("", *self.regions, "because")]
+        rows.append(("0", *self.joints[path[0].start if path else 0], "start"))
+        for number, step in enumerate(path, start=1):
+            rows.append((str(number), *self.joints[step.end], self._reasons(step)))
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        return tuple(
+            "  ".join(f"{text:{width}}" for text, width in zip(row, widths, strict=True)).rstrip()
+            for row in rows
+        )
+
+    def _reasons(self, step: Step) -> str:
+        taken = zip(self.regions, step.edges, strict=True)
+        reasons = [(name, transition_in_words(edge.transition)) for name, edge in taken if edge]
+        if len(self.regions) == 1:
+            return reasons[0][1] if reasons else "command"
+        return "; ".join(map(": ".join, reasons)) or "command"
 
     def path_to(self, number: int) -> list[Step]:
         """Steps from the initial combination, as few as possible."""

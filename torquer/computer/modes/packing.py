@@ -89,17 +89,11 @@ def _times(transition) -> tuple[float, ...]:
 def _condition_row(modes, region: str, condition, numbers: dict) -> tuple:
     """`region`: the one whose transition has the condition."""
     unit = SIGNALS[condition.signal].unit
-    above = condition.above is not None
-    value, back = (
-        (condition.above, condition.back_below)
-        if above
-        else (condition.below, condition.back_above)
-    )
-    sign, early = 1.0 if above else -1.0, _ROUNDING_S if unit == "s" else 0.0
+    sign, back, early = condition.sign, condition.back, _ROUNDING_S if unit == "s" else 0.0
     until = sign * math.inf if back is None else back * UNITS[unit] - early
     index = _index(modes, region, condition, numbers)
     since_entry, number = int(condition.since_entry), NUMBER_OF[condition.signal]
-    return number, index, since_entry, sign, value * UNITS[unit] - early, until
+    return number, index, since_entry, sign, condition.limit * UNITS[unit] - early, until
 
 
 def _index(modes, region: str, condition, numbers: dict) -> int:

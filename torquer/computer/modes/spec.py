@@ -15,11 +15,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from torquer.base.spec import Inertia, Spec, Vector
+from torquer.base.spec import Inertia, Spec, Vector, unit_vector
 from torquer.base.validate import storable_name
 from torquer.computer.interface import SENSORS
 from torquer.computer.laws.pointing import HeldAttitude
-from torquer.computer.laws.spin_axis import unit_vector
 from torquer.computer.modes.packing import check_choice, pack_modes
 from torquer.computer.modes.signals import AXES, SIGNALS
 from torquer.computer.modes.table import ModeState, ModeTable, Noise
@@ -92,21 +91,32 @@ class Condition(Spec):
         self._check_names()
         return self
 
+    @property
+    def limit(self) -> float:
+        """The value that the signal is compared with."""
+        return self.below if self.above is None else self.above
+
+    @property
+    def back(self) -> float | None:
+        """The value of the hysteresis; None without one."""
+        return self.back_above if self.above is None else self.back_below
+
+    @property
+    def sign(self) -> float:
+        """1 for a signal above the limit, -1 for one below."""
+        return -1.0 if self.above is None else 1.0
+
     def _check_hysteresis(self):
-        for side, back, other, sign in (
-            ("above", "back_below", "back_above", 1.0),
-            ("below", "back_above", "back_below", -1.0),
-        ):
-            value, until = getattr(self, side), getattr(self, back)
-            if value is None:
-                continue
-            if getattr(self, other) is not None:
-                raise ValueError(f"{other}: must not be given with '{side}'; '{back}' is meant")
-            if until is not None and sign * (value - until) <= 0.0:
-                than = "less" if sign > 0.0 else "greater"
-                raise ValueError(
-                    f"{back}: must be {than} than '{side}', {value:g}; received {until:g}"
-                )
+        side, back, other = ("above", "back_below", "back_above")
+        if self.above is None:
+            side, back, other = ("below", "back_above", "back_below")
+        if getattr(self, other) is not None:
+            raise ValueError(f"{other}: must not be given with '{side}'; '{back}' is meant")
+        if self.back is not None and self.sign * (self.limit - self.back) <= 0.0:
+            than = "less" if self.above is not None else "greater"
+            raise ValueError(
+                f"{back}: must be {than} than '{side}', {self.limit:g}; received {self.back:g}"
+            )
 
     def _check_names(self):
         needs = SIGNALS[self.signal].needs
@@ -126,11 +136,6 @@ class Condition(Spec):
                 f"since_entry: must not be given for {self.signal}, a time, count or yes/no; "
                 "received true"
             )
-
-
-def _split_condition(condition: Condition) -> tuple[str, float]:
-    """The signal of a condition and the value with which it is compared."""
-    return condition.signal, condition.above if condition.below is None else condition.below
 
 
 class Transition(Spec):
@@ -342,12 +347,11 @@ class Modes(Spec):
                 continue
             storable_name(f"{place}.threshold", condition.threshold)
             there, other = first.setdefault(condition.threshold, (place, condition))
-            if _split_condition(condition) != _split_condition(other):
-                signal, limit = _split_condition(other)
+            if (condition.signal, condition.limit) != (other.signal, other.limit):
                 raise ValueError(
-                    f"{place}.threshold: must be of {signal} and {limit:g} as at {there}, which "
-                    f"has the name {condition.threshold!r} too; received "
-                    f"{condition.signal} and {_split_condition(condition)[1]:g}"
+                    f"{place}.threshold: must be of {other.signal} and {other.limit:g} as at "
+                    f"{there}, which has the name {condition.threshold!r} too; received "
+                    f"{condition.signal} and {condition.limit:g}"
                 )
         return self
 

@@ -7,7 +7,6 @@ from torquer.computer.modes.explore import Explored, Sight, Step
 from torquer.computer.modes.finding import Finding
 from torquer.computer.modes.graph import components, find_edges, reachable
 from torquer.computer.modes.spec import Region, State
-from torquer.computer.modes.strip import draw_strip
 
 #: Kinds of laws that take all rotation away, and of those that make it.
 _BRAKES = ("bdot", "bdot_rate", "bdot_derivative", "bdot_model")
@@ -24,7 +23,7 @@ def deadlocks(sight: Sight) -> Iterator[Finding]:
             found = {name: now[name] for name in view.regions if number in stuck[name]}
             if said.issuperset(found.items()):
                 continue
-            strip = draw_strip(view, view.path_to(number))
+            strip = view.strip(view.path_to(number))
             asked = {name: _asked_regions(sight, name, now) for name in found}
             ring = [name for name in found if asked[name] & found.keys()]
             if len(ring) > 1 and not said.issuperset((name, found[name]) for name in ring):
@@ -94,7 +93,7 @@ def conflicts(sight: Sight) -> Iterator[Finding]:
                 states = sight.modes.regions[one].states[a], sight.modes.regions[two].states[b]
                 for what in _contradictions(sight, *states):
                     text = f"{one}.{a} and {two}.{b} can be active together, and {what}"
-                    strip = draw_strip(view, view.path_to(number))
+                    strip = view.strip(view.path_to(number))
                     yield Finding("conflict", f"{one}, {two}", (a, b), text, strip)
 
 
@@ -221,7 +220,7 @@ def _leftover(sight: Sight, view: Explored, parameter: str) -> Finding | None:
                 f"{users[0]}.{now[users[0]]}: {law} works with its own {parameter} until {setter} "
                 "has set it, which nothing undoes; set it here, too"
             )
-            strip = draw_strip(view, came[number, setter])
+            strip = view.strip(came[number, setter])
             return Finding("leftover", users[0], (now[users[0]],), text, strip)
     return None
 

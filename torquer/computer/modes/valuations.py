@@ -46,26 +46,17 @@ def condition_subject(modes: Modes, region: str, state: str, condition: Conditio
     return Subject(condition.signal, tuple(name for name in named if name is not None))
 
 
-def limits(condition: Condition) -> tuple[float, float | None]:
-    """The number that a condition compares with, and that of its hysteresis."""
-    if condition.above is not None:
-        return condition.above, condition.back_below
-    return condition.below, condition.back_above
-
-
 def holds(condition: Condition, value: float, late=False, nearly=False) -> bool:
     """Whether a condition is true of a value.
 
     `late`: it may have come true earlier, and stay so by its hysteresis; `nearly`: also if it is
     true next to the value, where noise would make it so.
     """
-    limit, back = limits(condition)
-    closed = nearly or (condition.above is not None and SIGNALS[condition.signal].unit == "s")
-    if late and back is not None:
-        limit, closed = back, True
-    if condition.above is None:
-        limit, value = -limit, -value
-    return value >= limit if closed else value > limit
+    limit, sign = condition.limit, condition.sign
+    closed = nearly or (sign > 0.0 and SIGNALS[condition.signal].unit == "s")
+    if late and condition.back is not None:
+        limit, closed = condition.back, True
+    return sign * value >= sign * limit if closed else sign * value > sign * limit
 
 
 def representative_values(
@@ -98,7 +89,7 @@ def all_values(modes: Modes, facts: Facts) -> dict[Subject, tuple[float, ...]]:
             for transition in (*region.transitions, *spec.transitions):
                 for condition in transition.when:
                     subject = condition_subject(modes, name, state, condition)
-                    used = [x for x in limits(condition) if x is not None]
+                    used = [x for x in (condition.limit, condition.back) if x is not None]
                     numbers.setdefault(subject, []).extend(used)
                     regions.setdefault(subject, set()).add(name)
     order = sorted(numbers, key=lambda subject: -len(regions[subject]))

@@ -7,8 +7,7 @@ from torquer.computer.modes.explore import Sight
 from torquer.computer.modes.finding import Finding
 from torquer.computer.modes.graph import Edge, reachable, waits
 from torquer.computer.modes.signals import SIGNALS
-from torquer.computer.modes.spec import Condition
-from torquer.computer.modes.valuations import holds, limits
+from torquer.computer.modes.valuations import holds
 from torquer.computer.modes.wording import condition_in_words, transition_in_words
 
 
@@ -153,11 +152,11 @@ def _says_nothing(sight: Sight, name: str, edge: Edge) -> str:
     for condition in edge.transition.when:
         subject = sight.subject(name, edge, condition)
         words, known = condition_in_words(condition), _known_values(sight.values[subject])
-        limit, back = limits(condition)
-        if all(holds(condition, x) for x in known) and not _on_the_edge(subject, limit):
+        # a limit at the end of a range, as in `time_s` above 0, is meant to hold always
+        if all(holds(condition, x) for x in known) and condition.limit not in subject.range:
             return f"{words} always holds: {_range(sight, subject)}; leave it out or correct it"
-        if back is not None and all(holds(condition, x, late=True) for x in known):
-            key = _back_key(condition)
+        if condition.back is not None and all(holds(condition, x, late=True) for x in known):
+            key = "back_below" if condition.sign > 0.0 else "back_above"
             why = _range(sight, subject)
             return f"{words} holds for ever once it has held, for {why}; correct {key}"
     return ""
@@ -165,15 +164,6 @@ def _says_nothing(sight: Sight, name: str, edge: Edge) -> str:
 
 def _known_values(values) -> list[float]:
     return [x for x in values if not math.isnan(x)]
-
-
-def _on_the_edge(subject, limit: float) -> bool:
-    """Whether a limit is the end of a range, as in `time_s` above 0: meant to hold always."""
-    return limit in subject.range
-
-
-def _back_key(condition: Condition) -> str:
-    return "back_below" if condition.back_below is not None else "back_above"
 
 
 def never_taken(sight: Sight, stuck: set[tuple[str, str]]) -> Iterator[Finding]:

@@ -10,7 +10,7 @@ _ENDINGS = ("_deg_s", "_n_m_s", "_deg", "_nt", "_s")
 def condition_in_words(condition: Condition) -> str:
     """`rate above 0.7 deg/s, until below 0.5`; `change of rate above 1 deg/s`; `in state b`."""
     unit, above = SIGNALS[condition.signal].unit, condition.above is not None
-    value = condition.above if above else condition.below
+    value = condition.limit
     if unit == "yes/no" and (0.0 <= value < 1.0 if above else 0.0 < value <= 1.0):
         if condition.signal == "in_state":
             return f"{'in' if above else 'not in'} state {condition.state}"
@@ -28,10 +28,8 @@ def condition_in_words(condition: Condition) -> str:
     change = "change of " if condition.since_entry else ""
     words = f"{change}{_subject(condition)} {'above' if above else 'below'} {value:g}"
     words += f" {unit}" if unit not in ("times", "part", "yes/no") else ""
-    if condition.back_below is not None:
-        words += f", until below {condition.back_below:g}"
-    if condition.back_above is not None:
-        words += f", until above {condition.back_above:g}"
+    if condition.back is not None:
+        words += f", until {'below' if above else 'above'} {condition.back:g}"
     return words
 
 

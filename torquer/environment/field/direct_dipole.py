@@ -5,14 +5,13 @@ the equator, the argument of latitude u and the inclination [rad].
 """
 
 import math
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
-from torquer.environment.field.model import rows
+from torquer.environment.field.model import FixedInEarth, rows
 from torquer.environment.field.tilted_dipole import M3_IN_KM3, b_dipole_many
 from torquer.maths.geometry.vec3 import scale
 
@@ -53,23 +52,17 @@ def b_s(equatorial_t, u, inclination):
     )
 
 
-class DirectDipole(Spec):
+class DirectDipole(FixedInEarth):
     """Dipole at the Earth's centre along its axis; it does not depend on the date."""
 
     kind: Literal["direct_dipole"] = "direct_dipole"
+    in_earth: ClassVar = b_dipole_many
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
     """Strength mu_e of the dipole."""
 
     def prepare(self, decimal_year: float) -> tuple:
         """Dipole vector [T m^3], the same in Earth-fixed and inertial axes."""
         return (0.0, 0.0, -self.mu_e_t_km3 * M3_IN_KM3)
-
-    def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
-        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
-        r_ecef = rows("r_ecef", r_ecef, 3)
-        out = np.empty_like(r_ecef)
-        b_dipole_many(packed, r_ecef, out)
-        return out
 
     def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
         """Flux density [T] in the inertial frame, its third axis taken as the Earth's."""

@@ -1,21 +1,44 @@
 """IGRF-14 and WMM2025: the main field as a sum of spherical harmonics. Frame: Earth-fixed."""
 
-from typing import Literal
+import math
+from functools import cache
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import model_validator
 
-from torquer.base.spec import Spec
+from torquer.base.conventions import FIELD_RADIUS_M
 from torquer.compile.engine import kernel
+from torquer.environment.earth import harmonics
+from torquer.environment.earth.harmonics import Harmonics
 from torquer.environment.earth.harmonics_many import gradient_many
 from torquer.environment.field.coefficients import (
     max_degree,
     schmidt_coefficients,
     schmidt_rates,
 )
-from torquer.environment.field.harmonics import Harmonics, pack
-from torquer.environment.field.model import row_matrix, row_vector, rows
+from torquer.environment.field.model import FixedInEarth, row_matrix, row_vector
 from torquer.maths.geometry.vec3 import mat_t_vec, mat_vec
+
+
+@cache
+def _schmidt(degree: int) -> np.ndarray:
+    """Factors [n, m] of Schmidt's quasi-normalisation."""
+    factors = np.zeros((degree + 1, degree + 1))
+    for n in range(1, degree + 1):
+        for m in range(n + 1):
+            ratio = math.factorial(n - m) / math.factorial(n + m)
+            factors[n, m] = math.sqrt((2 if m else 1) * ratio)
+    return factors
+
+
+def pack(g: np.ndarray, h: np.ndarray) -> Harmonics:
+    """Expansion of B from Schmidt quasi-normalised g and h `[n, m]`, in tesla.
+
+    B = -grad V, V = R sum (R/r)^(n+1) (g cos m lambda + h sin m lambda) P_nm, R = 6371.2 km.
+    """
+    factors = _schmidt(g.shape[0] - 1)
+    return harmonics.pack(g * factors, h * factors, FIELD_RADIUS_M, -1.0)
 
 
 @kernel
@@ -30,10 +53,12 @@ def b_inertial_many(harmonics_, r_inertial, dcm_inertial_to_ecef, out):
         out[i, 0], out[i, 1], out[i, 2] = b
 
 
-class Gauss(Spec):
+class Gauss(FixedInEarth):
     """The main field by its Gauss coefficients."""
 
     kind: Literal["igrf14", "wmm2025"] = "igrf14"
+    in_earth: ClassVar = gradient_many
+    in_space: ClassVar = b_inertial_many
     degree: int | None = None
     """Degree at which the series is truncated; left out: the model's own."""
     extrapolate: bool = False
@@ -65,21 +90,6 @@ class Gauss(Spec):
         """The expansion of dB/dt [T/yr] between one epoch of the source and the next."""
         size = (self.degree or max_degree(self.kind)) + 1
         return pack(*(c[:size, :size] for c in schmidt_rates(self.kind, piece)))
-
-    def b_earth_fixed(self, packed: Harmonics, r_ecef) -> np.ndarray:
-        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
-        r_ecef = rows("r_ecef", r_ecef, 3)
-        out = np.empty_like(r_ecef)
-        gradient_many(packed, r_ecef, out)
-        return out
-
-    def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
-        """Flux density [T] in the inertial frame; the velocities are not used."""
-        r_inertial = rows("r_inertial", r_inertial, 3)
-        out = np.empty_like(r_inertial)
-        dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(out))
-        b_inertial_many(packed, r_inertial, dcm, out)
-        return out
 
 
 class Igrf14(Gauss):

@@ -1,9 +1,11 @@
 """The interface of all field models."""
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import ClassVar, Protocol
 
 import numpy as np
 
+from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 
 
@@ -26,6 +28,32 @@ class FieldModel(Protocol):
         v_inertial: np.ndarray,
         dcm_inertial_to_ecef: np.ndarray,
     ) -> np.ndarray: ...
+
+
+class FixedInEarth(Spec):
+    """A field that turns with the Earth, by two kernels: in Earth-fixed axes and in inertial ones.
+
+    Both take what `prepare` makes and positions, the second also matrices to Earth-fixed axes, and
+    fill an array.
+    """
+
+    in_earth: ClassVar[Callable]
+    in_space: ClassVar[Callable]
+
+    def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
+        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
+        r_ecef = rows("r_ecef", r_ecef, 3)
+        out = np.empty_like(r_ecef)
+        type(self).in_earth(packed, r_ecef, out)
+        return out
+
+    def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
+        """Flux density [T] in the inertial frame; the velocities are not used."""
+        r_inertial = rows("r_inertial", r_inertial, 3)
+        out = np.empty_like(r_inertial)
+        dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(out))
+        type(self).in_space(packed, r_inertial, dcm, out)
+        return out
 
 
 def rows(name: str, value, *shape: int, count: int | None = None) -> np.ndarray:

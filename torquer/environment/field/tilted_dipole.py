@@ -1,16 +1,14 @@
 """Tilted dipole: the first three Gauss terms, rotating with the Earth. Frame: Earth-fixed."""
 
 import math
-from typing import Literal
+from typing import ClassVar, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.conventions import FIELD_RADIUS_M
-from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.environment.field.coefficients import schmidt_coefficients, schmidt_rates
-from torquer.environment.field.model import row_matrix, row_vector, rows
+from torquer.environment.field.model import FixedInEarth, row_matrix, row_vector
 from torquer.maths.geometry.vec3 import add_scaled, dot, mat_t_vec, scale
 
 M3_IN_KM3 = 1e9
@@ -47,13 +45,15 @@ def _moment(g, h) -> tuple:
     return tuple(FIELD_RADIUS_M**3 * float(c) for c in (g[1, 1], h[1, 1], g[1, 0]))
 
 
-class TiltedDipole(Spec):
+class TiltedDipole(FixedInEarth):
     """Dipole at the Earth's centre: of `source` at the date, or given by three numbers.
 
     FIELD's lambda2, which counts from -Y2, is longitude + 90 deg - (longitude of Y1).
     """
 
     kind: Literal["tilted_dipole"] = "tilted_dipole"
+    in_earth: ClassVar = b_dipole_many
+    in_space: ClassVar = b_turning_many
     source: Literal["igrf14", "wmm2025"] = "igrf14"
     """Model of whose first-degree coefficients the dipole is made."""
     extrapolate: bool = False
@@ -100,18 +100,3 @@ class TiltedDipole(Spec):
     def prepare_rate(self, piece: int) -> tuple:
         """Rate of the dipole vector [T m^3/yr] between one epoch of `source` and the next."""
         return _moment(*schmidt_rates(self.source, piece))
-
-    def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
-        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
-        r_ecef = rows("r_ecef", r_ecef, 3)
-        out = np.empty_like(r_ecef)
-        b_dipole_many(packed, r_ecef, out)
-        return out
-
-    def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
-        """Flux density [T] in the inertial frame; the velocities are not used."""
-        r_inertial = rows("r_inertial", r_inertial, 3)
-        out = np.empty_like(r_inertial)
-        dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(out))
-        b_turning_many(packed, r_inertial, dcm, out)
-        return out

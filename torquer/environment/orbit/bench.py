@@ -1,16 +1,16 @@
 """A test bench: a place that rests on the Earth, with the interface of an orbit."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S
-from torquer.base.spec import Spec
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef
+from torquer.environment.orbit.kepler import Orbit
 
 
-class Bench(Spec):
+class Bench(Orbit):
     """A laboratory that rotates with the Earth, for a body on a bearing (`disturbance.suspension`).
 
     The Earth is a sphere here: the radius vector is the vertical, within 0.2 deg of a plumb line.
@@ -20,20 +20,11 @@ class Bench(Spec):
     """
 
     kind: Literal["bench"] = "bench"
+    frame: ClassVar = "GCRF"
     latitude_deg: float = Field(ge=-89.0, le=89.0)
     """Latitude, geocentric."""
     longitude_deg: float = 0.0
     """Longitude to the east; it matters for a field model of the Earth only."""
-
-    @property
-    def frame(self) -> str:
-        """Frame of `state`: GCRF, in which the place is at rest on the Earth."""
-        return "GCRF"
-
-    @property
-    def period_s(self) -> float:
-        """Time of a revolution: a sidereal day [s]."""
-        return 2.0 * np.pi / EARTH_RATE_RAD_S
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Rate of the Earth's rotation [rad/s]."""

@@ -7,11 +7,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.conventions import EARTH_RADIUS_M
-from torquer.base.spec import Spec
-from torquer.environment.orbit.kepler import FARTHEST_KM, TWO_PI, mean_motion, states
+from torquer.environment.orbit.kepler import FARTHEST_KM, Orbit, mean_motion, states
 
 
-class Circular(Spec):
+class Circular(Orbit):
     """Circular two-body orbit. The altitude is above the equatorial radius, 6378.137 km."""
 
     kind: Literal["circular"] = "circular"
@@ -39,16 +38,6 @@ class Circular(Spec):
         if self.radius_km is not None:
             return self.radius_km * 1e3
         return EARTH_RADIUS_M + self.altitude_km * 1e3
-
-    @property
-    def frame(self) -> str:
-        """Frame of `state`: the inertial frame J."""
-        return "J"
-
-    @property
-    def period_s(self) -> float:
-        """Time of a revolution [s]."""
-        return TWO_PI / self.rate_rad_s()
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Orbital rate omega0 [rad/s]; it does not depend on the date."""

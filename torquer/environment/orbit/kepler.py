@@ -1,7 +1,7 @@
 """Keplerian orbit: two-body motion in J, given by its elements at the start of the run."""
 
 import math
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -101,7 +101,22 @@ def states(t_s, semi_major_axis_m, eccentricity, angles_deg, mean_anomaly_rad) -
     return r, v
 
 
-class Kepler(Spec):
+class Orbit(Spec):
+    """What all orbits share; `frame`: that of their `state`."""
+
+    frame: ClassVar[str] = "J"
+
+    def rate_rad_s(self, start_utc=None) -> float:
+        """Mean orbital rate [rad/s]."""
+        raise NotImplementedError
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution [s]."""
+        return TWO_PI / self.rate_rad_s()
+
+
+class Kepler(Orbit):
     """Two-body orbit: size and shape by axis and eccentricity or by its two altitudes."""
 
     kind: Literal["kepler"] = "kepler"
@@ -175,16 +190,6 @@ class Kepler(Spec):
         if self.true_anomaly_deg is not None:
             return mean_from_true(math.radians(self.true_anomaly_deg), self.shape[1])
         return math.radians(self.mean_anomaly_deg or 0.0)
-
-    @property
-    def frame(self) -> str:
-        """Frame of `state`: the inertial frame J."""
-        return "J"
-
-    @property
-    def period_s(self) -> float:
-        """Time of a revolution [s]."""
-        return TWO_PI / mean_motion(self.shape[0])
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean motion [rad/s]; it does not depend on the date."""

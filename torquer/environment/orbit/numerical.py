@@ -19,7 +19,7 @@ from torquer.environment.earth.atmosphere.air import NO_AIR
 from torquer.environment.earth.atmosphere.nrlmsis import NOT_COMPILED
 from torquer.environment.earth.rotation_table import teme_to_gcrf_at
 from torquer.environment.orbit.circular import Circular
-from torquer.environment.orbit.kepler import TWO_PI, Kepler, check_farthest, mean_motion
+from torquer.environment.orbit.kepler import Kepler, Orbit, check_farthest, mean_motion
 from torquer.environment.orbit.point_mass import Forces, Trajectory
 from torquer.environment.orbit.sgp4 import Sgp4
 
@@ -95,7 +95,7 @@ STARTS = {"kepler": Kepler, "circular": Circular, "state_vector": StateVector, "
 AnyStart = Annotated[Kepler | Circular | StateVector | Sgp4, Field(discriminator="kind")]
 
 
-class Numerical(Spec):
+class Numerical(Orbit):
     """Orbit under EGM2008 to a degree and order; drag, if given, is of a co-rotating atmosphere."""
 
     kind: Literal["numerical"] = "numerical"
@@ -126,11 +126,6 @@ class Numerical(Spec):
     def frame(self) -> str:
         """Frame of `state`: GCRF, or TEME under plain sidereal rotation."""
         return "GCRF" if self.earth_rotation == "precise" else "TEME"
-
-    @property
-    def period_s(self) -> float:
-        """Time of a revolution [s] on the osculating orbit of the start state."""
-        return TWO_PI / self.rate_rad_s()
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean motion [rad/s] of the osculating orbit of the start state."""

@@ -7,16 +7,15 @@ a one-line error instead of a wrong orbit.
 import math
 import re
 from datetime import datetime, timedelta
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import field_validator
 from sgp4.api import SGP4_ERRORS, Satrec
 
 from torquer.base.conventions import MU_EARTH_M3_S2
-from torquer.base.spec import Spec
 from torquer.base.time import DAY_S, julian_dates, parse_utc
-from torquer.environment.orbit.kepler import TWO_PI, check_farthest
+from torquer.environment.orbit.kepler import TWO_PI, Orbit, check_farthest
 
 _LENGTH = 69
 _CATALOGUE = r"[ 0-9A-Z][ 0-9]{3}[0-9]"
@@ -119,10 +118,11 @@ def _check_size(second: str) -> None:
     check_farthest(axis * (1.0 + float(f"0.{second[26:33]}")))
 
 
-class Sgp4(Spec):
+class Sgp4(Orbit):
     """Orbit of a two-line element set by SGP4."""
 
     kind: Literal["sgp4"] = "sgp4"
+    frame: ClassVar = "TEME"
     tle: tuple[str, str]
     """The two lines, or three with a name before them."""
 
@@ -149,16 +149,6 @@ class Sgp4(Spec):
             raise ValueError("\n".join(faults))
         _check_size(tle[1])
         return tle
-
-    @property
-    def frame(self) -> str:
-        """Frame of `state`: true equator, mean equinox of date."""
-        return "TEME"
-
-    @property
-    def period_s(self) -> float:
-        """Time of a revolution [s] at the epoch's mean motion."""
-        return TWO_PI / self.rate_rad_s()
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean motion [rad/s] of the element set at its epoch."""

@@ -9,7 +9,7 @@ from torquer.base.time import decimal_year
 from torquer.computer.on_board_environment import ELEMENTS, KINDS, Models, ephemeris_along
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.earth.harmonics import Harmonics
-from torquer.environment.field import DirectDipole, Gauss, TiltedDipole, harmonics
+from torquer.environment.field import DirectDipole, Gauss, TiltedDipole, gauss
 from torquer.environment.field.coefficients import pieces
 from torquer.environment.field.drift import coefficients_name, linear_piece
 from torquer.environment.orbit import Bench
@@ -77,7 +77,7 @@ def _expansion(prepared) -> Harmonics:
         return prepared
     g, h = np.zeros((2, 2, 2))
     g[1, 1], h[1, 1], g[1, 0] = np.array(prepared) / FIELD_RADIUS_M**3
-    return harmonics.pack(g, h)
+    return gauss.pack(g, h)
 
 
 def instants(ephemeris: OnBoardEphemeris) -> np.ndarray:

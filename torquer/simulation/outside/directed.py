@@ -46,92 +46,104 @@ def _thresholds(modes: Modes) -> dict[str, list[tuple[int, Condition]]]:
     return found
 
 
-def states_now(run: Run, names: Names) -> dict[str, str]:
-    """The state of each region, by name."""
-    numbers = run.state.board.modes.regions["state"].tolist()
-    now = map(names.states.__getitem__, map(int, numbers))
-    return dict(zip(names.regions, now, strict=True))
+class Directed:
+    """A flight whose computer software outside directs, from its next control step on.
 
-
-def set_flag(run: Run, names: Names, flag: str, on: bool) -> None:
-    """Raise or lower a flag of the mode tables."""
-    check_choice("flag", names.flags, flag)
-    _truth("on", on)
-    run.state.board.modes.flags[names.flags.index(flag)] = float(on)
-
-
-def command_mode(run: Run, names: Names, region: str, state: str) -> None:
-    """Have a region enter one of its states at the next control step."""
-    place, states = _region(names, region)
-    check_choice(region, states, state)
-    run.state.board.modes.regions[place]["commanded"] = float(states[state])
-
-
-def hold(run: Run, names: Names, region: str, on: bool) -> None:
-    """Keep the transitions of a region from firing, or let them again."""
-    place, _ = _region(names, region)
-    _truth("on", on)
-    run.state.board.modes.regions[place]["held"] = float(on)
-
-
-def set_parameter(run: Run, names: Names, name: str, value: float | Iterable[float]) -> None:
-    """Set a parameter of a law or estimator, in SI units, or a threshold in its signal's unit."""
-    check_choice("name", names.all_parameters(), name)
-    if name not in names.parameters:
-        _set_threshold(run, name, names.thresholds[name.removeprefix(MODES)], value)
-        return
-    first, count = names.parameters[name]
-    run.state.board.parameters[first : first + count] = _numbers(name, value, count)
-
-
-def restart(run: Run) -> None:
-    """Let the computer begin as at the start of the run, but for its latest readings.
-
-    As `torquer.computer.computer.restart` does within the loop, where a failure ends.
+    `names`: regions, flags, parameters and thresholds by their names.
     """
-    board, first = run.state.board, run.plan.first_board
-    for now, then in zip(_restart(board), _restart(first), strict=True):
-        now[...] = then
-    nothing = nothing_known()
-    for name in _ESTIMATE:
-        board.known[name] = nothing[name]
+
+    keeps_computer: bool
+    names: Names
+    _run: Run
+
+    def modes(self) -> dict[str, str]:
+        """The state of each region of the mode tables, by name."""
+        numbers = self._run.state.board.modes.regions["state"].tolist()
+        now = map(self.names.states.__getitem__, map(int, numbers))
+        return dict(zip(self.names.regions, now, strict=True))
+
+    def set_flag(self, flag: str, on: bool) -> None:
+        """Raise or lower a flag of the mode tables, from the next control step on."""
+        board, flags = self._direct("set_flag"), self.names.flags
+        check_choice("flag", flags, flag)
+        _check_truth("on", on)
+        board.modes.flags[flags.index(flag)] = float(on)
+
+    def set_parameter(self, name: str, value: float | Iterable[float]) -> None:
+        """Set `LAW.PARAMETER` [SI] or a threshold `modes.NAME`, in its signal's unit."""
+        board, names = self._direct("set_parameter"), self.names
+        check_choice("name", names.all_parameters(), name)
+        if name not in names.parameters:
+            _set_threshold(board, name, names.thresholds[name.removeprefix(MODES)], value)
+            return
+        first, count = names.parameters[name]
+        board.parameters[first : first + count] = _numbers(name, value, count)
+
+    def parameter(self, name: str) -> tuple[float, ...]:
+        """The numbers of a parameter or threshold, as `set_parameter` takes them."""
+        board, names = self._run.state.board, self.names
+        check_choice("name", names.all_parameters(), name)
+        if name in names.parameters:
+            first, count = names.parameters[name]
+            return tuple(board.parameters[first : first + count].tolist())
+        place, condition = names.thresholds[name.removeprefix(MODES)][0]
+        value = float(board.modes.conditions[place]["threshold"])
+        return (value / UNITS[SIGNALS[condition.signal].unit],)
+
+    def command_mode(self, region: str, state: str) -> None:
+        """Have a region enter a state at the next control step, as a transition would."""
+        board, (place, states) = self._direct("command_mode"), self._region(region)
+        check_choice(region, states, state)
+        board.modes.regions[place]["commanded"] = float(states[state])
+
+    def hold(self, region: str, on: bool = True) -> None:
+        """Keep a region in its state but for commands, or release it."""
+        board, (place, _) = self._direct("hold"), self._region(region)
+        _check_truth("on", on)
+        board.modes.regions[place]["held"] = float(on)
+
+    def restart_computer(self) -> None:
+        """Let the computer begin as at the start of the flight, but for its latest readings.
+
+        As `torquer.computer.computer.restart` does within the loop, where a failure ends.
+        """
+        board, first = self._direct("restart_computer"), self._run.plan.first_board
+        for now, then in zip(_begins(board), _begins(first), strict=True):
+            now[...] = then
+        nothing = nothing_known()
+        for name in _ESTIMATE:
+            board.known[name] = nothing[name]
+
+    def _direct(self, call: str) -> Board:
+        """The board of the computer that is to be directed."""
+        if not self.keeps_computer:
+            raise ValueError(f"{call}: needs keeps_computer=True; received a flight without")
+        return self._run.state.board
+
+    def _region(self, region: str) -> tuple[int, dict[str, int]]:
+        check_choice("region", self.names.regions, region)
+        return self.names.regions[region]
 
 
-def _restart(board: Board) -> list[np.ndarray]:
+def _begins(board: Board) -> list[np.ndarray]:
+    """What begins again at a restart."""
     return find_arrays((board.parameters, board.memory, board.chosen, board.modes))
 
 
-def parameter(run: Run, names: Names, name: str) -> tuple[float, ...]:
-    """The numbers of a parameter or of a threshold, as `set_parameter` takes them."""
-    check_choice("name", names.all_parameters(), name)
-    if name in names.parameters:
-        first, count = names.parameters[name]
-        return tuple(run.state.board.parameters[first : first + count].tolist())
-    place, condition = names.thresholds[name.removeprefix(MODES)][0]
-    value = float(run.state.board.modes.conditions[place]["threshold"])
-    return (value / UNITS[SIGNALS[condition.signal].unit],)
-
-
-def _set_threshold(run: Run, name: str, conditions: list, value) -> None:
+def _set_threshold(board: Board, name: str, conditions: list, value) -> None:
     """Set the value with which all conditions of a name compare; hysteresis must stay one."""
     (limit,) = _numbers(name, value, 1)
     for _, condition in conditions:
-        back = condition.back_below if condition.above is not None else condition.back_above
-        sign = 1.0 if condition.above is not None else -1.0
+        back, sign = condition.back, condition.sign
         if back is not None and sign * (limit - back) <= 0.0:
             than = "greater" if sign > 0.0 else "less"
             raise ValueError(f"{name}: must be {than} than {back:g}; received {limit:g}")
     for place, condition in conditions:
-        at = run.state.board.modes.conditions[place]
+        at = board.modes.conditions[place]
         at["threshold"] = limit * UNITS[SIGNALS[condition.signal].unit]
 
 
-def _region(names: Names, region: str) -> tuple[int, dict[str, int]]:
-    check_choice("region", names.regions, region)
-    return names.regions[region]
-
-
-def _truth(name: str, value) -> None:
+def _check_truth(name: str, value) -> None:
     if not isinstance(value, bool):
         raise ValueError(f"{name}: must be True or False; received {value!r}")
 

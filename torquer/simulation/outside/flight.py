@@ -19,20 +19,19 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 
-from torquer.base.spec import check_spec
 from torquer.computer.blocks.law import Law
 from torquer.computer.interface import Command, Inputs
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import COARSE_STEP, RUNNING, WAITING
 from torquer.simulation.loop.state import CELLS, find_arrays
 from torquer.simulation.loop.step import WORKED
-from torquer.simulation.outside import directed
+from torquer.simulation.outside.directed import Directed, computer_names
 from torquer.simulation.outside.host import HostFailed, inputs_from
 from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, whole_run_names
 from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
-from torquer.simulation.setup.run import Piece, Run, prepare, reason, record_this_instant
-from torquer.simulation.setup.simulate import RunStopped, flown_by
+from torquer.simulation.setup.run import Piece, prepare, reason, record_this_instant
+from torquer.simulation.setup.simulate import RunStopped, check_scenario, flown_by
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +53,7 @@ class Snapshot(NamedTuple):
     software: object
 
 
-class Flight:
+class Flight(Directed):
     """The satellite of a scenario, its sensors and actuators; the computer is outside.
 
     `read` gives what the computer knows at a control step, `command` answers it. The scenario's
@@ -80,12 +79,7 @@ class Flight:
             raise ValueError(
                 f"computer: must be left out unless keeps_computer=True; received {computer}"
             )
-        if not isinstance(scenario, Scenario):
-            raise ValueError(
-                f"scenario: must be a torquer Scenario (see torquer.load_scenario); "
-                f"received {scenario!r}"
-            )
-        scenario = check_spec(scenario)
+        scenario = check_scenario(scenario)
         craft = scenario.spacecraft
         self._coils, self._wheels = craft.coils is not None, craft.wheels is not None
         answers: Literal["dipole", "torque", "command"] = "command" if self._coils else "torque"
@@ -97,7 +91,7 @@ class Flight:
             self._run = flown_by(computer, scenario, laws=laws, stops=True)
         else:
             self._run = prepare(scenario, outside, stops=True, driven_from_outside=True)
-        self._names = directed.computer_names(self._run.scenario, self._run.blocks)
+        self.names = computer_names(self._run.scenario, self._run.blocks)
         self._store = InMemory()
         self._run.keep = self._store.keep
         self._waits = False
@@ -152,45 +146,6 @@ class Flight:
     def answer(self) -> Command:
         """The command of this control step as it stands: dipole [A m^2], torque [N m]."""
         return Command(tuple(self._dipole.tolist()), tuple(self._torque.tolist()))
-
-    @property
-    def names(self) -> directed.Names:
-        """Regions, flags, parameters and thresholds by their names."""
-        return self._names
-
-    def modes(self) -> dict[str, str]:
-        """The state of each region of the mode tables, by name."""
-        return directed.states_now(self._run, self._names)
-
-    def set_flag(self, flag: str, on: bool) -> None:
-        """Raise or lower a flag of the mode tables, from the next control step on."""
-        directed.set_flag(self._direct("set_flag"), self._names, flag, on)
-
-    def set_parameter(self, name: str, value) -> None:
-        """Set `LAW.PARAMETER` [SI] or a threshold `modes.NAME`, in its signal's unit."""
-        directed.set_parameter(self._direct("set_parameter"), self._names, name, value)
-
-    def parameter(self, name: str) -> tuple[float, ...]:
-        """The numbers of a parameter or threshold, as `set_parameter` takes them."""
-        return directed.parameter(self._run, self._names, name)
-
-    def command_mode(self, region: str, state: str) -> None:
-        """Have a region enter a state at the next control step, as a transition would."""
-        directed.command_mode(self._direct("command_mode"), self._names, region, state)
-
-    def hold(self, region: str, on: bool = True) -> None:
-        """Keep a region in its state but for commands, or release it."""
-        directed.hold(self._direct("hold"), self._names, region, on)
-
-    def restart_computer(self) -> None:
-        """Let the computer begin as at the start of the flight, but for its latest readings."""
-        directed.restart(self._direct("restart_computer"))
-
-    def _direct(self, call: str) -> Run:
-        """The run, whose computer is to be directed."""
-        if not self.keeps_computer:
-            raise ValueError(f"{call}: needs keeps_computer=True; received a flight without")
-        return self._run
 
     def snapshot(self, software: object = None) -> Snapshot:
         """The flight as it stands, to be restored any number of times.

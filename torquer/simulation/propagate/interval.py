@@ -44,9 +44,10 @@ from torquer.simulation.propagate.forces import (
     environment_with,
     forces_now,
 )
-from torquer.simulation.propagate.random_torques import draw_torques_step, next_draw
 from torquer.spacecraft.actuators.coils import advance_coils
 from torquer.spacecraft.disturbance.acting import leaves_bearing
+from torquer.spacecraft.disturbance.held import draw_held, hold_end
+from torquer.spacecraft.disturbance.unmodelled import draw_coefficients, next_jump
 
 #: Whether `propagate` looks if the step follows the motion before it starts: no; yes, and adds up
 #: what the steps to the next record do by themselves; yes, and nothing else.
@@ -86,6 +87,23 @@ def steps_by(integrator, forces, cells, x, local, first, last, h):
 @overload(steps_by, jit_options=INLINED_OPTIONS)
 def _choose_steps(integrator, forces, cells, x, local, first, last, h):
     return _STEPS[integrator.instance_class]
+
+
+@inlined
+def next_draw(dynamics, step, last):
+    """The step at which a random torque jumps next, `last` at the latest.
+
+    The interval up to it is propagated by itself: every integrator meets a torque that is smooth.
+    """
+    return next_jump(dynamics.unmodelled, step, hold_end(dynamics.held, step, last))
+
+
+@inlined
+def draw_torques_step(member, step):
+    """Draw the torques of a member that jump at a step."""
+    state, dynamics = member.state, member.constants
+    draw_held(dynamics.held, member.seed, step, state.held)
+    draw_coefficients(dynamics.unmodelled, member.seed, step, state.coefficients)
 
 
 @inlined

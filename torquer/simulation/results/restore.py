@@ -93,15 +93,17 @@ def are_one_run(a: Scenario, b: Scenario) -> bool:
 
     What is in those files is compared by itself.
     """
-    return _fly(a.model_dump(exclude=_NOT_FLOWN)) == _fly(b.model_dump(exclude=_NOT_FLOWN))
+    return _without_files(a.model_dump(exclude=_NOT_FLOWN)) == _without_files(
+        b.model_dump(exclude=_NOT_FLOWN)
+    )
 
 
-def _fly(value):
+def _without_files(value):
     """Data without the places of files."""
     if isinstance(value, dict):
-        return {key: _fly(each) for key, each in value.items() if key != "file"}
+        return {key: _without_files(each) for key, each in value.items() if key != "file"}
     if isinstance(value, list | tuple):
-        return [_fly(each) for each in value]
+        return [_without_files(each) for each in value]
     return value
 
 

@@ -55,6 +55,12 @@ _RK4 = "with RK4"
 _MODES = "with modes or a scheme"
 _BELIEVED = "with `control.ephemeris` other than the truth"
 
+
+def _only(when: str, *variables: Variable) -> tuple[Variable, ...]:
+    """Variables that the same results have."""
+    return tuple(each._replace(when=when) for each in variables)
+
+
 # fmt: off
 COORDINATES = (
     Variable("time", _TIME, "s", "", "time since the start"),
@@ -88,69 +94,57 @@ TORQUE = Variable(
     "torque on the body that the computer commanded the wheels to give last", "torque", _WHEELS,
 )
 #: Read from `KNOWN`.
-ESTIMATED = (
-    Variable("q_estimated", _XYZW, "1", "body to J", "estimated attitude quaternion", "estimate_q",
-             _ESTIMATE),
+ESTIMATED = _only(_ESTIMATE,
+    Variable("q_estimated", _XYZW, "1", "body to J", "estimated attitude quaternion", "estimate_q"),
     Variable("omega_estimated", _XYZ, "rad/s", "body", "estimated angular velocity",
-             "estimate_omega", _ESTIMATE),
+             "estimate_omega"),
     Variable("gyro_bias_estimated", _XYZ, "rad/s", "body",
-             "estimated bias of the gyro; NaN where none is estimated", "estimate_bias", _ESTIMATE),
-    Variable("estimate_time", _TIME, "s", "", "time to which the estimate applies", "estimate_s",
-             _ESTIMATE),
+             "estimated bias of the gyro; NaN where none is estimated", "estimate_bias"),
+    Variable("estimate_time", _TIME, "s", "", "time to which the estimate applies", "estimate_s"),
     Variable("attitude_sigma", _TIME, "rad", "body",
-             "standard deviation of the attitude that the estimator states", "sigma_rad",
-             _ESTIMATE),
+             "standard deviation of the attitude that the estimator states", "sigma_rad"),
     Variable("rate_sigma", _TIME, "rad/s", "body",
-             "standard deviation of the rate that the estimator states", "sigma_rad_s", _ESTIMATE),
+             "standard deviation of the rate that the estimator states", "sigma_rad_s"),
     Variable("isolated", ("time", "sensor"), "1", "",
-             "1 while the estimator judges a sensor's readings to be wrong, else 0", "isolated",
-             _ESTIMATE),
+             "1 while the estimator judges a sensor's readings to be wrong, else 0", "isolated"),
 )
 #: Read from `KNOWN` where all that the computer knows is recorded.
-INPUTS = (
-    Variable("control_time", _TIME, "s", "", "time of the last control step", "t_s", _INPUTS),
-    Variable("b_rate_measured", _XYZ, "T/s", "body", "last reading of the search coil", "b_rate",
-             _INPUTS),
-    Variable("q_measured", _XYZW, "1", "body to J", "last reading of the attitude sensor", "q",
-             _INPUTS),
+INPUTS = _only(_INPUTS,
+    Variable("control_time", _TIME, "s", "", "time of the last control step", "t_s"),
+    Variable("b_rate_measured", _XYZ, "T/s", "body", "last reading of the search coil", "b_rate"),
+    Variable("q_measured", _XYZW, "1", "body to J", "last reading of the attitude sensor", "q"),
     Variable("wheel_momentum_measured", _XYZ, "N m s", "body",
-             "sum of the wheels' momenta by the last readings of their tachometers", "wheels",
-             _INPUTS),
+             "sum of the wheels' momenta by the last readings of their tachometers", "wheels"),
     Variable("coil_dipole_on_board", _XYZ, "A m^2", "body",
              "mean dipole of the coils between the last two control steps, as the computer "
-             "believes", "coils", _INPUTS),
+             "believes", "coils"),
     Variable("nadir_measured", _XYZ, "1", "body",
              "last reading of the horizon sensor, a unit vector; zeros where the Earth is not seen",
-             "nadir", _INPUTS),
+             "nadir"),
     Variable("cells_measured", ("time", "cell"), "1", "",
              "last signals of the Sun cells, in parts of full sunlight; zeros for cells that are "
-             "not there", "cells", _INPUTS),
-    Variable("b_time", _TIME, "s", "", "time of the last magnetometer reading", "b_s", _INPUTS),
+             "not there", "cells"),
+    Variable("b_time", _TIME, "s", "", "time of the last magnetometer reading", "b_s"),
     Variable("b_rate_time", _TIME, "s", "", "time of the last reading of the search coil",
-             "b_rate_s", _INPUTS),
-    Variable("omega_time", _TIME, "s", "", "time of the last gyro reading", "omega_s", _INPUTS),
-    Variable("sun_time", _TIME, "s", "", "time of the last reading of the Sun sensors", "sun_s",
-             _INPUTS),
-    Variable("q_time", _TIME, "s", "", "time of the last reading of the attitude sensor", "q_s",
-             _INPUTS),
+             "b_rate_s"),
+    Variable("omega_time", _TIME, "s", "", "time of the last gyro reading", "omega_s"),
+    Variable("sun_time", _TIME, "s", "", "time of the last reading of the Sun sensors", "sun_s"),
+    Variable("q_time", _TIME, "s", "", "time of the last reading of the attitude sensor", "q_s"),
     Variable("wheel_time", _TIME, "s", "", "time of the last readings of the tachometers",
-             "wheels_s", _INPUTS),
+             "wheels_s"),
     Variable("nadir_time", _TIME, "s", "", "time of the last reading of the horizon sensor",
-             "nadir_s", _INPUTS),
-    Variable("cells_time", _TIME, "s", "", "time of the last signals of the Sun cells", "cells_s",
-             _INPUTS),
-    Variable("position_on_board", _XYZ, "m", "J", "position that the computer assumes", "position",
-             _INPUTS),
+             "nadir_s"),
+    Variable("cells_time", _TIME, "s", "", "time of the last signals of the Sun cells", "cells_s"),
+    Variable("position_on_board", _XYZ, "m", "J", "position that the computer assumes", "position"),
     Variable("velocity_on_board", _XYZ, "m/s", "J", "velocity that the computer assumes",
-             "velocity", _INPUTS),
-    Variable("b_on_board", _XYZ, "T", "J", "field by the computer's model", "model_b", _INPUTS),
+             "velocity"),
+    Variable("b_on_board", _XYZ, "T", "J", "field by the computer's model", "model_b"),
     Variable("b_rate_on_board", _XYZ, "T/s", "J",
-             "rate of change of the model's field along the orbit", "model_b_rate", _INPUTS),
+             "rate of change of the model's field along the orbit", "model_b_rate"),
     Variable("sun_on_board", _XYZ, "1", "J", "direction to the Sun that the computer assumes",
-             "to_sun", _INPUTS),
+             "to_sun"),
     Variable("sunlit_fraction_on_board", _TIME, "1", "",
-             "visible part of the Sun's disc that the computer assumes", "sunlit_fraction",
-             _INPUTS),
+             "visible part of the Sun's disc that the computer assumes", "sunlit_fraction"),
 )
 #: Read from `CELLS` at the end.
 COILS = (

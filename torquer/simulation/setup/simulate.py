@@ -80,12 +80,7 @@ def simulate(
     Raises `RunStopped`, with what was computed, if the state or a law's output is not finite, on
     an error inside a law and on a keyboard interrupt.
     """
-    if not isinstance(scenario, Scenario):
-        raise ValueError(
-            "scenario: must be a torquer Scenario (see torquer.load_scenario); "
-            f"received {scenario!r}"
-        )
-    scenario = check_spec(scenario)
+    scenario = check_scenario(scenario)
     _check_size(scenario, to)
     if to is not None and not overwrite:
         check_free(Path(to), "to", "resume continues it, overwrite=True replaces it")
@@ -129,6 +124,16 @@ def resume(
         with signals.raising(), lazily(path) as earlier, explain_errors(path):
             run = _restore(earlier, law, laws, scenario, path, computer)
         return finish(run, InFile(path), until_s, progress, checkpoint_s)
+
+
+def check_scenario(scenario) -> Scenario:
+    """The scenario, checked again; ValueError for anything else."""
+    if not isinstance(scenario, Scenario):
+        raise ValueError(
+            "scenario: must be a torquer Scenario (see torquer.load_scenario); "
+            f"received {scenario!r}"
+        )
+    return check_spec(scenario)
 
 
 def flown_by(computer, scenario: Scenario, law=None, laws=None, stops: bool = False) -> Run:

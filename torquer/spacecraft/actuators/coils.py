@@ -4,10 +4,9 @@ import math
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, Vector, unit_vectors
 from torquer.compile.engine import inlined, kernel, records
 from torquer.maths.geometry.vec3 import as_vector
 from torquer.spacecraft.failures import CoilFailure, failed_dipole
@@ -170,17 +169,12 @@ def advance_coils(coils, state, t_s):
     return energy, greatest
 
 
-def _checked_axes(value):
-    rows = validate.unit_rows("axes", value)
-    return tuple(as_vector(row) for row in rows)
-
-
 class Coils(Spec):
     """Coils (magnetorquers). Default: three along the body axes."""
 
     limit_a_m2: Annotated[float, Field(gt=0.0)] | tuple[Annotated[float, Field(gt=0.0)], ...]
     """Greatest dipole, one number or one per coil."""
-    axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)] = (
+    axes: unit_vectors("axes") = (
         (1.0, 0.0, 0.0),
         (0.0, 1.0, 0.0),
         (0.0, 0.0, 1.0),

@@ -1,12 +1,11 @@
 """A body on a spherical air bearing in a laboratory: its weight, friction, and how far it tilts."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, Vector, unit_vector
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, scale
 
@@ -62,10 +61,6 @@ def is_tilted(hung, local_body):
     return dot(hung.axis, _vertical(local_body)) < hung.least_cosine
 
 
-def _check_unit_length(value):
-    return as_vector(validate.unit_rows("axis", value)[0])
-
-
 class Suspension(Spec):
     """A body on a spherical air bearing, for orbit.kind 'bench'.
 
@@ -88,7 +83,7 @@ class Suspension(Spec):
     """Torque of the air on what protrudes, per square of the rate [N m s^2]."""
     vertical_torque_n_m: float = 0.0
     """Torque about the vertical, of the air that leaves an imperfect bearing unevenly."""
-    axis: Annotated[Vector, AfterValidator(_check_unit_length)] = (0.0, 0.0, 1.0)
+    axis: unit_vector("axis") = (0.0, 0.0, 1.0)
     """The bearing's axis in the body, of any length; upright, it points up."""
     tilt_limit_deg: float = Field(default=30.0, gt=0.0, le=90.0)
     """Angle of `axis` from the vertical at which the run ends."""

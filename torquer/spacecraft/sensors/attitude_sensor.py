@@ -3,12 +3,11 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base import validate
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.base.noise import cos_sin
-from torquer.base.spec import Vector
+from torquer.base.spec import Vector, unit_vector
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
 from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale
@@ -97,11 +96,6 @@ def _turn(phi):
     return (s * phi[0], s * phi[1], s * phi[2], cosine)
 
 
-def checked_boresight(value):
-    """A boresight of any length as a unit vector; ValueError for one of no length."""
-    return as_vector(validate.unit_rows("boresight", value)[0])
-
-
 _Exclusion = Annotated[float, Field(ge=0.0, le=180.0)]
 
 
@@ -121,7 +115,7 @@ class AttitudeSensor(Sampled):
     """Standard deviation of a random rotation about each axis, drawn at every reading; about axes
     across the boresight if `boresight_noise_deg` is given.
     """
-    boresight: Annotated[Vector, AfterValidator(checked_boresight)] | None = None
+    boresight: unit_vector("boresight") | None = None
     """Axis of a star tracker in the body, of any length; left out: the sensor has none."""
     boresight_noise_deg: float | None = Field(default=None, ge=0.0)
     """Standard deviation of the random rotation about the boresight; left out: `noise_deg`."""

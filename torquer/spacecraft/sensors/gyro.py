@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 from pydantic import Field
 
+from torquer.base import noise
 from torquer.base.spec import Vector
-from torquer.compile.engine import inlined
+from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
 from torquer.spacecraft.failures import RateFailure
 from torquer.spacecraft.sensors.sampling import Sampled
@@ -36,6 +37,19 @@ def walked_bias(gyro, drift, interval_s, noise_sample):
         return drift
     step = gyro.drift_rad_s_sqrt_s * math.sqrt(interval_s)
     return add_scaled(drift, step, noise_sample)
+
+
+@kernel
+def fill_drift(gyro, seed, t_s, out):
+    """Accumulated drift [rad/s] of a gyro at its readings (n, 3), as a simulation has it.
+
+    `t_s` (n,): when it has been read. (The record of a run does not keep it.)
+    """
+    drift = (0.0, 0.0, 0.0)
+    for k in range(out.shape[0]):
+        drawn = noise.draw(gyro.drift_rad_s_sqrt_s, seed, DRIFT_STREAM, k)
+        drift = walked_bias(gyro, drift, t_s[k] - t_s[max(k - 1, 0)], drawn)
+        out[k, 0], out[k, 1], out[k, 2] = drift
 
 
 @inlined

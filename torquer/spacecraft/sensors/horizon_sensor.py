@@ -3,10 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base import validate
-from torquer.base.spec import Vector
+from torquer.base.spec import Vector, unit_vector
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.quaternion import from_rotation_vector, rotate
 from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale, unit
@@ -65,10 +64,6 @@ def read_horizon(sensor, omega_body, centre_body, noise_sample):
     return unit(add_scaled(reading, sensor.noise_rad, noise_sample))
 
 
-def _checked_axis(value):
-    return as_vector(validate.unit_rows("axis", value)[0])
-
-
 class HorizonSensor(Sampled):
     """Horizon sensor: the direction to the Earth's centre in body axes.
 
@@ -78,7 +73,7 @@ class HorizonSensor(Sampled):
 
     failures: tuple[DirectionFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
-    axis: Annotated[Vector, AfterValidator(_checked_axis)] | None = None
+    axis: unit_vector("axis") | None = None
     """Axis of the field of view in the body, of any length; given with `half_field_deg`."""
     half_field_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
     """Greatest angle between the axis and the direction to the Earth's centre; left out: the Earth

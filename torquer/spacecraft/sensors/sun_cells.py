@@ -6,10 +6,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from torquer.base import validate
-from torquer.base.spec import Vector
+from torquer.base.spec import unit_vectors
 from torquer.compile.engine import inlined
-from torquer.maths.geometry.vec3 import as_vector, dot
+from torquer.maths.geometry.vec3 import dot
 from torquer.spacecraft.failures import CellFailure
 from torquer.spacecraft.sensors.sampling import Sampled
 
@@ -47,15 +46,13 @@ def read_cell(cells, k, sun_body, sunlit_fraction, earthlight_body, noise_sample
     return rows[k, 4] * (sun + max(earth, 0.0)) + noise
 
 
-def checked_normals(value):
-    """Normals of cells as unit vectors; ValueError for too many or one of no length."""
-    rows = validate.unit_rows("normals", value)
-    if len(rows) > CELLS:
-        raise ValueError(f"normals: must be at most {CELLS} vectors; received {len(rows)}")
-    return tuple(as_vector(row) for row in rows)
+def _check_count(normals):
+    if len(normals) > CELLS:
+        raise ValueError(f"normals: must be at most {CELLS} vectors; received {len(normals)}")
+    return normals
 
 
-Normals = Annotated[tuple[Vector, ...], AfterValidator(checked_normals)]
+Normals = Annotated[unit_vectors("normals"), AfterValidator(_check_count)]
 
 
 class SunCells(Sampled):

@@ -4,10 +4,9 @@ import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, Vector, unit_vector, unit_vectors
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.quaternion import from_rotation_vector, rotate
 from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, unit
@@ -71,15 +70,6 @@ def read_sun(sensors, sun_body, sunlit_fraction, earthlight_body, noise_sample):
     return unit(add_scaled(reading, sensors.noise_rad, noise_sample))
 
 
-def _checked_axes(value):
-    rows = validate.unit_rows("axes", value)
-    return tuple(as_vector(row) for row in rows)
-
-
-def _checked_axis(value):
-    return as_vector(validate.unit_rows("axis", value)[0])
-
-
 _HalfAngle = Annotated[float, Field(gt=0.0, le=180.0)]
 
 
@@ -89,7 +79,7 @@ class BlindZone(Spec):
     `sensors`: numbers, from 0, of those that it shades (left out: all).
     """
 
-    axis: Annotated[Vector, AfterValidator(_checked_axis)]
+    axis: unit_vector("axis")
     """Axis of the cone in the body, of any length."""
     half_angle_deg: _HalfAngle
     """Half angle of the cone."""
@@ -112,7 +102,7 @@ class SunSensors(Sampled):
 
     failures: tuple[DirectionFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
-    axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)]
+    axes: unit_vectors("axes")
     """Axes of the sensors in the body, of any length."""
     half_field_deg: _HalfAngle | tuple[_HalfAngle, ...]
     """Half angle of the cone in which a sensor sees the Sun, one number or one per sensor."""

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm, solve_continuous_lyapunov
+from scipy.linalg import solve_continuous_lyapunov
 from scipy.optimize import linear_sum_assignment
 
 from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
@@ -24,7 +24,7 @@ from torquer.theory.magneto_gyro.frozen import (
     frozen_2,
     frozen_2_inputs,
 )
-from torquer.theory.magneto_gyro.stage_1 import STAGE_1, stage_1_driven_by
+from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 from torquer.theory.periodic.floquet import degree_of_stability, multipliers, transitions
 
@@ -84,31 +84,6 @@ def stage_1_degrees(
     found = transitions(STAGE_1.with_parameters(**fixed), values, tolerance=1e-5)
     exact = degree_of_stability(multipliers(found.matrices), 2.0 * math.pi)
     return Degrees(frozen.reshape(points[0].shape), exact.reshape(points[0].shape))
-
-
-def stage_1_steady_motion(
-    craft: GyroCraft, gains: CaptureGains, push: np.ndarray, normal: float = 0.0
-) -> np.ndarray:
-    """Periodic state `[steps, 12]` of the exact model of stage 1 under inputs `[steps, 6]`, torque
-    and error of the magnetometer about t, w, s, in the middles of equal steps of a revolution.
-
-    By the exponential of the middle of each step: of second order, stable for fast filters.
-    """
-    loop = STAGE_1.with_parameters(**craft.satellite()._asdict(), **gains._asdict(), normal=normal)
-    step = 2.0 * math.pi / len(push)
-    taus = (np.arange(len(push)) + 0.5) * step
-    size = np.zeros((len(push), 13, 13))
-    size[:, :12, :12] = [loop.matrix(tau) for tau in taus]
-    driven = np.array([stage_1_driven_by(loop, tau) for tau in taus])
-    size[:, :12, 12] = np.einsum("nij,nj->ni", driven, push)
-    parts, whole = expm(step * size), np.eye(13)
-    for part in parts:
-        whole = part @ whole
-    start = np.linalg.solve(np.eye(12) - whole[:12, :12], whole[:12, 12])
-    path = [np.append(start, 1.0)]
-    for part in parts[:-1]:
-        path.append(part @ path[-1])
-    return np.array(path)[:, :12]
 
 
 def stage_2_degrees(

@@ -1,5 +1,6 @@
 """The models with constant coefficients, text against law, with the numbers of a scenario."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,23 +121,23 @@ def gyro_models(
     """
     order = None if asked is None else asked.order
     orders = (12, 15) if order is None else (order,)
-    symbolic = _symbolic()
+    model_data = _symbolic_models()
     case = None if scenario is None else _case(scenario)
-    symbols = {each: symbolic.data_of(each) for each in orders}
+    symbols = {each: model_data(each) for each in orders}
     numbers = {} if case is None else {each: case.rows(each) for each in orders}
     return GyroModels(symbols, numbers, case)
 
 
-def _symbolic():
+def _symbolic_models() -> Callable[[int], dict]:
     """What needs sympy."""
     try:
-        from torquer.theory.magneto_gyro import model_rows
+        from torquer.theory.magneto_gyro.model_rows import model_data
     except ImportError:
         raise ValueError(
             "magneto-gyro: needs sympy: pip install 'torquer[symbolic]'; received an installation "
             "without it"
         ) from None
-    return model_rows
+    return model_data
 
 
 def _case(scenario: Scenario) -> GyroModelCase:

@@ -112,7 +112,7 @@ TEXTS = {12: STAGE_1, 15: STAGE_2}
 
 def derive_model(order: int) -> Model:
     """The model of an order, derived."""
-    return {12: order_12, 15: order_15}[order]()
+    return order_12() if order == 12 else order_15()
 
 
 def compare_rows(order: int) -> list[Row]:
@@ -140,16 +140,16 @@ def compare_rows(order: int) -> list[Row]:
 
 def _with(definition: Definition, residual, inputs):
     """A row written with the printed definition, in the corrected one's symbols."""
-    instead = {_symbol(name): _parse(value) for name, value in definition.instead.items()}
+    instead = {sympy.Symbol(name): _parse(value) for name, value in definition.instead.items()}
     return residual.subs(inputs).subs(instead, simultaneous=True)
 
 
 def _difference(residual, inputs, model: Model):
     """Left less right side of a row, with the derivatives of the model."""
-    states = sympy.Matrix([_symbol(name) for name in model.states])
+    states = sympy.Matrix([sympy.Symbol(name) for name in model.states])
     slopes = model.matrix * states + model.inputs * sympy.Matrix(INPUTS)
     derivatives = {
-        _symbol(name + "'"): slope
+        sympy.Symbol(name + "'"): slope
         for name, slope in zip(model.states, slopes, strict=True)
         if name + "'" not in model.states
     }
@@ -194,15 +194,11 @@ def formula(expression, product: bool = False) -> str:
     return f"({shown})" if product and re.search(r" [+-] ", bare) else shown
 
 
-def _symbol(name: str):
-    return sympy.Symbol(name)
-
-
 def _parse(text: str):
     """A side of an equation as an expression in symbols named as in it."""
     names = dict.fromkeys(re.findall(r"[A-Za-z]\w*'*", text))
     places = {name: f"v{i}" for i, name in enumerate(names)}
     plain = re.sub(r"[A-Za-z]\w*'*", lambda found: places[found[0]], text)
     plain = plain.replace("[", "(").replace("]", ")")
-    symbols = {place: _symbol(name) for name, place in places.items()}
+    symbols = {place: sympy.Symbol(name) for name, place in places.items()}
     return parse_expr(plain, local_dict=symbols, transformations=_RULES)

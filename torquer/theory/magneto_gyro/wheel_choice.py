@@ -6,12 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.theory.magneto_gyro.accuracy import follow_revolution
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
+from torquer.theory.magneto_gyro.comparison import stage_2_degrees
 from torquer.theory.magneto_gyro.craft import GyroCraft
-from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
-from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, design_stage_2, stage_2_gains
 from torquer.theory.periodic.floquet import degree_of_stability, multipliers, transitions
 
@@ -42,8 +40,11 @@ def over_stiffness(
     """Degrees with other wheels. Stage 1 keeps its gains; those of stage 2 are made for each wheel,
     with the same weights."""
     h = np.asarray(stiffness, dtype=np.float64)
-    second = [_stage_2_wheel(craft.with_wheel(craft.wheel_at(x)), weights, normal, form) for x in h]
-    return OverStiffness(h, _stage_1_wheel(craft, first, h, normal), *np.array(second).T)
+    crafts = [craft.with_wheel(craft.wheel_at(x)) for x in h]
+    second = stage_2_degrees(
+        crafts, lambda known: stage_2_gains(known, weights), normal=normal, form=form
+    )
+    return OverStiffness(h, _stage_1_wheel(craft, first, h, normal), second.exact, second.frozen)
 
 
 def _stage_1_wheel(
@@ -57,17 +58,6 @@ def _stage_1_wheel(
     wheels = h + 2.0 - craft.pitch_inertia
     found = transitions(system, {"wheel": wheels}, tolerance=1e-6)
     return np.asarray(degree_of_stability(multipliers(found.matrices), 2.0 * math.pi))
-
-
-def _stage_2_wheel(craft: GyroCraft, weights: Stage2Weights, normal: float, form: str):
-    try:
-        gains = stage_2_gains(craft.gyrostat, weights)
-    except ArithmeticError:
-        return math.nan, math.nan
-    h, pitch_inertia = craft.gyrostat
-    loop = stage_2_loop(craft.satellite(), craft.gyrostat, gains, normal=normal, form=form)
-    frozen = frozen_2(gains, stiffness=h, pitch_inertia=pitch_inertia, b=normal)
-    return follow_revolution(loop).degree, -np.linalg.eigvals(frozen).real.max()
 
 
 class BetterWheel(NamedTuple):

@@ -23,20 +23,8 @@ from torquer.base import validate
 from torquer.base.cores import cores
 from torquer.compile import engine
 from torquer.theory.periodic.collocation import converge_many, workspace
-from torquer.theory.periodic.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
+from torquer.theory.periodic.periodic_systems import PeriodicSystem, compile_matrix
 from torquer.theory.validity import Limit, within
-
-__all__ = [
-    "PeriodicSystem",
-    "Transitions",
-    "chart",
-    "degree_of_stability",
-    "exponents",
-    "monodromy",
-    "multipliers",
-    "periodic_system",
-    "transitions",
-]
 
 #: A thread takes this over order^2 points at a time: about 10 ms, long enough to hide the dispatch
 #: overhead.

@@ -32,11 +32,11 @@ from torquer.theory.slow.averaging import (
     inside,
 )
 from torquer.theory.slow.evolution.model import Case, Evolution, Slow, compile_rates
-from torquer.theory.slow.first_integrals import drifts
 from torquer.theory.slow.orbit_field import OrbitField
 from torquer.theory.slow.slow_result import (
     SlowMotion,
     drift_notes,
+    drifts,
     exit_notes,
     in_range,
     validity_notes,

@@ -1,19 +1,16 @@
 """An axisymmetric satellite on a circular orbit: the setting of the averaged motion."""
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from torquer.base import validate
 from torquer.base.conventions import EARTH_RATE_RAD_S
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, unit_vector
 from torquer.environment.field.averaged import cone_angle
-from torquer.maths.geometry.vec3 import as_vector
 from torquer.theory.slow.orbit_field import AVERAGED, DIRECT_DIPOLE, TILTED_DIPOLE, OrbitField
 from torquer.theory.slow.second_moments import closed_moments
 
-_Sun = Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows("sun", v)[0]))]
 MODELS = {"averaged": AVERAGED, "direct_dipole": DIRECT_DIPOLE, "tilted_dipole": TILTED_DIPOLE}
 
 
@@ -54,7 +51,7 @@ class Spinner(Spec):
     tilt_deg: float = Field(default=168.3, ge=0.0, le=180.0)
     earth_rate_rad_s: float = Field(default=EARTH_RATE_RAD_S, ge=0.0)
     field_turn: bool = False
-    sun: _Sun | None = None
+    sun: unit_vector("sun") | None = None  # type: ignore[valid-type]
 
     @model_validator(mode="after")
     def _triangle(self):

@@ -1,13 +1,12 @@
 """Law of the magneto-gyroscopic system: its keys in a scenario."""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Inertia, Vector
-from torquer.computer.blocks.law import Law
 from torquer.computer.laws.magneto_gyro.kernel import (
     MEMORY,
     Dipole,
@@ -21,16 +20,6 @@ from torquer.computer.laws.magneto_gyro.stage_2 import Gyrostat, Stage2Gains
 from torquer.computer.laws.pointing import HeldAttitude
 from torquer.maths.geometry.quaternion import to_dcm
 
-#: What the result records of the memory.
-LOG = {
-    "stage": "1",
-    "angles_rad": "rad",
-    "rates_rad_s": "rad/s",
-    "residual_dipole_a_m2": "A m^2",
-    "mean_angle_rad": "rad",
-    "mean_rate_rad_s": "rad/s",
-}
-
 
 class MagnetoGyro(HeldAttitude):
     """Orbital attitude by a magnetometer, coils and a pitch wheel, without gyro and Earth sensor.
@@ -40,6 +29,19 @@ class MagnetoGyro(HeldAttitude):
     """
 
     kind: Literal["magneto_gyro"] = "magneto_gyro"
+    kernel: ClassVar = magneto_gyro
+    memory: ClassVar = MEMORY
+    log: ClassVar = {
+        "stage": "1",
+        "angles_rad": "rad",
+        "rates_rad_s": "rad/s",
+        "residual_dipole_a_m2": "A m^2",
+        "mean_angle_rad": "rad",
+        "mean_rate_rad_s": "rad/s",
+    }
+    #: Calculated field and orbital frame; neither attitude nor rate.
+    needs: ClassVar = frozenset({"ephemeris"})
+    states: ClassVar = "estimate"
     reference: Literal["orbital"] = "orbital"
     """Reference frame of the wanted attitude."""
     inertia_kg_m2: Inertia
@@ -120,25 +122,14 @@ class MagnetoGyro(HeldAttitude):
                 raise ValueError(f"{key}: must {must} with {why}; received {getattr(self, key)}")
 
     @property
-    def needs(self) -> frozenset[str]:
-        """The ephemeris: calculated field and orbital frame; neither attitude nor rate."""
-        return frozenset({"ephemeris"})
-
-    @property
     def gains(self) -> Stage2Gains:
         """The 15 gains of stage 2."""
         return Stage2Gains(
             *self.angle_gains, *self.rate_gains, *self.estimator_gains, *self.compensator_gains
         )
 
-    def law(self) -> Law:
-        """The law with these gains."""
-        return Law(
-            self.kind, magneto_gyro, self._parameters(), MEMORY, LOG, self.needs, spec=self,
-            states="estimate",
-        )  # fmt: skip
-
-    def _parameters(self) -> MagnetoGyroParameters:
+    def parameters(self) -> MagnetoGyroParameters:
+        """Satellite, gains of both stages, switch, dipole."""
         turn = np.array(to_dcm(self.q_wanted()))
         about_t, about_w, about_s = np.diag(turn @ np.array(self.inertia_kg_m2) @ turn.T).tolist()
         j, rate = math.sqrt(about_t * about_s), self.orbital_rate_rad_s

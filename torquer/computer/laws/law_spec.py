@@ -1,0 +1,30 @@
+"""A law as users state it: its keys, from which the law is made."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from torquer.base.spec import Spec
+from torquer.computer.blocks.law import Law
+
+
+class LawSpec(Spec):
+    """A law of a scenario; see `Law` for what its kernel is handed, needs and answers with."""
+
+    kernel: ClassVar[Callable]
+    memory: ClassVar[Mapping | tuple] = ()
+    log: ClassVar[Mapping[str, str]] = {}
+    needs: ClassVar[frozenset[str]] = frozenset()
+    answers: ClassVar[str] = "dipole"
+    states: ClassVar[str | None] = None
+
+    def parameters(self) -> Any:
+        """What the kernel takes of the keys, in SI units."""
+        return ()
+
+    def law(self) -> Law:
+        """The law with these keys."""
+        cls = type(self)  # an instance would bind the kernel as a method
+        return Law(
+            self.kind, cls.kernel, self.parameters(), self.memory, self.log, self.needs,
+            spec=self, answers=self.answers, states=self.states,
+        )  # fmt: skip
