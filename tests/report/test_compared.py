@@ -72,7 +72,7 @@ def test_what_does_not_apply_is_refused_in_one_line(detumble):
 def test_the_table_has_what_each_summary_says(both, detumble, short):
     rows = {row[0]: row[1:] for row in both.rows()}
     for k, result in enumerate((detumble, short)):
-        for label, value in torquer.rows_of(torquer.summarise(result))[-8:]:
+        for label, value in torquer.summary_rows(torquer.summarise(result))[-8:]:
             assert rows[label][k] == value
 
 
@@ -140,13 +140,13 @@ def test_joined_runs_keep_their_scenario_and_seed(detumble, short):
     assert joined["seed"].values.tolist() == ["7", "8"]
     assert joined["omega_body"].attrs == detumble["omega_body"].attrs
     for name, whole in (("detumble", detumble), ("weak", short)):
-        one = torquer.run_of(joined, name)
+        one = torquer.pick_run(joined, name)
         assert one.torquer.scenario == whole.torquer.scenario
         assert torquer.summarise(one) == torquer.summarise(whole)
         for key in ("omega_body", "b_measured", "sunlit_fraction", "utc", "time"):
             np.testing.assert_array_equal(one[key].values, whole[key].values)
     with pytest.raises(ValueError, match="name: must be one of detumble, weak; received 'x'"):
-        torquer.run_of(joined, "x")
+        torquer.pick_run(joined, "x")
     with pytest.raises(ValueError, match="results: must be one or more"):
         torquer.concat([])
 

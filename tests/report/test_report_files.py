@@ -119,7 +119,7 @@ def test_drawing_leaves_matplotlib_alone(detumble, tmp_path):
 def test_summary_loads_no_drawing_library():
     code = (
         "import sys, torquer, torquer.report\n"
-        "torquer.summary_of, torquer.rows_of\n"
+        "torquer.summarise, torquer.summary_rows\n"
         "print([m for m in sys.modules if m.split('.')[0] in ('matplotlib', 'plotly')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
