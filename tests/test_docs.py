@@ -3,6 +3,7 @@
 `test_tutorials.py` executes the blocks of all pages.
 """
 
+import ast
 import contextlib
 import functools
 import importlib.util
@@ -129,6 +130,57 @@ def test_notebook_tutorial_runs_and_its_claims_hold(tmp_path, monkeypatch):
     assert names["again"].torquer.scenario == names["weak"].torquer.scenario
     for method in re.findall(r"`(\w+)\([a-z]*\)`", text):
         assert hasattr(names["result"].torquer, method), method
+
+
+#: Where names of the package are written down; what they name must be there.
+TEXTS = (
+    "*.md",
+    "docs/**/*.md",
+    "design/*.md",
+    "examples/**/*",
+    "gallery/**/*.py",
+    "torquer/**/*.py",
+)
+
+
+@functools.cache
+def _exists(name: str) -> bool:
+    """Whether a dotted name is a module, or something in one."""
+    first, *others = name.split(".")
+    found, place = importlib.import_module(first), first
+    for part in others:
+        place = f"{place}.{part}"
+        with contextlib.suppress(ImportError):
+            found = importlib.import_module(place)
+            continue
+        fields = (*getattr(found, "model_fields", ()), *getattr(found, "__annotations__", ()))
+        if part in fields:
+            return True
+        if not hasattr(found, part):
+            return False
+        found = getattr(found, part)
+    return True
+
+
+def test_names_of_the_package_in_texts_exist():
+    named = re.compile(r"(?<![\w./\"@-])torquer(?:\.[A-Za-z_]\w*)+")
+    paths = {path for each in TEXTS for path in ROOT.glob(each) if path.is_file()}
+    texts = {path: path.read_text(encoding="utf-8") for path in paths if path.suffix != ".nc"}
+    found = {name: path for path, text in texts.items() for name in named.findall(text)}
+    assert len(found) > 500
+    assert {name: path for name, path in found.items() if not _exists(name)} == {}
+
+
+def test_blocks_of_all_pages_import_names_that_exist():
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
+    asked = {}
+    for page in pages:
+        for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S):
+            for each in ast.walk(ast.parse(block)):
+                if isinstance(each, ast.ImportFrom) and each.module.startswith("torquer"):
+                    asked |= {f"{each.module}.{name.name}": page for name in each.names}
+    assert len(asked) > 30
+    assert {name: page for name, page in asked.items() if not _exists(name)} == {}
 
 
 def test_readme_links_exist():
