@@ -138,7 +138,11 @@ PACKAGES = (
     "torquer.environment.earth.atmosphere",
     "torquer.environment",
     "torquer.environment.field",
+    "torquer.environment.orbit",
+    "torquer.analysis.field",
     "torquer.ground",
+    "torquer.ground.telemetry",
+    "torquer.flight.software",
     "torquer.theory",
     "torquer.design",
     "torquer.spacecraft.wheel_array",
@@ -360,7 +364,7 @@ def commands_page() -> str:
     with mock.patch.object(sys, "argv", ["torquer"]):  # usage lines may name the program
         text = app.generate_docs().partition("**Commands**")
     text = text[1] + text[2]
-    text = re.sub(r"(`-[^`]*?), --no-[^`,]+`", r"\1`", text)  # the command line has no --no-X
+    text = re.sub(r"(`-[^`]*?), --(?:no|empty)-[^`,]+`", r"\1`", text)  # not on the command line
     first, *others = re.split(r"^(?=##+ torquer )", text, flags=re.M)
     sections = [first, *sorted(others, key=lambda section: section.split("\n")[0].strip("# "))]
     return "\n".join(head) + "\n".join(map(_with_examples, sections))

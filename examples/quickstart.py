@@ -12,6 +12,6 @@ control = { law = { kind = "bdot", gain_a_m2_s_per_t = 2e4 }, sample_s = 1.0 }
 simulation = { revolutions = 3, record_s = 5.0 }
 """)
 result = torquer.simulate(scenario)  # an xarray.Dataset: units, frames, scenario attached
-for label, value in torquer.rows_of(torquer.summarise(result)):
+for label, value in torquer.summary_rows(torquer.summarise(result)):
     print(f"{label:34} {value}")
 torquer.write_report(result, "runs/quickstart")  # report.html; plots=True: PNG files, too

@@ -3,6 +3,7 @@
 `test_tutorials.py` executes the blocks of all pages.
 """
 
+import ast
 import contextlib
 import functools
 import importlib.util
@@ -18,6 +19,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
+from torquer.cli.app import app
 from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -56,23 +58,25 @@ def test_every_page_that_cites_a_source_links_to_the_sources():
         assert linked or path.name == "sources.md", path
 
 
-@pytest.mark.parametrize(
-    "package",
-    [
-        "torquer.environment.earth.atmosphere",
-        "torquer.environment",
-        "torquer.environment.field",
-        "torquer.ground",
-        "torquer.theory",
-        "torquer.spacecraft.wheel_array",
-    ],
-)
+#: Packages that import their public names when they are first used, and those that list them.
+PACKAGES = {
+    ".".join(path.relative_to(ROOT).parts[:-1])
+    for path in ROOT.glob("torquer/**/__init__.py")
+    if "__all__" in path.read_text(encoding="utf-8")
+}
+
+
+def test_page_of_public_names_has_every_package_that_lists_them():
+    assert set(_generator().PACKAGES) == PACKAGES
+
+
+@pytest.mark.parametrize("package", sorted(PACKAGES))
 def test_every_public_name_is_there_and_has_its_line(package):
     generator, module = _generator(), importlib.import_module(package)
     for name in generator.public_names(package):
         assert generator.line_of(package, name), name
         assert not inspect.ismodule(getattr(module, name)), f"{name} is a module of {package}, too"
-    assert set(module.__all__) <= set(dir(module))
+    assert set(module.__all__) - {"__version__"} <= set(dir(module))
     with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
         _ = module.nothing
 
@@ -129,6 +133,69 @@ def test_notebook_tutorial_runs_and_its_claims_hold(tmp_path, monkeypatch):
     assert names["again"].torquer.scenario == names["weak"].torquer.scenario
     for method in re.findall(r"`(\w+)\([a-z]*\)`", text):
         assert hasattr(names["result"].torquer, method), method
+
+
+#: Where names of the package are written down; what they name must be there.
+TEXTS = (
+    "*.md",
+    "docs/**/*.md",
+    "design/*.md",
+    "examples/**/*",
+    "gallery/**/*.py",
+    "torquer/**/*.py",
+)
+
+
+@functools.cache
+def _exists(name: str) -> bool:
+    """Whether a dotted name is a module, or something in one."""
+    first, *others = name.split(".")
+    found, place = importlib.import_module(first), first
+    for part in others:
+        place = f"{place}.{part}"
+        with contextlib.suppress(ImportError):
+            found = importlib.import_module(place)
+            continue
+        fields = (*getattr(found, "model_fields", ()), *getattr(found, "__annotations__", ()))
+        if part in fields:
+            return True
+        if not hasattr(found, part):
+            return False
+        found = getattr(found, part)
+    return True
+
+
+def test_names_of_the_package_in_texts_exist():
+    named = re.compile(r"(?<![\w./\"@-])torquer(?:\.[A-Za-z_]\w*)+")
+    paths = {path for each in TEXTS for path in ROOT.glob(each) if path.is_file()}
+    texts = {path: path.read_text(encoding="utf-8") for path in paths if path.suffix != ".nc"}
+    found = {name: path for path, text in texts.items() for name in named.findall(text)}
+    assert len(found) > 500
+    assert {name: path for name, path in found.items() if not _exists(name)} == {}
+
+
+def test_blocks_of_all_pages_import_names_that_exist():
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
+    asked = {}
+    for page in pages:
+        for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S):
+            for each in ast.walk(ast.parse(block)):
+                if isinstance(each, ast.ImportFrom) and each.module.startswith("torquer"):
+                    asked |= {f"{each.module}.{name.name}": page for name in each.names}
+    assert len(asked) > 30
+    assert {name: page for name, page in asked.items() if not _exists(name)} == {}
+
+
+def test_page_of_commands_names_options_that_exist():
+    page = (ROOT / "docs/commands.md").read_text(encoding="utf-8")
+    sections = re.findall(r"^##+ torquer ([^\n]*)\n(.*?)(?=^##+ |\Z)", page, re.S | re.M)
+    assert len(sections) > 40
+    for words, section in sections:
+        named = re.findall(r"^\* `(.*?)`", section, re.M)
+        options = {each for text in named for each in re.findall(r"--[a-z][a-z0-9-]*", text)}
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            app([*words.split(), "--help"], result_action="return_value")
+        assert options <= set(re.findall(r"--[a-z][a-z0-9-]*", printed.getvalue())), words
 
 
 def test_readme_links_exist():

@@ -3,7 +3,7 @@
     import torquer
     scenario = torquer.load_scenario("chibis_m_detumble.toml")
     result = torquer.simulate(scenario)      # an xarray.Dataset with units, frames, scenario
-    torquer.summary_of(result)
+    torquer.summarise(result)
     result.torquer.plot.rate()               # derived quantities and pictures: `result.torquer`
     torquer.citations(result)                # BibTeX of the models, laws and data that it uses
 
@@ -70,7 +70,7 @@ __version__ = VERSION
 _imported, __dir__, __all__ = lazily(__name__, __file__)
 __all__ += ["__version__"]
 #: Names after whose use a result may be at hand: xarray then knows `result.torquer`.
-_GIVE_RESULTS = ("Flight", "compare", "concat", "load", "resume", "run_of", "simulate")
+_GIVE_RESULTS = ("Flight", "compare", "concat", "load", "pick_run", "resume", "simulate")
 
 
 def __getattr__(name: str):

@@ -162,7 +162,7 @@ def test_a_scenario_gives_the_satellite(call, scenario):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "--inertia: must be given (or SCENARIO); received nothing"),
+        ((), "--inertia: must be given, or a scenario; received nothing"),
         ((*CUBESAT[:-1], -0.1), "--attitude-noise-deg: must be"),
         (
             (*CUBESAT, "--linear-range-deg", 120),
@@ -187,7 +187,7 @@ def test_mistakes_are_one_line(call, arguments, message):
 
 def test_more_mistakes(call, scenario):
     code, _, err = call("design", "three-axis", scenario, "--altitude-km", 500)
-    assert code == 2 and "--altitude-km: must not be given with SCENARIO; received both" in err
+    assert code == 2 and "--altitude-km: must not be given with a scenario; received both" in err
     scenario.write_text(scenario.read_text().replace('{ kind = "bdot"', '{ kind = "off" } #'))
     coils = scenario.read_text().replace("[spacecraft.coils]\nlimit_a_m2 = 3.0\n", "")
     scenario.write_text(coils)

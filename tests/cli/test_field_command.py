@@ -4,6 +4,7 @@ import csv
 import io
 import subprocess
 import sys
+from pathlib import Path
 
 import matplotlib.image
 import numpy as np
@@ -365,7 +366,8 @@ def test_cone_writes_a_picture_and_a_page(field, strict_json, tmp_path):
     assert np.ptp(matplotlib.image.imread(tmp_path / "runs/field/cone.png")) == 1.0
     assert (tmp_path / "runs/field/cone.html").stat().st_size > 1e6
     answer = strict_json(field("cone", *given, "--out", tmp_path / "other", "--json")[1])
-    assert answer.keys() == {"orbit", "start", "half_angle_deg", "b0_nt", "models"}
+    assert answer.keys() == {"orbit", "start", "half_angle_deg", "b0_nt", "models", "files"}
+    assert [Path(each).name for each in answer["files"]] == ["cone.png", "cone.html"]
     assert [each["model"] for each in answer["models"]] == list(CONE_MODELS[1:])
     assert answer["models"][0].keys() == {
         "model", "least_nt", "mean_nt", "greatest_nt", "greatest_off_cone_deg"
@@ -384,8 +386,9 @@ def test_cone_writes_a_picture_and_a_page(field, strict_json, tmp_path):
         (["cone", "--inclination-deg", "-1"], "--inclination-deg: must be greater than or equal"),
         (["cone", "--inclination-deg", "5", "--date", "x"], "--date: must be a date (2025-07-01)"),
         (["cone", "--inclination-deg", "5", "--revolutions", "0"],
-         "--revolutions: must be a positive number; received 0"),
-        (["cone", "--inclination-deg", "5", "--revolutions", "600"], "--step-s: must divide"),
+         "--revolutions: must lie within 0..500, 0 left out; received 0"),
+        (["cone", "--inclination-deg", "5", "--revolutions", "600"],
+         "--revolutions: must lie within 0..500, 0 left out; received 600"),
         (["fly"], 'Unknown command "fly"'),
     ],
 )  # fmt: skip

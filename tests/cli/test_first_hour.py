@@ -1,5 +1,6 @@
 """What a new user meets first: help, examples, `init`, completion, mistakes as JSON."""
 
+import json
 import re
 import shlex
 import shutil
@@ -94,6 +95,14 @@ def test_what_is_commented_out_may_be_used(tmp_path):
     opened = re.sub(r"^# (?=\[?[\w.]+\]? *(=|#|$))", "", text, flags=re.M)
     scenario = torquer.scenario_from_text(opened)
     assert scenario.spacecraft.coils.lag_s > 0.0 and scenario.spacecraft.gyro.noise_deg_s > 0.0
+
+
+def test_listed_examples_are_described_by_whole_sentences(call):
+    code, out, _ = call("init", "--list", "--json")
+    about = json.loads(out)
+    assert code == 0 and len(about) > 15 and all(about.values())
+    assert about["five_days"].endswith("while gravity gradient and drag load them")
+    assert about["my_law"].endswith("the rest as in the quick start")
 
 
 def test_init_copies_an_example_with_its_law(call, tmp_path, monkeypatch):

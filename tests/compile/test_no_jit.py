@@ -136,7 +136,7 @@ FILTERS = {
 }
 for kind, keys in FILTERS.items():
     filtered = scenario.replace("control.estimator", {"kind": kind, **NOISE, **keys})
-    smoothed = torquer.smoothed(
+    smoothed = torquer.smooth_run(
         torquer.simulate(filtered.replace("simulation.record_inputs", True))
     )
     for name in ("q_smoothed", "states_smoothed", "covariance_smoothed"):

@@ -46,7 +46,7 @@ def judge_run(
 
 
 def judged_series(part: Variables, scenario: Scenario, goals: list[Goal]) -> dict[str, np.ndarray]:
-    """The series that `verdict_of` judges, from the variables of a run or of a part of it."""
+    """The series that `judge_run` judges, from the variables of a run or of a part of it."""
     found = {}
     for n, goal in enumerate(goals):
         if (signal := goal_signal(goal, part, scenario)) is not None:

@@ -1,6 +1,6 @@
 """Requests: what a function, or the command of the same name, is asked; with the ranges of numbers.
 
-A request is a frozen dataclass. Its numbers are checked when it is made, by the same rule for a
+A request is a frozen dataclass. Its values are checked when it is made, by the same rule for a
 caller in Python and for the command line, which takes the fields for options (`altitude_km` for
 `--altitude-km`) and the strings below them for their help.
 
@@ -20,7 +20,20 @@ import re
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar, dataclass_transform, get_type_hints
+from numbers import Integral, Real
+from os import PathLike
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import (
+    Literal,
+    NamedTuple,
+    TypeVar,
+    Union,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 T = TypeVar("T")
 Three = tuple[float, float, float]
@@ -103,6 +116,44 @@ def positive(size_of: str = "") -> Range:
     return Range("be a positive number", lambda value: 0.0 < value < math.inf, size_of)
 
 
+#: What counts as a value of a type, and what it is called; True and False are no numbers.
+_KINDS = {
+    float: (Real, "a number"),
+    int: (Integral, "a whole number"),
+    bool: (bool, "True or False"),
+    str: (str, "text"),
+    Path: (str | PathLike, "a path"),
+}
+
+
+def _must_be(hint, value) -> str:
+    """What a value must be by the annotation of its field, "" if it is that."""
+    origin, inside = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        musts = [_must_be(each, value) for each in inside]
+        return "" if "" in musts else " or ".join(musts)
+    if hint is NoneType:
+        return "" if value is None else "None"
+    if origin is Literal:
+        is_one = any(type(value) is type(each) and value == each for each in inside)
+        return "" if is_one else f"one of {', '.join(map(str, inside))}"
+    if origin in (tuple, list):
+        return _must_hold(inside, value, origin)
+    kinds, name = _KINDS.get(hint, (object, ""))
+    is_right = isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))
+    return "" if is_right else name
+
+
+def _must_hold(hints: tuple, values, kind: type) -> str:
+    """What a tuple or a list must be by the annotations of its elements."""
+    if isinstance(values, str) or not hasattr(values, "__len__"):
+        is_right = False
+    else:
+        each = hints if kind is tuple else hints * len(values)
+        is_right = len(values) == len(each) and not any(map(_must_be, each, values))
+    return "" if is_right else "a list" if kind is list else f"{len(hints)} numbers"
+
+
 def _stated_ranges(kind: type) -> list[tuple[str, Range]]:
     """Ranges that the fields of a class state, however its annotations are kept."""
     hints = get_type_hints(kind, include_extras=True)
@@ -159,13 +210,19 @@ class _Help(NamedTuple):
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def request(kind: type[T]) -> type[T]:
-    """Decorator of a request: a frozen dataclass, whose numbers are checked when it is made.
+    """Decorator of a request: a frozen dataclass, whose values are checked when it is made.
 
     `help` of it also lists the keys, with the strings below the fields and the ranges.
     """
     further, ranges = getattr(kind, "__post_init__", None), _stated_ranges(kind)
+    hints = get_type_hints(kind)
 
     def check(self) -> None:
+        for name, hint in hints.items():
+            if must := _must_be(hint, value := getattr(self, name)):
+                raise RequestError(name, f"must be {must}; received {value!r}")
+            if isinstance(value, str) and Path in (hint, *get_args(hint)):
+                object.__setattr__(self, name, Path(value))
         for name, each in ranges:
             if (value := getattr(self, name)) is not None:
                 each.check(name, value)

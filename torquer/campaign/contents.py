@@ -59,7 +59,7 @@ def member_numbers(result: xr.Dataset) -> np.ndarray:
 
 
 def member_inputs(result: xr.Dataset) -> dict[str, np.ndarray | list]:
-    """The members' values at each key that varies, as `columns_of` takes them; times in seconds."""
+    """The members' values at each key that varies, as `as_columns` takes them; times in seconds."""
     return {key: _plain(values) for key, values in _by_role(result, "input").items()}
 
 

@@ -124,7 +124,7 @@ def rank_correlations(
 ) -> dict[str, dict[str, float]]:
     """Spearman's rank correlation of each outcome with each number of the inputs: [outcome][input].
 
-    `inputs`: what `draw` gives; for the names of their numbers see `columns_of`. Outcomes and
+    `inputs`: what `draw` gives; for the names of their numbers see `as_columns`. Outcomes and
     inputs that do not vary are left out.
     """
     columns = {name: _ranks(values) for name, values in as_columns(inputs).items()}

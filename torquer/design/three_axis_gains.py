@@ -53,7 +53,7 @@ def three_axis(
         scenario = scenario_from_request(request)
     else:
         for key in given_values(request, *_PLACES):
-            raise RequestError(key, "must not be given with SCENARIO; received both")
+            raise RequestError(key, "must not be given with a scenario; received both")
         own = _own_law(scenario.control)
     task, notes = _task(scenario, request)
     try:
@@ -82,7 +82,7 @@ def scenario_from_request(request: ThreeAxisRequest) -> Scenario:
     named = given_values(request, *_PLACES)
     for key in _NEEDED:
         if key not in named:
-            raise RequestError(key, "must be given (or SCENARIO); received nothing")
+            raise RequestError(key, "must be given, or a scenario; received nothing")
     law = {"kind": "three_axis", "rate_gain_n_m_s_per_t2": 1.0, "angle_gain_n_m_per_t2": 1.0}
     data: dict = {
         "name": "design", "start": _START, "orbit": {"kind": "circular"}, "control": {"law": law},

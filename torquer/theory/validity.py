@@ -2,9 +2,9 @@
 
 A `Limit` names a number, its bounds and the reason. Where a result would be meaningless a function
 raises ValueError with one line (`within`). Where it is merely inaccurate, a result with a `notes`
-attribute has a line for each limit exceeded (`passed`); a function that returns bare numbers raises
-ValueError there, too. Inaccurate means throughout an error of the theory of about a tenth (of a
-length, relative; of an angle, in radians).
+attribute has a line for each limit exceeded (`broken_limits`); a function that returns bare
+numbers raises ValueError there, too. Inaccurate means throughout an error of the theory of about a
+tenth (of a length, relative; of an angle, in radians).
 
 Where no solution exists, or none is found, it is ArithmeticError.
 """

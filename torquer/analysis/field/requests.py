@@ -7,7 +7,7 @@ These classes stand apart from the functions, so that the help of a command load
 from pathlib import Path
 from typing import Annotated
 
-from torquer.base.limits import RequestError, positive, request, within
+from torquer.base.limits import Range, RequestError, positive, request, within
 
 LATITUDE, LONGITUDE = within(-90.0, 90.0, "deg"), within(-180.0, 360.0, "deg")
 #: Heights for which a model of the core field is meaningful.
@@ -125,7 +125,9 @@ class FieldConeRequest:
     """RAAN of the orbit [deg]."""
     date: str = "2025-01-01"
     """Date (00:00 UTC), time with a zone, or decimal year such as 2025.5."""
-    revolutions: Annotated[float, positive()] = 1.0
+    revolutions: Annotated[
+        float, Range("lie within 0..500, 0 left out", lambda count: 0.0 < count <= 500.0)
+    ] = 1.0
     """Length of the paths in revolutions."""
     model: list[str] | None = None
     """Repeatable: igrf14, wmm2025, tilted_dipole, direct_dipole, averaged; igrf14:6 stops at

@@ -259,7 +259,7 @@ class Accuracy(NamedTuple):
 
 
 def measure_accuracy(result: xr.Dataset, found: xr.Dataset) -> Accuracy:
-    """How accurate filter and smoother were in a run; `found`: what `smoothed` made of it.
+    """How accurate filter and smoother were in a run; `found`: what `smooth_run` made of it.
 
     NaN if the filter has never started.
     """

@@ -43,7 +43,7 @@ def systematic_error(
 
 
 def _model_information(scenario: Scenario, spec, seen: Nominal) -> tuple[np.ndarray, np.ndarray]:
-    """`informed` with what the models on board give."""
+    """`reading_information` with what the models on board give."""
     believed = scenario.believed_environment()
     r, v = believed.state(seen.t_s)
     sun = believed.sun(seen.t_s) - r

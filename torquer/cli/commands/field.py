@@ -95,9 +95,10 @@ def orbit(
 
         make_writable(to.out)
         with writing_to(to.out):
-            draw_along(along, to.out)
+            files = draw_along(along, to.out)
     if to.json:
-        print(json_text(orbit_data(along), None))
+        written = {} if to.out is None else {"files": [str(file) for file in files.values()]}
+        print(json_text(orbit_data(along) | written, None))
         return 0
     print(*orbit_lines(along), sep="\n")
     if to.out is not None:
@@ -121,11 +122,12 @@ def cone(*, how: Annotated[FieldConeRequest, FLAT], to: ConeOptions = ConeOption
 
     paths = field_cone(how)
     make_writable(to.out)
+    files = [to.out / "cone.png", to.out / "cone.html"]
     with writing_to(to.out):
-        draw_cone(paths, to.out / "cone.png")
-        write_cone_page(paths, to.out / "cone.html")
+        draw_cone(paths, files[0])
+        write_cone_page(paths, files[1])
     if to.json:
-        print(json_text(cone_data(paths)))
+        print(json_text(cone_data(paths) | {"files": [str(file) for file in files]}))
     else:
         print(*cone_lines(paths), f"{to.out}: cone.png, cone.html", sep="\n")
     return 0

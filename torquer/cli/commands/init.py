@@ -96,7 +96,8 @@ def _list(as_json: bool) -> int:
 
 
 def _about(path: Path) -> str:
-    """The description of an example, or its first comment."""
+    """The description of an example, or the first sentence of its comment."""
     text = path.read_text(encoding="utf-8")
-    found = re.search(r'^description = "(.*)"', text, re.M) or re.search(r"^# (.*)", text, re.M)
-    return found[1] if found else ""
+    found = re.search(r'^description = "(.*)"', text, re.M)
+    comment = re.match(r"(?:#.*\n)*", text)[0].replace("\n#", "")  # type: ignore[index]
+    return found[1] if found else re.split(r"\.(?:\s|$)", comment)[0].removeprefix("# ").rstrip()

@@ -11,6 +11,7 @@ from torquer.computer.estimation.rate_from_field import RateFromField
 from torquer.computer.estimation.sensors import LawEstimate, NoEstimator, SensorReadings
 from torquer.computer.estimation.triad import Triad
 
+#: Estimators by the kind that a scenario names.
 ESTIMATORS = {
     "attitude_sensor": SensorReadings,
     "law": LawEstimate,

@@ -24,6 +24,7 @@ ORBITS = {
     "bench": Bench,
 }
 
+#: Any orbit, discriminated by `kind`.
 AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]  # noqa: UP007
 
 __all__ = ["ORBITS", "AnyOrbit", "Bench", "Circular", "Kepler", "Numerical", "Sgp4"]

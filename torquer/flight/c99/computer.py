@@ -136,7 +136,7 @@ def _memory_type(block: Block, names: tuple) -> Record:
 def translate_step(computer: OnBoard, again: int = 2) -> Export:
     """The translation of the control step; `Refused` where a kernel cannot be translated.
 
-    `again`: how often it is made again with what is known of indices: see `translated`.
+    `again`: how often it is made again with what is known of indices: see `translate_repeatedly`.
     """
     of_computer = constants_type("Computer", computer.computer)
     state = state_type(computer.board)

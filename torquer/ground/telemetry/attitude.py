@@ -115,7 +115,7 @@ class Attitude(NamedTuple):
     """What filter and smoother make of a session.
 
     `data` over `time`: `q_estimated`, `omega_estimated`, `attitude_sigma`, `rate_sigma` of the
-    filter, and the variables of `torquer.smoothed`, the attribute `fits`; `innovations` of each
+    filter, and the variables of `torquer.smooth_run`, the attribute `fits`; `innovations` of each
     sensor (n, 1 to 6): whitened, NaN without a reading.
     """
 

@@ -28,9 +28,9 @@ class Split(NamedTuple):
 
 class Examination(NamedTuple):
     """What was found. `calibration` is None where there can be none; `calibrated`: the session
-    with the columns of the output (`columns_of`); `conventions` of logged quaternions, by the field
-    and by the Sun; `attitude`: by the filter, None where there is none or the telemetry is not
-    usable; `orbit` in words; `split`: of the shift, where errors of clock and elements were
+    with the columns of the output (`make_columns`); `conventions` of logged quaternions, by the
+    field and by the Sun; `attitude`: by the filter, None where there is none or the telemetry is
+    not usable; `orbit` in words; `split`: of the shift, where errors of clock and elements were
     stated. Pictures and a page: `torquer.report.telemetry.page.write_telemetry`."""
 
     data: xr.Dataset

@@ -220,7 +220,7 @@ LOGS = (
 
 ATTRIBUTES = {
     "scenario": "the whole scenario that was flown, as JSON; `torquer.Scenario` reads it",
-    "laws": "laws and estimators as JSON: name, parameters, text, how they ran; `torquer.laws_of`",
+    "laws": "laws and estimators as JSON: name, parameters, text, how flown; `torquer.flown_laws`",
     "seed": "seed of all random numbers",
     "how_it_ended": "complete, stopped, interrupted or failed",
     "ended": "how the run ended in full, with the time and the reason",
