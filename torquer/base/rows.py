@@ -1,8 +1,8 @@
 """An answer as rows: each number once, from which its text, JSON and HTML are made.
 
 cells = [Row("settled_s", "last", 7200.0, "h", "2"), Row("runs", value=8)]
-data_of(cells)               # {"settled_s": 7200.0, "runs": 8}
-print(*text_of([cells]), sep="\\n")
+as_data(cells)               # {"settled_s": 7200.0, "runs": 8}
+print(*as_text([cells]), sep="\\n")
 """
 
 from collections.abc import Sequence
@@ -60,7 +60,8 @@ def as_html(table: Sequence[Sequence[Row]], notes: Sequence[str] = ()) -> str:
     ]
     lines = [_line("th", head), *(_line("td", cells) for cells in rest)]
     below = "".join(f"<li>{escape(note)}</li>" for note in notes)
-    return f"<table>{''.join(lines)}</table>" + (f"<ul>{below}</ul>" if below else "")
+    grid = f"<table>{''.join(lines)}</table>" if table else ""
+    return grid + (f"<ul>{below}</ul>" if below else "")
 
 
 def _line(tag: str, cells: Sequence[str]) -> str:

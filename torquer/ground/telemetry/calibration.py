@@ -139,7 +139,8 @@ class Calibration(NamedTuple):
     @property
     def sigmas(self) -> dict[str, float]:
         """Standard deviations by name."""
-        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)), strict=True))
+        sigmas = np.sqrt(np.diag(self.covariance)).tolist()
+        return dict(zip(self.names, sigmas, strict=True))
 
     def of(self, name: str) -> float:
         """A parameter; 0 if it was not fitted."""

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import chdtri
 
-from torquer.ground.telemetry.twin_fit import Fits, Problem, moved_by_noise
+from torquer.ground.telemetry.twin_fit import Fits, Problem, guesses, moved_by_noise
 from torquer.ground.telemetry.twin_flights import (
     COUNT,
     INERTIA,
@@ -35,11 +35,9 @@ from torquer.ground.telemetry.twin_flights import (
     twin_gain,
     twin_inertia,
 )
-from torquer.ground.telemetry.twin_found import Twin
 from torquer.ground.telemetry.twin_legs import Legs
-from torquer.ground.telemetry.twin_members import GAIN, SCALE, member_tables
+from torquer.ground.telemetry.twin_members import GAIN, SCALE, Twin, member_tables
 from torquer.ground.telemetry.twin_readings import Readings, first_end, select_readings
-from torquer.ground.telemetry.twin_start import guesses
 from torquer.maths.geometry.attitudes import rotation_vector, to_body
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
