@@ -75,7 +75,7 @@ def _compile_lanes(kind: Kind, function: Callable, shape: Shape, names: tuple | 
         "CELLS_AT": CELLS_AT,
         "Needs": Needs,
         "is_informed": is_informed,
-        "inputs_of": read_inputs,
+        "read_inputs": read_inputs,
     }
     file = plugin.source_file(plain)
     known = file is not None and plain.__closure__ is None
