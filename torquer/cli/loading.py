@@ -7,17 +7,23 @@ from typing import TYPE_CHECKING
 
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable
-from torquer.computer.blocks.user import UserLaw
-from torquer.scenario.load import load_scenario
-from torquer.scenario.spec import Scenario
-from torquer.scenario.usable import check_orbit_environment
 
 if TYPE_CHECKING:
     from torquer.campaign.spec import Campaign
+    from torquer.scenario.spec import Scenario
+
+
+def load_given(path: Path | None) -> Scenario | None:
+    """The scenario of a file whose code is not executed; None where none is given."""
+    from torquer.scenario.load import load_scenario
+
+    return None if path is None else load_scenario(path)
 
 
 def load_checked(path: Path, code: CodeOptions) -> Scenario:
     """The scenario of a file; ValueError if it names Python files that may not be executed."""
+    from torquer.scenario.load import load_scenario
+
     scenario = load_scenario(path)
     check_code(scenario, path, code)
     return scenario
@@ -29,6 +35,8 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
     ValueError for code that may not be executed, for unusable models, and for a folder that cannot
     be written.
     """
+    from torquer.scenario.usable import check_orbit_environment
+
     scenario = load_checked(path, code)
     check_orbit_environment(scenario)
     if out is not None:
@@ -38,6 +46,8 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
 
 def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str, Path]:
     """Python files that a run of the scenario, or any member of a campaign, executes, by key."""
+    from torquer.computer.blocks.user import UserLaw
+
     control = scenario.control
     laws = {control.key_of(name): law for name, law in control.named().laws.items()}
     named = {
@@ -74,3 +84,19 @@ def check_computer(computer: Path | None, code: CodeOptions) -> None:
             f"--computer: must not be given with --no-user-code; received {computer}, whose C code "
             "is executed"
         )
+
+
+def load_result(
+    path: Path, name: str, file: str = "result.nc", what: str = "folders of runs, or result.nc"
+):
+    """The result in a file, or in a folder that holds one; ValueError that begins with a name."""
+    from torquer.simulation.results.file import load
+
+    try:
+        return load(path / file if path.is_dir() else path)
+    except OSError as error:
+        raise ValueError(
+            f"{name}: must be {what}; received {path} ({error.strerror or error})"
+        ) from None
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None

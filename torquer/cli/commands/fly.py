@@ -14,7 +14,7 @@ from typing import Annotated, Any, NamedTuple
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.run import show_progress
+from torquer.cli.compiling import show_progress
 from torquer.cli.loading import check_computer, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
