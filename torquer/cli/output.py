@@ -117,6 +117,15 @@ def make_writable(out: Path, option: str = "--out") -> None:
         probe.unlink()
 
 
+def save_pictures(figures: dict, out: Path) -> list[str]:
+    """Save figures by name into a folder; their paths."""
+    from torquer.report.common.figure import save_figure
+
+    make_writable(out)
+    with writing_to(out):
+        return [str(save_figure(each, out / f"{name}.png")) for name, each in figures.items()]
+
+
 def show_summary(title: str, rows: Iterable, out: Path, *files: str) -> None:
     """Print labels and values as a table, and the names of the files written into a folder."""
     from rich.table import Table
