@@ -66,13 +66,18 @@ def check_code(
     scenario: Scenario, path: Path, code: CodeOptions, campaign: Campaign | None = None
 ) -> None:
     """ValueError for a law's file if none is allowed, or none in its place."""
-    folder = path.resolve().parent
-    for key, file in find_code(scenario, campaign).items():
+    check_files(find_code(scenario, campaign), path, "scenario's", code)
+
+
+def check_files(files: dict[str, Path], beside: Path, whose: str, code: CodeOptions) -> None:
+    """ValueError for a Python file if none is allowed, or one outside the folder of a file."""
+    folder = beside.resolve().parent
+    for key, file in files.items():
         if code.no_user_code:
             raise ValueError(f"{key}: must not be given with --no-user-code; received {file}")
         if not (code.code_from_anywhere or file.resolve().is_relative_to(folder)):
             raise ValueError(
-                f"{key}: must lie in the scenario's folder, or be allowed by "
+                f"{key}: must lie in the {whose} folder, or be allowed by "
                 f"--code-from-anywhere; received {file}"
             )
 

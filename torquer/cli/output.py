@@ -186,6 +186,22 @@ def progress_bar(*columns):
     return Progress(*shown, console=console(stderr=True), transient=True)
 
 
+@contextmanager
+def moving_bar(name: str, given: Sequence[str], *columns: str, total: float | None = None):
+    """Callback that moves a bar on a terminal; None elsewhere.
+
+    `given`: what its arguments are, as rich calls it; `columns`: of rich, by name.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich import progress
+
+    with progress_bar(*(getattr(progress, each)() for each in columns)) as bar:
+        task = bar.add_task(name, total=total)
+        yield lambda *values: bar.update(task, **dict(zip(given, values, strict=True)))
+
+
 def print_answer(
     answer, as_json: bool, out: Path | None = None, files: Sequence[Path] | None = None
 ) -> int:

@@ -1,7 +1,5 @@
 """`torquer design`: gains of control laws, coils and benches."""
 
-import sys
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +8,7 @@ from cyclopts import Parameter
 from torquer.cli.compiling import compiling_shown
 from torquer.cli.loading import load_checked, load_usable
 from torquer.cli.options import FLAT, CodeOptions, Json
-from torquer.cli.output import make_writable, print_answer, progress_bar, writing_to
+from torquer.cli.output import make_writable, moving_bar, print_answer, writing_to
 from torquer.design.requests import (
     BenchRequest,
     CoilRequest,
@@ -93,22 +91,10 @@ def detumble(
     satellite = load_checked(scenario, code)
     if out is not None:
         make_writable(out)
-    with _progress() as progress:
+    given, columns = ("completed", "total"), ("MofNCompleteColumn", "TimeRemainingColumn")
+    with moving_bar("flights", given, *columns) as progress:
         sweep = answer(satellite, how, progress)
     return print_answer(sweep, json, out, [] if out is None else _write_gain(sweep, out))
-
-
-@contextmanager
-def _progress():
-    """Callback for a bar on a terminal; None elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import MofNCompleteColumn, TimeRemainingColumn
-
-    with progress_bar(MofNCompleteColumn(), TimeRemainingColumn()) as bar:
-        task = bar.add_task("flights", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _write_gain(sweep, out: Path) -> list[Path]:

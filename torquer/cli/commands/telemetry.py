@@ -7,6 +7,7 @@ from cyclopts import App
 
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
+from torquer.cli.loading import load_checked
 from torquer.cli.options import FLAT, CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.process import FAILED_CODE
@@ -46,7 +47,6 @@ def check(
     attitude.nc, twin.nc, twin.toml, report.html and pictures. Exit code 1 for telemetry that cannot
     be used as it is, and for a filter or a twin that does not fit it.
     """
-    from torquer.cli.loading import load_checked
     from torquer.ground.telemetry.case import load_case
 
     if asked.twin is not None:
