@@ -157,7 +157,7 @@ def test_the_printed_size_is_that_of_the_result(call, scenario, no_report, stric
 
 
 HUGE = {
-    "memory_of_machine": "must fit in the 1 MB of memory of this machine; received a run that",
+    "machine_memory": "must fit in the 1 MB of memory of this machine; received a run that",
     "free_disk": "must fit in the 1 kB that are free at ",
 }
 
@@ -165,7 +165,7 @@ HUGE = {
 @pytest.mark.parametrize("name", ["validate", "run"])
 @pytest.mark.parametrize("limit", HUGE)
 def test_what_cannot_fit_is_one_line(call, scenario, monkeypatch, name, limit, tmp_path):
-    there = {"memory_of_machine": lambda: 1e6, "free_disk": lambda folder: 1e3}
+    there = {"machine_memory": lambda: 1e6, "free_disk": lambda folder: 1e3}
     monkeypatch.setattr(f"torquer.simulation.setup.size.{limit}", there[limit])
     code, out, err = call(name, scenario, *(["--out", tmp_path / "out"] if name == "run" else []))
     assert (code, out, err.count("\n")) == (2, "", 1)

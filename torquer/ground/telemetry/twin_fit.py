@@ -90,10 +90,6 @@ class Problem:
                 break
         return Fits(points, self._costs(points)[1])
 
-    def failed(self, points: Points) -> Fits:
-        """Twins that follow nothing."""
-        return Fits(points, np.full(len(points.q), np.inf))
-
     def _steps(self, points, information, pull, damping) -> np.ndarray:
         """Steps [n, p] of Levenberg and Marquardt's method."""
         prior = 1.0 / self.prior[self.free] ** 2
@@ -116,7 +112,15 @@ class Problem:
         return self.readings.predicted(self.flights.fly(points, self.readings.t_s))
 
     def _whiten(self, rows: np.ndarray) -> np.ndarray:
-        return whiten(self.root, rows)
+        """Rows [..., k] turned into numbers with independent errors of size 1; NaN for rows with
+        one that is not finite."""
+        from scipy.linalg import solve_triangular
+
+        flat = rows.reshape(-1, rows.shape[-1])
+        good = np.isfinite(flat).all(axis=1)
+        found = np.full_like(flat, np.nan)
+        found[good] = solve_triangular(self.root, flat[good].T, lower=True).T
+        return found.reshape(rows.shape)
 
     def _slopes(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Information [n, p, p] of the readings and their pull [n, p] on what is free."""
@@ -133,18 +137,6 @@ def triangular_root(covariance: np.ndarray) -> np.ndarray:
     """Lower triangular root of a covariance [k, k], with what rounding may have taken from it."""
     least = _ROUNDING * float(np.max(np.diag(covariance)))
     return np.linalg.cholesky(covariance + least * np.eye(len(covariance)))
-
-
-def whiten(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Rows [..., k] turned into numbers with independent errors of size 1; NaN for rows with one
-    that is not finite."""
-    from scipy.linalg import solve_triangular
-
-    flat = rows.reshape(-1, rows.shape[-1])
-    good = np.isfinite(flat).all(axis=1)
-    found = np.full_like(flat, np.nan)
-    found[good] = solve_triangular(root, flat[good].T, lower=True).T
-    return found.reshape(rows.shape)
 
 
 def around(points: Points, free: np.ndarray) -> Points:

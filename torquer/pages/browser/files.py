@@ -11,7 +11,7 @@ from pathlib import Path
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 #: What pages share: three.js, the body in 3D, elements of a page.
@@ -39,6 +39,11 @@ def within(folder: Path, name: str) -> Path:
     if not path.is_relative_to(folder.resolve()):
         raise HTTPException(404)
     return path
+
+
+async def answer_missing(request: Request, error: Exception) -> Response:
+    """The answer to a request for what is not there."""
+    return JSONResponse({"error": "there is no such thing"}, getattr(error, "status_code", 404))
 
 
 async def _sent(request: Request, path: Path, name: str, encoding: dict[str, str]) -> Response:
