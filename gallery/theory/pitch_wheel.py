@@ -17,10 +17,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from torquer.base.spec import Spec, Vector
-from torquer.base.validate import inertia_tensor
+from torquer.base.spec import Moments, Spec
 from torquer.environment.field import averaged, direct_dipole
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.environment.orbit.circular import Circular
@@ -39,18 +38,12 @@ class PitchWheel(Spec):
     `inertia_kg_m2` = (A, B, C) about x1 (up), x2 (along the motion), x3 (normal).
     """
 
-    inertia_kg_m2: Vector
+    inertia_kg_m2: Moments
     wheel_momentum_n_m_s: float = 0.0
     gain_a_m2_s_t: float = Field(ge=0.0)
     altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
     inclination_deg: float = Field(ge=0.0, le=180.0)
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
-
-    @field_validator("inertia_kg_m2")
-    @classmethod
-    def _can_be(cls, moments: Vector) -> Vector:
-        inertia_tensor("inertia_kg_m2", moments)
-        return moments
 
     @property
     def inclination(self) -> float:

@@ -22,10 +22,17 @@ def _tensor(value):
     return tuple(map(tuple, validate.inertia_tensor("inertia_kg_m2", value).tolist()))
 
 
+def _moments(value):
+    validate.inertia_tensor("inertia_kg_m2", value)
+    return value
+
+
 #: Three numbers.
 Vector = tuple[float, float, float]
 #: Value of `inertia_kg_m2`: what a body can have, given as three moments or 3x3, kept as 3x3.
 Inertia = Annotated[Vector | tuple[Vector, Vector, Vector], AfterValidator(_tensor)]
+#: Value of an inertia whose axes must be principal: three moments.
+Moments = Annotated[Vector, AfterValidator(_moments)]
 #: What pydantic would read as a number ("500" as 500, true as 1), and is none.
 _NO_NUMBERS = (bool, np.bool_, str, bytes)
 
