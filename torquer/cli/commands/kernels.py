@@ -14,7 +14,6 @@ from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import harmless, make_writable, progress_bar
-from torquer.compile.code_cache import SOURCES
 from torquer.compile.ready import GENERIC, VARIABLE, write_manifest
 
 
@@ -31,6 +30,8 @@ def build(*scenarios: Path, how: KernelOptions) -> int:
 
     Where TORQUER_KERNELS names the folder, `torquer` reads its code instead of compiling.
     """
+    from torquer.compile.code_cache import SOURCES
+
     if not scenarios:
         raise ValueError("SCENARIOS: at least one must be given; received none")
     for path in scenarios:

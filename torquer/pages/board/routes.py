@@ -35,8 +35,7 @@ from torquer.pages.board.form import make_form
 from torquer.pages.board.starts import Starts
 from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
 from torquer.pages.board.theory import predict
-from torquer.pages.browser.bodies import json_object
-from torquer.pages.browser.files import answer_missing, serve_files
+from torquer.pages.browser.files import answer_missing, json_object, serve_files
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_from_data
 

@@ -29,8 +29,7 @@ from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
 from torquer.ground.live import Listener, Live
 from torquer.pages.browser import scene
-from torquer.pages.browser.bodies import json_object
-from torquer.pages.browser.files import answer_missing, serve_files
+from torquer.pages.browser.files import answer_missing, json_object, serve_files
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
