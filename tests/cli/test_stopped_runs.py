@@ -157,13 +157,13 @@ def test_a_run_stopped_as_asked_is_kept(call, scenario, no_report, tmp_path):
 @needs_jit
 def test_a_law_named_interrupted_is_no_interrupt(call, scenario, no_report, tmp_path, monkeypatch):
     """The exit code does not hang on the words of the message."""
-    from torquer.cli.commands import run as work
+    simulate = torquer.simulate
 
     def stopped(scenario, **_):
-        result = torquer.simulate(scenario, until_s=10.0)
+        result = simulate(scenario, until_s=10.0)
         raise torquer.RunStopped("interrupted at will", result, interrupted=False)
 
-    monkeypatch.setattr(work, "simulate", stopped)
+    monkeypatch.setattr("torquer.simulation.setup.simulate.simulate", stopped)
     assert call("run", scenario, "--out", tmp_path)[0] == 1
 
 
@@ -207,7 +207,7 @@ def test_an_interrupt_before_the_run_exits_130(call, scenario, monkeypatch):
     def interrupted(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("torquer.cli.loading.load_scenario", interrupted)
+    monkeypatch.setattr("torquer.scenario.load.load_scenario", interrupted)
     assert call("run", scenario) == (130, "", "error: interrupted\n")
 
 

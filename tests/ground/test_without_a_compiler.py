@@ -14,9 +14,9 @@ import torquer.ground.export, torquer.ground.history, torquer.ground.recording
 import torquer.pages.ground.server
 from pathlib import Path
 from torquer.flight.packets.commands import Sent
-from torquer.ground import Archive, Commands, Contact, SatelliteTable, read_only, satellite_of
+from torquer.ground import Archive, Commands, Contact, SatelliteTable, read_only, make_satellite
 
-satellite = satellite_of("satellite", SatelliteTable(link="udp:127.0.0.1:10315"))
+satellite = make_satellite("satellite", SatelliteTable(link="udp:127.0.0.1:10315"))
 dictionary = satellite.software.dictionary
 archive = Archive(Path(sys.argv[1]), dictionary)
 commands = Commands(archive, dictionary, satellite.names)

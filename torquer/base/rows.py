@@ -60,7 +60,8 @@ def as_html(table: Sequence[Sequence[Row]], notes: Sequence[str] = ()) -> str:
     ]
     lines = [_line("th", head), *(_line("td", cells) for cells in rest)]
     below = "".join(f"<li>{escape(note)}</li>" for note in notes)
-    return f"<table>{''.join(lines)}</table>" + (f"<ul>{below}</ul>" if below else "")
+    grid = f"<table>{''.join(lines)}</table>" if table else ""
+    return grid + (f"<ul>{below}</ul>" if below else "")
 
 
 def _line(tag: str, cells: Sequence[str]) -> str:

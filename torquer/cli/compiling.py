@@ -1,4 +1,4 @@
-"""Progress of compiling the kernels, which takes a while on the first run."""
+"""Progress of a run, and before the first of compiling the kernels, which takes a while."""
 
 import contextlib
 import sys
@@ -88,3 +88,27 @@ def bars():
     from rich.progress import TaskProgressColumn, TimeElapsedColumn
 
     return progress_bar(TaskProgressColumn(), TimeElapsedColumn())
+
+
+@contextlib.contextmanager
+def show_progress(name: str):
+    """Progress callback for a bar on a terminal; None elsewhere."""
+    cold = is_cold()
+    if not sys.stderr.isatty():
+        if cold:
+            print_once()
+        yield None
+        return
+    with bars() as shown, contextlib.ExitStack() as stack:
+        task = shown.add_task(name, total=1.0, visible=not cold)
+        if not cold:
+            yield lambda part: shown.update(task, completed=part)
+            return
+        first = shown.add_task(NOTE, total=1.0)
+        stack.enter_context(counting(lambda part: shown.update(first, completed=part)))
+
+        def update(part: float) -> None:  # from now on all is compiled
+            shown.update(first, visible=False)
+            shown.update(task, completed=part, visible=True)
+
+        yield update

@@ -7,17 +7,23 @@ from typing import TYPE_CHECKING
 
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable
-from torquer.computer.blocks.user import UserLaw
-from torquer.scenario.load import load_scenario
-from torquer.scenario.spec import Scenario
-from torquer.scenario.usable import check_orbit_environment
 
 if TYPE_CHECKING:
     from torquer.campaign.spec import Campaign
+    from torquer.scenario.spec import Scenario
+
+
+def load_given(path: Path | None) -> Scenario | None:
+    """The scenario of a file whose code is not executed; None where none is given."""
+    from torquer.scenario.load import load_scenario
+
+    return None if path is None else load_scenario(path)
 
 
 def load_checked(path: Path, code: CodeOptions) -> Scenario:
     """The scenario of a file; ValueError if it names Python files that may not be executed."""
+    from torquer.scenario.load import load_scenario
+
     scenario = load_scenario(path)
     check_code(scenario, path, code)
     return scenario
@@ -29,6 +35,8 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
     ValueError for code that may not be executed, for unusable models, and for a folder that cannot
     be written.
     """
+    from torquer.scenario.usable import check_orbit_environment
+
     scenario = load_checked(path, code)
     check_orbit_environment(scenario)
     if out is not None:
@@ -38,6 +46,8 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
 
 def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str, Path]:
     """Python files that a run of the scenario, or any member of a campaign, executes, by key."""
+    from torquer.computer.blocks.user import UserLaw
+
     control = scenario.control
     laws = {control.key_of(name): law for name, law in control.named().laws.items()}
     named = {
@@ -56,13 +66,18 @@ def check_code(
     scenario: Scenario, path: Path, code: CodeOptions, campaign: Campaign | None = None
 ) -> None:
     """ValueError for a law's file if none is allowed, or none in its place."""
-    folder = path.resolve().parent
-    for key, file in find_code(scenario, campaign).items():
+    check_files(find_code(scenario, campaign), path, "scenario's", code)
+
+
+def check_files(files: dict[str, Path], beside: Path, whose: str, code: CodeOptions) -> None:
+    """ValueError for a Python file if none is allowed, or one outside the folder of a file."""
+    folder = beside.resolve().parent
+    for key, file in files.items():
         if code.no_user_code:
             raise ValueError(f"{key}: must not be given with --no-user-code; received {file}")
         if not (code.code_from_anywhere or file.resolve().is_relative_to(folder)):
             raise ValueError(
-                f"{key}: must lie in the scenario's folder, or be allowed by "
+                f"{key}: must lie in the {whose} folder, or be allowed by "
                 f"--code-from-anywhere; received {file}"
             )
 
@@ -74,3 +89,19 @@ def check_computer(computer: Path | None, code: CodeOptions) -> None:
             f"--computer: must not be given with --no-user-code; received {computer}, whose C code "
             "is executed"
         )
+
+
+def load_result(
+    path: Path, name: str, file: str = "result.nc", what: str = "folders of runs, or result.nc"
+):
+    """The result in a file, or in a folder that holds one; ValueError that begins with a name."""
+    from torquer.simulation.results.file import load
+
+    try:
+        return load(path / file if path.is_dir() else path)
+    except OSError as error:
+        raise ValueError(
+            f"{name}: must be {what}; received {path} ({error.strerror or error})"
+        ) from None
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None

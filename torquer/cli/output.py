@@ -117,6 +117,15 @@ def make_writable(out: Path, option: str = "--out") -> None:
         probe.unlink()
 
 
+def save_pictures(figures: dict, out: Path) -> list[str]:
+    """Save figures by name into a folder; their paths."""
+    from torquer.report.common.figure import save_figure
+
+    make_writable(out)
+    with writing_to(out):
+        return [str(save_figure(each, out / f"{name}.png")) for name, each in figures.items()]
+
+
 def show_summary(title: str, rows: Iterable, out: Path, *files: str) -> None:
     """Print labels and values as a table, and the names of the files written into a folder."""
     from rich.table import Table
@@ -175,6 +184,22 @@ def progress_bar(*columns):
 
     shown = (TextColumn("{task.description}"), BarColumn(), *columns)
     return Progress(*shown, console=console(stderr=True), transient=True)
+
+
+@contextmanager
+def moving_bar(name: str, given: Sequence[str], *columns: str, total: float | None = None):
+    """Callback that moves a bar on a terminal; None elsewhere.
+
+    `given`: what its arguments are, as rich calls it; `columns`: of rich, by name.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich import progress
+
+    with progress_bar(*(getattr(progress, each)() for each in columns)) as bar:
+        task = bar.add_task(name, total=total)
+        yield lambda *values: bar.update(task, **dict(zip(given, values, strict=True)))
 
 
 def print_answer(

@@ -14,7 +14,7 @@ from torquer.flight.link import Link, connect
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.station import Station
-from torquer.ground.archive import SUSPECT, Archive, Row, RowMaker
+from torquer.ground.archive import SUSPECT, Archive, Row
 from torquer.ground.commands import Commands
 from torquer.ground.file import Satellite
 from torquer.ground.history import ground_entry, has_events, satellite_entry
@@ -69,8 +69,8 @@ class Contact:
         self.clock_ms: int | None = None
         self._clock_s = 0.0  # when it was heard of
         self.link: Link = connect(satellite.link, self.dictionary)
-        self._station, self._maker = Station(satellite.software), RowMaker(self.dictionary)
-        self._judge, self._frames = Judge(self._station), 0
+        self._station, self._frames = Station(satellite.software), 0
+        self._judge = Judge(self._station, self.dictionary)
         self._is_open_to_all = satellite.software.keys.are_known
         self._heard_s, self._was_connected, self._reject = -math.inf, False, 0
         self.archive.put([], {UP: max(self.archive.counter(UP), counters.commands)})
@@ -135,7 +135,7 @@ class Contact:
         if not data:
             return False
         at_ms, self._heard_s = now_ms(), time.monotonic()
-        pairs = self._judge.rows(self._station.receive(data), self._maker, at_ms)
+        pairs = self._judge.rows(self._station.receive(data), at_ms)
         self._accept_restart()
         if pairs:
             rows = [row for _, row in pairs]

@@ -24,7 +24,7 @@ def points(
     number: str,
     start_ms: int,
     end_ms: int,
-    size: int = 2000,
+    size: int,
     by: str = "time",
 ) -> list[tuple]:
     """(time_ms, received_ms, value, quality) of a number from start to end, in order of time.

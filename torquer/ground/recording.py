@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.packets.station import Station
@@ -15,20 +16,19 @@ _PART = 2**20
 
 
 class Judge:
-    """Says of each frame from a station how far it can be trusted.
+    """Makes rows of the frames of a station, and says how far each can be trusted.
 
     Frames must be taken one by one as the station finds them, since its counters say what was lost
     before each.
     """
 
-    def __init__(self, station: Station):
+    def __init__(self, station: Station, dictionary: Dictionary):
         self._station, self._lost = station, 0
+        self._maker = RowMaker(dictionary)
 
-    def rows(
-        self, frames: Iterable[Frame], maker: RowMaker, received_ms: int | None
-    ) -> list[tuple[Frame, Row]]:
+    def rows(self, frames: Iterable[Frame], received_ms: int | None) -> list[tuple[Frame, Row]]:
         """The frames with their rows."""
-        return [(each, maker.row(each, received_ms, self._quality())) for each in frames]
+        return [(each, self._maker.row(each, received_ms, self._quality())) for each in frames]
 
     def _quality(self) -> int:
         if self._station.protection is not None:
@@ -49,13 +49,13 @@ def import_recording(
     The rows have no time of reception. Frames that are there already are not added again, so that
     recordings may come twice and in any order. `progress`: called with the part that is done.
     """
-    station, maker = Station(link), RowMaker(link.dictionary)
-    judge, size = Judge(station), max(recording.stat().st_size, 1)
+    station, size = Station(link), max(recording.stat().st_size, 1)
+    judge = Judge(station, link.dictionary)
     frames = new = done = 0
 
     def put(found: Iterable[Frame]) -> None:
         nonlocal frames, new
-        rows = [row for _, row in judge.rows(found, maker, None)]
+        rows = [row for _, row in judge.rows(found, None)]
         frames, new = frames + len(rows), new + archive.put(rows)
 
     with open(recording, "rb") as file:

@@ -16,7 +16,7 @@ from torquer.campaign.sampling import draw
 from torquer.cli.answer import answer
 from torquer.compile import engine
 from torquer.ground.telemetry import TelemetryRequest, check
-from torquer.ground.telemetry.rows import with_error
+from torquer.ground.telemetry.examination import with_error
 from torquer.scenario.change import with_values
 
 EXAMPLE = Path("examples/chibis_m_detumble.toml").resolve()
@@ -141,7 +141,7 @@ def test_a_twin(folder, capsys, monkeypatch):
     """A tip-off of a satellite up to 25 % off: its parameters, picture, page and file."""
     # enough here, in less time
     monkeypatch.setattr("torquer.ground.telemetry.twin._GUESSES", 3)
-    monkeypatch.setattr("torquer.ground.telemetry.twin_start._RATIOS", np.array([-0.2, 0.0, 0.2]))
+    monkeypatch.setattr("torquer.ground.telemetry.twin_fit._RATIOS", np.array([-0.2, 0.0, 0.2]))
     text = EXAMPLE.read_text(encoding="utf-8")
     (folder / "believed.toml").write_text(text.replace("= 5e6", "= 8e5"), encoding="utf-8")
     data, true = tip_off(torquer.load_scenario("believed.toml"), 5, 20, (10.0, 10.0, 10.0))

@@ -8,8 +8,8 @@ from torquer.compile import engine
 from torquer.ground.telemetry.twin import _Search, _Step, fit_twin
 from torquer.ground.telemetry.twin_fit import Fits, Problem, around
 from torquer.ground.telemetry.twin_flights import COUNT, INERTIA, Flights, Points, twin_inertia
-from torquer.ground.telemetry.twin_found import Twin
 from torquer.ground.telemetry.twin_legs import Legs
+from torquer.ground.telemetry.twin_members import Twin
 from torquer.ground.telemetry.twin_readings import Readings
 from torquer.scenario.change import with_values
 

@@ -9,8 +9,7 @@ from torquer.base.validate import inertia_tensor
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import draw, draw_values
 from torquer.ground.telemetry.twin_flights import INERTIA
-from torquer.ground.telemetry.twin_found import Twin
-from torquer.ground.telemetry.twin_members import GAIN, SCALE, member_tables, write_members
+from torquer.ground.telemetry.twin_members import GAIN, SCALE, Twin, member_tables, write_members
 from torquer.scenario.change import with_values
 
 N = 20_000

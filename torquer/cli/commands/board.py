@@ -3,13 +3,11 @@
 from pathlib import Path
 from typing import Annotated
 
-import torquer.scenario
 from torquer.base.limits import within
-from torquer.cli import compiling
+from torquer.cli.compiling import compiling_shown
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, options
 from torquer.cli.output import check_installed, print_note, show_address
-from torquer.scenario.load import name_after, read_text
 
 #: The port of the page unless another is given.
 PORT = 8422
@@ -40,7 +38,9 @@ def board(
     address that is printed.
     """
     check_installed("board", _NEEDS)
+    import torquer.scenario
     from torquer.pages.board.server import BoardServer
+    from torquer.scenario.load import name_after, read_text
 
     if scenario is None:
         scenario = Path(torquer.scenario.__file__).with_name("start.toml")
@@ -49,7 +49,7 @@ def board(
         name, folder = name_after(scenario), scenario.parent
     load_checked(scenario, code)  # a page that begins with an error helps nobody
     server = BoardServer(read_text(scenario, "scenario"), name, folder, how.port or 0)
-    with compiling.compiling_shown():
+    with compiling_shown():
         server.board.make_ready()
     server.serve(
         lambda: show_address(server.address, how.no_browser),

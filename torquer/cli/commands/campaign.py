@@ -7,19 +7,12 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import xarray as xr
 from cyclopts import App, Parameter
 
 from torquer.base.folder_lock import claim
 from torquer.base.strict_json import json_text
-from torquer.campaign.fly import fly_campaign
-from torquer.campaign.load import campaign_from_data, load_campaign
-from torquer.campaign.sampling import member_scenario
-from torquer.campaign.store import files_there, is_there, remove
-from torquer.campaign.summary import campaign_summary, summary_rows
-from torquer.cli.commands.run import RunOptions, run_scenario
 from torquer.cli.examples import show_examples
-from torquer.cli.loading import check_code, check_computer
+from torquer.cli.loading import check_code, check_computer, load_result
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
     describe_interrupt,
@@ -32,8 +25,7 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.process import SIGNAL_CODE, leave_or_raise
-from torquer.scenario.usable import check_orbit_environment
-from torquer.simulation.results.file import explain_errors, load, put
+from torquer.simulation.results.file import explain_errors, put
 from torquer.simulation.setup.signals import ALL, noting_signals
 
 #: Options of arguments of `fly_campaign`, and of keys that they replace.
@@ -76,6 +68,10 @@ def fly(
     scenario: Path, *, how: CampaignOptions = CampaignOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Fly the campaign of SCENARIO, many runs with varied keys; write campaign.nc and a report."""
+    from torquer.campaign.fly import fly_campaign
+    from torquer.campaign.store import files_there
+    from torquer.campaign.summary import summary_rows
+
     if how.member is not None:
         return _fly_member(scenario, how.member, how, code)
     if how.plots:
@@ -114,6 +110,8 @@ def fly(
 
 def _make_free(path: Path, how: CampaignOptions) -> None:
     """Remove the campaign that is to be replaced; ValueError for one that is not."""
+    from torquer.campaign.store import is_there, remove
+
     if how.resume:
         return
     if how.overwrite:
@@ -127,6 +125,8 @@ def _make_free(path: Path, how: CampaignOptions) -> None:
 
 def _write(result, out: Path, how: CampaignOptions) -> dict:
     """Write summary and report; the summary."""
+    from torquer.campaign.summary import campaign_summary
+
     summary = campaign_summary(result)
     put(out / "summary.json", json_text(summary) + "\n")
     if not how.no_report:
@@ -138,6 +138,9 @@ def _write(result, out: Path, how: CampaignOptions) -> dict:
 
 def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions) -> int:
     """Fly one member alone, with its full record and report."""
+    from torquer.campaign.sampling import member_scenario
+    from torquer.cli.commands.run import RunOptions, run_scenario
+
     for option, given in (
         ("--resume", how.resume),
         ("--workers", how.workers is not None),
@@ -158,6 +161,9 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
 
 def _load(path: Path, how: CampaignOptions, code: CodeOptions):
     """Scenario and campaign of a file, checked for flight with these options."""
+    from torquer.campaign.load import campaign_from_data, load_campaign
+    from torquer.scenario.usable import check_orbit_environment
+
     scenario, campaign = load_campaign(path)
     check_code(scenario, path, code, campaign)
     check_orbit_environment(scenario)
@@ -227,16 +233,10 @@ def compare(
     return 0
 
 
-def _result_in(path: Path, name: str) -> xr.Dataset:
+def _result_in(path: Path, name: str):
     """The campaign of a file, or of the folder it was written to."""
-    file = path / "campaign.nc" if path.is_dir() else path
-    try:
-        result = load(file)
-    except OSError as error:
-        raise ValueError(
-            f"{name}: must be the folder or the campaign.nc of a flown campaign; received "
-            f"{path} ({error.strerror or error})"
-        ) from None
+    what = "the folder or the campaign.nc of a flown campaign"
+    result = load_result(path, name, "campaign.nc", what)
     if "campaign" not in result.attrs:
         raise ValueError(f"{name}: must be the result of a campaign; received {path}")
     return result

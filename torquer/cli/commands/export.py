@@ -9,7 +9,6 @@ from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import harmless, writing_to
-from torquer.flight.c99.export import STEPS, export_c
 
 
 @options
@@ -29,6 +28,8 @@ class ExportOptions:
 
 def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) -> int:
     """Write estimators, modes and laws of SCENARIO as C99, with a replay that compares bits."""
+    from torquer.flight.c99.export import STEPS, export_c
+
     satellite = load_usable(scenario, code, how.out)
     with writing_to(how.out):
         steps = STEPS if how.steps is None else how.steps

@@ -6,22 +6,10 @@ from typing import Annotated
 
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
-from torquer.campaign.faults.contents import (
-    WORDS,
-    as_plain,
-    counts_in_words,
-    fault_dataset,
-    fault_table,
-)
-from torquer.campaign.faults.fly import FaultCampaign, fly_faults
-from torquer.campaign.faults.verdict import LOST
-from torquer.cli.commands.run import show_progress
+from torquer.cli.compiling import show_progress
 from torquer.cli.loading import find_code, load_usable
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
-from torquer.scenario.change import with_values
-from torquer.scenario.spec import Scenario
-from torquer.scenario.toml_text import to_toml
 from torquer.simulation.results.file import put, save
 
 _WIDTH = 150
@@ -59,6 +47,10 @@ def faults(
     times the energy without a fault. Degraded: all else. Noticed: the modes entered a state
     that they do not enter without the fault. Exit code 1 if a flight with guards is lost.
     """
+    from torquer.campaign.faults.contents import as_plain
+    from torquer.campaign.faults.fly import fly_faults
+    from torquer.campaign.faults.verdict import LOST
+
     if how.workers is not None and how.workers < 1:
         raise ValueError(f"--workers: must be 1 or more; received {how.workers}")
     flown = _change(load_usable(scenario, code, None), how)
@@ -80,7 +72,9 @@ def faults(
     return 1 if found.counts(True)[LOST] else 0
 
 
-def _change(scenario: Scenario, how: FaultOptions) -> Scenario:
+def _change(scenario, how: FaultOptions):
+    from torquer.scenario.change import with_values
+
     changes: dict[str, float | None] = {}
     if how.seed is not None:
         changes["seed"] = how.seed
@@ -89,8 +83,10 @@ def _change(scenario: Scenario, how: FaultOptions) -> Scenario:
     return with_values(scenario, changes) if changes else scenario
 
 
-def _write(found: FaultCampaign, out: Path) -> list[str]:
+def _write(found, out: Path) -> list[str]:
+    from torquer.campaign.faults.contents import as_plain, fault_dataset
     from torquer.report.campaign.faults import write_fault_report
+    from torquer.scenario.toml_text import to_toml
 
     save(fault_dataset(found), out / "faults.nc")
     put(out / "faults.json", json_text(as_plain(found)) + "\n")
@@ -100,7 +96,9 @@ def _write(found: FaultCampaign, out: Path) -> list[str]:
     return [*write_fault_report(found, out), "faults.nc", "faults.json", "worst.toml"]
 
 
-def _show(found: FaultCampaign, out: Path, files: list[str], user_code: bool) -> None:
+def _show(found, out: Path, files: list[str], user_code: bool) -> None:
+    from torquer.campaign.faults.contents import WORDS, counts_in_words, fault_table
+
     head, rows = fault_table(found)
     words = [k for k, name in enumerate(head) if name in WORDS]
     title = f"{found.scenario.name}: single faults; without a fault {found.verdict[0]}"

@@ -10,6 +10,7 @@ from torquer.analysis.field.requests import (
     FieldPointRequest,
 )
 from torquer.base.strict_json import json_text
+from torquer.cli.loading import load_given
 from torquer.cli.options import FLAT, Json, options
 from torquer.cli.output import make_writable, print_answer, writing_to
 
@@ -89,7 +90,7 @@ def orbit(
     from torquer.analysis.field.answers import orbit_data, orbit_lines
     from torquer.analysis.field.orbit import field_orbit
 
-    along = field_orbit(how, _scenario(to.scenario))
+    along = field_orbit(how, load_given(to.scenario))
     if to.out is not None:
         from torquer.report.field.along import draw_along
 
@@ -104,14 +105,6 @@ def orbit(
     if to.out is not None:
         print(f"\n{to.out}: inertial.png, orbital.png")
     return 0
-
-
-def _scenario(path: Path | None):
-    if path is None:
-        return None
-    from torquer.scenario.load import load_scenario
-
-    return load_scenario(path)
 
 
 def cone(*, how: Annotated[FieldConeRequest, FLAT], to: ConeOptions = ConeOptions()) -> int:

@@ -4,31 +4,12 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
-
-from torquer.analysis.filters.filter_check import (
-    FilterCheck,
-    as_plain,
-    check_filter,
-    drawn_in_words,
-    restarts_in_words,
-)
-from torquer.analysis.filters.filter_members import Start
-from torquer.analysis.filters.observability import Observability
-from torquer.analysis.filters.sensor_sets import (
-    REACHED_DEG,
-    SensorSet,
-    as_plain as sets_as_plain,
-    sensor_sets,
-)
 from torquer.base.limits import at_least
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.run import show_progress
+from torquer.cli.compiling import show_progress
 from torquer.cli.loading import check_computer, load_usable
 from torquer.cli.options import CodeOptions, Json, option, options
 from torquer.cli.output import table, table_console, writing_to
-from torquer.report.flight.budget_rows import models_in_words
-from torquer.scenario.spec import Scenario
 
 _RUNS = 200
 _WIDTH = 120
@@ -68,6 +49,9 @@ def filter_check(
     accuracy with and without the Sun in view, and gaps in observability, for the sensors of each
     filter and for each sensor alone.
     """
+    from torquer.analysis.filters.filter_check import as_plain, check_filter
+    from torquer.analysis.filters.filter_members import Start
+
     if how.expected:
         return _expect(scenario, how, code)
     check_computer(how.computer, code)
@@ -91,6 +75,8 @@ def filter_check(
 
 def _expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     """Print the expected accuracy of the scenario's filters, also with fewer sensors."""
+    from torquer.analysis.filters.sensor_sets import as_plain, sensor_sets
+
     for key in ("runs", "attitude_sigma_deg", "rate_sigma_deg_s"):
         if (value := getattr(how, key)) is not None:
             raise ValueError(f"{option(key)}: must be left out with --expected; received {value:g}")
@@ -107,7 +93,7 @@ def _expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
         with writing_to(how.out):
             draw_expected(sets, f"Expected accuracy: {scenario.name}", how.out / "expected.png")
     if how.json:
-        print(json_text({"scenario": scenario.name, "sensor_sets": sets_as_plain(sets)}, None))
+        print(json_text({"scenario": scenario.name, "sensor_sets": as_plain(sets)}, None))
         return 0
     _show(scenario, sets)
     if how.out is not None:
@@ -115,8 +101,10 @@ def _expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     return 0
 
 
-def in_words(found: FilterCheck) -> list[str]:
-    """The statistics, line by line."""
+def in_words(found) -> list[str]:
+    """The statistics of a `FilterCheck`, line by line."""
+    from torquer.analysis.filters.filter_check import as_plain, drawn_in_words, restarts_in_words
+
     plain = as_plain(found)
     lines = [
         f"{plain['scenario']}: {plain['estimator']}, {plain['runs']} runs",
@@ -139,7 +127,10 @@ def in_words(found: FilterCheck) -> list[str]:
     return [*lines, plain["verdict_text"]]
 
 
-def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
+def _show(scenario, sets: list) -> None:
+    from torquer.analysis.filters.sensor_sets import REACHED_DEG
+    from torquer.report.flight.budget_rows import models_in_words
+
     after = f"worst instant after {sets[0].settled_s / 60.0:.0f} min"
     title = f"{scenario.name}: 95th percentile of the attitude error, {after}"
     head: tuple[str, ...]
@@ -170,7 +161,7 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
         print(models_in_words(models))
 
 
-def _time_reached(each: SensorSet) -> str:
+def _time_reached(each) -> str:
     if each.reached_s is None:
         return "-"
     return f"{each.reached_s / 60.0:.0f} min" if math.isfinite(each.reached_s) else "never"
@@ -183,11 +174,11 @@ def _degrees(value: float) -> str:
     return f"{value:.2g} deg" if value < 45.0 else "unknown"
 
 
-def gaps_in_words(seen: Observability) -> tuple[str, str]:
+def gaps_in_words(seen) -> tuple[str, str]:
     """Share of the windows that are gaps, and the states that most of them leave unknown."""
-    gaps = np.flatnonzero(seen.gaps)
-    if not len(gaps):
+    gaps = [k for k, is_gap in enumerate(seen.gaps) if is_gap]
+    if not gaps:
         return "none", ""
-    states = [seen.weakest_state(int(k)) for k in gaps]
+    states = [seen.weakest_state(k) for k in gaps]
     most = max(dict.fromkeys(states), key=states.count)
     return f"{len(gaps) / len(seen.gaps):.0%}", most

@@ -14,8 +14,8 @@ from typing import Annotated, Any, NamedTuple
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.run import show_progress
-from torquer.cli.loading import check_computer, load_checked
+from torquer.cli.compiling import show_progress
+from torquer.cli.loading import check_computer, check_files, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
@@ -129,7 +129,8 @@ def fly(
         )
     check_computer(how.computer, code)
     loaded = load_checked(scenario, code)
-    _check_modules(how.software, code)
+    if how.software is not None:
+        check_files(code_in(how.software), how.software, "software file's", code)
     faults = load_faults(how.faults) if how.faults else FaultsFile()
     flown = with_device_faults(loaded, faults)
     out = how.out or Path("runs") / f"{flown.name}-flight"
@@ -150,19 +151,6 @@ def fly(
     for note in _notes(flight, recorder, how, bool(stopped)):
         print_note(note)
     return SIGNAL_CODE + number if number else FAILED_CODE if stopped else 0
-
-
-def _check_modules(software: Path | None, code: CodeOptions) -> None:
-    """ValueError for a module's Python file if none is allowed, or none in its place."""
-    for key, file in code_in(software).items() if software else ():
-        if code.no_user_code:
-            raise ValueError(f"{key}: must not be given with --no-user-code; received {file}")
-        folder = software.resolve().parent if software else Path()
-        if not (code.code_from_anywhere or file.resolve().is_relative_to(folder)):
-            raise ValueError(
-                f"{key}: must lie in the software file's folder, or be allowed by "
-                f"--code-from-anywhere; received {file}"
-            )
 
 
 def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: bool) -> Iterator[str]:

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
 from torquer.cli.options import Json
-from torquer.cli.output import make_writable, print_error, progress_bar, writing_to
+from torquer.cli.output import make_writable, moving_bar, print_error, writing_to
 from torquer.cli.process import FAILED_CODE
 
 Out = Annotated[Path, Parameter(help="Folder for the pictures.")]
@@ -94,7 +94,9 @@ def _compute(entries: Sequence, out: Path, docs: Path | None) -> list:
     for option, folder in (("--out", out), ("--docs", small)):
         if folder:
             make_writable(folder, option)
-    with _progress(len(entries)) as progress, writing_to(out), _explain_missing_sympy():
+    given, columns = ("description", "completed"), ("TaskProgressColumn", "TimeRemainingColumn")
+    bar = moving_bar("gallery", given, *columns, total=len(entries))
+    with bar as progress, writing_to(out), _explain_missing_sympy():
         return compute_all(entries, out, small, progress)
 
 
@@ -110,19 +112,6 @@ def _explain_missing_sympy():
             "gallery: needs sympy for this entry: pip install 'torquer[symbolic]'; received an "
             "installation without it"
         ) from None
-
-
-@contextlib.contextmanager
-def _progress(total: int):
-    """Progress callback for a bar on a terminal; None elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import TaskProgressColumn, TimeRemainingColumn
-
-    with progress_bar(TaskProgressColumn(), TimeRemainingColumn()) as bar:
-        task = bar.add_task("gallery", total=total)
-        yield lambda name, count: bar.update(task, completed=count, description=name)
 
 
 def _print_all(outcomes: list, as_json: bool, out: Path) -> int:

@@ -1,8 +1,6 @@
 """`torquer ground`: telemetry in the browser, commands, archives."""
 
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,14 +11,15 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
+from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
     check_installed,
     harmless,
     make_writable,
+    moving_bar,
     print_error,
     print_note,
-    progress_bar,
     show_address,
     writing_to,
 )
@@ -121,10 +120,7 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
         tables = {_short_name(how.name): SatelliteTable.model_validate(table)}
     for each in tables.values():
         if each.scenario is not None:
-            from torquer.cli.loading import check_code
-            from torquer.scenario.load import load_scenario
-
-            check_code(load_scenario(each.scenario), each.scenario, code)
+            load_checked(each.scenario, code)
     return [make_satellite(key, table) for key, table in tables.items()]
 
 
@@ -309,15 +305,8 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     return 0
 
 
-@contextmanager
-def _progress(name: str) -> Iterator[Callable[[float], None] | None]:
-    """Progress callback for a bar on a terminal; None elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    with progress_bar() as shown:
-        task = shown.add_task(name, total=1.0)
-        yield lambda part: shown.update(task, completed=part)
+def _progress(name: str):
+    return moving_bar(name, ("completed",), total=1.0)
 
 
 def _ms(option: str, text: str | None) -> int | None:

@@ -14,8 +14,6 @@ from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import harmless, make_writable, progress_bar
-from torquer.compile.code_cache import SOURCES
-from torquer.compile.ready import GENERIC, VARIABLE, write_manifest
 
 
 @options
@@ -31,6 +29,9 @@ def build(*scenarios: Path, how: KernelOptions) -> int:
 
     Where TORQUER_KERNELS names the folder, `torquer` reads its code instead of compiling.
     """
+    from torquer.compile.code_cache import SOURCES
+    from torquer.compile.ready import VARIABLE, write_manifest
+
     if not scenarios:
         raise ValueError("SCENARIOS: at least one must be given; received none")
     for path in scenarios:
@@ -56,6 +57,8 @@ def build(*scenarios: Path, how: KernelOptions) -> int:
 
 def _compile(scenario: Path, folder: Path) -> None:
     """Run a scenario with its report in a process that keeps its compiled code in the folder."""
+    from torquer.compile.ready import GENERIC, VARIABLE
+
     given = {**os.environ, **GENERIC, VARIABLE: "", "TORQUER_CACHE_DIR": str(folder.absolute())}
     given.pop("NUMBA_DISABLE_JIT", None)
     out = tempfile.mkdtemp(prefix="torquer-kernels-")

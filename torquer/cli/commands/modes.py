@@ -3,12 +3,9 @@
 import os
 from pathlib import Path
 
-from torquer.analysis.notes.mode_notes import mode_findings
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, Json, options
-from torquer.computer.modes.spec import MAIN, Modes
-from torquer.computer.modes.wording import state_in_words, transition_in_words
 
 
 @options
@@ -26,6 +23,7 @@ def modes(
     scenario: Path, *, how: ModesOptions = ModesOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Show the modes of SCENARIO: states, transitions, dead ends, conflicts, chatter."""
+    from torquer.analysis.notes.mode_notes import mode_findings
     from torquer.computer.modes.diagram import mermaid, svg
 
     satellite = load_checked(scenario, code)
@@ -60,8 +58,11 @@ def _write(text: str, picture: Path) -> None:
         ) from None
 
 
-def in_words(modes: Modes) -> list[str]:
-    """Regions, states and transitions, line by line."""
+def in_words(modes) -> list[str]:
+    """Regions, states and transitions of a mode table, line by line."""
+    from torquer.computer.modes.spec import MAIN
+    from torquer.computer.modes.wording import state_in_words
+
     lines = []
     for name, region in modes.regions.items():
         lines += [f"region {name}"] if name != MAIN else []
@@ -75,4 +76,6 @@ def in_words(modes: Modes) -> list[str]:
 
 
 def _transition(transition, leaves: str) -> str:
+    from torquer.computer.modes.wording import transition_in_words
+
     return f"{leaves}-> {transition.to}: {transition_in_words(transition)}"

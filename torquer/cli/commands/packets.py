@@ -1,7 +1,5 @@
 """`torquer packets`: the dictionary of a software listed, and described for other programs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -10,11 +8,6 @@ from cyclopts import Parameter
 from torquer.base.strict_json import json_text
 from torquer.cli.options import Json
 from torquer.cli.output import make_writable, writing_to
-from torquer.flight.packets.dbc import dbc
-from torquer.flight.packets.document import document
-from torquer.flight.packets.openmct import openmct
-from torquer.flight.packets.xtce import xtce
-from torquer.flight.software.software import load_software
 from torquer.simulation.results.file import put
 
 
@@ -30,6 +23,12 @@ def packets(
     With --out, descriptions for other programs, all made from the one dictionary: XTCE
     (packets.xml), CAN buses (packets.dbc), Open MCT (packets.json), readers (packets.md).
     """
+    from torquer.flight.packets.dbc import dbc
+    from torquer.flight.packets.document import document
+    from torquer.flight.packets.openmct import openmct
+    from torquer.flight.packets.xtce import xtce
+    from torquer.flight.software.software import load_software
+
     dictionary = load_software(software).dictionary
     if out is not None:
         make_writable(out)

@@ -7,9 +7,10 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
+from torquer.cli.loading import load_result
 from torquer.cli.options import Json, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
-from torquer.simulation.results.file import explain_errors, load, save
+from torquer.simulation.results.file import explain_errors, save
 
 _WIDTH, _SMOOTHED_WIDTH = 160, 100
 
@@ -44,20 +45,6 @@ def compare(
     if out is not None:
         print(picture)
     return 0
-
-
-def load_result(path: Path, name: str):
-    """The result in a file, or in a run's folder; ValueError that begins with a name."""
-    file = path / "result.nc" if path.is_dir() else path
-    try:
-        return load(file)
-    except OSError as error:
-        raise ValueError(
-            f"{name}: must be folders of runs, or result.nc; received {path} "
-            f"({error.strerror or error})"
-        ) from None
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
 
 
 def _names(paths: Sequence[Path]) -> list[str]:

@@ -1,16 +1,13 @@
 """`torquer run`: a scenario simulated, with its files, progress bar and summary."""
 
-import contextlib
 import signal
-import sys
 import warnings
 from dataclasses import replace
 from pathlib import Path
 
-from torquer.analysis.notes.notes import write_notes
 from torquer.base.folder_lock import claim
 from torquer.base.strict_json import json_text
-from torquer.cli import compiling
+from torquer.cli.compiling import compiling_shown, show_progress
 from torquer.cli.loading import check_computer, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
@@ -22,18 +19,8 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.process import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
-from torquer.scenario.resolution import notes_on_steps
-from torquer.scenario.usable import check_orbit_environment
-from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
-from torquer.simulation.results.restore import OtherBits, are_one_run, check_version, scenario_in
-from torquer.simulation.results.store import check_free
-from torquer.simulation.setup.checkpoints import NotSaved
 from torquer.simulation.setup.signals import ALL, Stop, noting_signals
-from torquer.simulation.setup.simulate import RunStopped, resume, simulate
-
-#: Warnings of a run that are printed as notes.
-_NOTES = (OtherBits, NotSaved)
 
 
 @options
@@ -74,8 +61,11 @@ def run(
 
 def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
+    from torquer.scenario.resolution import notes_on_steps
+    from torquer.scenario.usable import check_orbit_environment
+
     out = how.out or Path("runs") / scenario.name
-    with compiling.compiling_shown():
+    with compiling_shown():
         check_orbit_environment(scenario)
     make_writable(out)
     # the folder is free again before a late signal ends the process
@@ -108,6 +98,13 @@ def run_scenario(scenario, how: RunOptions) -> int:
 
 def _fly(scenario, path: Path, how: RunOptions):
     """(Result, what made the run stop or "", exit code) of a run that writes its file."""
+    from torquer.analysis.notes.notes import write_notes
+    from torquer.simulation.results.restore import OtherBits
+    from torquer.simulation.results.store import check_free
+    from torquer.simulation.setup.checkpoints import NotSaved
+    from torquer.simulation.setup.simulate import RunStopped, resume, simulate
+
+    kept = (OtherBits, NotSaved)
     if how.resume:
         complete = _check_earlier(path, scenario)
     elif not how.overwrite:
@@ -117,7 +114,7 @@ def _fly(scenario, path: Path, how: RunOptions):
     for note in write_notes(scenario):
         print_note(note)
     with show_progress(scenario.name) as progress, warnings.catch_warnings(record=True) as seen:
-        for kind in _NOTES:
+        for kind in kept:
             warnings.simplefilter("always", kind)
         result, stopped, code = None, "", 0
         saved = {"progress": progress, "checkpoint_s": how.checkpoint_s, "computer": how.computer}
@@ -134,13 +131,14 @@ def _fly(scenario, path: Path, how: RunOptions):
         if how.check_steps and not stopped:
             result = _with_measured_error(result, progress)
     for each in seen:
-        if each.category in _NOTES:
+        if each.category in kept:
             print_note(str(each.message))
     return result, stopped, code
 
 
 def _with_measured_error(result, progress):
     """The result with the error found by a second, finer run; unchanged if that run stops."""
+    from torquer.simulation.setup.simulate import RunStopped
     from torquer.simulation.setup.step_error import integration_error
 
     try:
@@ -153,6 +151,9 @@ def _with_measured_error(result, progress):
 
 def _check_earlier(path: Path, scenario) -> bool:
     """Whether an earlier result is complete; `ValueError` if it is not of this scenario."""
+    from torquer.simulation.results.dataset import COMPLETE
+    from torquer.simulation.results.restore import are_one_run, check_version, scenario_in
+
     if not path.is_file():
         raise ValueError(
             f"--resume: must find an interrupted run; received {path.parent} without result.nc"
@@ -166,30 +167,6 @@ def _check_earlier(path: Path, scenario) -> bool:
     if not are_one_run(began_with, scenario):
         raise ValueError(f"--resume: the scenario must be the one that {path} was started with")
     return how == COMPLETE
-
-
-@contextlib.contextmanager
-def show_progress(name: str):
-    """Progress callback for a bar on a terminal; None elsewhere."""
-    cold = compiling.is_cold()
-    if not sys.stderr.isatty():
-        if cold:
-            compiling.print_once()
-        yield None
-        return
-    with compiling.bars() as shown, contextlib.ExitStack() as stack:
-        task = shown.add_task(name, total=1.0, visible=not cold)
-        if not cold:
-            yield lambda part: shown.update(task, completed=part)
-            return
-        first = shown.add_task(compiling.NOTE, total=1.0)
-        stack.enter_context(compiling.counting(lambda part: shown.update(first, completed=part)))
-
-        def update(part: float) -> None:  # from now on all is compiled
-            shown.update(first, visible=False)
-            shown.update(task, completed=part, visible=True)
-
-        yield update
 
 
 def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:

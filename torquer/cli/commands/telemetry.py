@@ -7,6 +7,7 @@ from cyclopts import App
 
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
+from torquer.cli.loading import load_checked
 from torquer.cli.options import FLAT, CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.process import FAILED_CODE
@@ -46,7 +47,6 @@ def check(
     attitude.nc, twin.nc, twin.toml, report.html and pictures. Exit code 1 for telemetry that cannot
     be used as it is, and for a filter or a twin that does not fit it.
     """
-    from torquer.cli.loading import load_checked
     from torquer.ground.telemetry.case import load_case
 
     if asked.twin is not None:
@@ -87,7 +87,12 @@ def _write(found: "Examination", out: Path) -> list[str]:
 
 
 def _show(found: "Examination") -> None:
-    from torquer.ground.telemetry import rows as said
+    from torquer.ground.telemetry.examination import (
+        CHOICE_HEAD,
+        PARAMETER_HEAD,
+        choice_texts,
+        parameter_texts,
+    )
 
     screen = table_console(_WIDTH)
     rows, first, last, orbit = (row.value for row in found.facts[:4])
@@ -96,12 +101,12 @@ def _show(found: "Examination") -> None:
         print(f"WRONG: {each.text}")
     for each in found.findings:
         print(f"note: {each.text}")
-    if calibrated := [row.texts for row in said.calibration_rows(found.calibration)]:
-        screen.print(table(said.PARAMETER_HEAD, calibrated, "Calibration", left=(0, 3)))
+    if calibrated := parameter_texts(found.calibration):
+        screen.print(table(PARAMETER_HEAD, calibrated, "Calibration", left=(0, 3)))
     if found.choices:
-        screen.print(table(said.CHOICE_HEAD, said.choice_rows(found.choices), "Models compared"))
-    if fitted := [row.texts for row in said.twin_rows(found.twin)]:
-        screen.print(table(said.PARAMETER_HEAD, fitted, "Twin", left=(0, 3)))
+        screen.print(table(CHOICE_HEAD, choice_texts(found.choices), "Models compared"))
+    if fitted := parameter_texts(found.twin):
+        screen.print(table(PARAMETER_HEAD, fitted, "Twin", left=(0, 3)))
     if found.split is not None:
         (clock, off), (along, away) = found.split
         print(f"clock {clock:.2f} +- {off:.2f} s, along the track {along:.2f} +- {away:.2f} km, "

@@ -1,4 +1,4 @@
-"""`torquer theory`: averaged motion of a satellite under a law, and gains for a time."""
+"""`torquer theory`: averaged motion under a law, gains for a time, the gyroscopic system."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,19 +6,14 @@ from typing import Annotated
 from cyclopts import App
 
 from torquer.base.strict_json import json_text
-from torquer.cli.app import read_help
 from torquer.cli.examples import show_examples
-from torquer.cli.options import FLAT, Json, options
-from torquer.cli.output import make_writable, print_answer, writing_to
+from torquer.cli.loading import load_checked, load_given
+from torquer.cli.options import FLAT, CodeOptions, Json, options
+from torquer.cli.output import print_answer, save_pictures
 from torquer.theory.averaged.requests import LawRequest
+from torquer.theory.magneto_gyro.requests import GyroModelsRequest
 
 app = App(name="theory", help_epilogue=show_examples("theory"), version_flags=[])
-app.command(
-    "torquer.cli.commands.theory_magneto_gyro:magneto_gyro",
-    name="magneto-gyro",
-    help=read_help("theory_magneto_gyro", "magneto_gyro"),
-    help_epilogue=show_examples("theory magneto-gyro"),
-)
 
 
 @options
@@ -50,27 +45,23 @@ def theory(
     """
     from torquer.theory.averaged.answer import law_gains, law_motion
 
-    scenario = _scenario(to.scenario)
+    scenario = load_given(to.scenario)
     if to.design:
         _check_alone(to)
         return print_answer(law_gains(law, how, scenario), to.json)
     found = law_motion(law, how, scenario)
     formulas = _latex(found.case.law) if to.latex else ""
-    pictures = [] if to.out is None else _draw(found, to.out)
+    pictures: list[str] = []
+    if to.out is not None:
+        from torquer.report.theory.law_motion import draw_law_motion
+
+        pictures = save_pictures(draw_law_motion(found), to.out)
     if to.json:
         more = {"latex": formulas, "pictures": pictures}
         print(json_text(found.data() | {key: each for key, each in more.items() if each}))
     else:
         print(*found.lines(formulas.splitlines()), *pictures, sep="\n")
     return 0
-
-
-def _scenario(path: Path | None):
-    if path is None:
-        return None
-    from torquer.scenario.load import load_scenario
-
-    return load_scenario(path)
 
 
 def _check_alone(to: TheoryOptions) -> None:
@@ -90,11 +81,42 @@ def _latex(law: str) -> str:
     return law_latex(law)
 
 
-def _draw(found, out: Path) -> list[str]:
-    from torquer.report.common.figure import save_figure
-    from torquer.report.theory.law_motion import draw_law_motion
+@options
+class GyroModelsOptions:
+    """Where the pictures go."""
 
-    make_writable(out)
-    figures = draw_law_motion(found)
-    with writing_to(out):
-        return [str(save_figure(each, out / f"{name}.png")) for name, each in figures.items()]
+    out: Path | None = None
+    """Folder for pictures of stability, roots, errors and the answer to a dipole, with SCENARIO."""
+    json: Json = False
+
+
+@app.command(name="magneto-gyro", help_epilogue=show_examples("theory magneto-gyro"))
+def magneto_gyro(
+    scenario: Path | None = None,
+    /,
+    *,
+    how: Annotated[GyroModelsRequest, FLAT] = GyroModelsRequest(),
+    to: GyroModelsOptions = GyroModelsOptions(),
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Models of the magneto-gyroscopic system with constant coefficients, text against law.
+
+    The rows of the text next to those that sympy derives from the law, with what must be corrected;
+    characteristic polynomials; why a constant dipole leaves no error. With SCENARIO, whose law is
+    magneto_gyro: its numbers, and the exact model in the field of a dipole.
+    """
+    from torquer.theory.magneto_gyro.models import gyro_models
+
+    if to.out is not None and scenario is None:
+        raise ValueError("--out: must be given with SCENARIO, whose numbers are drawn")
+    models = gyro_models(None if scenario is None else load_checked(scenario, code), how)
+    pictures: list[str] = []
+    if to.out is not None:
+        from torquer.report.theory.magneto_gyro_models import draw_gyro_models
+
+        pictures = save_pictures(draw_gyro_models(models), to.out)
+    if to.json:
+        print(json_text(models.data() | ({"pictures": pictures} if pictures else {})))
+    else:
+        print(*models.lines(), *pictures, sep="\n")
+    return 0

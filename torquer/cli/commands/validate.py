@@ -4,6 +4,7 @@ from pathlib import Path
 
 from torquer.base.strict_json import json_text
 from torquer.cli import compiling
+from torquer.cli.loading import check_code, find_code, load_checked
 from torquer.cli.options import CodeOptions, Json
 from torquer.cli.output import harmless
 from torquer.compile.when_compiling import plainly
@@ -15,7 +16,6 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     from torquer.analysis.notes.fault_notes import unnoticed_faults
     from torquer.analysis.notes.mode_notes import mode_findings
     from torquer.analysis.notes.notes import write_notes
-    from torquer.cli.loading import check_code, find_code, load_checked
     from torquer.flight.c99.export import export_notes
     from torquer.simulation.setup.usable import checked_size
 

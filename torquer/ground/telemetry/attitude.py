@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from pydantic import ValidationError
 from scipy.special import chdtri
 
 from torquer.analysis.filters.filter_statistics import autocorrelation
@@ -30,7 +29,7 @@ from torquer.computer.interface import nothing_known
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.environment import RowEnvironments, environments_at_rows
 from torquer.ground.telemetry.request import mistakes_in_file
-from torquer.scenario.explain import explain
+from torquer.scenario.explain import validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 from torquer.simulation.results.variables import ESTIMATED, read
 
@@ -164,11 +163,7 @@ def _filter_in(path: Path) -> Filter:
     kinds = ", ".join(kind for kind, each in ESTIMATORS.items() if issubclass(each, Filter))
     if not isinstance(table, dict) or table.get("kind") not in kinds.split(", "):
         raise ValueError(f"must hold a table [control.estimator] of kind {kinds}; received {path}")
-    data = {"control": {"estimator": table}}
-    try:
-        return _Tables.model_validate(data).control.estimator
-    except ValidationError as error:
-        raise ValueError("\n".join(explain(error, data))) from None
+    return validate_tables(_Tables, {"control": {"estimator": table}}).control.estimator
 
 
 def estimate_attitude(data: xr.Dataset, spec: Filter, along: OrbitEnvironment) -> Attitude:

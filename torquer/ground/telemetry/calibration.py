@@ -44,23 +44,19 @@ _FOLLOWS = 0.1
 
 
 class Group(NamedTuple):
-    """Parameters that are fitted together: names, unit, their usual size, the data they need."""
+    """Parameters that are fitted together: names, and their usual size in SI."""
 
     names: tuple[str, ...]
-    unit: str
     size: float
-    needs: str = ""
 
 
 GROUPS = {
-    "bias": Group(("bias_x", "bias_y", "bias_z"), "T", 1e-5),
-    "scale": Group(("scale_x", "scale_y", "scale_z"), "1", 0.05),
-    "non_orthogonality": Group(("skew_yx", "skew_zx", "skew_zy"), "rad", 0.05),
-    "shift": Group(("shift",), "s", 60.0),
-    "coils": Group(
-        tuple(f"coil_{a}{c}" for a in "xyz" for c in "xyz"), "T/(A m^2)", 1e-5, "dipole_body"
-    ),
-    "temperature": Group(tuple(f"drift_{a}" for a in "xyz"), "T/K", 1e-7, "temperature"),
+    "bias": Group(("bias_x", "bias_y", "bias_z"), 1e-5),
+    "scale": Group(("scale_x", "scale_y", "scale_z"), 0.05),
+    "non_orthogonality": Group(("skew_yx", "skew_zx", "skew_zy"), 0.05),
+    "shift": Group(("shift",), 60.0),
+    "coils": Group(tuple(f"coil_{a}{c}" for a in "xyz" for c in "xyz"), 1e-5),
+    "temperature": Group(tuple(f"drift_{a}" for a in "xyz"), 1e-7),
 }
 #: Models from small to large; those whose data are not there are left out.
 MODELS: tuple[tuple[str, ...], ...] = (
@@ -139,7 +135,8 @@ class Calibration(NamedTuple):
     @property
     def sigmas(self) -> dict[str, float]:
         """Standard deviations by name."""
-        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)), strict=True))
+        sigmas = np.sqrt(np.diag(self.covariance)).tolist()
+        return dict(zip(self.names, sigmas, strict=True))
 
     def of(self, name: str) -> float:
         """A parameter; 0 if it was not fitted."""
@@ -284,38 +281,33 @@ def _levenberg(groups, values, rows: Rows, steps: int = 60, frozen: bool = False
     return values, sigma, residual, j
 
 
-def calibrate(
-    data: xr.Dataset, field, groups: tuple[str, ...] = FULL, refuse: bool = True
-) -> Calibration:
+def calibrate(data: xr.Dataset, field, groups: tuple[str, ...] = FULL) -> Calibration:
     """Calibrate the magnetometer of a session with a given model (names of `GROUPS`).
 
     `field`: `FieldAlong` or `FieldGiven` of the session. `TooManyOutliers` above 30 % of them.
     """
     rows, _, mean = complete_rows(data, field)
-    return fit_calibration(rows, groups, refuse=refuse)._replace(mean_temperature_k=mean)
+    return fit_calibration(rows, groups)._replace(mean_temperature_k=mean)
 
 
-def fit_calibration(
-    rows: Rows, groups: tuple[str, ...], start=None, refuse: bool = True
-) -> Calibration:
-    """The calibration of rows; `start`: parameters near to it, if known."""
+def fit_calibration(rows: Rows, groups: tuple[str, ...]) -> Calibration:
+    """The calibration of rows; `TooManyOutliers` where there is none to be trusted."""
     few = rows
     if len(rows.t_s) > _ROWS:
         few = rows.take(np.linspace(0, len(rows.t_s) - 1, _ROWS).astype(int))
-    values = _start(few, groups) if start is None else start
-    values, sigma, residual, j = _levenberg(groups, values, few)
+    values, sigma, residual, j = _levenberg(groups, _start(few, groups), few)
     if few is not rows:
         values, sigma, residual, j = _levenberg(groups, values, rows, 1, frozen=True)
     weight, _ = _tukey(residual, sigma)
     outliers = float(np.mean(weight == 0.0))
-    if refuse and outliers > MOST_OUTLIERS:
+    if outliers > MOST_OUTLIERS:
         raise TooManyOutliers(
             f"b_measured: must have at most {100 * MOST_OUTLIERS:.0f} % outliers to be calibrated; "
             f"received {100 * outliers:.0f} % (residuals beyond {TUKEY:g} sigma of "
             f"{1e9 * sigma:.0f} nT)"
         )
     usual = float(np.median(np.linalg.norm(rows.m, axis=1)))
-    if refuse and sigma > _FOLLOWS * usual:
+    if sigma > _FOLLOWS * usual:
         raise TooManyOutliers(
             f"b_measured: must follow the strength of the field within {100 * _FOLLOWS:.0f} % to "
             f"be calibrated; received residuals of {1e9 * sigma:.0f} nT"
@@ -341,7 +333,7 @@ def _start(rows: Rows, groups) -> np.ndarray:
     found = trim_squares(rows.m[some], strength[some])
     bias = dict(zip(GROUPS["bias"].names, found.bias, strict=True))
     scale = dict.fromkeys(GROUPS["scale"].names, found.factor - 1.0)
-    values = np.array([({} | bias | scale).get(name, 0.0) for name in _names(groups)])
+    values = np.array([(bias | scale).get(name, 0.0) for name in _names(groups)])
     if "shift" not in groups:
         return values
     # without a shift first: from a start far off it could run away

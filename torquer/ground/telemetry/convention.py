@@ -76,11 +76,6 @@ class Found(NamedTuple):
         return following / best if best > 0.0 else math.inf
 
     @property
-    def is_clear(self) -> bool:
-        """Whether the telemetry tells the best way from all others."""
-        return self.margin >= _LEAST_MARGIN and self.ways[0].error_deg <= _GREATEST_DEG
-
-    @property
     def stated(self) -> Way:
         """The way of the package: scalar last, body to J2000, axes as they are."""
         return next(way for way in self.ways if way[:4] == STATED)

@@ -1,21 +1,32 @@
-"""What an examination of telemetry found, with its verdict, as rows and as plain data."""
+"""What an examination of telemetry found: verdict, texts for people, data for programs."""
 
 from __future__ import annotations
 
+import math
 from html import escape
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from torquer.base.rows import Row, as_data, as_html
 from torquer.ground.telemetry.attitude import Attitude
 from torquer.ground.telemetry.axes import Axes
 from torquer.ground.telemetry.calibration import Calibration, Choice
 from torquer.ground.telemetry.convention import WAYS_SHOWN, Found
 from torquer.ground.telemetry.modulus import Zone
 from torquer.ground.telemetry.read import Finding
-from torquer.ground.telemetry.rows import PARAMETER_HEAD, Row, calibration_rows, twin_rows
-from torquer.ground.telemetry.twin_found import Twin
+from torquer.ground.telemetry.twin_members import Twin
+
+#: Head of a table of parameters, of the calibration or the twin; of one of compared models.
+PARAMETER_HEAD = ("parameter", "value", "sigma", "unit")
+CHOICE_HEAD = ("model up to", "fitted rms", "held-out rms")
+#: Units in which people see parameters, and the factor from SI, by the beginning of the name.
+_UNITS = {
+    "bias": ("nT", 1e9), "scale": ("%", 100.0), "skew": ("deg", 180.0 / math.pi),
+    "shift": ("s", 1.0), "coil": ("nT/(A m^2)", 1e9), "drift": ("nT/K", 1e9),
+    "inertia": ("kg m^2", 1.0), "dipole": ("A m^2", 1.0), "gain": ("", 1.0),
+}  # fmt: skip
 
 
 class Split(NamedTuple):
@@ -69,11 +80,13 @@ class Examination(NamedTuple):
         """About the telemetry as a whole."""
         first, last = (np.datetime_as_string(self.data["utc"].values[k], "s") for k in (0, -1))
         return [
-            Row("rows", "Rows", self.data.sizes["time"]),
-            Row("first", "From", f"{first}Z"),
-            Row("last", "To", f"{last}Z"),
-            Row("orbit", "Positions", self.orbit),
-            Row("strength_ratio", "Strength over the model's", self.ratio),
+            Row("rows", "Rows", count := self.data.sizes["time"], text=str(count)),
+            Row("first", "From", f"{first}Z", text=f"{first}Z"),
+            Row("last", "To", f"{last}Z", text=f"{last}Z"),
+            Row("orbit", "Positions", self.orbit, text=self.orbit),
+            Row(
+                "strength_ratio", "Strength over the model's", self.ratio, text=f"{self.ratio:.4g}"
+            ),
         ]
 
     def as_plain(self) -> dict:
@@ -90,7 +103,7 @@ class Examination(NamedTuple):
         return {
             "verdict": self.verdict,
             "usable": not self.mistakes,
-            **{row.key: row.value for row in self.facts},
+            **as_data(self.facts),
             "mistakes": [each._asdict() for each in self.mistakes],
             "findings": [each._asdict() for each in self.findings],
             **{key: part for key, part in parts.items() if part is not None},
@@ -98,15 +111,41 @@ class Examination(NamedTuple):
 
     def _repr_html_(self) -> str:
         """Verdict, parameters and findings for a notebook."""
-        rows = [*calibration_rows(self.calibration), *twin_rows(self.twin)]
-        grid = [_line("th", PARAMETER_HEAD), *(_line("td", row.texts) for row in rows)]
-        notes = (f"<li>{escape(each.text)}</li>" for each in (*self.mistakes, *self.findings))
-        table = f"<table>{''.join(grid)}</table>" if rows else ""
-        return f"<p>{escape(self.verdict)}</p>{table}<ul>{''.join(notes)}</ul>"
+        rows = (*parameter_texts(self.calibration), *parameter_texts(self.twin))
+        table = [
+            [Row("", label, text=text) for label, text in zip(PARAMETER_HEAD, texts, strict=True)]
+            for texts in rows
+        ]
+        notes = [each.text for each in (*self.mistakes, *self.findings)]
+        return f"<p>{escape(self.verdict)}</p>{as_html(table, notes)}"
 
 
-def _line(tag: str, cells) -> str:
-    return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+def parameter_texts(found: Calibration | Twin | None) -> list[tuple[str, str, str, str]]:
+    """Parameters that were fitted, as texts under `PARAMETER_HEAD`."""
+    return [] if found is None else [_parameter(name, found) for name in found.names]
+
+
+def _parameter(name: str, found: Calibration | Twin) -> tuple[str, str, str, str]:
+    unit, factor = next(each for key, each in _UNITS.items() if name.startswith(key))
+    value, sigma = with_error(factor * found.of(name), factor * found.sigmas[name])
+    return name, value, sigma, "" if name.endswith("/gain") else unit
+
+
+def with_error(value: float, sigma: float) -> tuple[str, str]:
+    """A number and its standard deviation, to two digits of the latter or to whole numbers."""
+    places = 1 - math.floor(math.log10(max(sigma, 1e-12)))
+    if -3 < places <= 6:
+        return f"{value:.{max(places, 0)}f}", f"{sigma:.{max(places, 0)}f}"
+    digits = math.floor(math.log10(abs(value) or sigma)) + places
+    return f"{value:.{max(digits, 0)}e}", f"{sigma:.1e}"
+
+
+def choice_texts(choices: tuple[Choice, ...]) -> list[tuple[str, str, str]]:
+    """The models that were compared, as texts under `CHOICE_HEAD`."""
+    return [
+        (each.groups[-1], f"{1e9 * each.fitted:.0f} nT", f"{1e9 * each.held_out:.0f} nT")
+        for each in choices
+    ]
 
 
 def _zone(zone: Zone) -> dict:
@@ -138,17 +177,14 @@ def _attitude(attitude: Attitude) -> dict:
     }
 
 
-def _by_name(rows: list[Row]) -> dict:
-    return {
-        "values": {row.key: row.value for row in rows},
-        "sigmas": {row.key: row.sigma for row in rows},
-    }
+def _by_name(found: Calibration | Twin) -> dict:
+    return {"values": {name: found.of(name) for name in found.names}, "sigmas": found.sigmas}
 
 
 def _calibration(calibration: Calibration) -> dict:
     return {
         "model": list(calibration.groups),
-        **_by_name(calibration_rows(calibration)),
+        **_by_name(calibration),
         "covariance": calibration.covariance.tolist(),
         "rms_t": calibration.rms,
         "outliers": calibration.outliers,
@@ -163,7 +199,7 @@ def _twin(twin: Twin) -> dict:
         "verdict": twin.verdict,
         "only_ratio": twin.only_ratio,
         "saturated": twin.saturated,
-        **_by_name(twin_rows(twin)),
+        **_by_name(twin),
         "covariance": twin.covariance.tolist(),
         "chi2": twin.chi2,
         "freedoms": twin.freedoms,

@@ -33,7 +33,7 @@ from torquer.ground.telemetry.modulus import (
 )
 from torquer.ground.telemetry.read import Finding
 from torquer.ground.telemetry.twin import fit_twin
-from torquer.ground.telemetry.twin_found import Twin
+from torquer.ground.telemetry.twin_members import Twin
 from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
 

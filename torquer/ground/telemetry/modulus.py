@@ -36,9 +36,9 @@ _SLIPS = {
 }  # fmt: skip
 
 
-def environment_along(data: xr.Dataset, orbit, start: datetime | None = None) -> OrbitEnvironment:
-    """The environment along an orbit, whose time 0 is `start` (by default that of the session)."""
-    return OrbitEnvironment(Environment(), orbit, start or session_start(data))
+def environment_along(data: xr.Dataset, orbit) -> OrbitEnvironment:
+    """The environment along an orbit, whose time 0 is the first row of a session."""
+    return OrbitEnvironment(Environment(), orbit, session_start(data))
 
 
 def session_start(data: xr.Dataset) -> datetime:
@@ -52,7 +52,6 @@ class FieldAlong:
     """The field along an orbit at the stamps of a session, by splines over stretches of stamps."""
 
     def __init__(self, environment: OrbitEnvironment, t_s: np.ndarray):
-        self.environment = environment
         self._first, self._splines = [], []
         for low, high in _stretches(t_s):
             count = int(np.ceil((high - low + 2.0 * MARGIN_S) / GRID_S)) + 1
@@ -91,7 +90,6 @@ class FieldGiven:
     """The field at positions that the telemetry itself holds, which belong to its stamps."""
 
     def __init__(self, environment: OrbitEnvironment, t_s: np.ndarray, position_j: np.ndarray):
-        self.environment = environment
         known = np.isfinite(position_j).all(axis=1)
         if np.sum(known) <= DEGREE:
             raise ValueError("position_j: must be given in more rows; received too few")

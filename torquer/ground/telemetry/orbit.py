@@ -7,15 +7,13 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
-
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, seconds_between
 from torquer.environment.orbit import AnyOrbit, Sgp4
 from torquer.environment.orbit.numerical import tle_epoch
 from torquer.ground.telemetry.request import mistakes_in_file
-from torquer.scenario.explain import explain
+from torquer.scenario.explain import validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 
 _LINE = re.compile(r"^([12]) [ 0-9A-Z]")
@@ -84,11 +82,7 @@ def _load(path: Path, at: datetime):
 
 def _read_orbit(table: dict) -> AnyOrbit:
     """The orbit of a table `[orbit]`; ValueError with a line for each mistake."""
-    data = {"orbit": table}
-    try:
-        return _Tables.model_validate(data).orbit
-    except ValidationError as error:
-        raise ValueError("\n".join(explain(error, data))) from None
+    return validate_tables(_Tables, {"orbit": table}).orbit
 
 
 def _describe(orbit: Sgp4, at: datetime):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.ground.telemetry.mapping import Mapping, make_mapping, write_mapping
-from torquer.ground.telemetry.quantities import QUANTITIES, UNITS, in_si, parse_unit, units_for
+from torquer.ground.telemetry.quantities import QUANTITIES, in_si, parse_unit, units_for
 from torquer.ground.telemetry.read import split_numbers
 from torquer.ground.telemetry.tables import find_format, read_table
 
@@ -221,7 +221,7 @@ def _unit(table, name: str, columns: list[str], split, guesses) -> str:
     else:
         values = table.data[columns].apply(_as_numbers).to_numpy(dtype=float)
     size = float(np.nanmedian(np.linalg.norm(np.atleast_2d(values), axis=1)))
-    units = list(UNITS[QUANTITIES[name].units])
+    units = units_for(name)
     usual = _USUAL.get(name, 0.1)
     best = min(
         units, key=lambda u: abs(np.log(max(float(in_si(name, u, np.array(size))), 1e-30) / usual))

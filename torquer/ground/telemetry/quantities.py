@@ -39,24 +39,14 @@ def _as_in_results(name: str) -> Quantity:
     return Quantity("".join(known.dims[1:]), known.units, known.frame, known.meaning)
 
 
+_AS_IN_RESULTS = (
+    "b_measured", "omega_measured", "sun_measured", "q_measured", "cells_measured", "dipole_body",
+    "b_rate_measured", "nadir_measured", "wheel_momentum_measured", "coil_dipole_on_board",
+    "sunlit_fraction",
+)  # fmt: skip
 #: Every variable of a session by its name.
 QUANTITIES: dict[str, Quantity] = {
-    **{
-        name: _as_in_results(name)
-        for name in (
-            "b_measured",
-            "omega_measured",
-            "sun_measured",
-            "q_measured",
-            "cells_measured",
-            "dipole_body",
-            "b_rate_measured",
-            "nadir_measured",
-            "wheel_momentum_measured",
-            "coil_dipole_on_board",
-            "sunlit_fraction",
-        )
-    },
+    **{name: _as_in_results(name) for name in _AS_IN_RESULTS},
     "temperature": Quantity("", "K", "", "temperature of the magnetometer"),
     "position_j": Quantity("axis", "m", "J", "position from the Earth's centre"),
     "velocity_j": Quantity("axis", "m/s", "J", "velocity"),
@@ -64,32 +54,22 @@ QUANTITIES: dict[str, Quantity] = {
 #: Names of results that sessions have under another name.
 RENAMED = {"position_inertial": "position_j", "velocity_inertial": "velocity_j"}
 
-#: Units by the unit of the package: factor, and what is added after it.
-UNITS: dict[str, dict[str, tuple[float, float]]] = {
-    "T": {
-        "T": (1.0, 0.0),
-        "mT": (1e-3, 0.0),
-        "uT": (1e-6, 0.0),
-        "nT": (1e-9, 0.0),
-        "G": (1e-4, 0.0),
-        "mG": (1e-7, 0.0),
-    },
-    "T/s": {"T/s": (1.0, 0.0), "uT/s": (1e-6, 0.0), "nT/s": (1e-9, 0.0)},
+#: Factors of units by the unit of the package, and what is added after it.
+UNITS: dict[str, dict[str, float]] = {
+    "T": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
+    "T/s": {"T/s": 1.0, "uT/s": 1e-6, "nT/s": 1e-9},
     "rad/s": {
-        "rad/s": (1.0, 0.0),
-        "mrad/s": (1e-3, 0.0),
-        "deg/s": (np.pi / 180.0, 0.0),
-        "mdeg/s": (np.pi / 180e3, 0.0),
-        "deg/h": (np.pi / 648e3, 0.0),
-        "rpm": (np.pi / 30.0, 0.0),
+        "rad/s": 1.0, "mrad/s": 1e-3, "deg/s": np.pi / 180.0, "mdeg/s": np.pi / 180e3,
+        "deg/h": np.pi / 648e3, "rpm": np.pi / 30.0,
     },
-    "A m^2": {"A m^2": (1.0, 0.0), "mA m^2": (1e-3, 0.0)},
-    "N m s": {"N m s": (1.0, 0.0), "mN m s": (1e-3, 0.0)},
-    "m": {"m": (1.0, 0.0), "km": (1e3, 0.0)},
-    "m/s": {"m/s": (1.0, 0.0), "km/s": (1e3, 0.0)},
-    "K": {"K": (1.0, 0.0), "degC": (1.0, 273.15)},
-    "1": {"1": (1.0, 0.0), "%": (0.01, 0.0)},
-}
+    "A m^2": {"A m^2": 1.0, "mA m^2": 1e-3},
+    "N m s": {"N m s": 1.0, "mN m s": 1e-3},
+    "m": {"m": 1.0, "km": 1e3},
+    "m/s": {"m/s": 1.0, "km/s": 1e3},
+    "K": {"K": 1.0, "degC": 1.0},
+    "1": {"1": 1.0, "%": 0.01},
+}  # fmt: skip
+_OFFSETS = {"degC": 273.15}
 #: Other spellings of units.
 _SPELLINGS = {
     "µT": "uT", "μT": "uT", "nanotesla": "nT", "microtesla": "uT", "tesla": "T",
@@ -112,8 +92,7 @@ def units_for(name: str) -> list[str]:
 
 def in_si(name: str, unit: str, values: np.ndarray) -> np.ndarray:
     """Values of a quantity in the unit of the package."""
-    factor, offset = UNITS[QUANTITIES[name].units][unit]
-    return factor * values + offset
+    return UNITS[QUANTITIES[name].units][unit] * values + _OFFSETS.get(unit, 0.0)
 
 
 def make_session(utc: np.ndarray, values: dict[str, np.ndarray], **attributes: str) -> xr.Dataset:

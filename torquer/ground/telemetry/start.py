@@ -30,9 +30,7 @@ def correct_readings(start: Start, m: np.ndarray) -> np.ndarray:
     return start.factor * np.linalg.norm(m - start.bias, axis=1)
 
 
-def trim_squares(
-    m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES, seed: int = 0
-) -> Start:
+def trim_squares(m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES) -> Start:
     """Least trimmed squares of readings `m` [n, 3] T and the field's strength [n] T.
 
     ValueError for fewer than 8 rows.
@@ -44,7 +42,7 @@ def trim_squares(
     size = float(np.median(np.linalg.norm(x, axis=1))) or 1.0
     x = x / size
     rows = np.column_stack([np.einsum("ij,ij->i", x, x), x, np.ones(len(x))]) / f[:, None]
-    rng, kept = np.random.default_rng(seed), max(_UNKNOWNS + 1, int(KEPT * len(m)))
+    rng, kept = np.random.default_rng(0), max(_UNKNOWNS + 1, int(KEPT * len(m)))
     drawn = np.array([rng.choice(len(m), _UNKNOWNS + 1, replace=False) for _ in range(samples)])
     costs, tries = _improve(rows, f, _fits(rows, f, drawn), kept, _STEPS)
     _, everything = _improve(rows, f, _fits(rows, f, np.arange(len(m))[None]), kept, _STEPS)

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import chdtri
 
-from torquer.ground.telemetry.twin_fit import Fits, Problem, moved_by_noise
+from torquer.ground.telemetry.twin_fit import Fits, Problem, guesses, moved_by_noise
 from torquer.ground.telemetry.twin_flights import (
     COUNT,
     INERTIA,
@@ -30,16 +30,14 @@ from torquer.ground.telemetry.twin_flights import (
     Points,
     States,
     change_scenario,
-    has_gain,
+    gain_key,
     twin_dipole,
     twin_gain,
     twin_inertia,
 )
-from torquer.ground.telemetry.twin_found import Twin
 from torquer.ground.telemetry.twin_legs import Legs
-from torquer.ground.telemetry.twin_members import GAIN, SCALE, member_tables
+from torquer.ground.telemetry.twin_members import GAIN, SCALE, Twin, member_tables
 from torquer.ground.telemetry.twin_readings import Readings, first_end, select_readings
-from torquer.ground.telemetry.twin_start import guesses
 from torquer.maths.geometry.attitudes import rotation_vector, to_body
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
@@ -118,7 +116,7 @@ class _Search:
         self.rate = 1.2 * float(np.nanmax(np.linalg.norm(readings.omega, axis=1)))
         self.end_s = float(readings.t_s[-1])
         self.free = np.full(6 + COUNT, True)
-        self.free[6 + OF_GAIN] = has_gain(scenario)
+        self.free[6 + OF_GAIN] = gain_key(scenario) is not None
         self.free[6:][OF_DIPOLE] = coils is not None
         dipole = 3 * [_DIPOLE * self.limit]
         self.prior = np.array(6 * [np.inf] + 3 * [SCALE] + 3 * [_MIXED] + [GAIN] + dipole)
@@ -192,7 +190,8 @@ class _Search:
         moved = moved_by_noise(flights, noisy, points.take([0]), readings).covariance
         if not np.isfinite(moved).all():
             problem = Problem(flights, readings, self.prior, self.free, covariance)
-            return _Step(problem.failed(points.take([0])), problem, window_s)
+            failed = Fits(points.take([0]), np.array([np.inf]))
+            return _Step(failed, problem, window_s)
         problem = Problem(flights, readings, self.prior, self.free, covariance + moved)
         fits = problem.fit(points, rounds)
         return _Step(fits.take([np.argmin(fits.chi2)]), problem, window_s)

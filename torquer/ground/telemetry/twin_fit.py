@@ -1,4 +1,4 @@
-"""Fits of twins to a window of readings: Levenberg and Marquardt's method, many twins at once.
+"""Guesses of twins, and their fits to a window of readings by Levenberg and Marquardt's method.
 
 Errors of readings are those of the sensors, biases that all rows share, and the way that noise in
 the loop has moved the satellite until each row: flights with noise show it, as changes of the start
@@ -10,10 +10,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from torquer.ground.telemetry.twin_flights import COUNT, Flights, Points, States
+from torquer.ground.telemetry.twin_flights import (
+    COUNT,
+    Flights,
+    Points,
+    States,
+    join_points,
+    twin_inertia,
+)
 from torquer.ground.telemetry.twin_readings import Readings
 from torquer.maths.geometry.attitudes import rotation_vector
+from torquer.scenario.spec import Scenario
 
 #: Parameters: rotation vector and rate at the start, physical ones.
 PARAMETERS = 6 + COUNT
@@ -24,6 +33,9 @@ _NOISY = 32
 #: Part of the greatest variance that rounding may have taken from the others.
 _ROUNDING = 1e-10
 _MOST_DAMPING, _SMALL = 1e8, 0.01
+#: Of guesses: logarithms of the changes of two ratios of moments, angles about the field.
+_RATIOS, _ANGLES = np.linspace(-0.3, 0.3, 5), 8
+_BACK_S = 0.05
 
 
 class Fits(NamedTuple):
@@ -78,10 +90,6 @@ class Problem:
                 break
         return Fits(points, self._costs(points)[1])
 
-    def failed(self, points: Points) -> Fits:
-        """Twins that follow nothing."""
-        return Fits(points, np.full(len(points.q), np.inf))
-
     def _steps(self, points, information, pull, damping) -> np.ndarray:
         """Steps [n, p] of Levenberg and Marquardt's method."""
         prior = 1.0 / self.prior[self.free] ** 2
@@ -104,7 +112,15 @@ class Problem:
         return self.readings.predicted(self.flights.fly(points, self.readings.t_s))
 
     def _whiten(self, rows: np.ndarray) -> np.ndarray:
-        return whiten(self.root, rows)
+        """Rows [..., k] turned into numbers with independent errors of size 1; NaN for rows with
+        one that is not finite."""
+        from scipy.linalg import solve_triangular
+
+        flat = rows.reshape(-1, rows.shape[-1])
+        good = np.isfinite(flat).all(axis=1)
+        found = np.full_like(flat, np.nan)
+        found[good] = solve_triangular(self.root, flat[good].T, lower=True).T
+        return found.reshape(rows.shape)
 
     def _slopes(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Information [n, p, p] of the readings and their pull [n, p] on what is free."""
@@ -121,18 +137,6 @@ def triangular_root(covariance: np.ndarray) -> np.ndarray:
     """Lower triangular root of a covariance [k, k], with what rounding may have taken from it."""
     least = _ROUNDING * float(np.max(np.diag(covariance)))
     return np.linalg.cholesky(covariance + least * np.eye(len(covariance)))
-
-
-def whiten(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Rows [..., k] turned into numbers with independent errors of size 1; NaN for rows with one
-    that is not finite."""
-    from scipy.linalg import solve_triangular
-
-    flat = rows.reshape(-1, rows.shape[-1])
-    good = np.isfinite(flat).all(axis=1)
-    found = np.full_like(flat, np.nan)
-    found[good] = solve_triangular(root, flat[good].T, lower=True).T
-    return found.reshape(rows.shape)
 
 
 def around(points: Points, free: np.ndarray) -> Points:
@@ -197,3 +201,59 @@ def departures(a: States, b: States) -> np.ndarray:
     """Rotation vectors [rad] and differences of the rate from twins a to b [m, n, 6]."""
     turn = rotation_vector(a.q.reshape(-1, 4), b.q.reshape(-1, 4)).reshape(a.omega.shape)
     return np.concatenate([turn, b.omega - a.omega], axis=2)
+
+
+def guesses(scenario: Scenario, readings: Readings) -> Points:
+    """Twins that have the field and the rate of the first row, whatever the rest may be.
+
+    Rate and attitude are carried back to the flights' start by free rotation.
+    """
+    turns = Rotation.from_rotvec(
+        np.outer(np.arange(_ANGLES) * 2.0 * np.pi / _ANGLES, _unit(readings.b_j[0]))
+    )
+    at_first = turns * _turning(_unit(readings.b[0]), _unit(readings.b_j[0]))
+    parts = []
+    for change in _changes():
+        omega, back = _carried_back(
+            twin_inertia(scenario, change), readings.omega[0], float(readings.t_s[0])
+        )
+        q = (at_first * back).as_quat()
+        parts.append(Points(q, np.tile(omega, (_ANGLES, 1)), np.tile(change, (_ANGLES, 1))))
+    return join_points(parts)
+
+
+def _changes() -> list[np.ndarray]:
+    """Physical parameters [10] with other ratios of the moments, whose product stays."""
+    found = []
+    for first in _RATIOS:
+        for second in _RATIOS:
+            change = np.zeros(COUNT)
+            change[:3] = np.array([first, second, 0.0]) - (first + second) / 3.0
+            found.append(change)
+    return found
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
+
+
+def _turning(a: np.ndarray, b: np.ndarray) -> Rotation:
+    """The shortest rotation that takes a unit vector into another."""
+    return Rotation.align_vectors(b[None], a[None])[0]
+
+
+def _carried_back(inertia: np.ndarray, omega: np.ndarray, t_s: float) -> tuple:
+    """Rate t_s earlier in free rotation, and the rotation from then until now reversed, such that
+    the attitude then is that of now times it."""
+    inverse, back = np.linalg.inv(inertia), Rotation.identity()
+    steps = max(1, int(np.ceil(t_s / _BACK_S)))
+    h = t_s / steps
+
+    def rise(w):
+        return -inverse @ np.cross(w, inertia @ w)
+
+    for _ in range(steps if t_s > 0.0 else 0):
+        middle = omega - 0.5 * h * rise(omega)
+        back = back * Rotation.from_rotvec(-h * middle)
+        omega = omega - h * rise(middle)
+    return omega, back

@@ -93,11 +93,6 @@ def twin_gain(scenario: Scenario, physical: np.ndarray) -> float:
     return own * math.exp(physical[OF_GAIN] + np.mean(physical[OF_MOMENTS]))
 
 
-def has_gain(scenario: Scenario) -> bool:
-    """Whether there is one law, and it has a gain."""
-    return gain_key(scenario) is not None
-
-
 def gain_key(scenario: Scenario) -> str | None:
     """Key of the gain of a twin's only law; None if it has none."""
     law = scenario.control.law

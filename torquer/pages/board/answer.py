@@ -46,12 +46,8 @@ class Panel(NamedTuple):
     values: np.ndarray
 
 
-def make_answer(flown: Flown, most: int = MOST_POINTS, intervals: int = INTERVALS) -> bytes:
-    """The answer for a run.
-
-    `most`: records of the 3D view; `intervals`: of a plot, which has all records of a run that has
-    at most two in each.
-    """
+def make_answer(flown: Flown) -> bytes:
+    """The answer for a run; plots have all records of one with at most two in each interval."""
     panels = [*make_panels(flown)]
     header = {
         "panels": [
@@ -63,16 +59,16 @@ def make_answer(flown: Flown, most: int = MOST_POINTS, intervals: int = INTERVAL
         "period_s": flown.scenario.orbit.period_s,
         "records": len(flown.t_s),
     }
-    arrays = _view(flown, most)
+    arrays = _view(flown)
     for panel in panels:
-        kept = extremes(panel.values, intervals)
+        kept = extremes(panel.values, INTERVALS)
         arrays |= {panel.key: panel.values[kept], f"{panel.key}.t_s": flown.t_s[kept]}
     return pack_answer(header, arrays)
 
 
-def _view(flown: Flown, most: int) -> dict[str, np.ndarray]:
+def _view(flown: Flown) -> dict[str, np.ndarray]:
     """What the 3D view shows: attitude, rate [deg/s] and dipole at the times `t_s`."""
-    kept = _every_nth(len(flown.t_s), most)
+    kept = _every_nth(len(flown.t_s), MOST_POINTS)
     return {
         "t_s": flown.t_s[kept],
         "q": flown["q_body_to_inertial"].values[kept],

@@ -52,8 +52,7 @@ class Along(NamedTuple):
 class Orbits:
     """What is kept of the last orbits flown: tables of the run's first piece, and its records."""
 
-    def __init__(self, most: int = MOST_ORBITS):
-        self._most = most
+    def __init__(self) -> None:
         self._pieces: list[Piece] = []
         self._along: list[tuple[OrbitEnvironment, np.ndarray, Along]] = []
 
@@ -78,7 +77,7 @@ class Orbits:
                 return each[2]
         r, v = environment.state(t_s)
         found = Along(r, v, sun_direction(environment, t_s, r))
-        self._along = [(environment, t_s, found), *self._along][: self._most]
+        self._along = [(environment, t_s, found), *self._along][:MOST_ORBITS]
         return found
 
     def _fitting(self, scenario: Scenario) -> list[Piece]:
@@ -87,7 +86,7 @@ class Orbits:
 
     def _keep(self, piece: Piece) -> None:
         others = [each for each in self._pieces if each is not piece]
-        self._pieces = [piece, *others][: self._most]
+        self._pieces = [piece, *others][:MOST_ORBITS]
 
 
 class Flown:

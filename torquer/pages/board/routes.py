@@ -35,8 +35,7 @@ from torquer.pages.board.form import make_form
 from torquer.pages.board.starts import Starts
 from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
 from torquer.pages.board.theory import predict
-from torquer.pages.browser.bodies import json_object
-from torquer.pages.browser.files import serve_files
+from torquer.pages.browser.files import answer_missing, json_object, serve_files
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_from_data
 
@@ -103,7 +102,7 @@ def application(board: Board, ready: Callable[[], None]) -> Starlette:
             ValueError: _refused,
             ArithmeticError: _refused,
             MemoryError: _refused,
-            HTTPException: _missing,
+            HTTPException: answer_missing,
             ClientDisconnect: _closed,
             Superseded: _closed,
         },
@@ -230,7 +229,3 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 async def _closed(request: Request, error: Exception) -> Response:
     return Response(status_code=_CLOSED)
-
-
-async def _missing(request: Request, error: Exception) -> Response:
-    return JSONResponse({"error": "there is no such thing"}, getattr(error, "status_code", 404))

@@ -11,7 +11,7 @@ from torquer.pages.browser.guard import POLICY
 from torquer.pages.browser.server import LocalServer
 
 
-class BoardServer:
+class BoardServer(LocalServer):
     """Serves the board of a TOML text at `address`.
 
     `name` is used where the text gives none; `folder`: where its relative paths begin; `code`: the
@@ -26,9 +26,7 @@ class BoardServer:
         if code is None:
             code = {file for _, file in files_in(data, folder)}
         self.board = Board(data, str(data.get("name", name)), folder, code)
-        self._server = LocalServer(port)
-        self.address, self.token = self._server.address, self._server.token
-        self.port = self._server.port
+        super().__init__(port)
 
     def serve(
         self,
@@ -38,10 +36,6 @@ class BoardServer:
         """Serve until a signal, or `stop` from another thread; `refused(what)`: see `Guard`."""
         try:
             app, ending = application(self.board, ready), self.board.ending.set
-            self._server.serve(app, POLICY, "torquer board", refused, ending)
+            self.serve_application(app, POLICY, "torquer board", refused, ending)
         finally:
-            self._server.close()
-
-    def stop(self) -> None:
-        """End `serve`; at once if it is called again."""
-        self._server.stop()
+            self.close()

@@ -1,18 +1,21 @@
-"""Files of a page: the page's own folder, and the one that all pages share.
+"""What all pages send and are sent: JSON, the page's own files, and those that all pages share.
 
 Files of others are stored compressed, as they are sent.
 """
 
 from __future__ import annotations
 
+import json
 import mimetypes
 from pathlib import Path
 
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
+
+from torquer.scenario.explain import ScenarioError
 
 #: What pages share: three.js, the body in 3D, elements of a page.
 SHARED = Path(__file__).parent / "web"
@@ -41,6 +44,11 @@ def within(folder: Path, name: str) -> Path:
     return path
 
 
+async def answer_missing(request: Request, error: Exception) -> Response:
+    """The answer to a request for what is not there."""
+    return JSONResponse({"error": "there is no such thing"}, getattr(error, "status_code", 404))
+
+
 async def _sent(request: Request, path: Path, name: str, encoding: dict[str, str]) -> Response:
     about = path.stat()
     # browsers ask each time, but keep the file and what they have compiled of it
@@ -51,3 +59,19 @@ async def _sent(request: Request, path: Path, name: str, encoding: dict[str, str
     data = await run_in_threadpool(path.read_bytes)
     kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
     return Response(data, headers=headers, media_type=kind)
+
+
+async def json_object(request: Request, what: str, most_bytes: int) -> dict:
+    """The body of a request, an object in JSON; `ScenarioError`, of `what`, for anything else."""
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > most_bytes:
+            raise ScenarioError(f"{what}: must have at most {most_bytes} bytes; received more")
+    try:
+        found = json.loads(body)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise ScenarioError(f"{what}: must be a JSON object; received something else")
+    return found

@@ -44,10 +44,10 @@ class LocalServer:
     """Serves an application at `address`, which has the token that opens it.
 
     `port` 0: any free one; ValueError for one that is taken. The port is held from the start;
-    `serve` answers, `close` gives it back.
+    `serve_application` answers, `close` gives it back.
     """
 
-    def __init__(self, port: int = 0):
+    def __init__(self, port: int):
         self.token = secrets.token_urlsafe(32)
         self._socket = _listening(port)
         self.port = self._socket.getsockname()[1]
@@ -55,7 +55,7 @@ class LocalServer:
         self._server: _Server | None = None
         self._stopped = False
 
-    def serve(
+    def serve_application(
         self,
         app,
         policy: str,
@@ -86,7 +86,7 @@ class LocalServer:
             self._server.run(sockets=[self._socket])
 
     def stop(self) -> None:
-        """End `serve`; at once if it is called again."""
+        """End serving; at once if it is called again."""
         if self._server is not None:
             self._server.force_exit = self._server.should_exit
             self._server.should_exit = True

@@ -29,8 +29,7 @@ from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
 from torquer.ground.live import Listener, Live
 from torquer.pages.browser import scene
-from torquer.pages.browser.bodies import json_object
-from torquer.pages.browser.files import serve_files
+from torquer.pages.browser.files import answer_missing, json_object, serve_files
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
@@ -73,7 +72,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             WebSocketRoute("/api/live", routes.live),
             serve_files(WEB),
         ],
-        exception_handlers={ScenarioError: _refused, HTTPException: _missing},
+        exception_handlers={ScenarioError: _refused, HTTPException: answer_missing},
         lifespan=lifespan,
     )
 
@@ -156,9 +155,7 @@ class _Routes:
 
     async def modes(self, request: Request) -> Response:
         """The mode table and its diagram."""
-        contact = self._contact(request)
-        scenario = contact.satellite.scenario
-        modes = scenario.control.named().modes if scenario else None
+        modes = self._scenario(request).control.named().modes
         if modes is None:
             raise HTTPException(404)
         from torquer.computer.modes.diagram import svg
@@ -168,16 +165,11 @@ class _Routes:
 
     async def scene(self, request: Request) -> Response:
         """Body and sensors."""
-        scenario = self._contact(request).satellite.scenario
-        if scenario is None:
-            raise HTTPException(404)
-        return JSONResponse(scene.scene(scenario.spacecraft))
+        return JSONResponse(scene.scene(self._scenario(request).spacecraft))
 
     async def orbit(self, request: Request) -> Response:
         """Position, track, field and Sun at a time."""
-        scenario = self._contact(request).satellite.scenario
-        if scenario is None:
-            raise HTTPException(404)
+        scenario = self._scenario(request)
         asked = request.query_params.get("time", "")
         try:
             found = await run_in_threadpool(scene.orbit, scenario, int(asked))
@@ -207,6 +199,12 @@ class _Routes:
         if found is None:
             raise HTTPException(404)
         return found
+
+    def _scenario(self, request: Request):
+        scenario = self._contact(request).satellite.scenario
+        if scenario is None:
+            raise HTTPException(404)
+        return scenario
 
     def _asked(self, request: Request) -> tuple[Contact, _Span]:
         given = {key: _whole(value) for key, value in request.query_params.items()}
@@ -298,8 +296,3 @@ def _whole(text: str) -> int | str:
 
 async def _refused(request: Request, error: Exception) -> Response:
     return JSONResponse({"error": str(error)}, 400)
-
-
-async def _missing(request: Request, error: Exception) -> Response:
-    status = getattr(error, "status_code", 404)
-    return JSONResponse({"error": "there is no such thing"}, status)

@@ -27,7 +27,7 @@ POLICY = (
 _PAUSE_S = 1.0
 
 
-class Ground:
+class Ground(LocalServer):
     """A ground that serves satellites: archives in `folder`, the page at `address`.
 
     `port` 0: any free one. ValueError with one line for a port that is taken, links and archives
@@ -41,16 +41,15 @@ class Ground:
         port: int = 0,
         counters: Counters = AS_ARCHIVED,
     ):
-        self.folder, self._server = folder, LocalServer(port)
-        self.token, self.port = self._server.token, self._server.port
-        self.address = self._server.address
-        self._live, self.contacts = Live(), {}
+        super().__init__(port)
+        self.folder, self._live = folder, Live()
+        self.contacts: dict[str, Contact] = {}
         self._refusals, self._due_s = 0, 0.0
         try:
             for satellite in satellites:
                 self.contacts[satellite.key] = Contact(satellite, folder, self._live, counters)
         except BaseException:
-            self._close()
+            self.close()
             raise
         self._app = application(self.contacts, self._live, self._lifespan)
 
@@ -59,13 +58,9 @@ class Ground:
         self._ready = ready
         try:
             with _announce(self.folder / SERVER, self.address):
-                self._server.serve(self._app, POLICY, "torquer ground", self._note_refusal)
+                self.serve_application(self._app, POLICY, "torquer ground", self._note_refusal)
         finally:
-            self._close()
-
-    def stop(self) -> None:
-        """End `serve`; at once if it is called again."""
-        self._server.stop()
+            self.close()
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app):
@@ -97,10 +92,11 @@ class Ground:
             for contact in self.contacts.values():
                 contact.note("alarm", f"request refused: {what}{more}")
 
-    def _close(self) -> None:
+    def close(self) -> None:
+        """End the links and archives, and give the port back."""
         for contact in self.contacts.values():
             contact.close()
-        self._server.close()
+        super().close()
 
 
 @contextlib.contextmanager

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from torquer.ground.telemetry.convention import WAYS_SHOWN
-from torquer.ground.telemetry.examination import Examination
-from torquer.ground.telemetry.rows import (
+from torquer.ground.telemetry.examination import (
     CHOICE_HEAD,
     PARAMETER_HEAD,
-    calibration_rows,
-    choice_rows,
-    twin_rows,
+    Examination,
+    choice_texts,
+    parameter_texts,
 )
 from torquer.report.common.html import card, cards, picture
 from torquer.report.telemetry.pictures import draw_pictures
@@ -78,7 +77,7 @@ def _unknown(twin) -> str:
 def write_telemetry(found: Examination, out: Path) -> list[str]:
     """Write report.html and the pictures of an examination; the names of the files."""
     paths = draw_pictures(found, out)
-    pairs = [row.texts[:2] for row in found.facts]
+    pairs = [(row.label, row.text) for row in found.facts]
     verdict = found.verdict
     notes = [("wrong", each.text) for each in found.mistakes]
     notes += [("note", each.text) for each in found.findings]
@@ -91,17 +90,17 @@ def write_telemetry(found: Examination, out: Path) -> list[str]:
     ]
     made += [_conventions(each) for each in found.conventions]
     head = tuple(map(str.capitalize, PARAMETER_HEAD))
-    if of_twin := [row.texts for row in twin_rows(found.twin)]:
+    if of_twin := parameter_texts(found.twin):
         said = f"{_unknown(found.twin)} {_AHEAD}"
         made.append(card("twin-parameters", "Twin's parameters", said, {"grid": (head, of_twin)}))
-    if rows := [row.texts for row in calibration_rows(found.calibration)]:
+    if rows := parameter_texts(found.calibration):
         caption = (
             "The corrected reading is A (m - bias), A lower triangular with 1 + scale on its "
             "diagonal. Standard deviations allow for the correlation of the residuals."
         )
         made.append(card("parameters", "Calibration", caption, {"grid": (head, rows)}))
     if found.choices:
-        grid = (tuple(map(str.capitalize, CHOICE_HEAD)), choice_rows(found.choices))
+        grid = (tuple(map(str.capitalize, CHOICE_HEAD)), choice_texts(found.choices))
         caption = "More parameters always fit better; blocks of time held out say which help."
         made.append(card("models", "Models compared", caption, {"grid": grid}))
     source = found.data.attrs.get("source", "telemetry")

@@ -1,0 +1,175 @@
+"""`torquer design`: gains of control laws, coils and benches."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from torquer.cli.compiling import compiling_shown
+from torquer.cli.loading import load_checked, load_usable
+from torquer.cli.options import FLAT, CodeOptions, Json
+from torquer.cli.output import make_writable, moving_bar, print_answer, writing_to
+from torquer.design.requests import (
+    BenchRequest,
+    CoilRequest,
+    DetumbleRequest,
+    MagnetoGyroRequest,
+    ThreeAxisRequest,
+)
+
+_NOTHING = "control: must be given; received nothing"
+
+
+def three_axis(
+    scenario: Path | None = None,
+    /,
+    *,
+    how: Annotated[ThreeAxisRequest, FLAT] = ThreeAxisRequest(),
+    out: Annotated[Path | None, Parameter(help="Folder for map.png and the laws as TOML.")] = None,
+    json: Json = False,
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Gains for three-axis control by coils alone: by formula, refined, and a periodic regulator.
+
+    SCENARIO describes the satellite, if given; otherwise the options do. A law of SCENARIO that
+    holds an attitude is assessed, too. A run counts as captured if its error stays within
+    --capture-within-deg over the last revolution, whatever the law.
+    """
+    from torquer.design.three_axis_gains import three_axis as answer
+
+    satellite = None if scenario is None else _load_satellite(scenario, code)
+    if out is not None:
+        make_writable(out)
+    found = answer(satellite, how)
+    return print_answer(found, json, out, [] if out is None else _write_laws(found, out))
+
+
+def _load_satellite(path: Path, code: CodeOptions):
+    """The scenario of a file; without a law an error that says which lines are enough."""
+    from torquer.scenario.load import ScenarioError
+
+    try:
+        return load_checked(path, code)
+    except ScenarioError as error:
+        enough = (
+            ' (for a design a table [control] with sample_s and law = { kind = "off" } is enough)'
+        )
+        raise ScenarioError(str(error).replace(_NOTHING, _NOTHING + enough)) from None
+
+
+def _write_laws(found, out: Path) -> list[Path]:
+    """map.png and a TOML file of each law."""
+    from torquer.report.common.figure import save_figure
+    from torquer.report.theory.designs import draw_design
+    from torquer.simulation.results.file import put
+
+    with writing_to(out):
+        picture = save_figure(draw_design(found), out / "map.png")
+        laws = found.tables().items()
+        return [picture, *(put(out / f"{name}.toml", text) for name, text in laws)]
+
+
+def detumble(
+    scenario: Path,
+    /,
+    *,
+    how: Annotated[DetumbleRequest, FLAT] = DetumbleRequest(),
+    out: Annotated[
+        Path | None, Parameter(help="Folder for gains.png and the scenario with the gain.")
+    ] = None,
+    json: Json = False,
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Which gain for B-dot? From theory with saturation, sampling and lag, then flown.
+
+    SCENARIO describes the satellite and its control cycle. The same releases are flown with each
+    gain. With --within-s the least gain is chosen with which most stop in time; without it the
+    least with which most stop, nine in ten of them at most 10 % later than with any other.
+    """
+    from torquer.design.detumbling import detumble as answer
+
+    satellite = load_checked(scenario, code)
+    if out is not None:
+        make_writable(out)
+    given, columns = ("completed", "total"), ("MofNCompleteColumn", "TimeRemainingColumn")
+    with moving_bar("flights", given, *columns) as progress:
+        sweep = answer(satellite, how, progress)
+    return print_answer(sweep, json, out, [] if out is None else _write_gain(sweep, out))
+
+
+def _write_gain(sweep, out: Path) -> list[Path]:
+    """gains.png, and scenario.toml with the gain chosen."""
+    from torquer.report.common.figure import save_figure
+    from torquer.report.theory.designs import draw_gains
+    from torquer.scenario.toml_text import to_toml
+    from torquer.simulation.results.file import put
+
+    plain = sweep.with_gain().model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    with writing_to(out):
+        return [
+            save_figure(draw_gains(sweep), out / "gains.png"),
+            put(out / "scenario.toml", to_toml(plain)),
+        ]
+
+
+def magneto_gyro(
+    scenario: Path,
+    /,
+    *,
+    how: Annotated[MagnetoGyroRequest, FLAT] = MagnetoGyroRequest(),
+    out: Annotated[Path | None, Parameter(help="Folder for law, scenario and pictures.")] = None,
+    json: Json = False,
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Gains of the magneto-gyroscopic system: magnetometer, coils and a pitch wheel.
+
+    SCENARIO describes the satellite: inertia, wheel_momentum_n_m_s of its body, orbit, field, model
+    on board, noise and bias of the magnetometer. Its own laws and modes are replaced in
+    scenario.toml, which flies from the tip-off rate until the satellite points.
+    """
+    from torquer.design.gyro.gains import magneto_gyro as answer
+
+    satellite = load_usable(scenario, code, out)
+    with compiling_shown():
+        made = answer(satellite, how)
+    return print_answer(made, json, out, [] if out is None else _write_gyro(made, out))
+
+
+def _write_gyro(made, out: Path) -> list[Path]:
+    """law.toml, scenario.toml with the law in a mode table and a campaign, and the pictures."""
+    from torquer.design.gyro.flown_scenario import campaign_table
+    from torquer.report.common.figure import save_figures
+    from torquer.report.theory.magneto_gyro import draw_gyro_design
+    from torquer.scenario.toml_text import to_toml
+    from torquer.simulation.results.file import put
+
+    data = made.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    data["campaign"] = campaign_table(made.scenario, made.case.tip_off_deg_s)
+    with writing_to(out):
+        return [
+            put(out / "law.toml", to_toml({"control": {"law": made.law}})),
+            put(out / "scenario.toml", to_toml(data)),
+            *save_figures(draw_gyro_design(made), out).values(),
+        ]
+
+
+def coil(*, how: Annotated[CoilRequest, FLAT], json: Json = False) -> int:
+    """A magnetorquer without a core: power of copper and aluminium, and its wire by gauge.
+
+    The power follows from dipole, diameter and mass alone; the gauge divides it between voltage and
+    current. Round turns of bare wire are assumed; the wound section is 60 % metal.
+    """
+    from torquer.design.coil_design import coil as answer
+
+    return print_answer(answer(how), json)
+
+
+def bench(*, how: Annotated[BenchRequest, FLAT], json: Json = False) -> int:
+    """From a B-dot test on a bench to the time in orbit, for the same initial rate.
+
+    Coils at their limits: the time goes with inertia over field. Below the limits: with inertia
+    over the square of the field. A test usually begins with the first and ends with the second.
+    """
+    from torquer.design.bench_scaling import bench as answer
+
+    return print_answer(answer(how), json)
