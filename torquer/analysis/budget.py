@@ -161,8 +161,8 @@ def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
     each coil's torque g = limit axis x B; this is the distance of the nearest edge,
     the least of sum_k |g_k . n_j| over the coils j, with n_j perpendicular to g_j.
     """
-    limits = np.broadcast_to(coils.limit_a_m2, len(coils.axes))
-    per_coil = np.cross((limits[:, None] * np.array(coils.axes))[None], b_body[:, None])
+    greatest = coils.limits_a_m2()[:, None] * np.array(coils.axes)
+    per_coil = np.cross(greatest[None], b_body[:, None])
     along = b_body / np.linalg.norm(b_body, axis=1, keepdims=True)
     across = np.cross(along[:, None], per_coil)
     length = np.linalg.norm(across, axis=2, keepdims=True)
@@ -170,6 +170,11 @@ def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
     reach = np.sum(np.abs(np.einsum("nki,nji->njk", per_coil, edges)), axis=2)
     # a coil along the field has no edge
     return np.min(np.where(length[:, :, 0] > 1e-12 * np.max(length), reach, np.inf), axis=1)
+
+
+def coil_reach(coils: Coils) -> np.ndarray:
+    """Largest dipole [A m^2] of the coil set along each body axis [3]."""
+    return np.abs(np.array(coils.axes)).T @ coils.limits_a_m2()
 
 
 class Row(NamedTuple):

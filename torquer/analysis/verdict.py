@@ -64,7 +64,7 @@ def _coil_share(part: Variables, coils: Coils) -> np.ndarray:
     """Greatest share of its limit that a coil has; with more than three, by least squares."""
     dipole = part["dipole_body"].values - np.array(coils.residual_dipole_a_m2)
     each = dipole @ np.linalg.pinv(np.array(coils.axes))
-    return np.max(np.abs(each) / np.broadcast_to(coils.limit_a_m2, len(coils.axes)), axis=1)
+    return np.max(np.abs(each) / coils.limits_a_m2(), axis=1)
 
 
 def _judge(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -> dict:

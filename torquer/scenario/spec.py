@@ -426,6 +426,11 @@ class Scenario(Spec):
         """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if not needed."""
         return self._angle_and_rate() if self.acting_torques() else ()
 
+    def motion_at_start(self) -> np.ndarray:
+        """Attitude (body to inertial) and absolute rate [rad/s] at the start: 7 numbers."""
+        r, v = self.orbit_environment().state(np.zeros(1))
+        return self.initial.motion(r[0], v[0])
+
     def _angle_and_rate(self) -> tuple[float, float]:
         r, v = self.orbit_environment().state(np.zeros(1))
         return argument_of_latitude(r[0], v[0]), self.orbit.rate_rad_s(self.start)
