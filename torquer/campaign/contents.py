@@ -87,11 +87,6 @@ def failed_in(result: xr.Dataset) -> np.ndarray:
     return np.array([str(how) == "failed" for how in result["how_it_ended"].values], dtype=bool)
 
 
-def reasons_in(result: xr.Dataset) -> list[str]:
-    """Why each member's run ended."""
-    return [str(reason) for reason in result["ended"].values]
-
-
 def succeeded_in(result: xr.Dataset) -> np.ndarray | None:
     """Which members succeeded [n]; None without conditions."""
     if "succeeded" not in result:

@@ -142,7 +142,8 @@ class Fleet:
         count = len(members)
         outcomes = {name: np.full(count, np.nan) for name in self.campaign.outcomes}
         shape = (count, len(self.kept))
-        series = {name: np.full(shape, np.nan, np.float32) for name in self._with_signals()}
+        signals = [k for k, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
+        series = {name: np.full(shape, np.nan, np.float32) for name in signals}
         chunk = Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
         if self._lanes is not None:
             self._fly_in_lanes(self._lanes, chunk)
@@ -150,9 +151,6 @@ class Fleet:
             for row in range(count):
                 self._fly_alone(chunk, row)
         return chunk
-
-    def _with_signals(self) -> list[str]:
-        return [name for name, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
 
     def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> None:
         """Fly all members, alone those that do not fit into lanes or that end early there."""

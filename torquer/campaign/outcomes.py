@@ -178,7 +178,7 @@ def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
 
 def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
     """ValueError for an outcome that a scenario's runs cannot have."""
-    length_s = scenario.steps() * scenario.grid_s
+    length_s = scenario.length_s
     held = held_attitudes(scenario.control)
     for name, outcome in outcomes.items():
         if outcome.signal == "attitude_error_deg" and len(held) != 1:
@@ -193,26 +193,6 @@ def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
             )
 
 
-class _Signals:
-    """Signals of one chunk of members, each computed once."""
-
-    def __init__(self, scenario: Scenario, flown: Flown):
-        self.scenario, self.flown = scenario, flown
-        self.known: dict = {}
-
-    def of(self, signal) -> np.ndarray:
-        """A signal (r, n)."""
-        key = signal if isinstance(signal, str) else signal.model_dump_json()
-        if key not in self.known:
-            self.known[key] = self._compute(signal)
-        return self.known[key]
-
-    def _compute(self, signal) -> np.ndarray:
-        if isinstance(signal, Axis):
-            return angle_to(signal, self.flown)
-        return SIGNALS[signal](self.scenario, self.flown)
-
-
 def outcome_signals(
     outcomes: Mapping[str, Outcome], scenario: Scenario, flown: Flown
 ) -> dict[str, np.ndarray]:
@@ -220,12 +200,15 @@ def outcome_signals(
 
     `scenario`: what all members share is taken from it, the attitude that laws hold.
     """
-    signals = _Signals(scenario, flown)
-    return {
-        name: signals.of(each.signal)
-        for name, each in outcomes.items()
-        if each.signal not in TOTALS
-    }
+    signals = {each.signal for each in outcomes.values()}.difference(TOTALS)
+    known = {signal: _signal(signal, scenario, flown) for signal in signals}
+    return {name: known[each.signal] for name, each in outcomes.items() if each.signal in known}
+
+
+def _signal(signal: str | Axis, scenario: Scenario, flown: Flown) -> np.ndarray:
+    if isinstance(signal, Axis):
+        return angle_to(signal, flown)
+    return SIGNALS[signal](scenario, flown)
 
 
 def take_outcomes(

@@ -47,7 +47,7 @@ def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str,
     }
     if campaign is None:
         return named
-    from torquer.campaign.code import code_named
+    from torquer.campaign.load import code_named
 
     return named | dict(code_named(campaign))
 

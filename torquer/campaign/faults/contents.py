@@ -27,7 +27,7 @@ def as_plain(found: FaultCampaign) -> dict:
     return {
         "scenario": found.scenario.name,
         "seed": found.scenario.seed,
-        "flight_s": found.scenario.steps() * found.scenario.grid_s,
+        "flight_s": found.scenario.length_s,
         "guards": found.guards,
         "goals": [goal._asdict() for goal in found.goals],
         "without_fault": {

@@ -133,16 +133,13 @@ def fly_faults(
 
 def _quiet(flight: Flown, scenario: Scenario, guards: list[str]) -> bool:
     """Whether all guards stayed in their first states: the flight is the same without them."""
+    regions = scenario.control.modes.regions if guards else {}
     return all(
-        entered_s == -math.inf
+        flight.entered[f"{name}.{state}"] == -math.inf
         for name in guards
-        for state, entered_s in flight.entered.items()
-        if state.startswith(f"{name}.") and state != f"{name}.{_initial(scenario, name)}"
+        for state in regions[name].states
+        if state != regions[name].initial
     )
-
-
-def _initial(scenario: Scenario, region: str) -> str:
-    return scenario.control.modes.regions[region].initial
 
 
 def choose_faults(faults: list[Fault], only: Sequence[str]) -> list[Fault]:
