@@ -73,7 +73,7 @@ def budget_while_held(scenario: Scenario) -> Budget:
     The attitude is held in the frame of `initial.reference`, without the initial rate.
     """
     record = scenario.simulation.record_s
-    t_s = record * np.arange(round(scenario.steps() * scenario.grid_s / record) + 1)
+    t_s = record * np.arange(round(scenario.length_s / record) + 1)
     r, v = scenario.orbit_environment().state(t_s)
     still = {"rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": scenario.initial.reference}
     held = scenario.initial.model_copy(update=still)

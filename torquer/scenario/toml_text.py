@@ -3,10 +3,12 @@
 import re
 import tomllib
 from datetime import datetime
+from html import escape
 from pathlib import Path
 
 import tomli_w
 
+from torquer.base.spec import Spec
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.scenario.explain import ScenarioError
 
@@ -63,6 +65,12 @@ def to_toml(data: dict, widest: int = 80) -> str:
     for pattern in (_PLAIN_LIST, _LIST_OF_LISTS):
         text = pattern.sub(lambda found: _in_one_line(found, widest), text)
     return text
+
+
+def html_of_given(spec: Spec, table: str = "") -> str:
+    """What was given of a spec as TOML text for notebooks, in a table unless "" is its name."""
+    given = spec.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    return f"<pre>{escape(to_toml({table: given} if table else given))}</pre>"
 
 
 def toml_from_data(data: dict) -> str:

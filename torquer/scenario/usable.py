@@ -10,7 +10,7 @@ def check_orbit_environment(scenario: Scenario) -> None:
 
     The models are evaluated at both ends of the run and along the first orbit.
     """
-    end_s = scenario.steps() * scenario.grid_s
+    end_s = scenario.length_s
     t_s = np.append(np.linspace(0.0, min(end_s, scenario.orbit.period_s), 50), end_s)
     environment = scenario.orbit_environment()
     environment.check_dates(*t_s[[0, -1]])

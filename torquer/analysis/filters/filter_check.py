@@ -85,7 +85,7 @@ def fly_filter(
 def control_rows(scenario: Scenario) -> np.ndarray:
     """Numbers of the records to evaluate: those on control steps; see `fly_filter`."""
     control, record_s = scenario.control, scenario.simulation.record_s
-    count = math.ceil(scenario.steps() * scenario.grid_s / record_s - 1e-9)
+    count = math.ceil(scenario.length_s / record_s - 1e-9)
     if record_s == finest_record_s(scenario):
         rows = np.round(control_times(scenario) / record_s).astype(int)
         return rows[rows < count]
@@ -406,7 +406,7 @@ def _accuracy(flown: FilterRuns, expected: Expected) -> dict[str, float]:
 def _record(scenario: Scenario) -> tuple[str, float]:
     """Record interval for about 200 instants of a run: whole control cycles."""
     cycle_s = scenario.control.cycle_s
-    length_s = scenario.steps() * scenario.grid_s
+    length_s = scenario.length_s
     return "simulation.record_s", cycle_s * max(round(length_s / cycle_s / 200.0), 1)
 
 

@@ -163,7 +163,7 @@ def _weak_gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     control, gain = scenario.control, use.gain(use.law.gain_a_m2_s_per_t)
     least = float(scenario.spacecraft.body.principal()[0][0])
     e_fold_s = bdot_gain(1.0, least, _STRONG_FIELD_T, share=1.0, duty=control.coil_duty) / gain
-    duration_s = scenario.steps() * scenario.grid_s
+    duration_s = scenario.length_s
     if e_fold_s > max(duration_s, _DAY_S):
         yield (
             f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to reduce "
@@ -197,7 +197,7 @@ def _slow_notes(scenario: Scenario, use: Use) -> Iterator[str]:
 def stopped_below(scenario: Scenario) -> tuple[float, float]:
     """Rate [rad/s] that counts as stopped, and the time [s] allowed for it: a day or the run, if
     the mission has no goal for the rate."""
-    mission, duration_s = scenario.mission, scenario.steps() * scenario.grid_s
+    mission, duration_s = scenario.mission, scenario.length_s
     usual = ORBITAL_RATES * scenario.orbit.rate_rad_s(scenario.start)
     if mission is None or mission.rate_below_deg_s is None:
         return usual, max(duration_s, _DAY_S)

@@ -98,7 +98,7 @@ def _unmodelled_notes(scenario: Scenario, torque: UnmodelledTorque | None) -> It
     if not any(sizes):
         yield "disturbance.unmodelled has no effect: its sizes are zero"
         return
-    if torque.hold_s >= scenario.steps() * scenario.grid_s:
+    if torque.hold_s >= scenario.length_s:
         yield (
             f"the unmodelled torque does not jump: its coefficients are held for "
             f"{torque.hold_s:g} s, as long as the run or longer"

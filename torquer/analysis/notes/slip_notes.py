@@ -166,7 +166,7 @@ def _mission_notes(scenario: Scenario) -> Iterator[str]:
 
 def _duration_notes(scenario: Scenario) -> Iterator[str]:
     """A run that is over before the control has done anything."""
-    duration_s, cycle_s = scenario.steps() * scenario.grid_s, scenario.control.cycle_s
+    duration_s, cycle_s = scenario.length_s, scenario.control.cycle_s
     if duration_s < _FEW_STEPS * cycle_s:
         yield (
             f"simulation: the run of {duration_s:g} s ends after {duration_s / cycle_s:.2g} "
@@ -183,7 +183,7 @@ def _magnetometer_notes(scenario: Scenario) -> Iterator[str]:
             f"magnetometer: is it in tesla ({sensor.noise_nt * 1e9:g} nT)?"
         )
     environment = scenario.orbit_environment()
-    duration_s = scenario.steps() * scenario.grid_s
+    duration_s = scenario.length_s
     t_s = np.linspace(0.0, min(scenario.orbit.period_s, duration_s), 50)
     field_nt = 1e9 * np.linalg.norm(environment.sample(t_s)[:, 3:6], axis=1)
     least_nt, greatest_nt = float(field_nt.min()), float(field_nt.max())
