@@ -89,7 +89,7 @@ def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
     if coils is not None:
         if dipole is not None:
             control = dipole_along(dipole - coils.residual_dipole_a_m2, along)
-        available = torque_across_field(coils, _in_body(along))
+        available = torque_across_field(coils, to_body(along.q, along.b_t))
     named = {name: found[name] for name in NAMES if name in found}
     truth, believed = scenario.orbit_environment(), scenario.believed_environment()
     return Budget(t_s, named, control, available, model_errors(truth, believed, t_s))
@@ -147,11 +147,6 @@ def _unmodelled_torque(scenario: Scenario, steps: np.ndarray, along: Along) -> n
         for first, last in spans
     ]
     return np.concatenate(parts)
-
-
-def _in_body(along: Along) -> np.ndarray:
-    """Field in the body [n, 3]."""
-    return to_body(along.q, along.b_t)
 
 
 def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:

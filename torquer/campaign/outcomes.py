@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from torquer.analysis.attitude import held_attitudes
+from torquer.analysis.series import first_at, stays_from
 from torquer.base.spec import Spec
 from torquer.campaign.signals import (
     Axis,
@@ -92,18 +93,6 @@ class What(Spec):
             return late.max(axis=0)
         # summed record by record: NumPy's mean would round one member differently from many
         return sum(late, start=np.zeros(signal.shape[1])) / len(late)
-
-
-def first_at(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
-    """Time at which a condition (r, n) first holds; NaN where it never does."""
-    return np.where(holds.any(axis=0), t_s[np.argmax(holds, axis=0)], np.nan)
-
-
-def stays_from(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
-    """Time from which a condition (r, n) holds until the end; NaN where it does not hold there."""
-    records_since_it_failed = np.argmax(~holds[::-1], axis=0)
-    first = np.where(holds.all(axis=0), 0, len(t_s) - records_since_it_failed)
-    return np.where(holds[-1], t_s[np.minimum(first, len(t_s) - 1)], np.nan)
 
 
 def _signal_kind(value) -> str:

@@ -367,12 +367,8 @@ class Scenario(Spec):
 
     def _check_actuators(self) -> None:
         """Laws need the actuators they drive; wheels need an integrator that supports them."""
-        specs = self.control.named().laws
-        laws = {
-            name: spec.law()
-            for name, spec in specs.items()
-            if spec.kind not in ("user", "given_in_python")
-        }
+        program = self.control.named()
+        specs, laws = program.laws, program.known_laws()
         for name, law in laws.items():
             if specs[name].kind != "off":
                 check_fits(self.control.key_of(name), law, self)

@@ -9,7 +9,7 @@ import numpy as np
 
 from torquer.analysis.control_cycle import control_steps
 from torquer.analysis.filters.filter_check import finest_record_s
-from torquer.analysis.filters.linear_covariance import kalman_filter
+from torquer.analysis.filters.linear_covariance import first_variances, kalman_filter
 from torquer.compile.engine import addresses, records
 from torquer.computer.estimation.filter import Filter
 from torquer.computer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
@@ -156,9 +156,8 @@ def fly_back_and_forth(
     if seeds is None:
         seeds = np.full((len(known), 5), np.nan)
     else:  # a filter that does not start by itself has not put what it knows at first
-        first = np.repeat(list(spec.initial_variances().values()), 3)
         here = slice(places.covariance, places.covariance + 4 * places.n**2)
-        memory[here] = np.diag(np.pad(first, (0, places.n))).ravel()
+        memory[here] = np.diag(np.pad(first_variances(spec), (0, places.n))).ravel()
     (address,) = addresses([filter_.in_loop()])
     fly(
         address, records(known), filter_.pack(), memory, places, works, seeds, forward, logged,

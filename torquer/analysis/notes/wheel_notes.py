@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from torquer.analysis.notes.uses import Use, find_uses, notes_on_laws
+from torquer.analysis.notes.uses import Use, notes_on_laws
 from torquer.base.spec import Spec
 from torquer.computer.laws.bias_momentum import BiasMomentum
 from torquer.computer.laws.pointing import HeldByWheels
@@ -16,6 +16,7 @@ from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
 from torquer.maths.geometry.vec3 import as_matrix
+from torquer.scenario.control import Program
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
@@ -37,7 +38,7 @@ def wheel_notes(scenario: Scenario) -> list[str]:
     if wheels is None:
         return []
     return [
-        *_motor_notes([use.law for use in find_uses(scenario)]),
+        *_motor_notes(scenario.control.named()),
         *_friction_notes(wheels),
         *_idle_notes(wheels),
         *notes_on_laws(scenario, _law_notes),
@@ -53,20 +54,18 @@ def _law_notes(scenario: Scenario, use: Use) -> Iterator[str]:
         yield from _start_notes(scenario, use.law)
 
 
-def _motor_notes(laws: list[Spec]) -> Iterator[str]:
+def _motor_notes(program: Program) -> Iterator[str]:
     """Notes if nothing drives the wheels; 'off' marks this as intended."""
-    if any(law.kind == "off" or _may_drive_wheels(law) for law in laws):
+    specs, known = program.laws.values(), program.known_laws()
+    may_drive = len(known) < len(specs) or any(law.drives_wheels for law in known.values())
+    if may_drive or any(spec.kind == "off" for spec in specs):
         return
-    if any(isinstance(law, Unloading) for law in laws):
+    if any(isinstance(spec, Unloading) for spec in specs):
         yield (
             "no wheel law compensates the torque of the coils: 'unloading' rotates the body and "
             "leaves the wheels' momentum as it is"
         )
     yield "no law drives the wheels (control.laws): their motors are off"
-
-
-def _may_drive_wheels(law: Spec) -> bool:
-    return law.kind in ("user", "given_in_python") or law.law().drives_wheels
 
 
 def _friction_notes(wheels: ReactionWheels) -> Iterator[str]:

@@ -93,7 +93,7 @@ def run_scenario(scenario, how: RunOptions) -> int:
     if how.json:
         print(json_text(summary))
     else:
-        from torquer.analysis.summary_rows import summary_rows
+        from torquer.analysis.summary import summary_rows
 
         report = () if how.no_report else ("report.html", *["plots/"] * how.plots)
         files = ("result.nc", "summary.json", *report)

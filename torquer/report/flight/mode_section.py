@@ -1,6 +1,6 @@
 """The section of a report on the modes: state diagram, use of every state."""
 
-from torquer.analysis.summary_rows import time_or_never, unchanged_in_words
+from torquer.analysis.summary import time_or_never, unchanged_in_words
 from torquer.computer.modes.diagram import svg
 from torquer.computer.modes.layout import layout
 from torquer.computer.modes.spec import MAIN, Modes

@@ -4,7 +4,7 @@ import io
 import json
 from pathlib import Path
 
-from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.summary import summary_rows
 from torquer.report.common.html import encode, page as page_of
 from torquer.report.common.sources import sources_data
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
