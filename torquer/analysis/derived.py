@@ -4,8 +4,6 @@ Each function gives an `xarray.DataArray` over the time of the result, with its 
 gives all of them that apply, as one data set. `result.torquer` has them as methods.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

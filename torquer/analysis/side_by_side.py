@@ -1,7 +1,5 @@
 """Several runs together: joined into one data set, and what differs between their scenarios."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 

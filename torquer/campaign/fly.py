@@ -1,16 +1,15 @@
 """A campaign flown: chunks of members in any order, results in the order of the members."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from torquer.base.cores import cores
 from torquer.base.spec import check_spec
@@ -30,9 +29,6 @@ from torquer.campaign.store import (
 from torquer.compile.lanes import LANES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals, noting_signals
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Members of a chunk: what a kill may lose, and what a worker is given at once.
 CHUNK = 128

@@ -1,7 +1,5 @@
 """Runs of a scenario's filter, and their statistics (`filter_statistics`)."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator

@@ -1,7 +1,5 @@
 """Runs that check a filter: a scenario with other noise, start and sensor errors in each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

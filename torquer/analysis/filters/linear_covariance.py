@@ -4,8 +4,6 @@ The covariance of a Kalman filter depends on the orbit and the attitude, not on 
 is propagated along a nominal motion by the filter's own kernels.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

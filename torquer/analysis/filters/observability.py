@@ -7,8 +7,6 @@ that the readings of the window alone would give this combination of states a st
 estimation, and control', vol. 1 (1979), 2.5 and 5.4.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

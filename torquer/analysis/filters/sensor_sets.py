@@ -1,7 +1,5 @@
 """Which sensors are enough: expected accuracy of a scenario's filters and of single sensors."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,11 +1,10 @@
 """Smoothing of a recorded run: the filter works again on what the computer knew, then backwards."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from torquer.analysis.control_cycle import control_steps
 from torquer.analysis.filters.filter_check import finest_record_s
@@ -19,9 +18,6 @@ from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, write
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _READINGS = {"b_measured": "b", "omega_measured": "omega", "sun_measured": "sun"}
 #: What the computer knows of readings and surroundings, read from `KNOWN`, by name.
@@ -189,8 +185,6 @@ def as_dataset(steps: xr.Dataset, found: BackAndForth, attributes: dict) -> xr.D
 
     `steps`: with the coordinates `time`, `utc`, `axis` and `component`.
     """
-    import xarray as xr
-
     covariance = found.covariance
     axes = state_axes(found.spec.initial_variances())
     (state,), (error, other) = axes["states"], axes["covariance"]

@@ -1,7 +1,5 @@
 """A fault campaign flown: every fault at every strike, with the guards of the modes and without."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
