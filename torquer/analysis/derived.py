@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import body_axes_from_vertical_deg, find_attitude_error
+from torquer.analysis.attitude import body_axes_from_deg, find_attitude_error
 from torquer.analysis.mode_use import find_regions
 from torquer.analysis.series import angle_deg
 from torquer.base.validate import unit_rows
@@ -85,7 +85,7 @@ def nutation_angle(result: xr.Dataset, axis: Sequence[float] | None = None) -> x
 
 def angle_from_vertical(result: xr.Dataset) -> xr.DataArray:
     """Angles [deg] of the body's x, y and z axes from the local vertical, over `time`, `axis`."""
-    angles = body_axes_from_vertical_deg(result)
+    angles = body_axes_from_deg(result, "position_inertial")
     return _over_time(result, angles, "deg", "angle from the local vertical")
 
 

@@ -166,9 +166,8 @@ class Fleet:
 
     def _with_orbit(self, flown: FlownLanes) -> Flown:
         """The motion of members in lanes, with the environment along their orbit."""
-        motion, (r, v, b, sun) = np.swapaxes(flown.motion, 1, 2), self._along
-        energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
-        return Flown(self.t_s, motion[..., :4], motion[..., 4:], r, v, b, sun, energy, peak)
+        motion, totals = np.swapaxes(flown.motion, 1, 2), (flown.cells[name] for name in TOTALS)
+        return Flown(self.t_s, motion[..., :4], motion[..., 4:], *self._along, *totals)
 
     def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
         """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
@@ -247,10 +246,7 @@ class Fleet:
             along = _along(run.scenario, self.campaign, t_s)
         q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
         omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]
-        state = run.state.cells
-        energy, peak = state["coil_energy_j"], state["peak_dipole_a_m2"]
-        r, v, b, sun = along
-        return Flown(t_s, q, omega, r, v, b, sun, energy, peak)
+        return Flown(t_s, q, omega, *along, *(run.state.cells[name] for name in TOTALS))
 
     def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
         """Put outcomes and signals of some members into their rows."""

@@ -73,8 +73,10 @@ def fly_campaign(
     with noted_signals().raising():
         check_campaign(campaign, check_spec(scenario))
     path = None if to is None else Path(to)
-    if path is not None and not resume:
-        _check_free(path)
+    if path is not None and not resume and is_there(path):
+        raise ValueError(
+            f"to: must hold no campaign; received {path}: resume continues it, or remove it"
+        )
     workers = cores() if workers is None else workers
     if workers < 1:
         raise ValueError(f"workers: must be 1 or more; received {workers}")
@@ -92,13 +94,6 @@ def fly_campaign(
     if path is not None:
         return finish_file(path, known.members, campaign_attributes(fleet))
     return join_chunks(parts, campaign_attributes(fleet)).isel(member=slice(0, known.members))
-
-
-def _check_free(path: Path) -> None:
-    if is_there(path):
-        raise ValueError(
-            f"to: must hold no campaign; received {path}: resume continues it, or remove it"
-        )
 
 
 class _Known:

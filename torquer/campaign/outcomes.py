@@ -126,11 +126,6 @@ class Outcome(Spec):
             raise ValueError("what: must be given for a signal; received none")
         return self
 
-    @property
-    def needs_sun(self) -> bool:
-        """Whether the direction to the Sun must be known."""
-        return isinstance(self.signal, Axis) and self.signal.to == "sun"
-
 
 class Threshold(Spec):
     """What an outcome must be for a run to succeed."""
@@ -162,12 +157,12 @@ DEFAULT = {
 
 def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
     """Whether outcomes need the Sun: then `Flown` must have its direction."""
-    return any(outcome.needs_sun for outcome in outcomes.values())
+    signals = (outcome.signal for outcome in outcomes.values())
+    return any(isinstance(signal, Axis) and signal.to == "sun" for signal in signals)
 
 
 def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
     """ValueError for an outcome that a scenario's runs cannot have."""
-    length_s = scenario.length_s
     held = held_attitudes(scenario.control)
     for name, outcome in outcomes.items():
         if outcome.signal == "attitude_error_deg" and len(held) != 1:
@@ -175,10 +170,10 @@ def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
                 f"campaign.outcomes.{name}.signal: attitude_error_deg needs laws that hold one "
                 f"attitude; received a scenario whose laws hold {len(held) or 'none'}"
             )
-        if outcome.what is not None and outcome.what.after_s > length_s:
+        if outcome.what is not None and outcome.what.after_s > scenario.length_s:
             raise ValueError(
-                f"campaign.outcomes.{name}.what: must begin before the run ends at {length_s:g} s; "
-                f"received {outcome.what.after_s:g} s"
+                f"campaign.outcomes.{name}.what: must begin before the run ends at "
+                f"{scenario.length_s:g} s; received {outcome.what.after_s:g} s"
             )
 
 

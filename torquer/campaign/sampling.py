@@ -202,11 +202,6 @@ def member_seeds(campaign: Campaign, members) -> np.ndarray:
     return (words >> np.uint64(1)).astype(np.int64)
 
 
-def member_seed(campaign: Campaign, member: int) -> int:
-    """Seed of one member's noise."""
-    return int(member_seeds(campaign, [member])[0])
-
-
 def as_changes(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
     """Values by the scenario's keys, as `with_values` takes them, from one row of drawn values."""
     changes: dict[str, Any] = {}
@@ -221,5 +216,6 @@ def as_changes(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
 
 def member_scenario(scenario: Scenario, campaign: Campaign, member: int) -> Scenario:
     """The scenario of one member, to be flown alone."""
-    own = {"name": f"{scenario.name}-{member}", "seed": member_seed(campaign, member)}
+    (seed,) = member_seeds(campaign, [member]).tolist()
+    own = {"name": f"{scenario.name}-{member}", "seed": seed}
     return with_values(scenario, own | as_changes(draw(campaign, scenario, [member]), 0))

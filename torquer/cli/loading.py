@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import make_writable
 from torquer.computer.blocks.user import UserLaw
-from torquer.scenario.load import load_scenario
+from torquer.scenario.load import check_orbit_environment, load_scenario
 from torquer.scenario.spec import Scenario
-from torquer.scenario.usable import check_orbit_environment
 
 if TYPE_CHECKING:
     from torquer.campaign.spec import Campaign

@@ -285,13 +285,10 @@ def _within(annotation, part) -> list:
         if part in annotation.model_fields:
             return _members(annotation.model_fields[part].annotation)
         # a kind, or pydantic's name for the member of a union that was tried: it stays
-        return [annotation] if part in _kinds(annotation) or _names(annotation, part) else []
+        named = isinstance(part, str) and annotation.__name__ in part
+        return [annotation] if named or part in _kinds(annotation) else []
     if isinstance(part, int) and origin in (tuple, list):
         return [member for each in inner if each is not Ellipsis for member in _members(each)]
     if isinstance(part, str) and isinstance(origin, type) and issubclass(origin, dict):
         return _members(inner[1])
     return [annotation] if isinstance(part, str) and "[" in part else []
-
-
-def _names(spec, part) -> bool:
-    return isinstance(part, str) and spec.__name__ in part

@@ -1,5 +1,6 @@
 """Plain data as TOML text and back: files are read up to a size and a depth, with clear errors."""
 
+import contextlib
 import re
 import tomllib
 from datetime import datetime
@@ -74,16 +75,10 @@ def html_of_given(spec: Spec, table: str = "") -> str:
 
 
 def toml_from_data(data: dict) -> str:
-    """A scenario's data as JSON holds them as TOML text, without comments."""
-    return to_toml(_with_times(data))
-
-
-def _with_times(data: dict) -> dict:
-    """The data with its start as a time, which TOML writes without quotes."""
-    try:
-        return {**data, "start": datetime.fromisoformat(data["start"])}
-    except (KeyError, TypeError, ValueError):
-        return data
+    """A scenario's data as JSON holds them as TOML text, without comments; the start as a time."""
+    with contextlib.suppress(KeyError, TypeError, ValueError):
+        data = {**data, "start": datetime.fromisoformat(data["start"])}
+    return to_toml(data)
 
 
 def _drop_none(value):

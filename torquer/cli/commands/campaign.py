@@ -32,7 +32,7 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.process import SIGNAL_CODE, leave_or_raise
-from torquer.scenario.usable import check_orbit_environment
+from torquer.scenario.load import check_orbit_environment
 from torquer.simulation.results.file import explain_errors, load, put
 from torquer.simulation.setup.signals import ALL, noting_signals
 

@@ -22,8 +22,8 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.process import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
+from torquer.scenario.load import check_orbit_environment
 from torquer.scenario.resolution import notes_on_steps
-from torquer.scenario.usable import check_orbit_environment
 from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, are_one_run, check_version, scenario_in
