@@ -240,7 +240,7 @@ def test_printed_summary_is_a_table_and_summary_a_plain_mapping(detumble):
     assert summary == plain and isinstance(summary, dict) and repr(summary) == repr(plain)
     assert json.loads(json.dumps(summary)) == json.loads(json.dumps(plain))
     title, *lines = str(summary).splitlines()
-    rows = torquer.rows_of(summary)
+    rows = torquer.summary_rows(summary)
     assert title == summary["scenario"] and len(lines) == len(rows)
     for line, (label, value) in zip(lines, rows, strict=True):
         assert line.startswith(label) and line.endswith(f"  {value}")
