@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from torquer.analysis.derived import derive as derive
     from torquer.analysis.filters.smoothing import smooth_run as smooth_run
     from torquer.analysis.side_by_side import concat as concat, pick_run as pick_run
-    from torquer.analysis.summary import summarise as summarise
-    from torquer.analysis.summary_rows import summary_rows as summary_rows
+    from torquer.analysis.summary import summarise as summarise, summary_rows as summary_rows
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
     from torquer.computer.blocks.law import Law as Law, law as law

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from torquer.analysis.goals import NAMED, angle_from_axis_deg, find_goals, goal_signal
+from torquer.analysis.series import stays_from
 from torquer.analysis.summary import summarise
-from torquer.analysis.verdict import clock_text, judge_run, limits_met, stays_from
+from torquer.analysis.verdict import clock_text, judge_run, limits_met
 from torquer.scenario.load import scenario_from_text
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.simulate import simulate

@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
-from torquer.campaign.sampling import draw, draw_values, member_scenario, member_seed, member_seeds
+from torquer.campaign.sampling import draw, draw_values, member_scenario, member_seeds
 from torquer.campaign.spec import Campaign
 from torquer.campaign.unit_numbers import random_words, unit_numbers
 from torquer.scenario.change import value_at
@@ -354,8 +354,8 @@ def test_noise_seeds_are_uniform_and_independent_of_the_values():
     assert follows(seeds / 2.0**63, stats.uniform())
     for column in unit_numbers(campaign, range(N)).T:
         assert stats.pearsonr(seeds.astype(float), column).pvalue > LEAST_P
-    assert member_seed(campaign, 7) == seeds[7]
-    assert member_seed(Campaign(runs=1, seed=5), 7) != seeds[7]
+    assert member_seeds(campaign, [7]) == seeds[7]
+    assert member_seeds(Campaign(runs=1, seed=5), [7]) != seeds[7]
 
 
 def test_members_have_their_own_noise_even_if_nothing_varies(scenario):
@@ -368,7 +368,7 @@ def test_members_have_their_own_noise_even_if_nothing_varies(scenario):
 def test_a_member_is_a_scenario_with_what_was_drawn(scenario):
     campaign = Campaign(runs=10, vary=MANY, seed=8)
     member, found = member_scenario(scenario, campaign, 4), draw(campaign, scenario, range(10))
-    assert (member.name, member.seed) == (f"{scenario.name}-4", member_seed(campaign, 4))
+    assert (member.name, member.seed) == (f"{scenario.name}-4", member_seeds(campaign, [4])[0])
     assert member.spacecraft.magnetometer.noise_nt == found[NOISE][4]
     assert member.spacecraft.magnetometer.scale_error == (0.1, 0.2, 0.0)
     assert member.initial.quaternion == tuple(found["initial.attitude"][4])

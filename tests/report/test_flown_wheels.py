@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from slow_cases import slow_after
 
 from torquer.analysis.attitude import find_attitude_error
-from torquer.analysis.summary import summarise
-from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.summary import summarise, summary_rows
 from torquer.analysis.wheel_use import FlownWheels, zero_crossings
 from torquer.computer.laws.wheel_pd import WheelPd
 from torquer.report import write_report

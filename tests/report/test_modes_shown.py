@@ -15,8 +15,7 @@ from pydantic import TypeAdapter
 
 from torquer import simulate
 from torquer.analysis.mode_use import RegionRecord, find_regions, state_uses
-from torquer.analysis.summary import summarise
-from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.summary import summarise, summary_rows
 from torquer.computer.estimation import AnyEstimator
 from torquer.computer.laws import AnyLaw
 from torquer.computer.modes.diagram import svg

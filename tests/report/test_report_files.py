@@ -18,8 +18,7 @@ from slow_cases import slow_after
 from unpacking import unpacked
 
 import torquer
-from torquer.analysis.summary import summarise
-from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.summary import summarise, summary_rows
 from torquer.report import write_report
 from torquer.report.common.colours import AXES
 from torquer.report.common.interactive import pack_numbers

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer.analysis.coils import coil_reach
+from torquer.analysis.budget import coil_reach
 from torquer.analysis.control_cycle import fresh_rows
 from torquer.analysis.summary import summarise
 from torquer.base.conventions import EARTH_RADIUS_M

@@ -88,21 +88,10 @@ def attitude_error_deg(q_body_to_inertial, target, reference=None) -> np.ndarray
     return np.degrees((aim.inv() * Rotation.from_quat(q_body_to_inertial)).as_rotvec())
 
 
-def orbit_normals(result: xr.Dataset) -> np.ndarray:
-    """Direction of the orbital momentum [n, 3] in J."""
-    return np.cross(result["position_inertial"].values, result["velocity_inertial"].values)
+def body_axes_from_deg(result: Variables, to: str) -> np.ndarray:
+    """Angle [deg] of the body's x, y, z axes [n, 3] from a direction in J of the result.
 
-
-def body_axes_from_vertical_deg(result: Variables) -> np.ndarray:
-    """Angle [deg] of the body's x, y, z axes [n, 3] from the local vertical (up)."""
-    return _body_axes_from_deg(result, result["position_inertial"].values)
-
-
-def body_axes_from_sun_deg(result: Variables) -> np.ndarray:
-    """Angle [deg] of the body's x, y, z axes [n, 3] from the Sun, also in eclipse."""
-    return _body_axes_from_deg(result, result["sun_inertial"].values)
-
-
-def _body_axes_from_deg(result: Variables, direction) -> np.ndarray:
+    `to`: "position_inertial", the local vertical (up); "sun_inertial", the Sun, also in eclipse.
+    """
     axes = dcm_body_to_reference(result["q_body_to_inertial"].values)
-    return np.stack([angle_deg(axes[:, :, i], direction) for i in range(3)], axis=1)
+    return np.stack([angle_deg(axes[:, :, i], result[to].values) for i in range(3)], axis=1)

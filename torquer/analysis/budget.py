@@ -73,7 +73,7 @@ def budget_while_held(scenario: Scenario) -> Budget:
     The attitude is held in the frame of `initial.reference`, without the initial rate.
     """
     record = scenario.simulation.record_s
-    t_s = record * np.arange(round(scenario.steps() * scenario.grid_s / record) + 1)
+    t_s = record * np.arange(round(scenario.length_s / record) + 1)
     r, v = scenario.orbit_environment().state(t_s)
     still = {"rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": scenario.initial.reference}
     held = scenario.initial.model_copy(update=still)
@@ -89,7 +89,7 @@ def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
     if coils is not None:
         if dipole is not None:
             control = dipole_along(dipole - coils.residual_dipole_a_m2, along)
-        available = torque_across_field(coils, _in_body(along))
+        available = torque_across_field(coils, to_body(along.q, along.b_t))
     named = {name: found[name] for name in NAMES if name in found}
     truth, believed = scenario.orbit_environment(), scenario.believed_environment()
     return Budget(t_s, named, control, available, model_errors(truth, believed, t_s))
@@ -149,11 +149,6 @@ def _unmodelled_torque(scenario: Scenario, steps: np.ndarray, along: Along) -> n
     return np.concatenate(parts)
 
 
-def _in_body(along: Along) -> np.ndarray:
-    """Field in the body [n, 3]."""
-    return to_body(along.q, along.b_t)
-
-
 def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
     """Torque [N m] (n,) that coils can give in any direction across a field (n, 3) in the body.
 
@@ -161,8 +156,8 @@ def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
     each coil's torque g = limit axis x B; this is the distance of the nearest edge,
     the least of sum_k |g_k . n_j| over the coils j, with n_j perpendicular to g_j.
     """
-    limits = np.broadcast_to(coils.limit_a_m2, len(coils.axes))
-    per_coil = np.cross((limits[:, None] * np.array(coils.axes))[None], b_body[:, None])
+    greatest = coils.limits_a_m2()[:, None] * np.array(coils.axes)
+    per_coil = np.cross(greatest[None], b_body[:, None])
     along = b_body / np.linalg.norm(b_body, axis=1, keepdims=True)
     across = np.cross(along[:, None], per_coil)
     length = np.linalg.norm(across, axis=2, keepdims=True)
@@ -170,6 +165,11 @@ def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
     reach = np.sum(np.abs(np.einsum("nki,nji->njk", per_coil, edges)), axis=2)
     # a coil along the field has no edge
     return np.min(np.where(length[:, :, 0] > 1e-12 * np.max(length), reach, np.inf), axis=1)
+
+
+def coil_reach(coils: Coils) -> np.ndarray:
+    """Largest dipole [A m^2] of the coil set along each body axis [3]."""
+    return np.abs(np.array(coils.axes)).T @ coils.limits_a_m2()
 
 
 class Row(NamedTuple):

@@ -4,14 +4,12 @@ Each function gives an `xarray.DataArray` over the time of the result, with its 
 gives all of them that apply, as one data set. `result.torquer` has them as methods.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import body_axes_from_vertical_deg, find_attitude_error
+from torquer.analysis.attitude import body_axes_from_deg, find_attitude_error
 from torquer.analysis.mode_use import find_regions
 from torquer.analysis.series import angle_deg
 from torquer.base.validate import unit_rows
@@ -30,13 +28,13 @@ def rate_size(result: xr.Dataset) -> xr.DataArray:
 def body_rate(result: xr.Dataset) -> xr.DataArray:
     """Absolute angular velocity [deg/s] in body axes over `time`, `axis`."""
     omega = np.degrees(result["omega_body"].values)
-    return _by_axis(result, omega, "deg/s", "absolute angular velocity in body axes")
+    return _over_time(result, omega, "deg/s", "absolute angular velocity in body axes")
 
 
 def orbital_rate(result: xr.Dataset) -> xr.DataArray:
     """Angular velocity relative to the orbital frame [deg/s] in body axes over `time`, `axis`."""
     omega = np.degrees(result["omega_orbital"].values)
-    return _by_axis(result, omega, "deg/s", "angular velocity relative to the orbital frame")
+    return _over_time(result, omega, "deg/s", "angular velocity relative to the orbital frame")
 
 
 def attitude_error_angle(result: xr.Dataset) -> xr.DataArray:
@@ -62,10 +60,10 @@ def angle_from_sun(result: xr.Dataset, axis: Sequence[float] | None = None) -> x
     sun = to_body(result["q_body_to_inertial"].values, result["sun_inertial"].values)
     meaning = "angle from the direction to the Sun"
     if axis is None:
-        angles = [angle_deg(np.broadcast_to(e, sun.shape), sun) for e in np.eye(3)]
-        return _by_axis(result, np.stack(angles, axis=1), "deg", meaning)
+        angles = [angle_deg(e, sun) for e in np.eye(3)]
+        return _over_time(result, np.stack(angles, axis=1), "deg", meaning)
     along = unit_rows("axis", axis)[0]
-    return _over_time(result, angle_deg(np.broadcast_to(along, sun.shape), sun), "deg", meaning)
+    return _over_time(result, angle_deg(along, sun), "deg", meaning)
 
 
 def nutation_angle(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
@@ -81,14 +79,14 @@ def nutation_angle(result: xr.Dataset, axis: Sequence[float] | None = None) -> x
         along = along if momentum[-1] @ along >= 0.0 else -along
     else:
         along = unit_rows("axis", axis)[0]
-    angle = angle_deg(np.broadcast_to(along, momentum.shape), momentum)
+    angle = angle_deg(along, momentum)
     return _over_time(result, angle, "deg", "nutation: angle of the momentum from a body axis")
 
 
 def angle_from_vertical(result: xr.Dataset) -> xr.DataArray:
     """Angles [deg] of the body's x, y and z axes from the local vertical, over `time`, `axis`."""
-    angles = body_axes_from_vertical_deg(result)
-    return _by_axis(result, angles, "deg", "angle from the local vertical")
+    angles = body_axes_from_deg(result, "position_inertial")
+    return _over_time(result, angles, "deg", "angle from the local vertical")
 
 
 def wheel_speeds(result: xr.Dataset) -> xr.DataArray:
@@ -137,16 +135,10 @@ def derive(result: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(found)
 
 
-def _over_time(result: xr.Dataset, values, unit: str, meaning: str) -> xr.DataArray:
+def _over_time(result: xr.Dataset, values: np.ndarray, unit: str, meaning: str) -> xr.DataArray:
+    """Values over `time`, or over `time` and `axis`."""
+    coordinates = {"time": result["time"], "utc": result["utc"]}
+    if values.ndim == 2:
+        coordinates["axis"] = result["axis"]
     attributes = {"units": unit, "long_name": meaning} if unit else {"long_name": meaning}
-    return xr.DataArray(values, dims=("time",), coords=_times(result), attrs=attributes)
-
-
-def _by_axis(result: xr.Dataset, values, unit: str, meaning: str) -> xr.DataArray:
-    coordinates = {**_times(result), "axis": result["axis"]}
-    attributes = {"units": unit, "long_name": meaning}
-    return xr.DataArray(values, dims=("time", "axis"), coords=coordinates, attrs=attributes)
-
-
-def _times(result: xr.Dataset) -> dict:
-    return {"time": result["time"], "utc": result["utc"]}
+    return xr.DataArray(values, coordinates, ("time", "axis")[: values.ndim], attrs=attributes)

@@ -62,36 +62,33 @@ def _usual(scenario: Scenario) -> list[Goal]:
     """
     laws = _last_laws(scenario)
     if laws and len(held_attitudes(scenario.control)) == 1:
-        by_wheels = any(law.drives_wheels for law in map(_only_law, laws) if law is not None)
+        known = scenario.control.named().known_laws()
+        by_wheels = any(known[name].drives_wheels for name in laws if name in known)
         limit = HELD_BY_WHEELS_DEG if by_wheels else HELD_BY_COILS_DEG
         why = f"usual for an attitude held by {'wheels' if by_wheels else 'coils'}"
         return [Goal("attitude error", limit, "deg", why)]
-    for spec in laws:
+    for spec in laws.values():
         if spec.kind in _TO_THE_SUN or (isinstance(spec, Pointed) and spec.target == "sun"):
             return [Goal("angle to the Sun", POINTED_DEG, "deg", "usual for coils", spec.axis)]
         if isinstance(spec, Pointed) and not isinstance(spec.target, str):
             why, target = "usual for coils", spec.target
             return [Goal("angle to the target", POINTED_DEG, "deg", why, spec.axis, target)]
-    if any(spec.kind.startswith(_DAMPING) for spec in laws):
+    if any(spec.kind.startswith(_DAMPING) for spec in laws.values()):
         rate = np.degrees(scenario.orbit.rate_rad_s(scenario.start))
         why = f"{ORBITAL_RATES:g} orbital rates, usual for damping by coils"
         return [Goal("rate", float(ORBITAL_RATES * rate), "deg/s", why)]
     return []
 
 
-def _only_law(spec):
-    return None if spec.kind in ("user", "given_in_python") else spec.law()
-
-
-def _last_laws(scenario: Scenario) -> list:
-    """Specs of laws: with modes those of the last state that has any, else all."""
+def _last_laws(scenario: Scenario) -> dict:
+    """Specs of laws by name: with modes those of the last state that has any, else all."""
     laws, modes = scenario.control.named()
     if modes is None:
-        return list(laws.values())
+        return laws
     if len(modes.regions) > 1:
-        return []
+        return {}
     used = [state.laws for state in modes.states() if state.laws]
-    return [laws[name] for name in (used[-1] if used else ())]
+    return {name: laws[name] for name in (used[-1] if used else ())}
 
 
 def goal_signal(goal: Goal, part: Variables, scenario: Scenario) -> np.ndarray | None:

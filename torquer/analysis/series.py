@@ -35,6 +35,23 @@ def angle_deg(a, b) -> np.ndarray:
     return np.where(zero, np.nan, angle)
 
 
+def first_at(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
+    """Time at which a condition (r, ...) first holds; NaN where it never does."""
+    return np.where(holds.any(axis=0), t_s[np.argmax(holds, axis=0)], np.nan)
+
+
+def stays_from(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
+    """Time from which a condition (r, ...) holds until the end; NaN if it does not hold there."""
+    records_since_it_failed = np.argmax(~holds[::-1], axis=0)
+    first = np.where(holds.all(axis=0), 0, len(t_s) - records_since_it_failed)
+    return np.where(holds[-1], t_s[np.minimum(first, len(t_s) - 1)], np.nan)
+
+
+def none_if_never(t_s) -> float | None:
+    """A time as plain data."""
+    return None if np.isnan(t_s) else float(t_s)
+
+
 def quiet_from(t, size) -> float | None:
     """Time from which a size stays below a tenth of its peak, if enough of the run is left."""
     loud = np.flatnonzero(size > 0.1 * np.max(size))
@@ -42,21 +59,21 @@ def quiet_from(t, size) -> float | None:
     return float(t[first]) if first < 0.9 * len(t) and len(t) - first > 20 else None
 
 
-def usual_size(values, part: float = 0.02) -> float:
-    """Size that only a small part of the values exceeds."""
+def usual_size(values) -> float:
+    """Size that only 2 % of the values exceed."""
     sizes = np.abs(np.asarray(values))
     finite = sizes[np.isfinite(sizes)]
-    return float(np.quantile(finite, 1.0 - part)) if finite.size else 0.0
+    return float(np.quantile(finite, 0.98)) if finite.size else 0.0
 
 
-def settled_from(t, size, within: float = 3.0) -> float | None:
-    """Time at which a size first drops to `within` times its median over the second half.
+def settled_from(t, size) -> float | None:
+    """Time at which a size first drops to three times its median over the second half.
 
     A 300th of the initial value also counts as settled. None where it starts settled, or takes
     more than a fifth of the run.
     """
     size = np.asarray(size)
-    level = max(within * np.median(size[len(size) // 2 :]), size[0] / 300.0)
+    level = max(3.0 * np.median(size[len(size) // 2 :]), size[0] / 300.0)
     first = int(np.argmax(size <= level))
     began, ended = float(t[0]), float(t[-1])
     return float(t[first]) if first and t[first] - began < 0.2 * (ended - began) else None

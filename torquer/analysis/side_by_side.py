@@ -1,7 +1,5 @@
 """Several runs together: joined into one data set, and what differs between their scenarios."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 
@@ -31,9 +29,8 @@ def concat(
     results = list(results)
     if not results:
         raise ValueError("results: must be one or more results; received none")
-    shared = [
-        name for name in results[0].data_vars if _stacks(name) and all(name in r for r in results)
-    ]
+    found = [name for name in results[0].data_vars if name != "checkpoint"]  # the loop's state
+    shared = [name for name in found if all(name in result for result in results)]
     named = xr.DataArray(distinct_names(results, names), dims=(dim,), name=dim)
     parts = [result[shared].drop_vars("utc") for result in results]
     joined = xr.concat(parts, named, join="outer", combine_attrs="override", coords="minimal",
@@ -41,11 +38,6 @@ def concat(
     text = {key: (dim, [str(result.attrs.get(key, "")) for result in results]) for key in _OF_A_RUN}
     joined.attrs = {"conventions": results[0].attrs.get("conventions", "")}
     return joined.assign_coords(text)
-
-
-def _stacks(name) -> bool:
-    """Whether a variable is kept when runs are joined: all but the state of the loop."""
-    return name != "checkpoint"
 
 
 def pick_run(joined: xr.Dataset, name: str, dim: str = "run") -> xr.Dataset:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from torquer.analysis.goals import NAMED, Goal, goal_signal
-from torquer.analysis.series import Variables
+from torquer.analysis.series import Variables, first_at, none_if_never, stays_from
 from torquer.analysis.wheel_use import AT_LIMIT, recorded_wheels
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
@@ -64,14 +64,13 @@ def _coil_share(part: Variables, coils: Coils) -> np.ndarray:
     """Greatest share of its limit that a coil has; with more than three, by least squares."""
     dipole = part["dipole_body"].values - np.array(coils.residual_dipole_a_m2)
     each = dipole @ np.linalg.pinv(np.array(coils.axes))
-    return np.max(np.abs(each) / np.broadcast_to(coils.limit_a_m2, len(coils.axes)), axis=1)
+    return np.max(np.abs(each) / coils.limits_a_m2(), axis=1)
 
 
 def _judge(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -> dict:
     """When a signal came below its limit and stayed, and how it was after that."""
     below = signal < goal.below
-    first = float(t[np.argmax(below)]) if below.any() else None
-    stays = stays_from(t, below)
+    first, stays = none_if_never(first_at(t, below)), none_if_never(stays_from(t, below))
     last = signal[t >= t[-1] - revolution_s]
     whole = t[-1] - t[0] >= revolution_s
     return {
@@ -82,14 +81,6 @@ def _judge(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -
         "mean_last_revolution": float(last.mean()) if whole else None,
         "greatest_last_revolution": float(last.max()) if whole else None,
     }  # fmt: skip
-
-
-def stays_from(t, within) -> float | None:
-    """Time from which a condition holds to the end; None if it does not hold there."""
-    if not within[-1]:
-        return None
-    failed = np.flatnonzero(~within)
-    return float(t[failed[-1] + 1]) if failed.size else float(t[0])
 
 
 def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[str]:

@@ -4,8 +4,6 @@ Whatever they are, what they lead to is possible: an attitude stays a unit quate
 that of a distribution of mass.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

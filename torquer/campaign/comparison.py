@@ -58,20 +58,11 @@ def paired_rows(a: xr.Dataset, b: xr.Dataset) -> tuple[np.ndarray, np.ndarray] |
         ours, theirs = {"seed": a["seed"].values}, {"seed": b["seed"].values}
     if len(first) < 2 or not ours or ours.keys() != theirs.keys():
         return None
-    for key in ours:
-        if not _same(_rows(ours[key], first), _rows(theirs[key], second)):
-            return None
-    return first, second
-
-
-def _rows(values, rows: np.ndarray):
-    return values[rows] if isinstance(values, np.ndarray) else [values[row] for row in rows]
-
-
-def _same(one, other) -> bool:
-    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
-        return np.array_equal(one, other)
-    return not isinstance(one, np.ndarray) and one == other
+    same = (
+        np.array_equal(np.asarray(ours[key])[first], np.asarray(theirs[key])[second])
+        for key in ours
+    )
+    return (first, second) if all(same) else None
 
 
 def _outcome(a, b, name: str, rows, confidence: float) -> dict:
@@ -161,10 +152,8 @@ def rate_difference(
     R. Newcombe's hybrid of score intervals (1998), method 10; of paired members it is too wide.
     """
     first, second = one[0] / one[1], other[0] / other[1]
-    (low1, high1), (low2, high2) = (
-        rate_interval(*one, confidence),
-        rate_interval(*other, confidence),
-    )
+    low1, high1 = rate_interval(*one, confidence)
+    low2, high2 = rate_interval(*other, confidence)
     difference = second - first
     return difference, Interval(
         difference - math.hypot(second - low2, high1 - first),

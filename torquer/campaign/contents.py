@@ -7,8 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-#: What is taken from a signal as a time, which may not have come by the end of the run.
-_TIMES = ("settles_below", "first_below")
 #: Greatest value of an outcome, by its unit where it has one; the least is 0.
 _GREATEST = {"deg": 180.0, "": 1.0}
 #: Unit of a number taken from a signal, where it differs from the signal's unit.
@@ -87,11 +85,6 @@ def failed_in(result: xr.Dataset) -> np.ndarray:
     return np.array([str(how) == "failed" for how in result["how_it_ended"].values], dtype=bool)
 
 
-def reasons_in(result: xr.Dataset) -> list[str]:
-    """Why each member's run ended."""
-    return [str(reason) for reason in result["ended"].values]
-
-
 def succeeded_in(result: xr.Dataset) -> np.ndarray | None:
     """Which members succeeded [n]; None without conditions."""
     if "succeeded" not in result:
@@ -124,7 +117,7 @@ def signal_unit(signal) -> str:
 
 def is_time(result: xr.Dataset, name: str) -> bool:
     """Whether an outcome is a time: if missing, it is later than the end of the run."""
-    return any(key in _TIMES for key in definition(result, name)[1])
+    return any(_UNITS_OF_WHAT.get(key) == "s" for key in definition(result, name)[1])
 
 
 def end_s(result: xr.Dataset) -> float | None:

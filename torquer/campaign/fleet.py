@@ -142,7 +142,8 @@ class Fleet:
         count = len(members)
         outcomes = {name: np.full(count, np.nan) for name in self.campaign.outcomes}
         shape = (count, len(self.kept))
-        series = {name: np.full(shape, np.nan, np.float32) for name in self._with_signals()}
+        signals = [k for k, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
+        series = {name: np.full(shape, np.nan, np.float32) for name in signals}
         chunk = Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
         if self._lanes is not None:
             self._fly_in_lanes(self._lanes, chunk)
@@ -150,9 +151,6 @@ class Fleet:
             for row in range(count):
                 self._fly_alone(chunk, row)
         return chunk
-
-    def _with_signals(self) -> list[str]:
-        return [name for name, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
 
     def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> None:
         """Fly all members, alone those that do not fit into lanes or that end early there."""
@@ -168,9 +166,8 @@ class Fleet:
 
     def _with_orbit(self, flown: FlownLanes) -> Flown:
         """The motion of members in lanes, with the environment along their orbit."""
-        motion, (r, v, b, sun) = np.swapaxes(flown.motion, 1, 2), self._along
-        energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
-        return Flown(self.t_s, motion[..., :4], motion[..., 4:], r, v, b, sun, energy, peak)
+        motion, totals = np.swapaxes(flown.motion, 1, 2), (flown.cells[name] for name in TOTALS)
+        return Flown(self.t_s, motion[..., :4], motion[..., 4:], *self._along, *totals)
 
     def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
         """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
@@ -249,10 +246,7 @@ class Fleet:
             along = _along(run.scenario, self.campaign, t_s)
         q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
         omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]
-        state = run.state.cells
-        energy, peak = state["coil_energy_j"], state["peak_dipole_a_m2"]
-        r, v, b, sun = along
-        return Flown(t_s, q, omega, r, v, b, sun, energy, peak)
+        return Flown(t_s, q, omega, *along, *(run.state.cells[name] for name in TOTALS))
 
     def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
         """Put outcomes and signals of some members into their rows."""

@@ -1,16 +1,15 @@
 """A campaign flown: chunks of members in any order, results in the order of the members."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from torquer.base.cores import cores
 from torquer.base.spec import check_spec
@@ -30,9 +29,6 @@ from torquer.campaign.store import (
 from torquer.compile.lanes import LANES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals, noting_signals
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Members of a chunk: what a kill may lose, and what a worker is given at once.
 CHUNK = 128
@@ -77,8 +73,10 @@ def fly_campaign(
     with noted_signals().raising():
         check_campaign(campaign, check_spec(scenario))
     path = None if to is None else Path(to)
-    if path is not None and not resume:
-        _check_free(path)
+    if path is not None and not resume and is_there(path):
+        raise ValueError(
+            f"to: must hold no campaign; received {path}: resume continues it, or remove it"
+        )
     workers = cores() if workers is None else workers
     if workers < 1:
         raise ValueError(f"workers: must be 1 or more; received {workers}")
@@ -96,13 +94,6 @@ def fly_campaign(
     if path is not None:
         return finish_file(path, known.members, campaign_attributes(fleet))
     return join_chunks(parts, campaign_attributes(fleet)).isel(member=slice(0, known.members))
-
-
-def _check_free(path: Path) -> None:
-    if is_there(path):
-        raise ValueError(
-            f"to: must hold no campaign; received {path}: resume continues it, or remove it"
-        )
 
 
 class _Known:

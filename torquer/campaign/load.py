@@ -1,13 +1,13 @@
 """From a TOML file to a scenario and its campaign; every mistake becomes one clear line."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from torquer.analysis.attitude import held_attitudes
 from torquer.base.spec import Spec
-from torquer.campaign.code import with_files
 from torquer.campaign.outcomes import check_outcomes
 from torquer.campaign.sampling import Drawn, as_changes, draw, draw_values
 from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
@@ -28,6 +28,8 @@ from torquer.scenario.spec import Scenario
 _TRIED = 8
 #: Greatest number of values of a list that are tried.
 _MOST_VALUES = 100
+#: The key of a law's file; no other key of a scenario names a file.
+_FILE = "file"
 
 
 class _File(Spec):
@@ -72,6 +74,45 @@ def _with_whole_paths(data, folder: Path):
         return whole_path(place, folder / file)
 
     return {**data, "vary": {key: with_files(key, v, whole) for key, v in data["vary"].items()}}
+
+
+def code_named(campaign: Campaign) -> Iterator[tuple[str, Path]]:
+    """Places in the campaign's table that name Python files, and the files.
+
+    All values of all keys, also those that no member happens to have.
+    """
+    found: list[tuple[str, Path]] = []
+
+    def note(place: str, file):
+        found.append((place, Path(file)))
+        return file
+
+    for key, variation in campaign.vary.items():
+        with_files(key, {"values": variation.values}, note)
+    yield from found
+
+
+def with_files(key: str, variation, change: Callable):
+    """Plain data of a key's variation with `change(place, file)` for each file that it names."""
+    if not isinstance(variation, Mapping) or "values" not in variation:
+        return variation
+    names_file = re.findall(r"[^.\[\]]+", key)[-1:] == [_FILE]
+    place = ("campaign", "vary", key, "values")
+    return {**variation, "values": _change(variation["values"], place, names_file, change)}
+
+
+def _change(value, place: tuple, is_file: bool, change: Callable):
+    """The value with the files in it changed; `is_file`: whether a text here is one."""
+    if isinstance(value, Mapping):
+        return {
+            key: _change(each, (*place, str(key)), key == _FILE, change)
+            for key, each in value.items()
+        }
+    if isinstance(value, list | tuple):
+        return [_change(each, (*place, n), is_file, change) for n, each in enumerate(value)]
+    if is_file and isinstance(value, str | Path):
+        return change(key_name(place), value)
+    return value
 
 
 def check_campaign(campaign: Campaign, scenario: Scenario) -> None:

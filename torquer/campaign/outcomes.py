@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from torquer.analysis.attitude import held_attitudes
+from torquer.analysis.series import first_at, stays_from
 from torquer.base.spec import Spec
 from torquer.campaign.signals import (
     Axis,
@@ -94,18 +95,6 @@ class What(Spec):
         return sum(late, start=np.zeros(signal.shape[1])) / len(late)
 
 
-def first_at(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
-    """Time at which a condition (r, n) first holds; NaN where it never does."""
-    return np.where(holds.any(axis=0), t_s[np.argmax(holds, axis=0)], np.nan)
-
-
-def stays_from(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
-    """Time from which a condition (r, n) holds until the end; NaN where it does not hold there."""
-    records_since_it_failed = np.argmax(~holds[::-1], axis=0)
-    first = np.where(holds.all(axis=0), 0, len(t_s) - records_since_it_failed)
-    return np.where(holds[-1], t_s[np.minimum(first, len(t_s) - 1)], np.nan)
-
-
 def _signal_kind(value) -> str:
     return "of an axis" if isinstance(value, Mapping | Axis) else "by name"
 
@@ -136,11 +125,6 @@ class Outcome(Spec):
         elif self.what is None:
             raise ValueError("what: must be given for a signal; received none")
         return self
-
-    @property
-    def needs_sun(self) -> bool:
-        """Whether the direction to the Sun must be known."""
-        return isinstance(self.signal, Axis) and self.signal.to == "sun"
 
 
 class Threshold(Spec):
@@ -173,12 +157,12 @@ DEFAULT = {
 
 def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
     """Whether outcomes need the Sun: then `Flown` must have its direction."""
-    return any(outcome.needs_sun for outcome in outcomes.values())
+    signals = (outcome.signal for outcome in outcomes.values())
+    return any(isinstance(signal, Axis) and signal.to == "sun" for signal in signals)
 
 
 def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
     """ValueError for an outcome that a scenario's runs cannot have."""
-    length_s = scenario.steps() * scenario.grid_s
     held = held_attitudes(scenario.control)
     for name, outcome in outcomes.items():
         if outcome.signal == "attitude_error_deg" and len(held) != 1:
@@ -186,31 +170,11 @@ def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
                 f"campaign.outcomes.{name}.signal: attitude_error_deg needs laws that hold one "
                 f"attitude; received a scenario whose laws hold {len(held) or 'none'}"
             )
-        if outcome.what is not None and outcome.what.after_s > length_s:
+        if outcome.what is not None and outcome.what.after_s > scenario.length_s:
             raise ValueError(
-                f"campaign.outcomes.{name}.what: must begin before the run ends at {length_s:g} s; "
-                f"received {outcome.what.after_s:g} s"
+                f"campaign.outcomes.{name}.what: must begin before the run ends at "
+                f"{scenario.length_s:g} s; received {outcome.what.after_s:g} s"
             )
-
-
-class _Signals:
-    """Signals of one chunk of members, each computed once."""
-
-    def __init__(self, scenario: Scenario, flown: Flown):
-        self.scenario, self.flown = scenario, flown
-        self.known: dict = {}
-
-    def of(self, signal) -> np.ndarray:
-        """A signal (r, n)."""
-        key = signal if isinstance(signal, str) else signal.model_dump_json()
-        if key not in self.known:
-            self.known[key] = self._compute(signal)
-        return self.known[key]
-
-    def _compute(self, signal) -> np.ndarray:
-        if isinstance(signal, Axis):
-            return angle_to(signal, self.flown)
-        return SIGNALS[signal](self.scenario, self.flown)
 
 
 def outcome_signals(
@@ -220,12 +184,15 @@ def outcome_signals(
 
     `scenario`: what all members share is taken from it, the attitude that laws hold.
     """
-    signals = _Signals(scenario, flown)
-    return {
-        name: signals.of(each.signal)
-        for name, each in outcomes.items()
-        if each.signal not in TOTALS
-    }
+    signals = {each.signal for each in outcomes.values()}.difference(TOTALS)
+    known = {signal: _signal(signal, scenario, flown) for signal in signals}
+    return {name: known[each.signal] for name, each in outcomes.items() if each.signal in known}
+
+
+def _signal(signal: str | Axis, scenario: Scenario, flown: Flown) -> np.ndarray:
+    if isinstance(signal, Axis):
+        return angle_to(signal, flown)
+    return SIGNALS[signal](scenario, flown)
 
 
 def take_outcomes(

@@ -1,6 +1,6 @@
 """Members of a campaign: the values of their keys, the seeds of their noise, their scenarios."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from typing import Any
 
@@ -37,36 +37,36 @@ def draw(campaign: Campaign, scenario: Scenario, members) -> Drawn:
 def draw_values(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Drawn:
     """Values of each key from unit numbers [n, campaign.unit_numbers]."""
     drawn: Drawn = {}
-    first = 0
+    groups = campaign.groups  # without any the numbers are one empty part
+    parts = dict(zip(groups, _split(units, groups.values()), strict=False))
     for key, variation in campaign.vary.items():
-        last = first + variation.unit_numbers
         with np.errstate(over="ignore"):  # the scenario refuses what is not finite
-            drawn[key] = _values(variation, units[:, first:last])
+            drawn[key] = _values(variation, parts[key])
         if variation.relative is not None:
             own = _own_numbers(("campaign", "vary", key, "relative"), key, scenario)
             drawn[key] = np.multiply.outer(np.asarray(drawn[key], dtype=float), own)
-        first = last
     for together in campaign.correlated:
-        last = first + together.unit_numbers
-        rows = _normal_together(together, units[:, first:last])
+        rows = _normal_together(together, parts[", ".join(together.keys)])
         if together.changes is None:
             drawn |= dict(zip(together.keys, rows.T, strict=True))
         else:
             _change(drawn, together, rows, scenario)
-        first = last
     return drawn
+
+
+def _split(columns: np.ndarray, counts: Iterable[int]) -> list[np.ndarray]:
+    """Columns [n, sum of the counts] in parts."""
+    return np.split(columns, np.cumsum([*counts])[:-1], axis=1)
 
 
 def _change(drawn: Drawn, together: Correlated, rows: np.ndarray, scenario: Scenario) -> None:
     """Change what is drawn of some keys, or the scenario's own values, by deviations [n, k]."""
-    first = 0
-    for key, name in zip(together.keys, together.changes or (), strict=True):
-        change = CHANGES[name]
-        last = first + change.numbers
+    names = together.changes or ()
+    parts = _split(rows, (CHANGES[name].numbers for name in names))
+    for key, name, part in zip(together.keys, names, parts, strict=True):
         own = drawn[key] if key in drawn else _repeat(key, name, scenario, len(rows))
         with np.errstate(over="ignore"):  # the scenario refuses what is not finite
-            drawn[key] = change.of(np.asarray(own, dtype=float), rows[:, first:last])
-        first = last
+            drawn[key] = CHANGES[name].of(np.asarray(own, dtype=float), part)
 
 
 def _repeat(key: str, name: str, scenario: Scenario, count: int) -> np.ndarray:
@@ -162,11 +162,6 @@ def _direction(variation: Variation, units: np.ndarray) -> np.ndarray:
     return lengths[:, None] * directions
 
 
-def _relative(variation: Variation, units: np.ndarray):
-    """The factors alone."""
-    return _values(variation.relative, units)
-
-
 def _rotation(variation: Variation, units: np.ndarray) -> np.ndarray:
     """Quaternions (x, y, z, w) uniform on the rotation group. K. Shoemake (1992)."""
     u, one, other = units[:, 0], 2.0 * np.pi * units[:, 1], 2.0 * np.pi * units[:, 2]
@@ -182,7 +177,7 @@ _FORMS = {
     "normal": _normal,
     "truncated_normal": _truncated_normal,
     "direction": _direction,
-    "relative": _relative,
+    "relative": lambda variation, units: _values(variation.relative, units),  # the factors
     "rotation": _rotation,
 }
 
@@ -207,11 +202,6 @@ def member_seeds(campaign: Campaign, members) -> np.ndarray:
     return (words >> np.uint64(1)).astype(np.int64)
 
 
-def member_seed(campaign: Campaign, member: int) -> int:
-    """Seed of one member's noise."""
-    return int(member_seeds(campaign, [member])[0])
-
-
 def as_changes(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
     """Values by the scenario's keys, as `with_values` takes them, from one row of drawn values."""
     changes: dict[str, Any] = {}
@@ -226,5 +216,6 @@ def as_changes(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
 
 def member_scenario(scenario: Scenario, campaign: Campaign, member: int) -> Scenario:
     """The scenario of one member, to be flown alone."""
-    own = {"name": f"{scenario.name}-{member}", "seed": member_seed(campaign, member)}
+    (seed,) = member_seeds(campaign, [member]).tolist()
+    own = {"name": f"{scenario.name}-{member}", "seed": seed}
     return with_values(scenario, own | as_changes(draw(campaign, scenario, [member]), 0))

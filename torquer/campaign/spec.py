@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping
+from html import escape
 from itertools import combinations
 from typing import Annotated, Any, Literal
 
@@ -124,7 +125,7 @@ class Campaign(Spec):
     @model_validator(mode="after")
     def _keys_are_apart(self):
         places = [*self._places()]
-        for place, key in places:
+        for place, key, _ in places:
             if not _KEY.fullmatch(key):
                 raise ValueError(
                     f"{place}: must be a key of the scenario, written like "
@@ -132,9 +133,8 @@ class Campaign(Spec):
                 )
             if re.split(r"[.\[]", key)[0] in _OWN:
                 raise ValueError(f"{place}: must not vary: each member has its own; received {key}")
-        changed = self._changed_places()
-        for (first, one), (place, other) in combinations(places, 2):
-            if one == other and {first, place} <= changed:
+        for (_, one, changed), (place, other, too) in combinations(places, 2):
+            if one == other and changed and too:
                 continue
             if _overlap(one, other):
                 raise ValueError(f"{place}: must not overlap with another key; received {one}, too")
@@ -142,22 +142,13 @@ class Campaign(Spec):
             raise ValueError("correlated: must not have two tables with the same keys")
         return self
 
-    def _changed_places(self) -> set[str]:
-        """Where keys stand whose values are changed in turns."""
-        return {
-            f"correlated[{i}].keys[{j}]"
-            for i, together in enumerate(self.correlated)
-            for j in range(len(together.keys))
-            if together.changes is not None
-        }
-
-    def _places(self) -> Iterator[tuple[str, str]]:
-        """Where keys that vary stand in the table, and the keys."""
+    def _places(self) -> Iterator[tuple[str, str, bool]]:
+        """Where keys that vary stand in the table, the keys, and whether they change in turns."""
         for key in self.vary:
-            yield f'vary."{key}"', key
+            yield f'vary."{key}"', key, False
         for i, together in enumerate(self.correlated):
             for j, key in enumerate(together.keys):
-                yield f"correlated[{i}].keys[{j}]", key
+                yield f"correlated[{i}].keys[{j}]", key, together.changes is not None
 
     @model_validator(mode="after")
     def _attitudes_have_their_key(self):
@@ -270,13 +261,9 @@ class Campaign(Spec):
 
     def _repr_html_(self) -> str:
         """In notebooks: what varies, and what was given as the text of a campaign's table."""
-        from html import escape
+        from torquer.scenario.toml_text import html_of_given
 
-        from torquer.scenario.toml_text import to_toml
-
-        given = self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
-        text = to_toml({"campaign": given})
-        return f"<p>{escape(self.in_words)}</p><pre>{escape(text)}</pre>"
+        return f"<p>{escape(self.in_words)}</p>{html_of_given(self, 'campaign')}"
 
     @property
     def grid(self) -> tuple[int, ...]:

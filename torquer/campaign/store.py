@@ -4,8 +4,6 @@ Each file is written whole or not at all, so every file there is complete: a cam
 was killed continues with the chunks that are missing.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re
@@ -13,19 +11,18 @@ import shutil
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from torquer.base.validate import as_storable
+from torquer.campaign.contents import outcome_unit, signal_unit
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import evaluate_success
+from torquer.scenario.keys import key_unit
 from torquer.simulation.results.dataset import law_attributes, versions
 from torquer.simulation.results.file import explain_errors, load, own_folder, save
 from torquer.simulation.results.restore import are_one_run, check_version, scenario_in
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Name of the file of a chunk: its first member.
 _CHUNK = re.compile(r"\d{12}\.nc")
@@ -33,17 +30,12 @@ _CHUNK = re.compile(r"\d{12}\.nc")
 
 def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     """Inputs and outcomes of members, one row each."""
-    import xarray as xr
-
-    from torquer.campaign.contents import outcome_unit, signal_unit
-    from torquer.scenario.keys import key_unit as unit_of_key
-
     campaign = fleet.campaign
     variables: dict = {"seed": ("member", chunk.seeds, {"long_name": "seed of the noise"})}
     for key, values in chunk.drawn.items():
         array = _as_array(values)
         dims = ("member", *(f"{key}.axis{k or ''}" for k in range(array.ndim - 1)))
-        about = {"role": "input", "units": unit_of_key(key.rpartition(".")[2])}
+        about = {"role": "input", "units": key_unit(key.rpartition(".")[2])}
         variables[key] = (dims, array, about)
     for name, outcome in campaign.outcomes.items():
         definition = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
@@ -176,8 +168,6 @@ def files_there(path: Path) -> list[Path]:
 
 def join_chunks(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset:
     """Chunks as one dataset, in the order of the members."""
-    import xarray as xr
-
     whole = xr.concat(
         parts, "member", data_vars="minimal", coords="minimal", compat="override",
         join="override", combine_attrs="override",

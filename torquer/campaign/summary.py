@@ -23,7 +23,6 @@ from torquer.campaign.contents import (
     missing_as_worst,
     outcome_bounds,
     outcome_unit,
-    reasons_in,
     restrict_times,
     scenario_name,
     succeeded_in,
@@ -73,9 +72,9 @@ def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
 
 def _failures(result: xr.Dataset, failed: np.ndarray) -> list[dict]:
     """The first members that failed, and why."""
-    members, reasons = member_numbers(result), reasons_in(result)
+    members, reasons = member_numbers(result), result["ended"].values
     rows = np.flatnonzero(failed)[:NAMED].tolist()
-    return [{"member": int(members[row]), "reason": reasons[row]} for row in rows]
+    return [{"member": int(members[row]), "reason": str(reasons[row])} for row in rows]
 
 
 def _success(result: xr.Dataset, confidence: float) -> dict | None:

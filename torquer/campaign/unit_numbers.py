@@ -6,6 +6,7 @@ together.
 
 import hashlib
 import warnings
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -97,11 +98,6 @@ def _hypercube(runs: int, numbers: int, seed: int, block: int) -> np.ndarray:
     return cube
 
 
-def _sobol(campaign: Campaign, members: np.ndarray) -> np.ndarray:
-    """Points of the scrambled Sobol sequence."""
-    return _sobol_points(campaign.unit_numbers, campaign.seed, members)
-
-
 def _saltelli(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     """Saltelli's design, point after point: A, B, then for each group A with the group of B.
 
@@ -109,7 +105,7 @@ def _saltelli(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     """
     points, places = np.divmod(members, campaign.members_per_point)
     count = campaign.unit_numbers
-    halves = _sobol_points(2 * count, campaign.seed, points)
+    halves = _sobol(campaign, points, 2 * count)
     groups = np.repeat(np.arange(len(campaign.groups)), [*campaign.groups.values()])
     of_b = (places == 1)[:, None] | (places[:, None] == 2 + groups)
     return np.where(of_b, halves[:, count:], halves[:, :count])
@@ -127,12 +123,13 @@ def noise_numbers(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     return members - np.where(places == 1, 0, places)
 
 
-def _sobol_points(count: int, seed: int, numbers: np.ndarray) -> np.ndarray:
-    """Points [n, count] of the scrambled Sobol sequence by their numbers."""
+def _sobol(campaign: Campaign, numbers: np.ndarray, count: int | None = None) -> np.ndarray:
+    """Points [n, count] of the scrambled Sobol sequence; `count`: that of a member unless given."""
     from scipy.stats import qmc
 
     order, back = np.unique(numbers, return_inverse=True)
-    engine = qmc.Sobol(count, seed=np.random.default_rng(seed))
+    rng = np.random.default_rng(campaign.seed)
+    engine = qmc.Sobol(campaign.unit_numbers if count is None else count, seed=rng)
     rows, at = [], 0
     with warnings.catch_warnings():
         # a part of the members is no power of 2, whatever the whole is
@@ -156,7 +153,7 @@ def _grid(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     return (places + 0.5) / shape
 
 
-_SAMPLINGS = {
+_SAMPLINGS: dict[str, Callable[[Campaign, np.ndarray], np.ndarray]] = {
     "random": _random,
     "latin_hypercube": _latin_hypercube,
     "sobol": _sobol,

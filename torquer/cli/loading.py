@@ -35,7 +35,7 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
     ValueError for code that may not be executed, for unusable models, and for a folder that cannot
     be written.
     """
-    from torquer.scenario.usable import check_orbit_environment
+    from torquer.scenario.load import check_orbit_environment
 
     scenario = load_checked(path, code)
     check_orbit_environment(scenario)
@@ -57,7 +57,7 @@ def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str,
     }
     if campaign is None:
         return named
-    from torquer.campaign.code import code_named
+    from torquer.campaign.load import code_named
 
     return named | dict(code_named(campaign))
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.attitude import find_attitude_error
-from torquer.campaign.outcomes import stays_from
+from torquer.analysis.series import stays_from
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.spec import Campaign
 from torquer.scenario.spec import Scenario

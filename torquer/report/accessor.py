@@ -17,8 +17,7 @@ import xarray as xr
 
 from torquer.analysis import derived
 from torquer.analysis.citations import citations
-from torquer.analysis.summary import summarise
-from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.summary import summarise, summary_rows
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_laws, flown_scenario
 

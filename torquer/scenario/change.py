@@ -7,8 +7,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from torquer.base.spec import Spec, as_data
-from torquer.scenario.explain import ScenarioError, validate_tables
-from torquer.scenario.known_keys import suggestion
+from torquer.scenario.explain import ScenarioError, suggestion, validate_tables
 
 S = TypeVar("S", bound=Spec)
 

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
 from torquer.base.validate import storable_name
+from torquer.computer.blocks.law import Law
 from torquer.computer.estimation import AnyEstimator
 from torquer.computer.estimation.sensors import SensorReadings
 from torquer.computer.laws import AnyLaw, OnlyLaw
@@ -32,6 +33,14 @@ class Program(NamedTuple):
 
     laws: dict
     modes: Modes | None
+
+    def known_laws(self) -> dict[str, Law]:
+        """Laws as the computer calls them, by name: those that are in no file of a user."""
+        return {
+            name: spec.law()
+            for name, spec in self.laws.items()
+            if spec.kind not in ("user", "given_in_python")
+        }
 
 
 class Control(Spec):

@@ -3,12 +3,13 @@
 import difflib
 import json
 import re
-from typing import TypeVar
+import types
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from torquer.base.spec import Spec
 from torquer.compile.when_compiling import plainly
-from torquer.scenario.known_keys import known_keys, spec_named, suggestion
 
 #: A type, as pydantic writes it in a place: the member of a union that was tried.
 _TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")
@@ -36,6 +37,8 @@ _MUST = {
 _OTHER_KIND = ("float_type", "tuple_type")
 #: Characters of the longest value and of the longest line that are shown.
 _LONGEST_VALUE, _LONGEST_LINE = 100, 1000
+#: More known keys than these are not listed.
+_MOST_LISTED = 30
 M = TypeVar("M", bound=BaseModel)
 
 
@@ -220,3 +223,72 @@ def _quote(value) -> str:
     except ValueError:  # Python does not write out the longest integers
         return "a number of thousands of digits"
     return shown if len(shown) <= _LONGEST_VALUE else shown[:_LONGEST_VALUE] + "..."
+
+
+# ------------------------------------------------------------------ known keys
+
+
+def known_keys(spec: type[BaseModel], loc: tuple) -> list[str]:
+    """Keys of the table at a place, as pydantic names it (with kinds and members of unions)."""
+    at: list[Any] = [spec]
+    for part in loc:
+        at = [inner for each in at for inner in _within(each, part)]
+    tables = {each: None for each in at if _is_table(each)}  # in order, each once
+    return list(dict.fromkeys(key for table in tables for key in table.model_fields))
+
+
+def spec_named(name: str) -> type[BaseModel] | None:
+    """The spec whose mistakes pydantic reports by this name."""
+    to_see: list[type[BaseModel]] = [Spec]
+    while to_see:
+        found = to_see.pop()
+        if found.__name__ == name:
+            return found
+        to_see += found.__subclasses__()
+    return None
+
+
+def suggestion(key: str, known: list[str]) -> str:
+    """In brackets, for the end of a message: a known key near this one, or all known keys."""
+    begin = [each for each in known if each.startswith(f"{key.rstrip('s')}_")]
+    near = difflib.get_close_matches(key, known, 1, 0.65) or (begin if len(begin) == 1 else [])
+    if near:
+        return f" (did you mean {near[0]}?)"
+    if not known or len(known) > _MOST_LISTED:
+        return ""
+    return f" (known: {', '.join(known)})"
+
+
+def _is_table(annotation) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _members(annotation) -> list:
+    """The types that a value may have, without their annotations."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return _members(get_args(annotation)[0])
+    if origin in (Union, types.UnionType):
+        return [member for each in get_args(annotation) for member in _members(each)]
+    return [annotation]
+
+
+def _kinds(spec) -> tuple:
+    field = spec.model_fields.get("kind")
+    return get_args(field.annotation) if field and get_origin(field.annotation) is Literal else ()
+
+
+def _within(annotation, part) -> list:
+    """Types of what stands at a part of a place; of all members of a union that can have it."""
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if _is_table(annotation):
+        if part in annotation.model_fields:
+            return _members(annotation.model_fields[part].annotation)
+        # a kind, or pydantic's name for the member of a union that was tried: it stays
+        named = isinstance(part, str) and annotation.__name__ in part
+        return [annotation] if named or part in _kinds(annotation) else []
+    if isinstance(part, int) and origin in (tuple, list):
+        return [member for each in inner if each is not Ellipsis for member in _members(each)]
+    if isinstance(part, str) and isinstance(origin, type) and issubclass(origin, dict):
+        return _members(inner[1])
+    return [annotation] if isinstance(part, str) and "[" in part else []

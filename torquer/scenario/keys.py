@@ -34,7 +34,6 @@ UNITS = {
 _UNITS_OF_KEYS = {"b0": "T", "held_at_year": "year", "viscous_friction_n_m_s": "N m s"}
 #: What pydantic calls the bounds of a number.
 _BOUNDS = {"gt": "> {}", "ge": "≥ {}", "lt": "< {}", "le": "≤ {}"}
-_NUMBERS = (float, int)
 
 
 def key_unit(key: str) -> str:
@@ -108,8 +107,8 @@ def _parts(annotation) -> Iterator[Any]:
         yield from _parts(part)
 
 
-def _holds(annotation, kind) -> bool:
-    return any(part is kind for part in _parts(annotation))
+def _holds(annotation, *kinds: type) -> bool:
+    return any(part is kind for part in _parts(annotation) for kind in kinds)
 
 
 def _default(field: FieldInfo) -> str:
@@ -138,45 +137,32 @@ def toml_value(value) -> str:
 def _values(key: str, field: FieldInfo) -> str:
     """What a key may hold, in words: kinds and bounds."""
     kinds = list(dict.fromkeys(_kinds(field.annotation)))
-    if not _holds_number(field.annotation):
+    if not _holds(field.annotation, float, int):
         return " or ".join(kinds)
-    bounds = [*_bounds(field.metadata), *_inner_bounds(field.annotation)]
+    bounds = [
+        text.format(f"{getattr(each, name):g}")
+        for each in _metadata(field)
+        for name, text in _BOUNDS.items()
+        if getattr(each, name, None) is not None
+    ]
     bounds = list(dict.fromkeys([*bounds, *_range(key, field, bounds)]))
     return ", ".join([" or ".join(kinds), *bounds])
 
 
-def _holds_number(annotation) -> bool:
-    return any(part in _NUMBERS for part in _parts(annotation) if isinstance(part, type))
-
-
-def _inner_bounds(annotation) -> list[str]:
-    """Bounds of numbers within a type."""
-    found = []
-    for part in _parts(annotation):
-        if get_origin(part) is Annotated:
-            for extra in part.__metadata__:
-                found += _bounds(getattr(extra, "metadata", [extra]))
-    return found
-
-
-def _bounds(metadata) -> list[str]:
-    return [
-        text.format(f"{getattr(each, name):g}")
-        for each in metadata
-        for name, text in _BOUNDS.items()
-        if getattr(each, name, None) is not None
-    ]
-
-
-def key_bounds(field: FieldInfo) -> tuple[float | None, float | None]:
-    """Least and greatest value of a number or of the numbers of a list; None: no bound."""
+def _metadata(field: FieldInfo) -> list:
+    """What may bound numbers: metadata of a field, and of the types within its own."""
     found = [*field.metadata]
     for part in _parts(field.annotation):
         for extra in getattr(part, "__metadata__", ()):
             found += getattr(extra, "metadata", [extra])
+    return found
+
+
+def key_bounds(field: FieldInfo) -> tuple[float | None, float | None]:
+    """Least and greatest value of a number or of the numbers of a list; None: no bound."""
 
     def of(*names: str) -> list[float]:
-        given = (getattr(each, name, None) for each in found for name in names)
+        given = (getattr(each, name, None) for each in _metadata(field) for name in names)
         return [float(value) for value in given if value is not None]
 
     return max(of("gt", "ge"), default=None), min(of("lt", "le"), default=None)

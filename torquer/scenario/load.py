@@ -7,6 +7,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 from torquer.scenario.explain import ScenarioError, key_name, validate_tables
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml, read_text
@@ -112,6 +114,31 @@ def whole_path(key: str, path: Path) -> str:
             f"({sys.getfilesystemencoding()}) and in UTF-8; received {str(path)!r} ({error})"
         ) from None
     return whole
+
+
+def check_orbit_environment(scenario: Scenario) -> None:
+    """ValueError if field, date, orbit or air of a scenario cannot be used.
+
+    The models are evaluated at both ends of the run and along the first orbit.
+    """
+    end_s = scenario.length_s
+    t_s = np.append(np.linspace(0.0, min(end_s, scenario.orbit.period_s), 50), end_s)
+    environment = scenario.orbit_environment()
+    environment.check_dates(*t_s[[0, -1]])
+    environment.sample(t_s)
+    believed = scenario.believed_environment()
+    believed.check_dates(*t_s[[0, -1]])
+    believed.field(t_s, *believed.state(t_s))
+    if not scenario.spacecraft.aerodynamics:
+        return
+    with np.errstate(invalid="ignore"):
+        known = np.isfinite(environment.flow(t_s)).all()
+    if not known:
+        raise ValueError(
+            "environment.atmosphere: must have a density of 0 or more along the orbit; received a "
+            "negative one (as gost has for f107 far below f81) or one beyond the range of "
+            "floating-point numbers"
+        )
 
 
 def scenario_schema() -> dict:

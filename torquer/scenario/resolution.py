@@ -5,6 +5,7 @@ and lag of the steps.
 """
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -68,20 +69,18 @@ def step_that_keeps(part: float, speed: float, duration_s: float) -> float:
     return (144.0 * part / (duration_s * speed**6)) ** 0.2
 
 
-def notes_on_steps(result) -> list[str]:
+def notes_on_steps(result) -> Iterator[str]:
     """Notes on the numerical damping and lag of RK4's steps in a run, if not small."""
     if "rk4_damping" not in result:
-        return []
-    text, damping = [], float(result["rk4_damping"])
-    lag_deg = math.degrees(float(result["rk4_lag"]))
+        return
+    damping, lag_deg = float(result["rk4_damping"]), math.degrees(float(result["rk4_lag"]))
     if damping >= QUIET_DAMPING:
-        text.append(
+        yield (
             f"the steps of RK4 damped up to {100.0 * damping:.3g} % of the amplitude of nutation "
             "or libration during this run: take shorter steps, or adaptive ones (no step_s)"
         )
     if lag_deg >= QUIET_LAG_DEG:
-        text.append(
+        yield (
             f"the steps of RK4 made the rotation lag by about {lag_deg:.3g} deg during this run: "
             "take shorter steps, or adaptive ones (no step_s)"
         )
-    return text

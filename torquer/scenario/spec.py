@@ -16,7 +16,7 @@ from torquer.environment.ephemeris import AnyEnvironment, ModelErrors, model_err
 from torquer.environment.orbit import AnyOrbit
 from torquer.maths.geometry.frames import argument_of_latitude
 from torquer.scenario.change import with_values
-from torquer.scenario.control import MOST_STEPS, Control, common_divisor, whole_steps
+from torquer.scenario.control import MOST_STEPS, Control, Positive, common_divisor, whole_steps
 from torquer.scenario.initial import InitialMotion
 from torquer.scenario.mission import Mission
 from torquer.scenario.resolution import check_step, speeds_at_start
@@ -36,7 +36,6 @@ from torquer.spacecraft.sensors.sampling import Sampled
 from torquer.spacecraft.sensors.sun_cells import SunCells
 from torquer.spacecraft.sensors.sun_sensor import SunSensors
 
-Positive = Annotated[float, Field(gt=0.0)]
 #: A run that starts in the last year may go on into the next.
 _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
 #: Default of the error that adaptive steps may add to the attitude in a revolution.
@@ -284,11 +283,8 @@ class Scenario(Spec):
             )
         self.unmodelled_torque()
         turning = [key for key in TORQUES if TORQUES[key].depends_on_rate and getattr(given, key)]
-        if turning and self.simulation.integrator == "splitting":
-            raise ValueError(
-                "simulation.integrator: must be 'auto' or 'rk4' with "
-                f"disturbance.{turning[0]}; received 'splitting'"
-            )
+        if turning:
+            self._check_not_splitting(f"disturbance.{turning[0]}")
 
     def _check_bench(self) -> None:
         """What belongs to a test bench is given for a bench, and complete."""
@@ -315,19 +311,14 @@ class Scenario(Spec):
                 "environment.gravity_gradient: must be true with disturbance.suspension, whose "
                 "vertical is that of the gravity; received false"
             )
-        if self.simulation.integrator == "splitting":
-            raise ValueError(
-                "simulation.integrator: must be 'auto' or 'rk4' with disturbance.suspension; "
-                "received 'splitting'"
-            )
+        self._check_not_splitting("disturbance.suspension")
 
     def _check_end(self) -> None:
         """Models of the surroundings are valid for the years in which a run may start."""
-        length_s = self.steps() * self.grid_s
-        if length_s > (_LATEST_END - self.start).total_seconds():
+        if self.length_s > (_LATEST_END - self.start).total_seconds():
             raise ValueError(
                 f"simulation: the run must end before {_LATEST_END.year}; received a length of "
-                f"{length_s / 86400.0:.6g} days from {self.start.isoformat()}"
+                f"{self.length_s / 86400.0:.6g} days from {self.start.isoformat()}"
             )
 
     def _check_ephemeris(self) -> None:
@@ -342,16 +333,15 @@ class Scenario(Spec):
     def _check_mission(self) -> None:
         """Limits can be reached during the run."""
         within_s = self.mission.within_s if self.mission else None
-        length_s = self.steps() * self.grid_s
-        if within_s is not None and within_s > length_s:
+        if within_s is not None and within_s > self.length_s:
             raise ValueError(
-                f"mission.within_s: must not exceed the run's length of {length_s:g} s; "
+                f"mission.within_s: must not exceed the run's length of {self.length_s:g} s; "
                 f"received {within_s:g} s"
             )
 
     def _check_failures(self) -> None:
         """Failures happen during the run."""
-        length_s, craft = self.steps() * self.grid_s, self.spacecraft
+        length_s, craft = self.length_s, self.spacecraft
         found: dict[str, tuple[Interval, ...]] = {
             f"spacecraft.{name}": sensor.failures for name, sensor in craft.sensors().items()
         }
@@ -377,21 +367,21 @@ class Scenario(Spec):
 
     def _check_actuators(self) -> None:
         """Laws need the actuators they drive; wheels need an integrator that supports them."""
-        specs = self.control.named().laws
-        laws = {
-            name: spec.law()
-            for name, spec in specs.items()
-            if spec.kind not in ("user", "given_in_python")
-        }
+        program = self.control.named()
+        specs, laws = program.laws, program.known_laws()
         for name, law in laws.items():
             if specs[name].kind != "off":
                 check_fits(self.control.key_of(name), law, self)
         if len(laws) == len(specs):
             check_stated(laws.values(), self.control)
-        if self.spacecraft.wheels is not None and self.simulation.integrator == "splitting":
+        if self.spacecraft.wheels is not None:
+            self._check_not_splitting("spacecraft.wheels")
+
+    def _check_not_splitting(self, key: str) -> None:
+        """What stands at the key acts by the rate: only other integrators support it."""
+        if self.simulation.integrator == "splitting":
             raise ValueError(
-                "simulation.integrator: must be 'auto' or 'rk4' with spacecraft.wheels; "
-                "received 'splitting'"
+                f"simulation.integrator: must be 'auto' or 'rk4' with {key}; received 'splitting'"
             )
 
     def held_torque(self) -> HeldTorque:
@@ -426,6 +416,11 @@ class Scenario(Spec):
         """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if not needed."""
         return self._angle_and_rate() if self.acting_torques() else ()
 
+    def motion_at_start(self) -> np.ndarray:
+        """Attitude (body to inertial) and absolute rate [rad/s] at the start: 7 numbers."""
+        r, v = self.orbit_environment().state(np.zeros(1))
+        return self.initial.motion(r[0], v[0])
+
     def _angle_and_rate(self) -> tuple[float, float]:
         r, v = self.orbit_environment().state(np.zeros(1))
         return argument_of_latitude(r[0], v[0]), self.orbit.rate_rad_s(self.start)
@@ -440,12 +435,9 @@ class Scenario(Spec):
 
     def _repr_html_(self) -> str:
         """In notebooks: what was given, as the text of a scenario file."""
-        from html import escape
+        from torquer.scenario.toml_text import html_of_given
 
-        from torquer.scenario.toml_text import to_toml
-
-        text = to_toml(self.model_dump(mode="json", exclude_unset=True, exclude_none=True))
-        return f"<pre>{escape(text)}</pre>"
+        return html_of_given(self)
 
     def orbit_environment(self) -> OrbitEnvironment:
         """The environment along this orbit."""
@@ -463,7 +455,7 @@ class Scenario(Spec):
 
         None where they are the truth.
         """
-        t_s = np.linspace(0.0, self.steps() * self.grid_s, _INSTANTS_OF_MODELS)
+        t_s = np.linspace(0.0, self.length_s, _INSTANTS_OF_MODELS)
         return model_errors(self.orbit_environment(), self.believed_environment(), t_s)
 
     @property
@@ -496,6 +488,11 @@ class Scenario(Spec):
             for k, failure in enumerate(craft.wheels.failures):
                 times[f"spacecraft.wheels.failures[{k}].time_s"] = failure.time_s
         return {key: time_s for key, time_s in times.items() if time_s}
+
+    @property
+    def length_s(self) -> float:
+        """Length of the run [s]: whole record intervals."""
+        return self.steps() * self.grid_s
 
     def steps(self) -> int:
         """Number of integration steps: the duration, rounded up to whole record intervals."""

@@ -1,12 +1,15 @@
 """Plain data as TOML text and back: files are read up to a size and a depth, with clear errors."""
 
+import contextlib
 import re
 import tomllib
 from datetime import datetime
+from html import escape
 from pathlib import Path
 
 import tomli_w
 
+from torquer.base.spec import Spec
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.scenario.explain import ScenarioError
 
@@ -65,17 +68,17 @@ def to_toml(data: dict, widest: int = 80) -> str:
     return text
 
 
+def html_of_given(spec: Spec, table: str = "") -> str:
+    """What was given of a spec as TOML text for notebooks, in a table unless "" is its name."""
+    given = spec.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    return f"<pre>{escape(to_toml({table: given} if table else given))}</pre>"
+
+
 def toml_from_data(data: dict) -> str:
-    """A scenario's data as JSON holds them as TOML text, without comments."""
-    return to_toml(_with_times(data))
-
-
-def _with_times(data: dict) -> dict:
-    """The data with its start as a time, which TOML writes without quotes."""
-    try:
-        return {**data, "start": datetime.fromisoformat(data["start"])}
-    except (KeyError, TypeError, ValueError):
-        return data
+    """A scenario's data as JSON holds them as TOML text, without comments; the start as a time."""
+    with contextlib.suppress(KeyError, TypeError, ValueError):
+        data = {**data, "start": datetime.fromisoformat(data["start"])}
+    return to_toml(data)
 
 
 def _drop_none(value):

@@ -5,7 +5,7 @@ import pytest
 from unpacking import unpacked_answer
 
 import torquer
-from torquer.analysis.attitude import body_axes_from_sun_deg, body_axes_from_vertical_deg
+from torquer.analysis.attitude import body_axes_from_deg
 from torquer.analysis.summary import summarise
 from torquer.compile import engine
 from torquer.pages.board import flown as flown_module
@@ -42,8 +42,8 @@ def test_every_number_is_that_of_simulate_to_the_bit(scenario):
     plots = {
         "rate": np.column_stack([size, rate]),
         "dipole": dipole,
-        "vertical": body_axes_from_vertical_deg(result),
-        "sun": body_axes_from_sun_deg(result),
+        "vertical": body_axes_from_deg(result, "position_inertial"),
+        "sun": body_axes_from_deg(result, "sun_inertial"),
     }
     for name, whole in plots.items():
         shown = np.isin(result["time"].values, arrays[f"{name}.t_s"])

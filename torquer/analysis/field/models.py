@@ -60,7 +60,11 @@ def find_model(text: str, degree: int | None = None):
     name, _, digits = text.partition(":")
     if name not in FIELDS:
         raise RequestError("model", f"must be one of {', '.join(FIELDS)}; received {name!r}")
-    degree = _degree(text, digits) if digits or text.endswith(":") else degree
+    if digits or text.endswith(":"):
+        if not re.fullmatch(r"\d{1,4}", digits):
+            must = f"must end with a degree, as in igrf14:6; received {text!r}"
+            raise RequestError("model", must)
+        degree = int(digits)
     if degree is None:
         return FIELDS[name]()
     if not issubclass(FIELDS[name], Gauss):
@@ -70,12 +74,6 @@ def find_model(text: str, degree: int | None = None):
             "degree", f"must lie within 1..{max_degree(name)} for {name}; received {degree}"
         )
     return FIELDS[name](degree=degree)
-
-
-def _degree(text: str, digits: str) -> int:
-    if not re.fullmatch(r"\d{1,4}", digits):
-        raise RequestError("model", f"must end with a degree, as in igrf14:6; received {text!r}")
-    return int(digits)
 
 
 def model_at_points(text: str, degree: int | None, extrapolate: bool = False):

@@ -180,23 +180,18 @@ def _element_columns(model, places, dates, geocentric: bool) -> dict[str, tuple]
     """Elements and rates by name; places of one date are computed at once."""
     years = np.array([decimal_year(when) for when in dates])
     check_years(model, float(years.min()), float(years.max()), hint=_HINT)
-    found: dict[str, tuple] = {}
+    found: dict[str, np.ndarray] = {}
     for year in np.unique(years):
         here = np.flatnonzero(years == year)
         lat, lon, alt_km = places[here].T
         answer = point_field(model, float(year), lat, lon, alt_km, geocentric)
-        for suffix, per, elements in (
-            ("", "", answer.elements),
-            ("_per_year", "/yr", answer.rates),
-        ):
+        for suffix, elements in (("", answer.elements), ("_per_year", answer.rates)):
             for letter, values in zip(ELEMENTS, elements or (), strict=False):
-                empty = (
-                    "place",
-                    np.full(len(years), np.nan),
-                    {"units": element_unit(letter) + per},
-                )
-                found.setdefault(f"{letter}{suffix}", empty)[1][here] = values
-    return dict(sorted(found.items(), key=lambda item: item[0].endswith("_per_year")))
+                name = f"{letter}{suffix}"
+                found.setdefault(name, np.full(len(years), np.nan))[here] = values
+    units = {name: element_unit(name[0]) + ("/yr" if name[1:] else "") for name in found}
+    elements_first = sorted(found, key=lambda name: name.endswith("_per_year"))
+    return {name: ("place", found[name], {"units": units[name]}) for name in elements_first}
 
 
 def _read(path: Path, asked: FieldPointRequest) -> list[tuple]:

@@ -1,7 +1,5 @@
 """Runs of a scenario's filter, and their statistics (`filter_statistics`)."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -85,7 +83,7 @@ def fly_filter(
 def control_rows(scenario: Scenario) -> np.ndarray:
     """Numbers of the records to evaluate: those on control steps; see `fly_filter`."""
     control, record_s = scenario.control, scenario.simulation.record_s
-    count = math.ceil(scenario.steps() * scenario.grid_s / record_s - 1e-9)
+    count = math.ceil(scenario.length_s / record_s - 1e-9)
     if record_s == finest_record_s(scenario):
         rows = np.round(control_times(scenario) / record_s).astype(int)
         return rows[rows < count]
@@ -162,11 +160,11 @@ def true_states(scenario: Scenario, t_s: np.ndarray, omega: np.ndarray) -> np.nd
     craft = scenario.spacecraft
     coils = craft.coils.pack() if craft.coils else NO_COILS
     constant: dict = {"residual_dipole": coils.residual_a_m2}
-    if craft.magnetometer is not None:
-        constant["magnetometer_bias"] = craft.magnetometer.pack().bias_t
-        constant |= _mounting("magnetometer", craft.magnetometer)
-    if craft.gyro is not None:
-        constant |= _mounting("gyro", craft.gyro)
+    constant["magnetometer_bias"] = craft.magnetometer.pack().bias_t
+    for name in ("magnetometer", "gyro"):
+        sensor = getattr(craft, name)
+        constant[f"{name}_scale"] = sensor.scale_error
+        constant[f"{name}_misalignment"] = np.radians(sensor.misalignment_deg)
     found = []
     for name in [*kalman_filter(scenario).initial_variances()][1:]:
         if name == "rate":
@@ -176,12 +174,6 @@ def true_states(scenario: Scenario, t_s: np.ndarray, omega: np.ndarray) -> np.nd
         else:
             found.append(np.tile(constant[name], (len(t_s), 1)))
     return np.hstack(found)
-
-
-def _mounting(name: str, sensor) -> dict:
-    """Scale errors and misalignment of a three-axis sensor, as states of a filter have them."""
-    turn = np.radians(sensor.misalignment_deg)
-    return {f"{name}_scale": sensor.scale_error, f"{name}_misalignment": turn}
 
 
 def _drift(scenario: Scenario, t_s: np.ndarray) -> np.ndarray:
@@ -280,18 +272,11 @@ def _at(runs: FilterRuns, t_s: np.ndarray) -> FilterRuns:
 
 def _together(some: FilterRuns, others: FilterRuns) -> FilterRuns:
     """Runs at the same instants, as one."""
-
-    def joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        return np.concatenate([one, other])
-
-    innovations = {
-        sensor: joined(each, others.innovations[sensor])
-        for sensor, each in some.innovations.items()
-    }
+    both = some.innovations, others.innovations
     return some._replace(
-        innovations=innovations,
+        innovations={key: np.concatenate([each[key] for each in both]) for key in both[0]},
         motions=some.motions + others.motions,
-        **{name: joined(getattr(some, name), getattr(others, name)) for name in _OVER_RUNS},
+        **{key: np.concatenate([getattr(some, key), getattr(others, key)]) for key in _OVER_RUNS},
     )
 
 
@@ -406,7 +391,7 @@ def _accuracy(flown: FilterRuns, expected: Expected) -> dict[str, float]:
 def _record(scenario: Scenario) -> tuple[str, float]:
     """Record interval for about 200 instants of a run: whole control cycles."""
     cycle_s = scenario.control.cycle_s
-    length_s = scenario.steps() * scenario.grid_s
+    length_s = scenario.length_s
     return "simulation.record_s", cycle_s * max(round(length_s / cycle_s / 200.0), 1)
 
 

@@ -1,7 +1,5 @@
 """Runs that check a filter: a scenario with other noise, start and sensor errors in each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,45 +12,25 @@ from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, no
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
 
-#: Errors that may be states of a filter: what they are called, their key in a scenario, and the
-#: filter's key for their standard deviation.
-_STATES = (
-    ("gyro bias", "spacecraft.gyro.bias_deg_s", "gyro_bias_sigma_deg_s", "deg/s"),
-    ("magnetometer bias", "spacecraft.magnetometer.bias_nt", "magnetometer_bias_sigma_nt", "nT"),
-    (
-        "magnetometer scale",
-        "spacecraft.magnetometer.scale_error",
-        "magnetometer_scale_sigma",
-        "",
-    ),
-    (
-        "magnetometer misalignment",
-        "spacecraft.magnetometer.misalignment_deg",
-        "magnetometer_misalignment_sigma_deg",
-        "deg",
-    ),
-    ("gyro scale", "spacecraft.gyro.scale_error", "gyro_scale_sigma", ""),
-    (
-        "gyro misalignment",
-        "spacecraft.gyro.misalignment_deg",
-        "gyro_misalignment_sigma_deg",
-        "deg",
-    ),
-    ("residual dipole", "spacecraft.coils.residual_dipole_a_m2", "dipole_sigma_a_m2", "A m^2"),
-)
-#: Errors of sensors of which a scenario states one example.
-_EXAMPLES = (
-    ("magnetometer bias", "spacecraft.magnetometer.bias_nt", "nT"),
-    ("magnetometer scale", "spacecraft.magnetometer.scale_error", ""),
-    ("magnetometer misalignment", "spacecraft.magnetometer.misalignment_deg", "deg"),
-    ("gyro scale", "spacecraft.gyro.scale_error", ""),
-    ("gyro misalignment", "spacecraft.gyro.misalignment_deg", "deg"),
-    ("Sun sensor misalignment", "spacecraft.sun_sensors.bias_deg", "deg"),
-    ("star tracker misalignment", "spacecraft.attitude_sensor.error_deg", "deg"),
-    ("horizon sensor misalignment", "spacecraft.horizon_sensor.bias_deg", "deg"),
-    ("height of the horizon", "spacecraft.horizon_sensor.horizon_km", "km"),
-    ("Sun cell scale", "spacecraft.sun_cells.scale_error", ""),
-)
+#: Errors of sensors and coils: what they are called, their key in the spacecraft, their unit, and
+#: the filter's key for their standard deviation where they may be states of a filter.
+_ERRORS = (
+    ("gyro bias", "gyro.bias_deg_s", "deg/s", "gyro_bias_sigma_deg_s"),
+    ("magnetometer bias", "magnetometer.bias_nt", "nT", "magnetometer_bias_sigma_nt"),
+    ("magnetometer scale", "magnetometer.scale_error", "", "magnetometer_scale_sigma"),
+    ("magnetometer misalignment", "magnetometer.misalignment_deg", "deg",
+     "magnetometer_misalignment_sigma_deg"),
+    ("gyro scale", "gyro.scale_error", "", "gyro_scale_sigma"),
+    ("gyro misalignment", "gyro.misalignment_deg", "deg", "gyro_misalignment_sigma_deg"),
+    ("residual dipole", "coils.residual_dipole_a_m2", "A m^2", "dipole_sigma_a_m2"),
+    ("Sun sensor misalignment", "sun_sensors.bias_deg", "deg", ""),
+    ("star tracker misalignment", "attitude_sensor.error_deg", "deg", ""),
+    ("horizon sensor misalignment", "horizon_sensor.bias_deg", "deg", ""),
+    ("height of the horizon", "horizon_sensor.horizon_km", "km", ""),
+    ("Sun cell scale", "sun_cells.scale_error", "", ""),
+)  # fmt: skip
+#: Of these no example is drawn where they are no states.
+_ONLY_STATES = ("gyro bias", "residual dipole")
 #: Standard deviation [deg] of a held attitude, about each axis; and from which on it is any.
 _HELD_DEG, _ANY_DEG = 5.0, 180.0
 
@@ -102,17 +80,18 @@ def what_runs_draw(scenario: Scenario, start: Start = AS_STATED) -> list[Drawn]:
     scenario's components. ValueError for an estimator other than a Kalman filter.
     """
     spec = kalman_filter(scenario)
-    found = []
-    for name, key, sigma_key, unit in _STATES:
-        sigma = getattr(spec, sigma_key, None)
-        if sigma is not None and _has(scenario, key):
-            found.append(Drawn(name, key, sigma, unit, np.zeros(3)))
-    states = {each.key for each in found}
-    for name, key, unit in _EXAMPLES:
-        if key not in states and _has(scenario, key):
+    states, examples = [], []
+    for name, place, unit, sigma_key in _ERRORS:
+        key = f"spacecraft.{place}"
+        if getattr(scenario.spacecraft, place.partition(".")[0]) is None:
+            continue
+        if (sigma := getattr(spec, sigma_key, None)) is not None:
+            states.append(Drawn(name, key, sigma, unit, np.zeros(3)))
+        elif name not in _ONLY_STATES:
             stated = np.array(value_at(scenario, key))
             if sigma := float(np.sqrt(np.mean(stated**2))):
-                found.append(Drawn(name, key, sigma, unit, np.zeros(stated.shape)))
+                examples.append(Drawn(name, key, sigma, unit, np.zeros(stated.shape)))
+    found = [*states, *examples]
     attitude_deg, rate_deg_s = _spread_at_start(scenario, start)
     if attitude_deg > 0.0:
         found.append(Drawn("attitude", "initial", attitude_deg, "deg", np.zeros(3)))
@@ -166,8 +145,3 @@ def _spread_at_start(scenario: Scenario, start: Start) -> tuple[float, float]:
         known_deg_s = getattr(kalman_filter(scenario), "rate_sigma_deg_s", math.inf)
         rate_deg_s = min(max(orbital_deg_s, tenth_deg_s), known_deg_s)
     return attitude_deg, rate_deg_s
-
-
-def _has(scenario: Scenario, key: str) -> bool:
-    """Whether the scenario has the device that a key belongs to."""
-    return getattr(scenario.spacecraft, key.split(".")[1]) is not None

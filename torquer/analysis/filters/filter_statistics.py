@@ -7,8 +7,6 @@ measurement; and whitened innovations are not correlated in time. Y. Bar-Shalom,
 Kirubarajan, 'Estimation with applications to tracking and navigation' (2001), 5.4.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

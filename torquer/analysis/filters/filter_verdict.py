@@ -1,7 +1,5 @@
 """What the statistics of a filter mean, in words."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,12 +4,11 @@ The covariance of a Kalman filter depends on the orbit and the attitude, not on 
 is propagated along a nominal motion by the filter's own kernels.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
+from torquer.analysis.attitude import orbital_axes
 from torquer.analysis.control_cycle import control_times
 from torquer.computer.estimation import ESTIMATORS
 from torquer.computer.estimation.expected import (
@@ -94,12 +93,9 @@ def held_attitude(scenario: Scenario, t_s: np.ndarray) -> tuple[np.ndarray, np.n
     if scenario.initial.reference == "inertial":
         turned = start * Rotation.from_rotvec(np.outer(t_s, first[4:]))
         return turned.as_quat(), np.tile(first[4:], (len(t_s), 1))
-    normal = np.cross(r, v)
-    up = r / np.linalg.norm(r, axis=1)[:, None]
-    side = normal / np.linalg.norm(normal, axis=1)[:, None]
-    frames = Rotation.from_matrix(np.stack([np.cross(side, up), side, up], axis=2))
+    frames = orbital_axes(r, v)
     turned = frames * (frames[0].inv() * start)
-    turning = normal / np.sum(r * r, axis=1)[:, None]
+    turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
     return turned.as_quat(), turned.inv().apply(turning)
 
 

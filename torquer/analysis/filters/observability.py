@@ -7,14 +7,11 @@ that the readings of the window alone would give this combination of states a st
 estimation, and control', vol. 1 (1979), 2.5 and 5.4.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from torquer.analysis.filters.linear_covariance import (
-    Motion,
     first_variances,
     held_motion,
     kalman_filter,
@@ -51,17 +48,14 @@ class Observability(NamedTuple):
         return self.states[int(np.argmax(parts))]
 
 
-def observability(
-    scenario: Scenario, window_s: float, motion: Motion | None = None
-) -> Observability:
+def observability(scenario: Scenario, window_s: float) -> Observability:
     """Observability of the states of the scenario's filter in consecutive windows.
 
-    `motion`: a nominal one, that of `held_motion` unless another is given. ValueError unless
-    `control.estimator` is a Kalman filter, or for a window that is longer than the motion or
-    shorter than two readings.
+    The motion is that of `held_motion`. ValueError unless `control.estimator` is a Kalman filter,
+    or for a window that is longer than the motion or shorter than two readings.
     """
     spec = kalman_filter(scenario)
-    seen = nominal(scenario, motion or held_motion(scenario))
+    seen = nominal(scenario, held_motion(scenario))
     steps = round(window_s * (len(seen.t_s) - 1) / (seen.t_s[-1] - seen.t_s[0]))
     if not 2 <= steps < len(seen.t_s):
         raise ValueError(

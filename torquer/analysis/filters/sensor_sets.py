@@ -1,7 +1,5 @@
 """Which sensors are enough: expected accuracy of a scenario's filters and of single sensors."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +11,7 @@ from torquer.analysis.filters.linear_covariance import (
 )
 from torquer.analysis.filters.observability import Observability, observability
 from torquer.analysis.filters.systematic import systematic_error
+from torquer.analysis.series import stays_from
 from torquer.computer.estimation.filter import MAGNETOMETER_ERRORS, Filter
 from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_WORDS
@@ -86,7 +85,7 @@ def expect_accuracy(scenario: Scenario, name: str) -> SensorSet:
     seen, later = expected.sun_seen[rows], t_s[rows] >= settled_s
     sensors = kalman_filter(scenario).sensors
     whole = len(sensors) > 1 or sensors == ("star_tracker",)
-    reached_s = _below_from(t_s[rows], error) if whole else None
+    reached_s = float(stays_from(t_s[rows], error <= REACHED_DEG)) if whole else None
     window_s = min(scenario.orbit.period_s, length_s) / _WINDOWS
     return SensorSet(
         name, _worst(error[later & seen]), _worst(error[later & ~seen]),
@@ -117,13 +116,6 @@ def as_plain(sets: list[SensorSet]) -> list[dict]:
         }
         for each in sets
     ]
-
-
-def _below_from(t_s: np.ndarray, error_deg: np.ndarray) -> float:
-    """Time after which errors stay below `REACHED_DEG`, NaN if they do not."""
-    above = np.flatnonzero(error_deg > REACHED_DEG)
-    after = above[-1] + 1 if len(above) else 0
-    return float(t_s[after]) if after < len(t_s) else float("nan")
 
 
 def _worst(values: np.ndarray) -> float:

@@ -1,15 +1,14 @@
 """Smoothing of a recorded run: the filter works again on what the computer knew, then backwards."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from torquer.analysis.control_cycle import control_steps
 from torquer.analysis.filters.filter_check import finest_record_s
-from torquer.analysis.filters.linear_covariance import kalman_filter
+from torquer.analysis.filters.linear_covariance import first_variances, kalman_filter
 from torquer.compile.engine import addresses, records
 from torquer.computer.estimation.filter import Filter
 from torquer.computer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
@@ -19,9 +18,6 @@ from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, write
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _READINGS = {"b_measured": "b", "omega_measured": "omega", "sun_measured": "sun"}
 #: What the computer knows of readings and surroundings, read from `KNOWN`, by name.
@@ -156,9 +152,8 @@ def fly_back_and_forth(
     if seeds is None:
         seeds = np.full((len(known), 5), np.nan)
     else:  # a filter that does not start by itself has not put what it knows at first
-        first = np.repeat(list(spec.initial_variances().values()), 3)
         here = slice(places.covariance, places.covariance + 4 * places.n**2)
-        memory[here] = np.diag(np.pad(first, (0, places.n))).ravel()
+        memory[here] = np.diag(np.pad(first_variances(spec), (0, places.n))).ravel()
     (address,) = addresses([filter_.in_loop()])
     fly(
         address, records(known), filter_.pack(), memory, places, works, seeds, forward, logged,
@@ -190,8 +185,6 @@ def as_dataset(steps: xr.Dataset, found: BackAndForth, attributes: dict) -> xr.D
 
     `steps`: with the coordinates `time`, `utc`, `axis` and `component`.
     """
-    import xarray as xr
-
     covariance = found.covariance
     axes = state_axes(found.spec.initial_variances())
     (state,), (error, other) = axes["states"], axes["covariance"]

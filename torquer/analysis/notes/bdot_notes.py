@@ -1,11 +1,12 @@
 """What the author of a scenario with B-dot should know: what sampling and the coils' lag allow."""
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.notes.uses import Use, find_uses, with_law_name
+from torquer.analysis.notes.uses import Use, notes_on_laws
 from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
 from torquer.computer.laws.nutation_damping import (
     NutationDamping,
@@ -55,28 +56,26 @@ def bdot_notes(scenario: Scenario) -> list[str]:
 
     Notes that depend on the initial rate are given only for the laws active at the start.
     """
-    uses = find_uses(scenario)
-    return [note for use in uses for note in with_law_name(uses, use, _notes_on(scenario, use))]
+    return [*notes_on_laws(scenario, _notes_on)]
 
 
-def _notes_on(scenario: Scenario, use: Use) -> list[str]:
-    law, notes = use.law, []
+def _notes_on(scenario: Scenario, use: Use) -> Iterator[str]:
+    law = use.law
     if not isinstance(law, BDOT + _NUTATION):
-        return notes
+        return
     if use.at_start:
-        notes += _rate_notes(scenario, law)
+        yield from _rate_notes(scenario, law)
     if use.at_start or isinstance(law, DIFFERENCES):
-        notes += _own_dipole_notes(scenario, law, use)
+        yield from _own_dipole_notes(scenario, law, use)
     if isinstance(law, BDOT):
-        notes += _gain_notes(scenario, law, use)
+        yield from _gain_notes(scenario, law, use)
         if use.at_start:
-            notes += _weak_gain_notes(scenario, use) or _slow_notes(scenario, use)
-    return notes
+            yield from [*_weak_gain_notes(scenario, use)] or _slow_notes(scenario, use)
 
 
 def _turn(scenario: Scenario, law) -> _Turn:
     """The initial absolute rate; for nutation damping the rate of precession, L/A."""
-    omega = _initial_rate(scenario)
+    omega = scenario.motion_at_start()[4:]
     if isinstance(law, BDOT):
         rate = float(np.linalg.norm(omega))
         return _Turn(rate, "the initial rate", "B-dot", "rotation")
@@ -87,26 +86,16 @@ def _turn(scenario: Scenario, law) -> _Turn:
     return _Turn(rate, "the initial precession", "nutation damping", "nutation")
 
 
-def _initial_rate(scenario: Scenario) -> np.ndarray:
-    """Initial absolute rate [rad/s] in body axes."""
-    initial = scenario.initial
-    if initial.rate_relative_to == "inertial":
-        return np.radians(initial.rate_deg_s)
-    r, v = (x[0] for x in scenario.orbit_environment().state(np.zeros(1)))
-    return initial.motion(r, v)[4:]
-
-
-def _rate_notes(scenario: Scenario, law) -> list[str]:
+def _rate_notes(scenario: Scenario, law) -> Iterator[str]:
     sampling, turn = law_sampling(scenario, law), _turn(scenario, law)
     limit = sampling_limit_rad_s(*sampling.times)
-    if turn.rate_rad_s <= _NEAR * limit:
-        return []
-    side = "above" if turn.rate_rad_s > limit else "near"
-    return [
-        f"{turn.text} of {math.degrees(turn.rate_rad_s):.3g} deg/s is {side} the "
-        f"{math.degrees(limit):.3g} deg/s that {turn.law} can brake with {sampling.in_words}: "
-        f"{_outcome(law, turn, sampling)}"
-    ]
+    if turn.rate_rad_s > _NEAR * limit:
+        side = "above" if turn.rate_rad_s > limit else "near"
+        yield (
+            f"{turn.text} of {math.degrees(turn.rate_rad_s):.3g} deg/s is {side} the "
+            f"{math.degrees(limit):.3g} deg/s that {turn.law} can brake with {sampling.in_words}: "
+            f"{_outcome(law, turn, sampling)}"
+        )
 
 
 def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
@@ -158,76 +147,72 @@ def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
     return np.linalg.norm(environment.field(times, *environment.state(times)), axis=1)
 
 
-def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
+def _gain_notes(scenario: Scenario, law, use: Use) -> Iterator[str]:
     sampling, gain = law_sampling(scenario, law), use.gain(law.gain_a_m2_s_per_t)
     greatest = most_gain(scenario, sampling, _STRONG_FIELD_T)
-    if gain <= greatest:
-        return []
-    late = f" by coils with a lag of {sampling.lag_s:g} s" if sampling.lag_s else ""
-    return [
-        f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, beyond which a hold "
-        f"of {sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
-    ]
+    if gain > greatest:
+        late = f" by coils with a lag of {sampling.lag_s:g} s" if sampling.lag_s else ""
+        yield (
+            f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, beyond which a hold of "
+            f"{sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
+        )
 
 
-def _weak_gain_notes(scenario: Scenario, use: Use) -> list[str]:
+def _weak_gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """A gain too low to reduce even the rate about the axis of least inertia e-fold in a day."""
     control, gain = scenario.control, use.gain(use.law.gain_a_m2_s_per_t)
     least = float(scenario.spacecraft.body.principal()[0][0])
     e_fold_s = bdot_gain(1.0, least, _STRONG_FIELD_T, share=1.0, duty=control.coil_duty) / gain
-    duration_s = scenario.steps() * scenario.grid_s
-    if e_fold_s <= max(duration_s, _DAY_S):
-        return []
-    return [
-        f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to reduce the "
-        f"rate e-fold in a field of {_STRONG_FIELD_T * 1e9:.0f} nT, the run lasts "
-        f"{duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
-    ]
+    duration_s = scenario.length_s
+    if e_fold_s > max(duration_s, _DAY_S):
+        yield (
+            f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to reduce "
+            f"the rate e-fold in a field of {_STRONG_FIELD_T * 1e9:.0f} nT, the run lasts "
+            f"{duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
+        )
 
 
-def _slow_notes(scenario: Scenario, use: Use) -> list[str]:
+def _slow_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """A gain with which coils that never saturate stop the rotation too late, by theory."""
     if scenario.control.named().modes is not None or scenario.spacecraft.coils is None:
-        return []
+        return
     law, gain = use.law, use.gain(use.law.gain_a_m2_s_per_t)
-    rate, case = float(np.linalg.norm(_initial_rate(scenario))), as_tumbling(scenario, law)
+    rate, case = float(np.linalg.norm(scenario.motion_at_start()[4:])), as_tumbling(scenario, law)
     read = abs(np.sinc(0.5 * rate * case.sampling.difference_s / math.pi))
     limit = float(case.coils.limits_a_m2().min())
     share = gain * rate * read * float(case.fields_t.max()) / limit
     below, allowed_s = stopped_below(scenario)
     if share >= 1.0 or rate >= sampling_limit_rad_s(*case.sampling.times):
-        return []
+        return
     needed_s = detumbling_time_s(case, gain, rate, below)
-    if needed_s <= allowed_s:
-        return []
-    return [
-        f"the gain of {gain:.3g} A m^2 s/T asks for at most {100.0 * share:.2g} % of the coils' "
-        f"limit at the initial rate, and takes about {needed_s / 3600.0:.3g} h to brake to "
-        f"{math.degrees(below):.3g} deg/s, with {allowed_s / 3600.0:.3g} h allowed: "
-        "see `torquer design detumble`"
-    ]
+    if needed_s > allowed_s:
+        yield (
+            f"the gain of {gain:.3g} A m^2 s/T asks for at most {100.0 * share:.2g} % of the "
+            f"coils' limit at the initial rate, and takes about {needed_s / 3600.0:.3g} h to brake "
+            f"to {math.degrees(below):.3g} deg/s, with {allowed_s / 3600.0:.3g} h allowed: "
+            "see `torquer design detumble`"
+        )
 
 
 def stopped_below(scenario: Scenario) -> tuple[float, float]:
     """Rate [rad/s] that counts as stopped, and the time [s] allowed for it: a day or the run, if
     the mission has no goal for the rate."""
-    mission, duration_s = scenario.mission, scenario.steps() * scenario.grid_s
+    mission, duration_s = scenario.mission, scenario.length_s
     usual = ORBITAL_RATES * scenario.orbit.rate_rad_s(scenario.start)
     if mission is None or mission.rate_below_deg_s is None:
         return usual, max(duration_s, _DAY_S)
     return math.radians(mission.rate_below_deg_s), mission.within_s or duration_s
 
 
-def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:
+def _own_dipole_notes(scenario: Scenario, law, use: Use) -> Iterator[str]:
     """A note if the magnetometer picks up the coils' field, and with it the law."""
     per_a_m2 = 1e-9 * abs(scenario.spacecraft.magnetometer.coil_disturbance_nt_per_a_m2)
     heard = use.gain(law.gain_a_m2_s_per_t or 0.0) * per_a_m2 * _rate_heard(scenario, law)
-    if heard <= _HEARD:
-        return []
-    return [
-        f"the magnetometer reads the coils' own dipole: {heard:.2g} of it returns in the next "
-        f"command, which the limit stated for {_turn(scenario, law).law} does not include"
-    ]
+    if heard > _HEARD:
+        yield (
+            f"the magnetometer reads the coils' own dipole: {heard:.2g} of it returns in the next "
+            f"command, which the limit stated for {_turn(scenario, law).law} does not include"
+        )
 
 
 def _rate_heard(scenario: Scenario, law) -> float:
@@ -239,7 +224,7 @@ def _rate_heard(scenario: Scenario, law) -> float:
         return 0.0
     if d == 0.0:
         left = math.exp(-off_s / lag_s) if off_s > 0.0 else 1.0
-        return left * float(np.linalg.norm(_initial_rate(scenario)))
+        return left * float(np.linalg.norm(scenario.motion_at_start()[4:]))
     changed = 1.0  # of the dipole, between the two readings
     if off_s > 0.0:
         changed = -math.exp((d - off_s) / lag_s) * math.expm1(-d / lag_s)

@@ -1,9 +1,11 @@
 """What the author of disturbance torques and Sun sensors should know before the run."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
+from torquer.analysis.budget import coil_reach
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.disturbance.unmodelled import UnmodelledTorque
 from torquer.spacecraft.sensors.sun_sensor import BlindZone, SunSensors
@@ -18,7 +20,7 @@ _LARGE_BIAS_DEG = 5.0
 
 def disturbance_notes(scenario: Scenario) -> list[str]:
     """Notes on disturbance torques and Sun sensors, one line each."""
-    notes = _sensor_notes(scenario.spacecraft.sun_sensors)
+    notes = [*_sensor_notes(scenario.spacecraft.sun_sensors)]
     if scenario.disturbance is None:
         return notes
     return [
@@ -34,76 +36,70 @@ def disturbance_notes(scenario: Scenario) -> list[str]:
 def _reach_a_m2(scenario: Scenario) -> float | None:
     """Length of the coils' greatest dipoles along the body axes; None without coils."""
     coils = scenario.spacecraft.coils
-    if coils is None:
-        return None
-    limits = np.broadcast_to(coils.limit_a_m2, len(coils.axes))
-    return float(np.linalg.norm(np.abs(np.array(coils.axes)).T @ limits))
+    return None if coils is None else float(np.linalg.norm(coil_reach(coils)))
 
 
-def _constant_notes(scenario: Scenario) -> list[str]:
+def _constant_notes(scenario: Scenario) -> Iterator[str]:
     torque, reach = math.hypot(*scenario.disturbance.constant_torque_n_m), _reach_a_m2(scenario)
-    if reach is None or torque <= reach * _FIELD_T:
-        return []
-    return [
-        f"the constant torque of {torque:.3g} N m exceeds what the coils can give in a field of "
-        f"{_FIELD_T:g} T, {reach * _FIELD_T:.2g} N m"
-    ]
+    if reach is not None and torque > reach * _FIELD_T:
+        yield (
+            f"the constant torque of {torque:.3g} N m exceeds what the coils can give in a field "
+            f"of {_FIELD_T:g} T, {reach * _FIELD_T:.2g} N m"
+        )
 
 
-def _dipole_notes(scenario: Scenario) -> list[str]:
+def _dipole_notes(scenario: Scenario) -> Iterator[str]:
     dipole, reach = scenario.disturbance.residual_dipole, _reach_a_m2(scenario)
     if dipole is None:
-        return []
+        return
     size = math.hypot(*dipole.constant_a_m2) + math.hypot(*dipole.amplitude_a_m2)
     if size == 0.0:
-        return ["disturbance.residual_dipole has no effect: its dipoles are zero"]
-    if reach is None or size <= reach:
-        return []
-    return [
-        f"the residual dipole of up to {size:.3g} A m^2 exceeds the coils' greatest, "
-        f"{reach:.3g} A m^2"
-    ]
+        yield "disturbance.residual_dipole has no effect: its dipoles are zero"
+    elif reach is not None and size > reach:
+        yield (
+            f"the residual dipole of up to {size:.3g} A m^2 exceeds the coils' greatest, "
+            f"{reach:.3g} A m^2"
+        )
 
 
-def _light_notes(scenario: Scenario) -> list[str]:
+def _light_notes(scenario: Scenario) -> Iterator[str]:
     light = scenario.disturbance.solar_pressure
     if light is None:
-        return []
+        return
     parts = light.parts or scenario.spacecraft.aerodynamics.parts
-    if any(any(part.centre_m) for part in parts):
-        return []
-    return [
-        "disturbance.solar_pressure has no effect: every part has its centre (centre_m) at the "
-        "centre of mass"
-    ]
+    if not any(any(part.centre_m) for part in parts):
+        yield (
+            "disturbance.solar_pressure has no effect: every part has its centre (centre_m) at the "
+            "centre of mass"
+        )
 
 
-def _eddy_notes(scenario: Scenario) -> list[str]:
+def _eddy_notes(scenario: Scenario) -> Iterator[str]:
     """A damping time that no satellite has."""
     eddies, body = scenario.disturbance.eddy_currents, scenario.spacecraft.body
     if eddies is None:
-        return []
+        return
     greatest = float(np.abs(eddies.damping_n_m_s_per_t2).max())
     if greatest == 0.0:
-        return ["disturbance.eddy_currents has no effect: its damping is zero"]
+        yield "disturbance.eddy_currents has no effect: its damping is zero"
+        return
     time_s = float(body.principal()[0][0]) / (greatest * _FIELD_T**2)
-    if time_s >= scenario.orbit.period_s:
-        return []
-    return [
-        f"eddy currents brake the rotation within about {time_s:.2g} s, less than a revolution; in "
-        "real satellites this takes days to years (damping_n_m_s_per_t2)"
-    ]
+    if time_s < scenario.orbit.period_s:
+        yield (
+            f"eddy currents brake the rotation within about {time_s:.2g} s, less than a "
+            "revolution; in real satellites this takes days to years (damping_n_m_s_per_t2)"
+        )
 
 
-def _unmodelled_notes(scenario: Scenario, torque: UnmodelledTorque | None) -> list[str]:
+def _unmodelled_notes(scenario: Scenario, torque: UnmodelledTorque | None) -> Iterator[str]:
     if torque is None:
-        return []
+        return
     sizes = (torque.constant_n_m, torque.harmonic_1_n_m, torque.harmonic_2_n_m)
     if not any(sizes):
-        return ["disturbance.unmodelled has no effect: its sizes are zero"]
-    notes = []
-    if torque.hold_s >= scenario.steps() * scenario.grid_s:
-        notes.append(
+        yield "disturbance.unmodelled has no effect: its sizes are zero"
+        return
+    if torque.hold_s >= scenario.length_s:
+        yield (
             f"the unmodelled torque does not jump: its coefficients are held for "
             f"{torque.hold_s:g} s, as long as the run or longer"
         )
@@ -113,30 +109,28 @@ def _unmodelled_notes(scenario: Scenario, torque: UnmodelledTorque | None) -> li
     rate = scenario.orbit.rate_rad_s(scenario.start)
     gravity = 1.5 * rate**2 * float(moments[2] - moments[0])
     if usual > gravity:
-        notes.append(
+        yield (
             f"the unmodelled torque is {usual:.2g} N m (RMS), beyond the greatest gravity-gradient "
             f"torque of {gravity:.2g} N m; SDOT, section 3.2, has a third to a half of that"
         )
-    return notes
 
 
-def _sensor_notes(sensors: SunSensors | None) -> list[str]:
+def _sensor_notes(sensors: SunSensors | None) -> Iterator[str]:
     if sensors is None:
-        return []
-    notes, fields = [], sensors.half_fields_deg()
+        return
+    fields = sensors.half_fields_deg()
     for k, axis in enumerate(sensors.axes):
         if any(_covers(zone, k, axis, fields[k], len(fields)) for zone in sensors.blind_zones):
-            notes.append(f"Sun sensor {k} sees nothing: its field of view is within a blind zone")
+            yield f"Sun sensor {k} sees nothing: its field of view is within a blind zone"
     worst = float(np.linalg.norm(np.atleast_2d(sensors.bias_deg), axis=1).max())
     if worst > _LARGE_BIAS_DEG:
-        notes.append(f"a Sun sensor's bias of {worst:.3g} deg is more than a small mounting error")
+        yield f"a Sun sensor's bias of {worst:.3g} deg is more than a small mounting error"
     if sensors.albedo > 0.0 and fields.min() < _COSINE_DEG:
-        notes.append(
+        yield (
             "spacecraft.sun_sensors.albedo is for cosine detectors on all sides, and their fields "
             f"of view are wider than +-{fields.min():.3g} deg: sensors that resolve the Sun's disc "
             "are not misled by the Earth"
         )
-    return notes
 
 
 def _covers(zone: BlindZone, sensor: int, axis, half_field_deg: float, count: int) -> bool:

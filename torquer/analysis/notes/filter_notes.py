@@ -1,6 +1,7 @@
 """What the author of a scenario with a Kalman filter should know."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -29,20 +30,19 @@ def _filters(scenario: Scenario) -> list[Filter]:
     return [spec for spec in estimators if isinstance(spec, Filter)]
 
 
-def _step_notes(scenario: Scenario) -> list[str]:
+def _step_notes(scenario: Scenario) -> Iterator[str]:
     """On steps of uneven length, for which the noise of a gyro is stated."""
     control = scenario.control
     uneven = control.measure_s > 0.0 and control.actuate_s != control.sample_s
-    if not uneven or not any(isinstance(spec, KalmanGyro) for spec in _filters(scenario)):
-        return []
-    steps = f"{control.sample_s:g} and of {control.actuate_s:g} s"
-    return [
-        f"a filter with a gyro takes steps of {steps} here: its angle random walk can be right for "
-        "only one of these intervals; torquer filter-check shows the effect"
-    ]
+    if uneven and any(isinstance(spec, KalmanGyro) for spec in _filters(scenario)):
+        steps = f"{control.sample_s:g} and of {control.actuate_s:g} s"
+        yield (
+            f"a filter with a gyro takes steps of {steps} here: its angle random walk can be right "
+            "for only one of these intervals; torquer filter-check shows the effect"
+        )
 
 
-def _turn_notes(scenario: Scenario) -> list[str]:
+def _turn_notes(scenario: Scenario) -> Iterator[str]:
     """On a body that turns far between readings, without a gyro that shows how."""
     craft, control = scenario.spacecraft, scenario.control
     sampled = {"magnetometer": craft.magnetometer, "sun": craft.sun_sensors}
@@ -50,40 +50,39 @@ def _turn_notes(scenario: Scenario) -> list[str]:
     found = [sensor for name in names if (sensor := sampled.get(name)) is not None]
     interval_s = max((sensor.sample_s or control.cycle_s for sensor in found), default=0.0)
     turn_deg = float(np.linalg.norm(scenario.initial.rate_deg_s)) * interval_s
-    if turn_deg <= _FAR_DEG:
-        return []
-    return [
-        f"a filter without a gyro has readings {interval_s:g} s apart, between which the body "
-        f"turns by {turn_deg:.3g} deg at the initial rate: from {_FAR_DEG:g} deg on it may be "
-        "wrong and sure of itself; torquer filter-check shows it"
-    ]
+    if turn_deg > _FAR_DEG:
+        yield (
+            f"a filter without a gyro has readings {interval_s:g} s apart, between which the body "
+            f"turns by {turn_deg:.3g} deg at the initial rate: from {_FAR_DEG:g} deg on it may be "
+            "wrong and sure of itself; torquer filter-check shows it"
+        )
 
 
-def _model_notes(scenario: Scenario) -> list[str]:
+def _model_notes(scenario: Scenario) -> Iterator[str]:
     """On a noise of the magnetometer that leaves no room for the errors of the field on board."""
     noises = [spec.magnetometer_noise_nt for spec in _filters(scenario)]
     given = [noise_nt for noise_nt in noises if noise_nt is not None]
     models = scenario.model_errors() if given else None
     if models is None:
-        return []
+        return
     off_nt = 1e9 * models.field_t / math.sqrt(3.0)
     whole_nt = math.hypot(off_nt, scenario.spacecraft.magnetometer.noise_nt)
-    return [
-        f"magnetometer_noise_nt = {noise_nt:g} is below the {whole_nt:.3g} nT of each component by "
-        f"which readings differ from the field on board ({off_nt:.3g} of it due to the models, "
-        "which does not average out): torquer filter-check shows the effect"
-        for noise_nt in dict.fromkeys(given)
-        if noise_nt < whole_nt
-    ]
+    for noise_nt in dict.fromkeys(each for each in given if each < whole_nt):
+        yield (
+            f"magnetometer_noise_nt = {noise_nt:g} is below the {whole_nt:.3g} nT of each "
+            f"component by which readings differ from the field on board ({off_nt:.3g} of it due "
+            "to the models, which does not average out): torquer filter-check shows the effect"
+        )
 
 
-def _albedo_notes(scenario: Scenario) -> list[str]:
+def _albedo_notes(scenario: Scenario) -> Iterator[str]:
     """On the light of the Earth that Sun cells see and a filter ignores."""
     cells = scenario.spacecraft.sun_cells
     users = [spec for spec in _filters(scenario) if "sun_cells" in spec.sensors]
-    if cells is None or cells.albedo == 0.0 or all(spec.cell_albedo > 0.0 for spec in users):
-        return []
-    return [
-        f"a filter takes the signals of Sun cells for sunlight alone (cell_albedo = 0), but they "
-        f"see an Earth of albedo {cells.albedo:g}: it will be wrong and sure of itself"
-    ]
+    if cells is None or cells.albedo == 0.0:
+        return
+    if any(spec.cell_albedo <= 0.0 for spec in users):
+        yield (
+            f"a filter takes the signals of Sun cells for sunlight alone (cell_albedo = 0), but "
+            f"they see an Earth of albedo {cells.albedo:g}: it will be wrong and sure of itself"
+        )

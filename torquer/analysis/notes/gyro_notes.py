@@ -2,10 +2,11 @@
 
 import cmath
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
-from torquer.analysis.notes.uses import Use, find_uses, with_law_name
+from torquer.analysis.notes.uses import Use, notes_on_laws
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.computer.laws.magneto_gyro.stage_1 import filtered_component
 from torquer.maths.geometry.quaternion import to_dcm
@@ -23,94 +24,89 @@ _LEAST_DAMPING = 0.05
 
 def gyro_notes(scenario: Scenario) -> list[str]:
     """Notes on every law of this kind, one line each."""
-    uses = find_uses(scenario)
-    return [note for use in uses for note in with_law_name(uses, use, _notes_on(scenario, use))]
+    return [*notes_on_laws(scenario, _notes_on)]
 
 
-def _notes_on(scenario: Scenario, use: Use) -> list[str]:
+def _notes_on(scenario: Scenario, use: Use) -> Iterator[str]:
     law = use.law
     if not isinstance(law, MagnetoGyro):
-        return []
-    notes = [
-        *_wheel_notes(scenario, law),
-        *_orbit_notes(scenario, law),
-        *_duty_notes(scenario, law),
-    ]
-    return [*notes, *_rate_notes(scenario, law)] if use.at_start else notes
+        return
+    yield from _wheel_notes(scenario, law)
+    yield from _orbit_notes(scenario, law)
+    yield from _duty_notes(scenario, law)
+    if use.at_start:
+        yield from _rate_notes(scenario, law)
 
 
-def _wheel_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
+def _wheel_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
     """A wheel too weak for stage 1, or not the one that the law knows; none with driven wheels."""
     if scenario.spacecraft.wheels is not None:
-        return []
+        return
     turn = np.array(to_dcm(law.q_wanted()))
     inertia = np.diag(turn @ np.array(scenario.spacecraft.body.inertia_kg_m2) @ turn.T).tolist()
     wheel = float((turn @ np.array(scenario.spacecraft.body.wheel_momentum_n_m_s))[1])
     rate = scenario.orbit.rate_rad_s(scenario.start)
     craft, known = GyroCraft(tuple(inertia), wheel, rate), law.bias_momentum_n_m_s
     if craft.stiffness <= 0.0:
-        return [
+        yield (
             f"a wheel of {wheel:g} N m s along the orbit normal cannot hold roll and yaw: stage 1 "
             f"needs more than {craft.wheel_at(0.0):.4g} N m s (h > 0)"
-        ]
-    if abs(wheel - known) <= _KNOWN * abs(known):
-        return []
-    return [
-        f"the wheel has {wheel:g} N m s along the orbit normal, and bias_momentum_n_m_s of the law "
-        f"is {known:g}"
-    ]
+        )
+    elif abs(wheel - known) > _KNOWN * abs(known):
+        yield (
+            f"the wheel has {wheel:g} N m s along the orbit normal, and bias_momentum_n_m_s of the "
+            f"law is {known:g}"
+        )
 
 
-def _orbit_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
-    notes, orbit = [], scenario.orbit
+def _orbit_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
+    orbit = scenario.orbit
     rate, known = orbit.rate_rad_s(scenario.start), law.orbital_rate_rad_s
     if abs(rate - known) > _KNOWN * rate:
-        notes.append(
+        yield (
             f"the mean orbital rate is {rate:.4g} rad/s, and orbital_rate_rad_s of the law is "
             f"{known:.4g}"
         )
     tilt_deg = getattr(orbit, "inclination_deg", 90.0)
     if min(tilt_deg, 180.0 - tilt_deg) < _LEAST_INCLINATION_DEG:
-        notes.append(
+        yield (
             f"an inclination of {tilt_deg:g} deg is too near to the equator for magneto_gyro: the "
             f"field hardly turns in the orbit's plane, and below {_LEAST_INCLINATION_DEG:g} deg "
             "some starts are not captured"
         )
-    return notes
 
 
-def _duty_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
+def _duty_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
     duty = scenario.control.coil_duty
-    if abs(duty - law.coil_duty) <= _KNOWN * duty:
-        return []
-    return [
-        f"the coils are on for {100.0 * duty:.3g} % of the time, and coil_duty of the law is "
-        f"{law.coil_duty:g}: stage 2 points worse"
-    ]
+    if abs(duty - law.coil_duty) > _KNOWN * duty:
+        yield (
+            f"the coils are on for {100.0 * duty:.3g} % of the time, and coil_duty of the law is "
+            f"{law.coil_duty:g}: stage 2 points worse"
+        )
 
 
-def _rate_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
+def _rate_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
     """A tip-off rate beyond the filters of stage 1, or holds that leave no damping."""
     initial = scenario.initial
     if initial.rate_relative_to != "inertial":
-        return []
+        return
     rate = math.radians(float(np.linalg.norm(initial.rate_deg_s)))
     limit = greatest_tip_off(law.filter_rate_rad_s)
     if rate > limit:
-        return [
+        yield (
             f"the initial rate of {math.degrees(rate):.3g} deg/s is above the "
             f"{math.degrees(limit):.3g} deg/s that stage 1 brakes with filters of "
             f"{law.filter_rate_rad_s:g} rad/s"
-        ]
+        )
+        return
     hold_s = scenario.control.longest_hold_s
     grid = np.geomspace(min(2.0 * law.orbital_rate_rad_s, 0.5 * limit), limit, 60).tolist()
     left = min((damping_left(law, each, hold_s) for each in grid if each <= rate), default=1.0)
-    if left > _LEAST_DAMPING:
-        return []
-    return [
-        f"dipoles held for {hold_s:g} s leave stage 1 no damping at some rates up to the initial "
-        f"{math.degrees(rate):.3g} deg/s"
-    ]
+    if left <= _LEAST_DAMPING:
+        yield (
+            f"dipoles held for {hold_s:g} s leave stage 1 no damping at some rates up to the "
+            f"initial {math.degrees(rate):.3g} deg/s"
+        )
 
 
 def damping_left(law: MagnetoGyro, rate_rad_s: float, hold_s: float) -> float:

@@ -5,8 +5,6 @@ from torquer.computer.modes.check import faults, findings
 from torquer.computer.modes.finding import Facts, Finding
 from torquer.scenario.spec import Scenario
 
-#: Kinds of laws whose file would have to be loaded to know what they do.
-_UNKNOWN = ("user", "given_in_python")
 #: Kinds of estimators that do not state how good they are.
 _WITHOUT_SIGMA = ("attitude_sensor", "rate_from_field", "law", "none")
 
@@ -27,8 +25,7 @@ def mode_findings(scenario: Scenario) -> list[Finding]:
 def mode_facts(scenario: Scenario) -> Facts:
     """What the checker of mode tables is to know of a scenario."""
     control = scenario.control
-    specs = control.named().laws
-    laws = {name: spec.law() for name, spec in specs.items() if spec.kind not in _UNKNOWN}
+    specs, laws = control.named().laws, control.named().known_laws()
     estimators = {"estimator": control.estimator, **control.estimators}
     gives = {name: _given_by(spec) for name, spec in estimators.items()}
     needs = frozenset().union(*(law.needs for law in laws.values()))

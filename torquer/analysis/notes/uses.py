@@ -1,5 +1,6 @@
 """How a scenario uses its laws: which of them work at the start, and how strongly."""
 
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,17 @@ class Use(NamedTuple):
         return self.factor * max(own, self.set.get("gain", 0.0))
 
 
+def notes_on_laws(
+    scenario: Scenario, notes_on: Callable[[Scenario, Use], Iterator[str]]
+) -> Iterator[str]:
+    """Notes on each law, led by its name where there are several."""
+    uses = find_uses(scenario)
+    for use in uses:
+        lead = f"{use.name}: " if len(uses) > 1 else ""
+        for note in notes_on(scenario, use):
+            yield f"{lead}{note}"
+
+
 def find_uses(scenario: Scenario) -> list[Use]:
     """All laws, as the modes use them."""
     program = scenario.control.named()
@@ -50,8 +62,3 @@ def _use(program: Program, name: str, law: Spec) -> Use:
             if law_name == name:
                 given[parameter] = max(given.get(parameter, 0.0), float(np.max(np.abs(value))))
     return Use(name, law, at_start, factor, given)
-
-
-def with_law_name(uses: list[Use], use: Use, notes: list[str]) -> list[str]:
-    """Notes on a law, with its name where there are several."""
-    return [f"{use.name}: {note}" for note in notes] if len(uses) > 1 else notes

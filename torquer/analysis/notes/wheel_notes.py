@@ -1,10 +1,11 @@
 """What the author of a scenario with reaction wheels should know before the run."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
-from torquer.analysis.notes.uses import Use, find_uses, with_law_name
+from torquer.analysis.notes.uses import Use, notes_on_laws
 from torquer.base.spec import Spec
 from torquer.computer.laws.bias_momentum import BiasMomentum
 from torquer.computer.laws.pointing import HeldByWheels
@@ -15,6 +16,7 @@ from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
 from torquer.maths.geometry.vec3 import as_matrix
+from torquer.scenario.control import Program
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
@@ -32,99 +34,86 @@ _TURNING = HeldByWheels | WheelOneAxis
 
 def wheel_notes(scenario: Scenario) -> list[str]:
     """Notes on the wheels and on the laws that drive or unload them, one line each."""
-    wheels, uses = scenario.spacecraft.wheels, find_uses(scenario)
+    wheels = scenario.spacecraft.wheels
     if wheels is None:
         return []
-    notes = _motor_notes([use.law for use in uses])
-    notes += [*_friction_notes(wheels), *_idle_notes(wheels)]
-    for use in uses:
-        notes += with_law_name(uses, use, _law_notes(scenario, use))
-    return notes
+    return [
+        *_motor_notes(scenario.control.named()),
+        *_friction_notes(wheels),
+        *_idle_notes(wheels),
+        *notes_on_laws(scenario, _law_notes),
+    ]
 
 
-def _law_notes(scenario: Scenario, use: Use) -> list[str]:
-    notes = []
+def _law_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     if isinstance(use.law, _TURNING | BiasMomentum):
-        notes += _hold_notes(scenario, use)
+        yield from _hold_notes(scenario, use)
     if isinstance(use.law, _TURNING):
-        notes += _turn_notes(scenario, use.law)
+        yield from _turn_notes(scenario, use.law)
     if isinstance(use.law, HeldByWheels) and use.at_start:
-        notes += _start_notes(scenario, use.law)
-    return notes
+        yield from _start_notes(scenario, use.law)
 
 
-def _motor_notes(laws: list[Spec]) -> list[str]:
+def _motor_notes(program: Program) -> Iterator[str]:
     """Notes if nothing drives the wheels; 'off' marks this as intended."""
-    if any(law.kind == "off" or _may_drive_wheels(law) for law in laws):
-        return []
-    notes = ["no law drives the wheels (control.laws): their motors are off"]
-    if any(isinstance(law, Unloading) for law in laws):
-        notes.insert(
-            0,
+    specs, known = program.laws.values(), program.known_laws()
+    may_drive = len(known) < len(specs) or any(law.drives_wheels for law in known.values())
+    if may_drive or any(spec.kind == "off" for spec in specs):
+        return
+    if any(isinstance(spec, Unloading) for spec in specs):
+        yield (
             "no wheel law compensates the torque of the coils: 'unloading' rotates the body and "
-            "leaves the wheels' momentum as it is",
+            "leaves the wheels' momentum as it is"
         )
-    return notes
+    yield "no law drives the wheels (control.laws): their motors are off"
 
 
-def _may_drive_wheels(law: Spec) -> bool:
-    return law.kind in ("user", "given_in_python") or law.law().drives_wheels
-
-
-def _friction_notes(wheels: ReactionWheels) -> list[str]:
+def _friction_notes(wheels: ReactionWheels) -> Iterator[str]:
     """The greatest friction that the weakest motor cannot overcome."""
     limit, coulomb = float(np.min(wheels.torque_limit_n_m)), wheels.coulomb_friction_n_m
     top = wheels.viscous_friction_n_m_s * wheels.speed_limit_rad_s
     motor = f"is not below the torque limit of {limit:g} N m"
     if coulomb >= limit:
-        return [
-            f"the wheels' Coulomb friction of {coulomb:g} N m {motor}: no motor can speed one up"
-        ]
-    if (wheels.stiction_n_m or 0.0) >= limit:
-        return [
-            f"the wheels' stiction of {wheels.stiction_n_m:g} N m {motor}: none starts from rest"
-        ]
-    if coulomb + top >= limit:
-        return [
+        yield f"the wheels' Coulomb friction of {coulomb:g} N m {motor}: no motor can speed one up"
+    elif (wheels.stiction_n_m or 0.0) >= limit:
+        yield f"the wheels' stiction of {wheels.stiction_n_m:g} N m {motor}: none starts from rest"
+    elif coulomb + top >= limit:
+        yield (
             f"the wheels' friction at the highest speed, {coulomb + top:.3g} N m, {motor}: they "
             "cannot reach their momentum limit"
-        ]
-    return []
+        )
 
 
-def _idle_notes(wheels: ReactionWheels) -> list[str]:
+def _idle_notes(wheels: ReactionWheels) -> Iterator[str]:
     if wheels.minimum_speed_fraction is None:
-        return []
-    if steering_bias(wheels.array(), wheels.minimum_speed_fraction).keeps_off_zero_up_to > 0.0:
-        return []
-    return [
-        f"minimum_speed_fraction has no effect: these wheels cannot all spin above "
-        f"{wheels.minimum_speed_fraction:.0%} of their limits with zero total momentum"
-    ]
+        return
+    if steering_bias(wheels.array(), wheels.minimum_speed_fraction).keeps_off_zero_up_to <= 0.0:
+        yield (
+            f"minimum_speed_fraction has no effect: these wheels cannot all spin above "
+            f"{wheels.minimum_speed_fraction:.0%} of their limits with zero total momentum"
+        )
 
 
-def _hold_notes(scenario: Scenario, use: Use) -> list[str]:
+def _hold_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """The effect on the law's motion of holding torques from reading to reading.
 
     About an axis the angle x follows x'' = -(d x' + p x) with the right-hand side held for T. The
     roots of this sampled motion lie within the unit circle while d T < 2 and p T < 2 d.
     """
-    control = scenario.control
-    hold_s = control.longest_hold_s
+    hold_s = scenario.control.longest_hold_s
     damping, stiffness = (use.factor * part for part in _loop(scenario, use.law))
+    fastest = max(0.5 * damping, math.sqrt(stiffness))
     if damping * hold_s >= 2.0 or stiffness * hold_s >= 2.0 * damping:
-        return [
+        yield (
             f"the wheel law is unstable with torques held for {hold_s:g} s: its damping "
             f"of {damping:.3g} 1/s must be below {2.0 / hold_s:.3g}, its stiffness of "
             f"{stiffness:.3g} 1/s^2 below {2.0 * damping / hold_s:.3g}"
-        ]
-    fastest = max(0.5 * damping, math.sqrt(stiffness))
-    if fastest * hold_s <= _COARSE:
-        return []
-    return [
-        f"the wheel law has a time constant of {1.0 / fastest:.3g} s, and torques are held for "
-        f"{hold_s:g} s: the loop will not have its nominal bandwidth and damping"
-    ]
+        )
+    elif fastest * hold_s > _COARSE:
+        yield (
+            f"the wheel law has a time constant of {1.0 / fastest:.3g} s, and torques are held for "
+            f"{hold_s:g} s: the loop will not have its nominal bandwidth and damping"
+        )
 
 
 def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
@@ -137,50 +126,47 @@ def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
     return law.rate_gain_n_m_s / least, 0.5 * law.angle_gain_n_m / least
 
 
-def _turn_notes(scenario: Scenario, law: Spec) -> list[str]:
+def _turn_notes(scenario: Scenario, law: Spec) -> Iterator[str]:
     """Whether the wheels have the momentum and the torque for slews at the greatest rate."""
     if law.greatest_rate_deg_s is None:
-        return []
+        return
     wheels, moments = scenario.spacecraft.wheels, scenario.spacecraft.body.principal()[0]
     momentum = math.radians(law.greatest_rate_deg_s) * float(moments[-1])
     least = momentum_envelope(wheels.array()).inner_radius
     rate = f"a slew at greatest_rate_deg_s = {law.greatest_rate_deg_s:g}"
-    notes = []
     if momentum > least:
-        notes.append(
+        yield (
             f"{rate} may take {momentum:.3g} N m s, but the wheels hold {least:.3g} N m s about "
             "their weakest axis"
         )
     braking = _BRAKING * _loop(scenario, law)[0] * momentum
     weakest = torque_envelope(wheels.array()).inner_radius
     if braking > weakest:
-        notes.append(
+        yield (
             f"{rate} takes up to {braking:.3g} N m to stop, but the wheels give {weakest:.3g} N m "
             "about their weakest axis: it may overshoot"
         )
-    return notes
 
 
-def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
+def _start_notes(scenario: Scenario, law: HeldByWheels) -> Iterator[str]:
     """Whether the wheels have the torque and the momentum for acquisition."""
     wheels = scenario.spacecraft.wheels
     r, v = (x[0] for x in scenario.orbit_environment().state(np.zeros(1)))
     motion = scenario.initial.motion(r, v)
     torque = _spring_torque(law, motion[:4], r, v)
-    share, notes = _torque_share(wheels, torque), []
+    share = _torque_share(wheels, torque)
     if share > 1.0 and law.greatest_rate_deg_s is None:  # else see `_turn_notes`
-        notes.append(
+        yield (
             f"at the start the law demands {np.linalg.norm(torque):.3g} N m, {share:.3g} times "
             "what the wheels can give about that axis: the torque saturates during acquisition, "
             "and the attitude may overshoot"
         )
     excess, reach = _excess_momentum(scenario, law, motion[4:], r, v)
     if excess > reach:
-        notes.append(
+        yield (
             f"the satellite starts with {excess:.3g} N m s more than the body has in the wanted "
             f"attitude, but the wheels hold {reach:.3g} N m s at most: they cannot absorb it all"
         )
-    return notes
 
 
 def _spring_torque(law: HeldByWheels, q, r, v) -> np.ndarray:

@@ -1,16 +1,13 @@
 """The results of a fault campaign as plain data and as a dataset."""
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from torquer.base.version import VERSION
 from torquer.campaign.faults.fly import FaultCampaign, Row
 from torquer.campaign.faults.verdict import VERDICTS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Numbers of an outcome that the dataset has: unit and description.
 _NUMBERS = {
@@ -27,7 +24,7 @@ def as_plain(found: FaultCampaign) -> dict:
     return {
         "scenario": found.scenario.name,
         "seed": found.scenario.seed,
-        "flight_s": found.scenario.steps() * found.scenario.grid_s,
+        "flight_s": found.scenario.length_s,
         "guards": found.guards,
         "goals": [goal._asdict() for goal in found.goals],
         "without_fault": {
@@ -51,10 +48,8 @@ def _row(row: Row) -> dict:
     }  # fmt: skip
 
 
-def fault_dataset(found: FaultCampaign) -> "xr.Dataset":
+def fault_dataset(found: FaultCampaign) -> xr.Dataset:
     """Outcomes over (fault, strike, guards); `verdict`: its number among `VERDICTS`."""
-    import xarray as xr
-
     sides = [True, False] if found.guards else [True]
     shape = len(found.faults), len(found.strikes), len(sides)
     dims, order = ("fault", "strike", "guards"), [*found.rows]

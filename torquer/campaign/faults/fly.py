@@ -1,7 +1,5 @@
 """A fault campaign flown: every fault at every strike, with the guards of the modes and without."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -133,16 +131,13 @@ def fly_faults(
 
 def _quiet(flight: Flown, scenario: Scenario, guards: list[str]) -> bool:
     """Whether all guards stayed in their first states: the flight is the same without them."""
+    regions = scenario.control.modes.regions if guards else {}
     return all(
-        entered_s == -math.inf
+        flight.entered[f"{name}.{state}"] == -math.inf
         for name in guards
-        for state, entered_s in flight.entered.items()
-        if state.startswith(f"{name}.") and state != f"{name}.{_initial(scenario, name)}"
+        for state in regions[name].states
+        if state != regions[name].initial
     )
-
-
-def _initial(scenario: Scenario, region: str) -> str:
-    return scenario.control.modes.regions[region].initial
 
 
 def choose_faults(faults: list[Fault], only: Sequence[str]) -> list[Fault]:

@@ -104,7 +104,7 @@ def _wheel_faults(scenario: Scenario) -> Iterator[Fault]:
     if wheels is None:
         return
     failed = {*wheels.lost, *(failure.wheel for failure in wheels.failures)}
-    never_s = scenario.steps() * scenario.grid_s
+    never_s = scenario.length_s
     for number in range(len(wheels.layout.rows())):
         if number not in failed:
             failure = {"wheel": number, "noticed_after_s": never_s}

@@ -32,10 +32,8 @@ def _guards(region: Region) -> bool:
 def without_guards(scenario: Scenario) -> Scenario:
     """The scenario whose guards stay in their first states."""
     modes = scenario.control.modes
-    changes = {
-        f"control.modes.regions.{name}": _idle(modes.regions[name])
-        for name in guarding_regions(modes)
-    }  # fmt: skip
+    guards = guarding_regions(modes)
+    changes = {f"control.modes.regions.{name}": _idle(modes.regions[name]) for name in guards}
     return with_values(scenario, changes) if changes else scenario
 
 
@@ -47,6 +45,13 @@ def _idle(region: Region) -> dict:
     return {"initial": region.initial, "states": states}
 
 
+def _working_regions(scenario: Scenario) -> dict[str, Region]:
+    """The regions that do not guard; none without modes."""
+    modes = scenario.control.named().modes
+    regions = modes.regions if modes else {}
+    return {name: region for name, region in regions.items() if not _guards(region)}
+
+
 def strikes_in(nominal: xr.Dataset) -> list[Strike]:
     """One instant in each mode of a flight, in the order of these times.
 
@@ -54,10 +59,7 @@ def strikes_in(nominal: xr.Dataset) -> list[Strike]:
     at which Sun sensors see the Sun: what they are stuck at in the dark misleads nobody. A mode is
     a combination of states of the regions that do not guard; without modes the flight is one.
     """
-    scenario, t = flown_scenario(nominal), nominal["time"].values
-    modes = scenario.control.named().modes
-    regions = modes.regions if modes else {}
-    working = [name for name in regions if name not in guarding_regions(modes)]
+    working, t = _working_regions(flown_scenario(nominal)), nominal["time"].values
     if not working:
         return [Strike("", _instant(nominal, 0.0, float(t[-1])))]
     numbers = np.stack([nominal[f"mode_{name}"].values for name in working], axis=1)
@@ -68,7 +70,7 @@ def strikes_in(nominal: xr.Dataset) -> list[Strike]:
         mode, stay = tuple(numbers[row].tolist()), (float(end - t[row]), float(t[row]))
         longest[mode] = max(longest.get(mode, stay), stay)
     found = [
-        Strike(_in_words(regions, working, mode), _instant(nominal, begin, stay))
+        Strike(_in_words(working, mode), _instant(nominal, begin, stay))
         for mode, (stay, begin) in longest.items()
     ]
     return sorted(found, key=lambda strike: strike.at_s)
@@ -76,18 +78,15 @@ def strikes_in(nominal: xr.Dataset) -> list[Strike]:
 
 def strike_at(nominal: xr.Dataset, at_s: float) -> Strike:
     """A given instant, with the mode of the flight then; ValueError for one after its end."""
-    t, scenario = nominal["time"].values, flown_scenario(nominal)
+    t, working = nominal["time"].values, _working_regions(flown_scenario(nominal))
     if not 0.0 <= at_s < t[-1]:
         raise ValueError(
             f"at_h: must be a time before the end of the flights, {t[-1] / 3600.0:g} h; "
             f"received {at_s / 3600.0:g} h"
         )
-    modes = scenario.control.named().modes
-    regions = modes.regions if modes else {}
-    working = [name for name in regions if name not in guarding_regions(modes)]
     row = int(np.searchsorted(t, at_s, side="right")) - 1
     mode = tuple(int(nominal[f"mode_{name}"].values[row]) for name in working)
-    return Strike(_in_words(regions, working, mode), _on_record(t, at_s))
+    return Strike(_in_words(working, mode), _on_record(t, at_s))
 
 
 def _instant(nominal: xr.Dataset, begin_s: float, stay_s: float) -> float:
@@ -104,6 +103,6 @@ def _on_record(t: np.ndarray, at_s: float) -> float:
     return float(t[np.searchsorted(t, at_s * (1.0 + 1e-12), side="right") - 1])
 
 
-def _in_words(regions: dict[str, Region], working: list[str], mode: tuple) -> str:
-    names = [[*regions[name].states][k] for name, k in zip(working, mode, strict=True)]
-    return " / ".join(names)
+def _in_words(working: dict[str, Region], mode: tuple) -> str:
+    pairs = zip(working.values(), mode, strict=True)
+    return " / ".join([*region.states][k] for region, k in pairs)

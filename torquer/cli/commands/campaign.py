@@ -162,7 +162,7 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
 def _load(path: Path, how: CampaignOptions, code: CodeOptions):
     """Scenario and campaign of a file, checked for flight with these options."""
     from torquer.campaign.load import campaign_from_data, load_campaign
-    from torquer.scenario.usable import check_orbit_environment
+    from torquer.scenario.load import check_orbit_environment
 
     scenario, campaign = load_campaign(path)
     check_code(scenario, path, code, campaign)

@@ -61,8 +61,8 @@ def run(
 
 def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
+    from torquer.scenario.load import check_orbit_environment
     from torquer.scenario.resolution import notes_on_steps
-    from torquer.scenario.usable import check_orbit_environment
 
     out = how.out or Path("runs") / scenario.name
     with compiling_shown():
@@ -83,7 +83,7 @@ def run_scenario(scenario, how: RunOptions) -> int:
     if how.json:
         print(json_text(summary))
     else:
-        from torquer.analysis.summary_rows import summary_rows
+        from torquer.analysis.summary import summary_rows
 
         report = () if how.no_report else ("report.html", *["plots/"] * how.plots)
         files = ("result.nc", "summary.json", *report)

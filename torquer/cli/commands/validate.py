@@ -48,7 +48,7 @@ def _show(scenario, campaign, size, executed: dict, found: list, notes: list[str
     from torquer.analysis.notes.fault_notes import fault_lines
     from torquer.simulation.setup.size import bytes_text, time_text
 
-    length = time_text(scenario.steps() * scenario.grid_s)
+    length = time_text(scenario.length_s)
     print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
     print(
         f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "

@@ -85,7 +85,7 @@ def _initial(scenario: Scenario, tip_off_deg_s: float) -> dict:
 
 def _simulation(scenario: Scenario, orbits: float) -> dict:
     own = _plain(scenario.simulation)
-    own_orbits = scenario.steps() * scenario.grid_s / scenario.orbit.period_s
+    own_orbits = scenario.length_s / scenario.orbit.period_s
     own.pop("duration_s", None)
     return {**own, "revolutions": float(math.ceil(max(orbits, own_orbits)))}
 
@@ -113,7 +113,7 @@ def campaign_table(scenario: Scenario, tip_off_deg_s: float) -> dict:
             "pointed_s": {**error, "what": {"settles_below": POINTED_DEG}},
             "exact_s": {**error, "what": {"settles_below": EXACT_DEG}},
         },
-        "success": {"pointed_s": {"below": scenario.steps() * scenario.grid_s}},
+        "success": {"pointed_s": {"below": scenario.length_s}},
     }
 
 

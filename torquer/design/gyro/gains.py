@@ -150,7 +150,7 @@ def _orbits(case: GyroCase, time: TimeToPoint) -> float:
 def _flights_that_fit(scenario: Scenario) -> int:
     """Flights for which the command stays quick."""
     step_s = scenario.simulation.step_s or scenario.control.sample_s
-    steps = scenario.steps() * scenario.grid_s / step_s
+    steps = scenario.length_s / step_s
     return int(min(_FLIGHTS, max(1.0, _MOST_STEPS / steps)))
 
 

@@ -18,11 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.attitude import (
-    attitude_error_in,
-    body_axes_from_sun_deg,
-    body_axes_from_vertical_deg,
-)
+from torquer.analysis.attitude import attitude_error_in, body_axes_from_deg
 from torquer.analysis.goals import find_goals
 from torquer.analysis.verdict import judge_run, judged_series
 from torquer.base.strict_json import json_text
@@ -98,9 +94,10 @@ def make_panels(flown: Flown) -> Iterator[Panel]:
         values = np.column_stack([error.angle_deg, error.error_deg])
         yield Panel("error", "attitude error", "deg", ("size", *xyz), values)
     axes = tuple(f"{c} axis" for c in xyz)
-    vertical = body_axes_from_vertical_deg(flown)
+    vertical = body_axes_from_deg(flown, "position_inertial")
     yield Panel("vertical", "angle from the local vertical", "deg", axes, vertical)
-    yield Panel("sun", "angle from the Sun", "deg", axes, body_axes_from_sun_deg(flown))
+    sun = body_axes_from_deg(flown, "sun_inertial")
+    yield Panel("sun", "angle from the Sun", "deg", axes, sun)
     if "wheel_speed" in flown:
         speed = flown["wheel_speed"].values * _RPM
         names = tuple(f"wheel {k}" for k in range(speed.shape[1]))

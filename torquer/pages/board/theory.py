@@ -115,8 +115,7 @@ def _only(scenario: Scenario) -> Use | None:
 
 
 def _rate_rad_s(scenario: Scenario) -> float:
-    r, v = (x[0] for x in scenario.orbit_environment().state(np.zeros(1)))
-    return float(np.linalg.norm(scenario.initial.motion(r, v)[4:]))
+    return float(np.linalg.norm(scenario.motion_at_start()[4:]))
 
 
 def _inclination_rad(scenario: Scenario) -> float:

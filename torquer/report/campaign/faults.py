@@ -27,7 +27,7 @@ def markdown(found: FaultCampaign) -> str:
     """A page: how it was made, the counts, the whole table."""
     head, rows = fault_table(found)
     verdict, _ = found.verdict
-    name, hours = found.scenario.name, found.scenario.steps() * found.scenario.grid_s / 3600.0
+    name, hours = found.scenario.name, found.scenario.length_s / 3600.0
     lines = [
         f"# Single faults: {name}",
         "",

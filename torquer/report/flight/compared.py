@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from torquer.analysis.attitude import find_attitude_error
 from torquer.analysis.derived import rate_size
 from torquer.analysis.side_by_side import differences, distinct_names
-from torquer.analysis.summary import summarise
-from torquer.analysis.summary_rows import summary_rows
+from torquer.analysis.summary import summarise, summary_rows
 from torquer.analysis.wheel_use import recorded_wheels
 from torquer.report.common.colours import RUNS
 from torquer.report.common.figure import image, place, sheet

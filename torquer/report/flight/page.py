@@ -4,7 +4,7 @@ import io
 import json
 from pathlib import Path
 
-from torquer.analysis.summary_rows import summary_rows, time_or_never, unchanged_in_words
+from torquer.analysis.summary import summary_rows, time_or_never, unchanged_in_words
 from torquer.computer.modes.diagram import svg
 from torquer.computer.modes.layout import layout
 from torquer.computer.modes.spec import MAIN, Modes

@@ -3,7 +3,7 @@
 import numpy as np
 
 from torquer.analysis.budget import NAMES, budget_rows
-from torquer.analysis.summary_rows import time_or_never
+from torquer.analysis.summary import time_or_never
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.view import View
 

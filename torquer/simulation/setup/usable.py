@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from torquer.scenario.load import check_orbit_environment
 from torquer.scenario.spec import Scenario
-from torquer.scenario.usable import check_orbit_environment
 from torquer.simulation.setup.prepare import make_blocks, modes_for
 from torquer.simulation.setup.size import Size, check_disk, check_memory, estimate_size
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torquer.analysis.coils import coil_reach
+from torquer.analysis.budget import coil_reach
 from torquer.analysis.control_cycle import acting_rows
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.panels.panel import (

@@ -2,11 +2,7 @@
 
 import numpy as np
 
-from torquer.analysis.attitude import (
-    body_axes_from_sun_deg,
-    body_axes_from_vertical_deg,
-    orbit_normals,
-)
+from torquer.analysis.attitude import body_axes_from_deg
 from torquer.analysis.goals import angle_from_axis_deg, find_goals
 from torquer.analysis.series import angle_deg
 from torquer.report.common.colours import BLUE, GREY, ORANGE, PINK
@@ -96,7 +92,7 @@ def pointing(view: View) -> Picture:
 
 def body_axes_from_vertical(view: View) -> Panel:
     """Angles of the body axes from the local vertical."""
-    lines = xyz(view.t_s, body_axes_from_vertical_deg(view.result), width=0.7)
+    lines = xyz(view.t_s, body_axes_from_deg(view.result, "position_inertial"), width=0.7)
     return _angle_panel(view, "Angles of the body axes from the local vertical", lines)
 
 
@@ -106,7 +102,7 @@ def _angle_panel(view: View, title: str, lines, levels=()) -> Panel:
 
 def body_axes_from_sun(view: View) -> Panel:
     """Angles of the body axes from the Sun, in view or not; and of a goal's axis, if another."""
-    lines = [*xyz(view.t_s, body_axes_from_sun_deg(view.result), width=0.7)]
+    lines = [*xyz(view.t_s, body_axes_from_deg(view.result, "sun_inertial"), width=0.7)]
     axes = np.eye(3)
     for goal in find_goals(view.scenario):
         if goal.signal == "angle to the Sun" and not np.any(axes @ goal.axis > 1.0 - 1e-9):
@@ -133,7 +129,8 @@ def _rate_parts(view: View) -> Panel:
 def _angles(view: View) -> tuple[Panel, ...]:
     """Angles of rate and momentum, unless both are zero."""
     to_field = angle_deg(view.values("omega_body"), view.values("b_body"))
-    to_normal = angle_deg(view.values("momentum_inertial"), orbit_normals(view.result))
+    normal = np.cross(view.values("position_inertial"), view.values("velocity_inertial"))
+    to_normal = angle_deg(view.values("momentum_inertial"), normal)
     lines = (
         make_line("ω to B", view.t_s, to_field, ORANGE, 0.9),
         make_line("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2),
