@@ -133,7 +133,7 @@ def test_validate_says_whether_the_first_run_compiles(scenario, tmp_path):
     assert FIRST in lines()
     assert FIRST not in lines(NUMBA_DISABLE_JIT="1")
     kept = root / sources.source_key() / "torquer.simulation.loop"
-    kept.mkdir()
+    kept.mkdir(exist_ok=True)
     (kept / "step._run_steps-0.nbi").touch()
     assert json.loads(lines("--json"))["compiles_first"] is False
 

@@ -17,7 +17,7 @@ _SETTINGS = ".numba_config.yaml"
 
 def _compiles() -> bool:
     """What Numba's settings say; it is loaded only where they may be in a file."""
-    if "numba" in sys.modules or os.path.exists(_SETTINGS):
+    if sys.modules.get("numba") or os.path.exists(_SETTINGS):
         import numba
 
         return not numba.config.DISABLE_JIT
