@@ -150,7 +150,7 @@ def words(script, **environment):
 
 
 MODULE = """
-from torquer.base.noise import bits_of
+from torquer.base.noise import float_bits
 from torquer.compile.engine import inlined, kernel
 
 @inlined
@@ -159,7 +159,7 @@ def third(x):
 
 @kernel
 def whole(x):
-    return third(x) + float(bits_of(x) & 3)
+    return third(x) + float(float_bits(x) & 3)
 
 def closed_over(function):
     @kernel

@@ -33,8 +33,8 @@ def test_second_run_into_a_folder_is_refused_while_first_continues(
 LATE = """
 import pathlib, signal, sys, types
 from torquer.cli.commands import run
-from torquer.scenario import usable
-usable.check_orbit_environment = lambda scenario: None
+from torquer.scenario import load
+load.check_orbit_environment = lambda scenario: None
 run._fly = lambda *given: (None, "", 0)
 run._write = lambda *given: signal.raise_signal(signal.SIGTERM)
 run.run_scenario(types.SimpleNamespace(name="x"), run.RunOptions(out=pathlib.Path(sys.argv[1])))

@@ -22,7 +22,7 @@ def version(*, json: Json = False) -> int:
 
 
 def completion(
-    shell: Literal["bash", "zsh", "fish", "powershell"] | None = None,
+    shell: Literal["zsh", "bash", "fish", "powershell"] | None = None,
     /,
     *,
     install: Annotated[

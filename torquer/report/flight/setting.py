@@ -72,7 +72,8 @@ def _laws(view: View) -> list[tuple[str, str]]:
 def _keys(view: View, key: str, law: dict) -> dict:
     """Keys of a law or estimator in the scenario; of a user's law, the parameters flown."""
     spec = view.spec_of(key)
-    return law["parameters"] if hasattr(spec, "parameters") else changed_keys(spec)
+    own = "parameters" in type(spec).model_fields
+    return law["parameters"] if own else changed_keys(spec)
 
 
 def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:
