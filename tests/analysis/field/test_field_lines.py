@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from torquer.analysis.field.field_lines import field_lines
+from torquer.analysis.field.lines import field_lines
 from torquer.base.time import parse_utc
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.field import FIELDS

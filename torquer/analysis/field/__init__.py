@@ -19,12 +19,12 @@ if TYPE_CHECKING:
         cone_in as cone_in,
         field_cone as field_cone,
     )
-    from torquer.analysis.field.field_lines import field_lines as field_lines
     from torquer.analysis.field.globe import (
         dip_poles as dip_poles,
         extremes as extremes,
         field_map as field_map,
     )
+    from torquer.analysis.field.lines import field_lines as field_lines
     from torquer.analysis.field.orbit import field_orbit as field_orbit
     from torquer.analysis.field.point import (
         FieldPoint as FieldPoint,

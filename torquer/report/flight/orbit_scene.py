@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.analysis.field.field_lines import field_lines
+from torquer.analysis.field.lines import field_lines
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK
 from torquer.report.common.space import animate, line
 from torquer.report.flight.scene import spell, units
