@@ -199,7 +199,7 @@ def _drawn(floors: dict[str, int], arrows) -> str:
     """Boxes by floor; arrows that another path implies are left out."""
     top, place = max(floors.values()), {}
     for floor in range(top + 1):
-        row = [room for room in floors if floors[room] == floor]
+        row = sorted(room for room in floors if floors[room] == floor)
         for k, room in enumerate(row):
             across = (k - (len(row) - 1) / 2) * _ACROSS + (30 if (top - floor) % 2 else -30)
             place[room] = (300 + across, _EDGE + (top - floor) * _DOWN)
