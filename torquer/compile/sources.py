@@ -1,14 +1,15 @@
 """Which sources compiled code is made of: a hash of them names its folder."""
 
 import hashlib
+import re
 import sys
 import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
-#: What a file imports that holds kernels.
-_ENGINE = b"from torquer.compile.engine import"
+#: What a file imports that holds kernels: the engine, or names of it.
+_ENGINE = re.compile(rb"\bfrom torquer\.compile(\.engine import|\b import .*\bengine\b)")
 _BEGAN_S = time.time()
 
 
@@ -18,7 +19,7 @@ def kernel_sources() -> dict[Path, bytes]:
     Editing any other leaves compiled code valid.
     """
     texts = {path: path.read_bytes() for path in sorted(PACKAGE.rglob("*.py"))}
-    holders = {path for path, text in texts.items() if _ENGINE in text}
+    holders = {path for path, text in texts.items() if _ENGINE.search(text)}
     folders = {folder for path in holders for folder in path.relative_to(PACKAGE).parents}
     folders.discard(Path())
     return {p: text for p, text in texts.items() if p.relative_to(PACKAGE).parent in folders}
