@@ -115,6 +115,8 @@ def _targets(node: ast.AST, place: str, is_package: bool):
 def circles(arrows) -> list[set[str]]:
     """Groups of places that reach each other."""
     places = sorted({place for arrow in arrows for place in arrow})
+    if not places:
+        return []
     number = {place: k for k, place in enumerate(places)}
     pairs = np.array([(number[a], number[b]) for a, b in arrows], dtype=int).reshape(-1, 2)
     ones = np.ones(len(pairs), dtype=int)
@@ -129,31 +131,29 @@ def file_circles(house: House) -> list[set[str]]:
     return circles([(a, b) for a, targets in house.imports.items() for b in targets])
 
 
-def floors_of(rooms: list[str], arrows) -> dict[str, int]:
-    """The floor of each room; arrows within a circle of rooms are left out."""
-    together = {room: group for group in map(frozenset, circles(arrows)) for room in group}
-    below = {
-        room: {
-            b for a, b in arrows if a == room and b not in together.get(room, frozenset((room,)))
-        }
-        for room in rooms
-    }
+def upward(arrows: Counter[Arrow]) -> list[Arrow]:
+    """The weakest arrow of a circle of rooms, again and again until no circle is left."""
+    left, found = Counter(arrows), []
+    while groups := circles(left):
+        inside = (pair for pair in left if any(set(pair) <= group for group in groups))
+        found.append(min(inside, key=lambda pair: (left[pair], pair)))
+        del left[found[-1]]
+    return found
+
+
+def floors_of(rooms: list[str], arrows: Counter[Arrow]) -> dict[str, int]:
+    """The floor of each room, by the arrows that point down."""
+    down = set(arrows) - set(upward(arrows))
     floor: dict[str, int] = {}
 
     def find(room: str) -> int:
         if room not in floor:
-            floor[room] = 1 + max(map(find, below[room]), default=-1)
+            floor[room] = 1 + max((find(b) for a, b in down if a == room), default=-1)
         return floor[room]
 
     for room in rooms:
         find(room)
     return floor
-
-
-def upward(arrows: Counter[Arrow]) -> list[Arrow]:
-    """The weaker arrow of each two rooms that import each other, directly or through others."""
-    inside = [(a, b) for a, b in arrows if any({a, b} <= group for group in circles(arrows))]
-    return [(a, b) for a, b in inside if arrows[a, b] < arrows.get((b, a), 0)]
 
 
 def loaded(tree: Path, code: str) -> str:

@@ -86,6 +86,21 @@ def test_every_kind_of_import_counts(small_house, source):
     assert {"torquer.a.x", "torquer.b.y"} in house.file_circles(seen)
 
 
+@pytest.mark.parametrize("rooms", ["ab", "abc", "abcde"])
+def test_a_circle_of_any_length_has_one_arrow_up(small_house, rooms):
+    following = zip(rooms, rooms[1:] + rooms[0], strict=True)
+    seen = small_house({f"{a}/x.py": f"from torquer.{b} import x" for a, b in following})
+    assert house.circles(seen.arrows) == [set(rooms)]
+    assert len(house.upward(seen.arrows)) == 1
+    assert sorted(house.floors_of(seen.rooms, seen.arrows).values()) == [*range(len(rooms))]
+
+
+def test_a_room_without_imports_stands_on_the_ground(small_house):
+    seen = small_house({"a/x.py": ""})
+    assert (house.circles(seen.arrows), house.file_circles(seen)) == ([], [])
+    assert house.floors_of(seen.rooms, seen.arrows) == {"a": 0}
+
+
 def test_what_is_not_imported_does_not_count(small_house):
     other = "import numpy\nfrom . import z\nfrom json import loads"
     seen = small_house({"a/x.py": other, "a/z.py": "", "b/y.py": "from torquer.a import x"})
