@@ -7,10 +7,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from cyclopts import Token
 
 import torquer.cli
 from torquer.cli.app import COMMANDS, GROUPS, app, read_help
 from torquer.cli.examples import EXAMPLES
+from torquer.cli.options import as_written
 
 FOLDER = Path(torquer.cli.__file__).parent
 #: File, target and, of a group, default command, by the words of each command.
@@ -81,3 +83,20 @@ def test_a_command_is_one_file():
     files = sorted(path.name for path in FOLDER.rglob("*.py"))
     assert len(files) <= 37
     assert not [name for name in files if name.endswith("_work.py")]
+
+
+@pytest.mark.parametrize(("kind", "words", "value"), [
+    (int, ["3"], 3),
+    (int | None, ["3"], 3),
+    (list[int], ["3", "4"], [3, 4]),
+    (tuple[int, int], ["3", "4"], (3, 4)),
+    (float, ["1.5"], 1.5),
+])  # fmt: skip
+def test_words_of_an_option_are_taken_whole(kind, words, value):
+    assert as_written(kind, [Token(value=word) for word in words]) == value
+
+
+@pytest.mark.parametrize("kind", [int, int | None])
+def test_a_whole_number_must_be_written_as_one(kind):
+    with pytest.raises(ValueError, match=r"must be a whole number; received 1\.5"):
+        as_written(kind, [Token(value="1.5")])

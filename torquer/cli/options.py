@@ -5,7 +5,7 @@ What a function of the package is asked is a `request` of `base.limits`; a comma
 class with the decorator `options`.
 """
 
-from typing import Annotated, TypeVar, dataclass_transform, get_args
+from typing import Annotated, TypeVar, dataclass_transform
 
 from cyclopts import Parameter, convert
 
@@ -20,7 +20,7 @@ FLAT = Parameter(name="*")
 def as_written(kind, tokens):
     """What the words of an option say; a whole number must be written as one (cyclopts would
     round 1.5 to 2)."""
-    if kind is int or (int in get_args(kind) and float not in get_args(kind)):
+    if kind in (int, int | None):
         text = tokens[0].value
         try:
             return int(text)
