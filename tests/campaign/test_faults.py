@@ -227,6 +227,8 @@ def test_an_outcome_needs_no_goal(safe_mode):
 
 
 def test_messages(safe_mode):
+    with pytest.raises(ValueError, match="workers: must be 1 or more; received 0"):
+        fly_faults(safe_mode, workers=0)
     with pytest.raises(ValueError, match=r"only: must be part of the name of a fault, .* gyro, "):
         fly_faults(safe_mode, ["trombone"])
 

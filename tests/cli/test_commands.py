@@ -285,6 +285,15 @@ def test_pictures_are_drawn_when_they_are_asked_for(call, scenario, tmp_path):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("wrong", ["nan", "-1", "0"])
+def test_a_wrong_time_between_saves_is_found_before_any_work(call, scenario, tmp_path, wrong):
+    """Under the option's own name."""
+    out = tmp_path / "out"
+    code, said, err = call("run", scenario, "--out", out, f"--checkpoint-s={wrong}")
+    must = f"error: --checkpoint-s: must be greater than 0; received {wrong}\n"
+    assert (code, said, err, out.exists()) == (2, "", must, False)
+
+
 @needs_jit
 def test_run_measures_the_error_of_the_steps_when_asked(call, scenario, no_report, tmp_path):
     code, out, err = call("run", scenario, "--out", tmp_path / "out", "--check-steps")

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.base.cores import cores
+from torquer.base.limits import at_least
 from torquer.base.spec import check_spec
 from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
@@ -78,8 +79,7 @@ def fly_campaign(
             f"to: must hold no campaign; received {path}: resume continues it, or remove it"
         )
     workers = cores() if workers is None else workers
-    if workers < 1:
-        raise ValueError(f"workers: must be 1 or more; received {workers}")
+    at_least(1).check("workers", workers)
     with noting_signals() as signals:
         with signals.raising():
             fleet = Fleet(scenario, campaign, computer)

@@ -143,6 +143,11 @@ def test_only_filters_have_statistics():
             function(scenario(triad))
 
 
+def test_statistics_need_two_runs():
+    with pytest.raises(ValueError, match="runs: must be 2 or more; received 1"):
+        check_filter(scenario(GYRO), 1)
+
+
 @WHOLE_RUNS
 def test_the_whole_check_passes_an_honest_filter_and_fails_another():
     answer = []

@@ -31,6 +31,7 @@ from torquer.analysis.filters.linear_covariance import (
     expected_accuracy,
     kalman_filter,
 )
+from torquer.base.limits import at_least
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
@@ -233,6 +234,7 @@ def check_filter(
     instants. Readings rejected in a run: no more than by chance and five sigma. `progress` is
     called with the fraction done, 0..1. `computer`: as of `torquer.simulate`, in all runs.
     """
+    at_least(2).check("runs", runs)
     library = flown_by(computer, scenario).library if computer is not None else None
     done, few = 0, min(runs, _CLOSELY)
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from torquer.analysis.goals import Goal, find_goals
 from torquer.base.cores import cores
+from torquer.base.limits import at_least
 from torquer.campaign.faults.kinds import Fault, find_faults
 from torquer.campaign.faults.strikes import (
     Strike,
@@ -90,6 +91,8 @@ def fly_faults(
     last two. ValueError for `only` that names no fault, a time after the end, and a flight without
     a fault that stops early.
     """
+    if workers is not None:
+        at_least(1).check("workers", workers)
     faults = choose_faults(find_faults(scenario), only)
     guards, goals = guarding_regions(scenario.control.modes), find_goals(scenario)
     sides = {True: scenario, False: without_guards(scenario)} if guards else {True: scenario}

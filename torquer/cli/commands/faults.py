@@ -27,7 +27,7 @@ class FaultOptions:
     """Length of each flight in hours [SCENARIO's]."""
     seed: Annotated[int | None, at_least(0)] = None
     """Seed of all random numbers [SCENARIO's]."""
-    workers: int | None = None
+    workers: Annotated[int | None, at_least(1)] = None
     """Flights at once [one per core]."""
     out: Path | None = None
     """Output folder [runs/NAME-faults]."""
@@ -51,8 +51,6 @@ def faults(
     from torquer.campaign.faults.fly import fly_faults
     from torquer.campaign.faults.verdict import LOST
 
-    if how.workers is not None and how.workers < 1:
-        raise ValueError(f"--workers: must be 1 or more; received {how.workers}")
     flown = _change(load_usable(scenario, code, None), how)
     out = how.out or Path("runs") / f"{flown.name}-faults"
     make_writable(out)

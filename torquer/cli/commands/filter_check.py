@@ -57,8 +57,6 @@ def filter_check(
     check_computer(how.computer, code)
     flown = load_usable(scenario, code, how.out)
     runs = _RUNS if how.runs is None else how.runs
-    if runs < 2:
-        raise ValueError(f"--runs: must be 2 or more; received {runs}")
     with show_progress(flown.name) as progress:
         start = Start(how.attitude_sigma_deg, how.rate_sigma_deg_s)
         found = check_filter(flown, runs, progress, start, how.computer)

@@ -4,8 +4,10 @@ import signal
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 from torquer.base.folder_lock import claim
+from torquer.base.limits import Range
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import compiling_shown, show_progress
 from torquer.cli.loading import check_computer, load_checked
@@ -36,7 +38,7 @@ class RunOptions:
     """Replace an unfinished run in the output folder."""
     check_steps: bool = False
     """Measure the integration error with a second, finer run."""
-    checkpoint_s: float = 5.0
+    checkpoint_s: Annotated[float, Range("be greater than 0", lambda s: s > 0.0)] = 5.0
     """Seconds between saves of a long run."""
     computer: Path | None = None
     """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
