@@ -1,0 +1,29 @@
+"""Each source of random numbers has a stream of its own: two with one would err alike."""
+
+import ast
+from pathlib import Path
+
+import torquer.spacecraft
+from torquer.simulation.loop.members import STREAMS
+from torquer.spacecraft.failures import FIRST_STREAM
+
+FOLDER = Path(torquer.spacecraft.__file__).parent
+
+
+def streams_in(path):
+    """Numbers by constant that a file calls streams."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign):
+            targets = node.targets[0]
+            names = targets.elts if isinstance(targets, ast.Tuple) else [targets]
+            values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+            for name, value in zip(names, values, strict=False):
+                if isinstance(name, ast.Name) and "STREAM" in name.id:
+                    yield f"{path.stem}.{name.id}", ast.literal_eval(ast.unparse(value))
+
+
+def test_no_two_devices_share_a_stream_and_no_failure_takes_theirs():
+    files = [path for path in FOLDER.rglob("*.py") if path.stem != "failures"]
+    found = dict(pair for path in files for pair in streams_in(path))
+    assert sorted(found.values()) == [*range(1, STREAMS)], found
+    assert STREAMS <= FIRST_STREAM
