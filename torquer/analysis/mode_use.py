@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.base.strict_json import finite_or_none
 from torquer.simulation.results.dataset import flown_scenario
 
 
@@ -65,7 +66,7 @@ def state_uses(result: xr.Dataset) -> dict[str, dict[str, StateUse]]:
         entries, entered = (result[f"mode_{key}"].values[here] for key in ("entries", "entered"))
         uses = zip(entries, entered, region.shares(), strict=True)
         found[region.name] = {
-            state: StateUse(int(count), float(last_s) if np.isfinite(last_s) else None, share)
+            state: StateUse(int(count), finite_or_none(last_s), share)
             for state, (count, last_s, share) in zip(region.states, uses, strict=True)
         }
         first += len(region.states)

@@ -9,6 +9,11 @@ def json_text(data, indent: int | None = 2) -> str:
     return json.dumps(_finite(data), indent=indent, allow_nan=False)
 
 
+def finite_or_none(value) -> float | None:
+    """A number of plain data; None if it is infinite or missing."""
+    return float(value) if math.isfinite(value) else None
+
+
 def _finite(value):
     if isinstance(value, dict):
         return {key: _finite(each) for key, each in value.items()}

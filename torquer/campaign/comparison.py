@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from torquer.base.strict_json import finite_or_none
 from torquer.campaign.contents import (
     definition,
     end_s,
@@ -25,7 +26,7 @@ from torquer.campaign.contents import (
     scenario_name,
     succeeded_in,
 )
-from torquer.campaign.statistics import Interval, mean_interval, number, plain, rate_interval
+from torquer.campaign.statistics import Interval, mean_interval, plain, rate_interval
 from torquer.campaign.summary import campaign_summary
 
 
@@ -84,7 +85,7 @@ def _difference(one: np.ndarray, other: np.ndarray, rows, confidence: float) -> 
         known = within[np.isfinite(within)]
         difference = float(known.mean()) if len(known) else math.nan
         interval = mean_interval(within, confidence)
-    return {"difference": number(difference), "interval": plain(interval)}
+    return {"difference": finite_or_none(difference), "interval": plain(interval)}
 
 
 def _restrict(a, b, name: str, rows, confidence: float) -> dict | None:
@@ -103,12 +104,12 @@ def _rank_test(one: np.ndarray, other: np.ndarray, rows) -> dict | None:
         return None
     if rows is None:
         p = stats.mannwhitneyu(one, other).pvalue
-        return {"name": "Mann-Whitney", "p": number(p)}
+        return {"name": "Mann-Whitney", "p": finite_or_none(p)}
     one, other = one[rows[0]], other[rows[1]]
     within = np.zeros(len(one))
     np.subtract(other, one, out=within, where=one != other)  # missing in both: no difference
     p = stats.wilcoxon(within).pvalue if within.any() else 1.0
-    return {"name": "Wilcoxon signed-rank", "p": number(p)}
+    return {"name": "Wilcoxon signed-rank", "p": finite_or_none(p)}
 
 
 def mean_difference(one, other, confidence: float = 0.95) -> tuple[float, Interval]:
@@ -137,7 +138,9 @@ def _success(a, b, rows, confidence: float) -> dict | None:
     found: dict = {"difference": difference, "interval": plain(interval)}
     if rows is None:
         counts = [[int(each.sum()), int((~each).sum())] for each in (one, other)]
-        return found | {"test": {"name": "Fisher", "p": number(stats.fisher_exact(counts).pvalue)}}
+        return found | {
+            "test": {"name": "Fisher", "p": finite_or_none(stats.fisher_exact(counts).pvalue)}
+        }
     gained = int((~one[rows[0]] & other[rows[1]]).sum())
     lost = int((one[rows[0]] & ~other[rows[1]]).sum())
     p = stats.binomtest(gained, gained + lost).pvalue if gained + lost else 1.0

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
+from torquer.base.strict_json import finite_or_none
 from torquer.campaign.spec import ATTITUDE, SUCCESS, Stop
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 
@@ -31,14 +32,9 @@ class Interval(NamedTuple):
         return math.inf if math.isnan(half) else half
 
 
-def number(value: float) -> float | None:
-    """A number of plain data; None if it is infinite or missing."""
-    return float(value) if math.isfinite(value) else None
-
-
 def plain(interval: Interval) -> list[float | None]:
     """An interval's ends; None where it has none."""
-    return [number(interval.low), number(interval.high)]
+    return [finite_or_none(interval.low), finite_or_none(interval.high)]
 
 
 def rate_interval(successes: int, members: int, confidence: float = 0.95) -> Interval:

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.citations import cited_in_words
+from torquer.base.strict_json import finite_or_none
 from torquer.campaign.contents import (
     campaign_table,
     end_s,
@@ -32,7 +33,6 @@ from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import (
     chance_correlation,
     mean_interval,
-    number,
     plain,
     quantile,
     quantile_interval,
@@ -112,7 +112,7 @@ def _outcome(result: xr.Dataset, name: str, confidence: float) -> dict:
         "restricted_mean": _restricted_mean(result, name, confidence),
         "quantiles": {
             f"{part:g}": {
-                "value": number(quantile(ranked, part)),
+                "value": finite_or_none(quantile(ranked, part)),
                 "interval": plain(quantile_interval(ranked, part, confidence)),
             }
             for part in PARTS
@@ -126,7 +126,7 @@ def _mean(values: np.ndarray, confidence: float, bounds: tuple[float, float]) ->
     """Mean of the members that have a value, and its interval."""
     known = values[np.isfinite(values)]
     return {
-        "mean": number(known.mean()) if len(known) else None,
+        "mean": finite_or_none(known.mean()) if len(known) else None,
         "mean_interval": plain(mean_interval(known, confidence, bounds)),
     }
 
@@ -146,7 +146,7 @@ def worst_members(result: xr.Dataset, name: str, count: int = NAMED) -> list[dic
     members, ranked = member_numbers(result)[rows], missing_as_worst(result, name)[rows]
     badness = -ranked if least_is_worst(result, name) else ranked
     order = np.argsort(-badness, kind="stable")[:count]
-    return [{"member": int(members[k]), "value": number(ranked[k])} for k in order]
+    return [{"member": int(members[k]), "value": finite_or_none(ranked[k])} for k in order]
 
 
 def correlations(result: xr.Dataset) -> dict[str, dict[str, float]]:

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.base.rows import Row, as_data, as_html, as_text
-from torquer.campaign.statistics import number, rate_interval
+from torquer.base.strict_json import finite_or_none
+from torquer.campaign.statistics import rate_interval
 from torquer.computer.laws.bdot import Bdot
 from torquer.design.gain_flights import GainFlights, choose
 from torquer.scenario.spec import Scenario
@@ -96,12 +97,12 @@ class GainSweep:
         settled = {f"{part:g}": (name, each.settled_by(part)) for part, name in _PARTS.items()}
         return [
             Row("gain_a_m2_s_per_t", "gain", each.gain, "A m^2 s/T", f"{each.gain:.3g}"),
-            Row("theory_s", "theory", number(theory_s), "h", _hours(theory_s)),
+            Row("theory_s", "theory", finite_or_none(theory_s), "h", _hours(theory_s)),
             Row("runs", value=runs),
             Row("stopped", "stopped", count, text=f"{count}/{runs}"),
             Row("interval", value=list(rate_interval(count, runs))),
             *(
-                Row(f"settled_s/{part}", name, number(time_s), "h", _hours(time_s))
+                Row(f"settled_s/{part}", name, finite_or_none(time_s), "h", _hours(time_s))
                 for part, (name, time_s) in settled.items()
             ),
             Row("energy_j", "energy", energy_j, "J", f"{energy_j:.4g}"),
@@ -123,7 +124,7 @@ class GainSweep:
             "within_s": wanted.within_s,
             "gain_a_m2_s_per_t": self.chosen.gain,
             "theory_gain_a_m2_s_per_t": self.theory_gain,
-            "overshoot_gain_a_m2_s_per_t": number(self.most_gain),
+            "overshoot_gain_a_m2_s_per_t": finite_or_none(self.most_gain),
             "revolutions": self.revolutions,
             "flights": [as_data(row) for row in self.table()],
             "notes": self.notes(),

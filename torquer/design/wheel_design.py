@@ -6,6 +6,7 @@ from itertools import permutations
 
 import numpy as np
 
+from torquer.base.strict_json import finite_or_none
 from torquer.design.wheel_file import WheelDesign
 from torquer.spacecraft.wheel_array import angles, layout, search
 from torquer.spacecraft.wheel_array.allocation import allocate
@@ -55,10 +56,6 @@ def analyse(design: WheelDesign) -> dict:
 
 def _by_axis(values) -> dict:
     return dict(zip(_NAMES, map(float, values), strict=True))
-
-
-def _finite(value) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _momentum(array, inertia) -> dict:
@@ -116,7 +113,7 @@ def demand_shares(design: WheelDesign, array: WheelArray, inertia) -> dict[str, 
 
 def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
     return {
-        name: {"share": _finite(share), "met": bool(share <= 1.0)}
+        name: {"share": finite_or_none(share), "met": bool(share <= 1.0)}
         for name, share in demand_shares(design, array, inertia).items()
     }
 
@@ -161,7 +158,7 @@ def saturation_h(array: WheelArray, growth: Growth | None, method="minimax") -> 
     """Hours; None for never, or without data on accumulation."""
     if growth is None:
         return None
-    return _finite(saturation_time(growth, half_spaces(array, method)) / _HOUR)
+    return finite_or_none(saturation_time(growth, half_spaces(array, method)) / _HOUR)
 
 
 def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from torquer.base.rows import Row, as_data, as_html, as_text
-from torquer.campaign.statistics import number, quantile
+from torquer.base.strict_json import finite_or_none
+from torquer.campaign.statistics import quantile
 from torquer.design.gyro.case import GyroCase
 from torquer.design.gyro.flown_scenario import EXACT_DEG, POINTED_DEG
 from torquer.design.pointing_flights import PointingFlights
@@ -152,7 +153,7 @@ class GyroDesign:
         return [
             *rows,
             *(
-                Row(f"flights/{key}/settled_s/{part:g}", _PARTS[part], number(time_s), "",
+                Row(f"flights/{key}/settled_s/{part:g}", _PARTS[part], finite_or_none(time_s), "",
                     f"{time_s / period_s:.2f}" if math.isfinite(time_s) else "-")
                 for part, time_s in quantiles.items()
             ),

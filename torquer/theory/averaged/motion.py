@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from torquer.base.strict_json import finite_or_none
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaged.case import POINTED, AveragedCase
 from torquer.theory.averaged.equations import EQUATIONS, INTEGRALS
@@ -168,11 +169,7 @@ def _turns(times: Times, eps: float) -> dict:
 
 
 def _numbers(times: Times) -> dict:
-    return {name: _number(x) for name, x in times._asdict().items()}
-
-
-def _number(value) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    return {name: finite_or_none(x) for name, x in times._asdict().items()}
 
 
 def _value(case, name, start) -> float | None:
@@ -180,7 +177,7 @@ def _value(case, name, start) -> float | None:
     if start is None:
         return None
     with np.errstate(all="ignore"):
-        return _number(case.evolution.integrals[name](start, case.constants))
+        return finite_or_none(case.evolution.integrals[name](start, case.constants))
 
 
 def _warnings(case: AveragedCase) -> list[str]:
