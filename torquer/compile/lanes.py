@@ -67,12 +67,16 @@ def lane_rows(array: np.ndarray) -> Rows:
     """How an array of numbers, or of records of numbers, stands in a lane."""
     if array.dtype.names is None:
         return Rows(array.shape, 1)
-    return Rows(array.shape, len(array.dtype.names), record_fields(array.dtype))
+    return Rows(array.shape, array.dtype.itemsize // 8, record_fields(array.dtype))
 
 
 def record_fields(dtype: np.dtype) -> Fields:
-    """A record of numbers."""
-    return Fields(tuple((name, place, None) for place, name in enumerate(dtype.names)))
+    """A record of numbers and of arrays of numbers."""
+    fields = ((name, *dtype.fields[name][:2]) for name in dtype.names)
+    return Fields(
+        tuple((name, at // 8, Rows(kind.shape, 1) if kind.shape else None)
+              for name, kind, at in fields)
+    )  # fmt: skip
 
 
 class _Lane(types.Type):

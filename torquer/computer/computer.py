@@ -19,15 +19,19 @@ from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import KINDS, Law
 from torquer.computer.estimation.estimator import Estimator, call_estimator
+from torquer.computer.informed import Waits, is_informed, known_attitude, known_vector
+from torquer.computer.inputs import flags, read_inputs, unit_flags
 from torquer.computer.interface import (
+    ATTITUDE_SENSOR,
+    GYRO,
     KNOWN,
     NO_COMMAND,
+    SENSORS,
     UNKNOWN_ESTIMATE,
     Command,
     Estimate,
     nothing_known,
     put_estimate,
-    read_inputs,
 )
 from torquer.computer.modes.table import (
     AXIS_OFF,
@@ -36,6 +40,7 @@ from torquer.computer.modes.table import (
     LAW,
     LAW_OFF,
     NO_MODES,
+    SELECT,
     SET,
     WHEELS,
     ModeState,
@@ -44,19 +49,17 @@ from torquer.computer.modes.table import (
     first_state,
     switch_modes,
 )
+from torquer.computer.selection import FAILED, NO_SELECTION, WANTED, Selection, nothing_kept, select
 from torquer.maths.geometry.vec3 import add, add_scaled
 
 #: In place of an estimator's number: attitude sensor and gyro as they read; nothing known; what a
 #: law states.
 SENSOR_READINGS, NO_ESTIMATOR, OF_LAW = -1, -2, -3
 #: A block: its function's number, -1 for one in plain Python; first and last place of its
-#: parameters and of its memory; whether it needs the estimated attitude and rate; place of the
-#: estimate that it states, -1 for none.
+#: parameters and of its memory; place of the estimate that it states, -1 for none; what it waits
+#: for if it is a law.
 BLOCK = np.dtype(
-    [
-        (name, np.int64)
-        for name in ("function", "p0", "p1", "m0", "m1", "needs_attitude", "needs_rate", "states")
-    ]
+    [(name, np.int64) for name in ("function", "p0", "p1", "m0", "m1", "states", *Waits._fields)]
 )
 #: What a host is called for, besides laws by their numbers: a control step begins; estimator
 #: number n is called for by FIRST_ESTIMATOR + n.
@@ -71,7 +74,8 @@ class Computer(NamedTuple):
     the one that works where no mode chooses another. `host`: address of the function that calls
     blocks in plain Python, 0 where there are none; its `answer` is the numbers of a command or of
     an estimate. `library`: address of the control step in C that works in place of all of these, 0
-    where none does.
+    where none does. `selection`: how several devices of a kind become one, `select`: address of the
+    function that does it, if any are.
     """
 
     laws: np.ndarray | tuple
@@ -84,6 +88,8 @@ class Computer(NamedTuple):
     host: Any
     answer: np.ndarray
     library: Any
+    selection: Selection
+    select: np.ndarray
 
 
 #: What the modes have chosen: estimator, and whether coils and wheels may work, the coils also by
@@ -97,13 +103,17 @@ CHOSEN = np.dtype(
 
 
 class Board(NamedTuple):
-    """What changes on board: what is known, parameters and memory of all blocks, modes."""
+    """What changes on board: what is known, parameters and memory of all blocks, modes.
+
+    `selected`: what is kept to choose among several devices of a kind.
+    """
 
     known: np.ndarray
     parameters: np.ndarray
     memory: np.ndarray
     modes: ModeState
     chosen: np.ndarray
+    selected: np.ndarray
 
 
 def _switch_modes(table, state, known):
@@ -118,22 +128,28 @@ def _check(table, state, known):
 _SWITCH = types.boolean(
     numba.typeof(NO_MODES), numba.typeof(first_state(NO_MODES, [])), numba.from_dtype(KNOWN)[::1]
 )
+
+
+def _select(selection, kept, known):
+    select(selection, kept, known[0])
+    return True
+
+
+_SELECT = types.boolean(
+    numba.typeof(NO_SELECTION), types.float64[:, ::1], numba.from_dtype(KNOWN)[::1]
+)
+#: Called by its address: only satellites with several devices of a kind compile it.
+call_select = caller(_SELECT)
 #: Called by its address, as laws are: only a run with modes compiles it.
 call_switch = caller(_SWITCH)
 call_law = caller(KINDS["command"].in_loop)
 
 
 @inlined
-def finite3(v):
-    """Whether all three components are finite."""
-    return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
-
-
-@inlined
 def _answered_estimate(a):
     q, omega, bias = (a[1], a[2], a[3], a[4]), (a[5], a[6], a[7]), (a[8], a[9], a[10])
-    isolated = (a[13], a[14], a[15], a[16], a[17], a[18], a[19], a[20])
-    return Estimate(a[0], q, omega, bias, a[11], a[12], isolated)
+    units = unit_flags(a, 13 + len(SENSORS))
+    return Estimate(a[0], q, omega, bias, a[11], a[12], flags(a[13:]), units)
 
 
 @inlined
@@ -159,18 +175,36 @@ def estimate_step(computer, board, number):
 def take_readings(known):
     """The estimate is what attitude sensor and gyro read; they state neither error nor bias.
 
-    Those of an estimator that worked in an earlier mode are dropped.
+    What is no finite number is unknown. Those of an estimator that worked in an earlier mode are
+    dropped.
     """
-    known.estimate_s = known.q_s
-    known.estimate_q_x, known.estimate_q_y = known.q_x, known.q_y
-    known.estimate_q_z, known.estimate_q_w = known.q_z, known.q_w
-    known.estimate_omega_x, known.estimate_omega_y = known.omega_x, known.omega_y
-    known.estimate_omega_z = known.omega_z
+    q, omega = known.readings[ATTITUDE_SENSOR], known.readings[GYRO]
+    x, y, z = known_vector((omega[0], omega[1], omega[2]))
+    known.estimate_omega_x, known.estimate_omega_y, known.estimate_omega_z = x, y, z
+    x, y, z, w = known_attitude((q[0], q[1], q[2], q[3]))
+    known.estimate_s = known.read_s[ATTITUDE_SENSOR]
+    known.estimate_q_x, known.estimate_q_y = x, y
+    known.estimate_q_z, known.estimate_q_w = z, w
     known.estimate_bias_x, known.estimate_bias_y, known.estimate_bias_z = 0.0, 0.0, 0.0
     known.sigma_rad, known.sigma_rad_s = math.nan, math.nan
-    known.isolated_b, known.isolated_b_rate, known.isolated_omega = 0.0, 0.0, 0.0
-    known.isolated_sun, known.isolated_q, known.isolated_wheels = 0.0, 0.0, 0.0
-    known.isolated_nadir, known.isolated_cells = 0.0, 0.0
+    for sensor in range(known.isolated.shape[0]):
+        known.isolated[sensor] = 0.0
+
+
+@inlined
+def want(computer, board, sensor, row):
+    """Let laws read one of several devices of a kind."""
+    if len(computer.select) > 0:
+        board.selected[sensor, WANTED] = row
+
+
+@inlined
+def name_failed(computer, board):
+    """Isolate those of several devices that have failed, whatever the estimator makes of them."""
+    if len(computer.select) > 0:
+        for row in range(len(SENSORS), board.selected.shape[0]):
+            if board.selected[row, FAILED] > 0.0:
+                board.known[0].isolated[row] = 1.0
 
 
 @inlined
@@ -182,7 +216,10 @@ def take_stated(computer, board, number):
     m, e, known = board.memory, UNKNOWN_ESTIMATE, board.known[0]
     q, omega = (m[at + 1], m[at + 2], m[at + 3], m[at + 4]), (m[at + 5], m[at + 6], m[at + 7])
     bias, sigma, sigma_rate = e.gyro_bias_rad_s, e.sigma_rad, e.sigma_rad_s
-    put_estimate(known, Estimate(known.t_s, q, omega, bias, sigma, sigma_rate, e.isolated))
+    put_estimate(
+        known, Estimate(known.t_s, q, omega, bias, sigma, sigma_rate, e.isolated, e.isolated_units)
+    )
+    name_failed(computer, board)
     chosen.stated = 1.0
 
 
@@ -214,6 +251,9 @@ def enter_modes(computer, board, t_s):
     table, chosen = computer.modes, board.chosen[0]
     chosen.estimator, chosen.coils, chosen.wheels = float(computer.estimator), 1.0, 1.0
     chosen.coil_x, chosen.coil_y, chosen.coil_z = 1.0, 1.0, 1.0
+    if len(computer.select) > 0:
+        for n in range(computer.selection.kinds.shape[0]):
+            board.selected[computer.selection.kinds[n].sensor, WANTED] = -1.0
     for region in range(table.regions.shape[0]):
         now = board.modes.regions[region]
         state = table.states[int(now.state)]
@@ -231,19 +271,13 @@ def enter_modes(computer, board, t_s):
                 chosen.coil_x = 0.0 if action.index == 0 else chosen.coil_x
                 chosen.coil_y = 0.0 if action.index == 1 else chosen.coil_y
                 chosen.coil_z = 0.0 if action.index == 2 else chosen.coil_z
-
-
-@inlined
-def is_informed(block, known):
-    """Whether the estimate has what a law needs."""
-    lacks_attitude = block.needs_attitude == 1 and not math.isfinite(known.estimate_q_x)
-    lacks_rate = block.needs_rate == 1 and not math.isfinite(known.estimate_omega_x)
-    return not (lacks_attitude or lacks_rate)
+            elif action.kind == SELECT:
+                want(computer, board, action.index, action.value)
 
 
 @inlined
 def run_law(computer, board, number):
-    """The command of a law; none while what it needs of the estimate is not known."""
+    """The command of a law; none, and nothing remembered, while it lacks what it waits for."""
     block = computer.law_blocks[number]
     if not is_informed(block, board.known[0]):
         return NO_COMMAND
@@ -314,11 +348,25 @@ def command_by_modes(computer, board):
 
 
 @inlined
+def combine(computer, board):
+    """Let several devices of a kind become one."""
+    if len(computer.select) > 0:
+        call_select(computer.select[0], whole(computer.selection), board.selected, board.known)
+
+
+@inlined
 def control_step(computer, board):
-    """The command for what the computer knows; without modes that of all laws, added."""
+    """The command for what the computer knows; without modes that of all laws, added.
+
+    At a time that is no number nothing is done.
+    """
+    if not math.isfinite(board.known[0].t_s):
+        return NO_COMMAND
     if computer.host != 0:
         call_host(computer.host, BEGIN)
+    combine(computer, board)
     estimate(computer, board)
+    name_failed(computer, board)
     if computer.modes.regions.shape[0] > 0:
         return command_by_modes(computer, board)
     dipole, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -341,6 +389,9 @@ def restart(board, first):
     _copy(board.parameters, first.parameters)
     _copy(board.memory, first.memory)
     _copy(board.chosen, first.chosen)
+    for row in range(first.selected.shape[0]):
+        for place in range(first.selected.shape[1]):
+            board.selected[row, place] = first.selected[row, place]
     _copy(board.modes.regions, first.modes.regions)
     _copy(board.modes.states, first.modes.states)
     _copy(board.modes.transitions, first.modes.transitions)
@@ -349,6 +400,7 @@ def restart(board, first):
     _copy(board.modes.sensors, first.modes.sensors)
     _copy(board.modes.checks, first.modes.checks)
     _copy(board.modes.flags, first.modes.flags)
+    board.known[0].gyro_units = 0.0
     put_estimate(board.known[0], UNKNOWN_ESTIMATE)
 
 
@@ -373,7 +425,11 @@ class Blocks(NamedTuple):
 
 
 def make_computer(
-    blocks: Blocks, estimator: int, modes: ModeTable, is_flown: bool = True
+    blocks: Blocks,
+    estimator: int,
+    modes: ModeTable,
+    selection: Selection = NO_SELECTION,
+    is_flown: bool = True,
 ) -> Computer:
     """The computer for the loop; blocks in plain Python are left to a host.
 
@@ -386,17 +442,20 @@ def make_computer(
     rows = np.zeros(len(blocks.all()), BLOCK)
     rows["p0"], rows["p1"], rows["m0"], rows["m1"] = p[:-1], p[1:], m[:-1], m[1:]
     rows["function"] = [*law_numbers, *numbers]
-    for need in ("attitude", "rate"):
-        rows[f"needs_{need}"] = [need in block.needs for block in blocks.all()]
     split = len(blocks.laws)
+    for row, law in zip(rows, blocks.laws.values(), strict=False):
+        for name, waits in law.waits._asdict().items():
+            row[name] = waits
     stated = np.array([law.states_at for law in blocks.laws.values()], dtype=np.int64)
     rows["states"] = -1
     rows["states"][:split] = np.where(stated < 0, -1, rows["m0"][:split] + stated)
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
     switch = _switch(modes.is_checked) if is_flown and len(modes.regions) else addresses([])
     answer = np.zeros(len(flat(tuple(UNKNOWN_ESTIMATE))))
+    select = _selecting() if is_flown and len(selection.kinds) else addresses([])
     return Computer(
-        laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer, 0
+        *(laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer, 0),
+        *(selection, select),
     )
 
 
@@ -421,6 +480,11 @@ def _switch(checked: bool) -> np.ndarray | tuple:
     return addresses([plugin.first_class(f, _SWITCH, "modes: must compile") for f in functions])
 
 
+@functools.cache
+def _selecting() -> np.ndarray | tuple:
+    return addresses([plugin.first_class(_select, _SELECT, "selection: must compile")])
+
+
 def parameter_places(blocks: Blocks) -> dict[str, tuple[int, int]]:
     """Where each parameter of a law stands on the board: `law.parameter` -> first place, count."""
     places, first = {}, 0
@@ -431,7 +495,9 @@ def parameter_places(blocks: Blocks) -> dict[str, tuple[int, int]]:
     return places
 
 
-def first_board(blocks: Blocks, modes: ModeState, estimator: int) -> Board:
+def first_board(
+    blocks: Blocks, modes: ModeState, estimator: int, selection: Selection = NO_SELECTION
+) -> Board:
     """What is on board at the start."""
     parameters = [block.pack() for block in blocks.all()]
     memory = [block.first_memory() for block in blocks.all()]
@@ -441,4 +507,5 @@ def first_board(blocks: Blocks, modes: ModeState, estimator: int) -> Board:
         memory=np.concatenate([*memory, []]),
         modes=modes,
         chosen=np.array([(estimator, *[1.0] * 5, 0.0)], CHOSEN),
+        selected=nothing_kept(selection),
     )

@@ -16,6 +16,7 @@ from torquer.computer.modes.packing import check_choice
 from torquer.computer.modes.scheme import as_modes
 from torquer.computer.modes.spec import Modes
 from torquer.computer.scheme import Scheme
+from torquer.computer.selection import SelectionSpec
 from torquer.environment.ephemeris import EphemerisModels
 from torquer.spacecraft.failures import ComputerFailure
 
@@ -66,6 +67,10 @@ class Control(Spec):
     """Models of field, orbit and time on board; left out: the truth."""
     modes: Modes | None = None
     """Mode table, whose states determine which laws and which estimator work when."""
+    select: dict[str, SelectionSpec] = Field(default_factory=dict)
+    """How several devices of a kind become what laws and modes read, by the key of the kind, such
+    as `magnetometer`; left out: the mean of those that seem sound.
+    """
     sample_s: Positive = 1.0
     """Interval between control steps."""
     measure_s: float = Field(default=0.0, ge=0.0)

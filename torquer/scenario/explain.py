@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from torquer.base.spec import Spec
+from torquer.base.units import conversion, did_you_mean
 from torquer.compile.when_compiling import plainly
 
 #: A type, as pydantic writes it in a place: the member of a union that was tried.
@@ -251,9 +252,10 @@ def spec_named(name: str) -> type[BaseModel] | None:
 def suggestion(key: str, known: list[str]) -> str:
     """In brackets, for the end of a message: a known key near this one, or all known keys."""
     begin = [each for each in known if each.startswith(f"{key.rstrip('s')}_")]
-    near = difflib.get_close_matches(key, known, 1, 0.65) or (begin if len(begin) == 1 else [])
-    if near:
-        return f" (did you mean {near[0]}?)"
+    if hint := did_you_mean(key, known, 0.65):
+        return hint
+    if len(begin) == 1 and conversion(key, begin[0]) == "":
+        return f" (did you mean {begin[0]}?)"
     if not known or len(known) > _MOST_LISTED:
         return ""
     return f" (known: {', '.join(known)})"

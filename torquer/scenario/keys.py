@@ -22,7 +22,8 @@ from torquer.scenario.described import Key, Table
 #: Units by how a key ends; the longest ending counts, as in `torquer.base.validate.RANGES`.
 UNITS = {
     "deg": "deg", "deg_s": "deg/s", "deg_s2": "deg/s²", "deg_s_sqrt_s": "deg/s/√s",
-    "deg_sqrt_s": "deg/√s", "rad_s": "rad/s", "rpm": "rpm", "s": "s", "per_s": "1/s",
+    "deg_sqrt_s": "deg/√s", "deg_h": "deg/h", "deg_h_sqrt_h": "deg/h/√h", "deg_sqrt_h": "deg/√h",
+    "arcsec": "arcsec", "rad_s": "rad/s", "rpm": "rpm", "s": "s", "per_s": "1/s",
     "kg_m2": "kg m²", "kg": "kg", "kg_m3": "kg/m³", "m": "m", "m2": "m²", "km": "km",
     "km_s": "km/s", "n_m": "N m", "n_m_s": "N m s", "n_m_sqrt_s": "N m √s", "a_m2": "A m²",
     "t": "T", "nt": "nT", "nt_per_a_m2": "nT/(A m²)", "t_km3": "T km³", "w": "W",

@@ -12,6 +12,7 @@ import numpy as np
 from torquer.scenario.explain import ScenarioError, key_name, validate_tables
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml, read_text
+from torquer.spacecraft.sensors.devices import SEVERAL, SUN_HEADS_TWICE, by_name
 
 _PRESETS = Path(__file__).with_name("presets")
 
@@ -70,7 +71,11 @@ def presets(table: str | None = None) -> dict[str, dict]:
 
 
 def with_presets(table: dict, place: tuple = ()) -> dict:
-    """The table with `preset = "name"` replaced by the preset's keys; keys next to it win."""
+    """The table with `preset = "name"` replaced by the preset's keys; keys next to it win.
+
+    Sensors in a list become tables by name: their keys are then the same everywhere.
+    """
+    table = _with_names(table) if place == ("spacecraft",) else table
     own = {
         key: with_presets(value, (*place, key)) if isinstance(value, dict) else value
         for key, value in table.items()
@@ -86,10 +91,29 @@ def with_presets(table: dict, place: tuple = ()) -> dict:
     return copy.deepcopy(fitting[name]) | own
 
 
+def _with_names(craft: dict) -> dict:
+    """The spacecraft with several sensors by name that stand in lists."""
+    found = {}
+    for key, value in craft.items():
+        named = "sun_heads" if key == "sun_sensors" else key
+        if named not in SEVERAL or not isinstance(value, list):
+            found[key] = value
+            continue
+        if named in craft and named != key:
+            raise ScenarioError(f"spacecraft.{SUN_HEADS_TWICE}")
+        try:
+            found[named] = by_name(value)
+        except ValueError as error:
+            raise ScenarioError(f"spacecraft.{key}{error}") from None
+    return found
+
+
 def _fits(place: tuple) -> str:
     """What a preset at a place must fit: a table by its name, or any region of modes."""
     if place[:-1] == ("control", "modes", "regions"):
         return "region"
+    if place[:1] == ("spacecraft",) and len(place) == 3 and place[1] in SEVERAL:
+        return SEVERAL[place[1]].name
     return place[-1] if place else ""
 
 

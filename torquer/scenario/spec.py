@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -11,6 +11,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc
 from torquer.computer.blocks.law import Law
+from torquer.computer.estimation.filter import MAGNETOMETER_ERRORS, Filter
+from torquer.computer.modes.packing import check_choice
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment, ModelErrors, model_errors
 from torquer.environment.orbit import AnyOrbit
@@ -28,13 +30,8 @@ from torquer.spacecraft.disturbance import TORQUES, Disturbance
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
 from torquer.spacecraft.failures import Interval
-from torquer.spacecraft.sensors.attitude_sensor import AttitudeSensor
-from torquer.spacecraft.sensors.gyro import Gyro
-from torquer.spacecraft.sensors.horizon_sensor import HorizonSensor
-from torquer.spacecraft.sensors.magnetometer import Magnetometer
+from torquer.spacecraft.sensors.devices import Sensors
 from torquer.spacecraft.sensors.sampling import Sampled
-from torquer.spacecraft.sensors.sun_cells import SunCells
-from torquer.spacecraft.sensors.sun_sensor import SunSensors
 
 #: A run that starts in the last year may go on into the next.
 _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
@@ -46,8 +43,8 @@ _MOST_INSTANTS = 100_000
 _INSTANTS_OF_MODELS = 2000
 
 
-class Spacecraft(Spec):
-    """Body, coils, wheels and sensors; sensors that are left out are ideal."""
+class Platform(Spec):
+    """Body and actuators of a satellite."""
 
     body: Body
     """Inertia and mass."""
@@ -55,18 +52,11 @@ class Spacecraft(Spec):
     """Magnetorquers; left out: none."""
     wheels: ReactionWheels | None = None
     """Reaction wheels; left out: none."""
-    magnetometer: Magnetometer = Magnetometer()
-    """Magnetometer; left out: an ideal one."""
-    gyro: Gyro = Gyro()
-    """Gyro; left out: an ideal one."""
-    sun_sensors: SunSensors | None = None
-    """Sun sensors; left out: ideal ones that see the whole sky."""
-    attitude_sensor: AttitudeSensor = AttitudeSensor()
-    """Attitude sensor; left out: an ideal one."""
-    horizon_sensor: HorizonSensor | None = None
-    """Horizon sensor; left out: an ideal one where it is used."""
-    sun_cells: SunCells | None = None
-    """Single Sun cells; left out: none."""
+
+
+class Spacecraft(Sensors, Platform):
+    """Body, coils, wheels and sensors; sensors that are left out are ideal."""
+
     aerodynamics: Aerodynamics | None = None
     """Parts of the body on which the air acts; left out: no aerodynamic torque."""
 
@@ -91,12 +81,26 @@ class Spacecraft(Spec):
         Of a satellite with coils the magnetometer may fail in any case.
         """
         described = self.model_fields_set | ({"magnetometer"} if self.coils else set())
-        return {name: sensor for name, sensor in self.sensors().items() if name in described}
+        sensors = self.sensors()
+        return {key: sensors[key] for key in sensors if key.partition(".")[0] in described}
+
+    def devices(self) -> dict[str, Any]:
+        """The devices with a data sheet, by their keys."""
+        found = {"coils": self.coils, "wheels": self.wheels} | self.sensors()
+        return {key: device for key, device in found.items() if hasattr(device, "sheet")}
+
+    def of_kind(self, name: str) -> dict[str, Any]:
+        """The devices with a data sheet that are of a kind on board, by their keys."""
+        return {key: each for key, each in self.devices().items() if self.kind_of(key) == name}
+
+    def kind_of(self, key: str) -> str:
+        """What a device is on board, by its key."""
+        flown = self.flown()
+        return flown[key].device.kind if key in flown else key
 
     def sensors(self) -> dict[str, Sampled]:
-        """The sensors by their keys."""
-        found = {name: getattr(self, name) for name in Spacecraft.model_fields}
-        return {name: sensor for name, sensor in found.items() if isinstance(sensor, Sampled)}
+        """The sensors by their keys, such as `gyro` or, of several, `gyros.NAME`."""
+        return {key: each.spec for key, each in self.flown().items()}
 
 
 class Simulation(Spec):
@@ -249,6 +253,8 @@ class Scenario(Spec):
         self._check_mission()
         self._check_failures()
         self._check_modes()
+        self._check_selections()
+        self._check_filters()
         self._check_disturbance()
         return self
 
@@ -355,9 +361,48 @@ class Scenario(Spec):
                         f"run, {length_s:g} s; received {failure.from_s:g} s"
                     )
 
+    def _check_selections(self) -> None:
+        """What is selected is there several times."""
+        combined = self.spacecraft.combined()
+        for name in self.control.select:
+            if name not in combined:
+                raise ValueError(
+                    f"control.select.{name}: must be a kind of sensor of which laws read one for "
+                    f"several ({', '.join(combined) or 'none'}); received {name!r}"
+                )
+        modes = self.control.modes
+        for place, state in modes.all_states() if modes else ():
+            key = f"control.modes.{place}.select"
+            for kind, unit in state.select.items():
+                check_choice(key, combined, kind)
+                check_choice(f"{key}.{kind}", combined[kind], unit)
+
+    def _check_filters(self) -> None:
+        """What filters assume of single sensors is of those that they measure with."""
+        units, control = self.spacecraft.units(), self.control
+        several = any(each.device.name == "magnetometer" for each in units)
+        named = {f"estimators.{name}": each for name, each in control.estimators.items()}
+        for key, spec in {"estimator": control.estimator, **named}.items():
+            if not isinstance(spec, Filter):
+                continue
+            known = spec.measured_names(units)
+            for name in spec.unit_noise:
+                check_choice(f"control.{key}.unit_noise", known, name)
+            for error in MAGNETOMETER_ERRORS if several else ():
+                if (value := getattr(spec, error)) is not None:
+                    raise ValueError(
+                        f"control.{key}.{error}: must be left out with "
+                        "spacecraft.magnetometers, each of which has errors of its own; received "
+                        f"{value:g}"
+                    )
+
     def _check_modes(self) -> None:
         """The check of the coils knows of a momentum that is in no reading."""
         modes, momentum = self.control.modes, self.spacecraft.body.wheel_momentum_n_m_s
+        sensors = self.spacecraft.rows()
+        for key, condition in modes.all_conditions() if modes else ():
+            if condition.sensor is not None:
+                check_choice(f"control.modes.{key}.sensor", sensors, condition.sensor)
         if modes and modes.noise and modes.wheel_momentum_n_m_s is None and any(momentum):
             raise ValueError(
                 "control.modes.wheel_momentum_n_m_s: must be given for checks of the coils "

@@ -1,6 +1,7 @@
 """Failures of sensors, coils and the on-board computer, each in an interval of the run.
 
 The on-board computer does not know: it reads what a sensor sends, and believes that coils follow.
+What is no number is no reading to it: see `torquer.computer.informed`.
 A failure is data: rows of `Failures`, at which the loop looks.
 """
 
@@ -16,6 +17,8 @@ from torquer.maths.geometry.vec3 import add_scaled, mat_vec
 
 SILENT, STUCK, REPLACED, CHANGED = range(4)
 HALTED, RESTARTED = range(2)
+#: What an error of a reading turns.
+TURNS_NOTHING, TURNS_DIRECTION, TURNS_ATTITUDE = range(3)
 #: Kind for kernels, and the value that replaces all components of a reading.
 KINDS = {
     "silent": (SILENT, 0.0),
@@ -29,10 +32,12 @@ KINDS = {
     "noise": (CHANGED, 0.0),
 }
 _INTERVAL = [("from_s", np.float64), ("until_s", np.float64)]
-#: A failure of a sensor: its number, kind, value that replaces; matrix, then error by its constant
+#: A failure of a sensor: its number, kind, numbers of a reading, and whether an error turns it
+#: (TURNS_NOTHING, a direction, an attitude); value that replaces; matrix, error by its constant
 #: part and the standard deviation of its random part, that change a reading; instants.
 SENSOR_FAILURE = np.dtype(
-    [("sensor", np.int64), ("kind", np.int64), ("value", np.float64)]
+    [(name, np.int64) for name in ("sensor", "kind", "parts", "turns")]
+    + [("value", np.float64)]
     + [(f"{row}{column}", np.float64) for row in "xyz" for column in "xyz"]
     + [(f"error_{c}", np.float64) for c in "xyz"]
     + [("sigma", np.float64), *_INTERVAL]
@@ -202,10 +207,11 @@ class SensorFailure(Interval):
         constant, sigma = (0.0, 0.0, 0.0) if given[0] is None else given[0], given[1] or 0.0
         return tuple(self.si * number for number in (*constant, sigma))
 
-    def row(self, sensor: int) -> tuple:
-        """The failure for kernels; `sensor`: its number."""
+    def row(self, sensor: int, parts: int, turns: int) -> tuple:
+        """The failure for kernels; `sensor`, `parts`, `turns`: see `SENSOR_FAILURE`."""
+        kind, value = KINDS[self.kind]
         changed = *self._matrix().ravel(), *self._error()
-        return sensor, *KINDS[self.kind], *changed, *self.instants_s()
+        return sensor, kind, parts, turns, value, *changed, *self.instants_s()
 
 
 _Size = Annotated[float, Field(gt=0.0)]
@@ -247,8 +253,8 @@ class DirectionFailure(SensorFailure):
     """Standard deviation of a random rotation of each reading about each axis, for 'noise'."""
 
 
-class CellFailure(SensorFailure):
-    """A failure of all Sun cells in an interval of the run."""
+class PlainFailure(SensorFailure):
+    """A failure of a sensor whose reading has no axes of its own."""
 
     has_axes: ClassVar = False
 

@@ -17,15 +17,8 @@ import numpy as np
 
 from torquer.compile import engine
 from torquer.computer.blocks import plugin, reasons
-from torquer.computer.interface import (
-    KNOWN,
-    NO_CELLS,
-    Ephemeris,
-    Estimate,
-    Inputs,
-    ReadingTimes,
-    read_inputs,
-)
+from torquer.computer.inputs import Inputs, read_inputs
+from torquer.computer.interface import KNOWN
 
 #: Threads that need the same function wait for the first: a second copy would push the first one,
 #: whose address may be in use, out of the cache.
@@ -37,9 +30,7 @@ def find_inputs_type():
     """Numba's type of the inputs, handed over by value."""
     import numba
 
-    zero = (0.0, 0.0, 0.0)
-    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero, zero, zero, NO_CELLS)
-    return numba.typeof(Inputs(0.0, *readings, ReadingTimes(), Estimate(), Ephemeris()))
+    return numba.typeof(Inputs(0.0))
 
 
 @functools.cache

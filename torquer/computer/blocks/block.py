@@ -29,7 +29,7 @@ from torquer.computer.blocks.adapter import (
     memory_layout,
     memory_names,
 )
-from torquer.computer.interface import Inputs
+from torquer.computer.inputs import Inputs
 
 
 class Axis(NamedTuple):
@@ -66,9 +66,10 @@ class Block:
     initial numbers, vectors and matrices; `log`: units of the parts that the result records,
     by name (what is not in the memory is added to it); for a vector or matrix whose components
     have names or units of their own, an `Axis` for each dimension instead. `needs`: what the
-    computer must provide: "ephemeris", "sun", "search_coil", "horizon", "sun_cells", "attitude",
-    "rate". `compiled`: False for a function that runs as plain Python. `spec`: what a scenario says
-    of it, for a block made from its spec.
+    computer must provide: "ephemeris" (and which part of it: "place", "model_field", "model_sun"),
+    "magnetometer", "search_coil", "sun", "tachometers", "horizon", "sun_cells", "coil_dipole",
+    "attitude", "rate". `compiled`: False for a function that runs as plain
+    Python. `spec`: what a scenario says of it, for a block made from its spec.
     """
 
     name: str
@@ -172,7 +173,9 @@ class Block:
         places, found = self.memory_places(), {}
         for name, of in self.log.items():
             unit, axes = (of, ()) if isinstance(of, str) else ("", tuple(of))
-            found[name] = Logged(places[name][0], np.shape(self.memory[name]), unit, axes)
+            # axes may have labels for the first rows alone
+            shape = tuple(len(axis.labels) for axis in axes) or np.shape(self.memory[name])
+            found[name] = Logged(places[name][0], shape, unit, axes)
         return found
 
     def compile(self):

@@ -19,19 +19,20 @@ from torquer.compile.engine import inlined
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.plugin import attributes_read
+from torquer.computer.informed import Waits, find_waits
 from torquer.computer.interface import NO_COMMAND, Command
+from torquer.spacecraft.sensors.devices import DEVICES
 
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
 _PLAIN_MEMORY = 16
 #: What a user's law may say that it needs.
 _NEEDS = ("ephemeris", "attitude", "rate")
 #: Inputs that cost a reading which the run makes only for laws that use it.
-_READINGS = {
-    "sun_body": ("sun",),
-    "b_rate_body_t_s": ("search_coil",),
-    "nadir_body": ("horizon",),
-    "read_at": ("sun", "search_coil", "horizon"),
-}
+_ON_DEMAND = [device for device in DEVICES if device.need and device.stands_in]
+_ALL = tuple(device.need for device in _ON_DEMAND)
+_READINGS = {device.given: (device.need,) for device in _ON_DEMAND} | dict.fromkeys(
+    ("read_at",), _ALL
+)
 #: Estimate of a law in its memory: whether there is one (1 or 0), attitude (quaternion of the body
 #: to the inertial frame), absolute rate in body axes [rad/s].
 NOTHING_STATED = (0.0,) * 8
@@ -86,11 +87,13 @@ class Law(Block):
 
     `answers`: "dipole" or "torque" for a law that returns three numbers, "command" for one that
     returns a `Command` and drives coils and wheels. `states`: the part of the memory in which the
-    law states an estimate of its own, as `NOTHING_STATED`.
+    law states an estimate of its own, as `NOTHING_STATED`. `waits_for`: what of its `needs` must be
+    finite numbers for it to be called; a user's law sees what sensors read.
     """
 
     answers: Literal["dipole", "torque", "command"] = "dipole"
     states: str | None = None
+    waits_for: frozenset[str] = frozenset({"attitude", "rate"})
 
     @property
     def kind(self) -> Kind:
@@ -101,6 +104,11 @@ class Law(Block):
     def states_at(self) -> int:
         """First cell of the stated estimate in the memory; -1 for a law that states none."""
         return -1 if self.states is None else self.memory_places()[self.states][0]
+
+    @property
+    def waits(self) -> Waits:
+        """What it is not called without."""
+        return find_waits(self.needs & self.waits_for)
 
     @property
     def drives_coils(self) -> bool:

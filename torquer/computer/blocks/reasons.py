@@ -3,7 +3,8 @@
 import difflib
 import re
 
-from torquer.computer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.computer.inputs import Inputs, ReadingTimes
+from torquer.computer.interface import Ephemeris, Estimate
 
 #: Names of what plug-ins are handed.
 _FIELDS = {each.__name__: each._fields for each in (Inputs, Estimate, Ephemeris, ReadingTimes)}

@@ -11,7 +11,13 @@ from torquer.compile.engine import caller, inlined
 from torquer.compile.when_compiling import when_compiling
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
-from torquer.computer.interface import NONE_ISOLATED, UNKNOWN_ESTIMATE, Estimate
+from torquer.computer.inputs import flags, unit_flags
+from torquer.computer.interface import (
+    NO_UNITS_ISOLATED,
+    NONE_ISOLATED,
+    UNKNOWN_ESTIMATE,
+    Estimate,
+)
 
 
 @inlined  # a host calls it, too
@@ -19,17 +25,9 @@ def _numbers(v):
     return (float(v[0]), float(v[1]), float(v[2]))
 
 
-@inlined
-def _flags(v):
-    return (
-        float(v[0]), float(v[1]), float(v[2]), float(v[3]),
-        float(v[4]), float(v[5]), float(v[6]), float(v[7]),
-    )  # fmt: skip
-
-
 def _isolate(e):
-    """`isolated` of an estimate, which may have been made without it."""
-    return e.isolated
+    """`isolated` and `isolated_units` of an estimate, which may have been made without them."""
+    return e.isolated, e.isolated_units
 
 
 @when_compiling
@@ -38,17 +36,20 @@ def _overload() -> None:
 
     @overload(_isolate, inline="always")
     def choose(e):
-        """Compiled code has no default values: an estimate may lack its last part."""
-        if len(e.types) == len(Estimate._fields):
-            return lambda e: e.isolated
-        nothing = UNKNOWN_ESTIMATE.isolated
-        return lambda e: nothing
+        """Compiled code has no default values: an estimate may lack its last parts."""
+        nothing, no_units = UNKNOWN_ESTIMATE.isolated, UNKNOWN_ESTIMATE.isolated_units
+        lacking = len(Estimate._fields) - len(e.types)
+        if lacking == 0:
+            return lambda e: (e.isolated, e.isolated_units)
+        if lacking == 1:
+            return lambda e: (e.isolated, no_units)
+        return lambda e: (nothing, no_units)
 
 
 @inlined
 def as_estimate(e):
     """What an estimator returned, as numbers of the compiled types."""
-    q = e.q_body_to_inertial
+    q, (isolated, units) = e.q_body_to_inertial, _isolate(e)
     return Estimate(
         float(e.t_s),
         (float(q[0]), float(q[1]), float(q[2]), float(q[3])),
@@ -56,7 +57,8 @@ def as_estimate(e):
         _numbers(e.gyro_bias_rad_s),
         float(e.sigma_rad),
         float(e.sigma_rad_s),
-        _flags(_isolate(e)),
+        flags(isolated),
+        unit_flags(units, 0),
     )
 
 
@@ -65,7 +67,9 @@ def no_estimate():
     """The answer of an estimator that raised an error."""
     nothing = (math.nan, math.nan, math.nan)
     q = (math.nan, math.nan, math.nan, math.nan)
-    return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan, NONE_ISOLATED)
+    return Estimate(
+        math.nan, q, nothing, nothing, math.nan, math.nan, NONE_ISOLATED, NO_UNITS_ISOLATED
+    )
 
 
 ESTIMATE = Kind("estimator", "torquer.Estimate", UNKNOWN_ESTIMATE, as_estimate, no_estimate)

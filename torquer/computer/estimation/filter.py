@@ -1,34 +1,57 @@
 """A Kalman filter as users state it: its keys, its memory before the start, what it logs."""
 
 import math
-from collections.abc import Callable
-from typing import Annotated, Any, ClassVar, Literal
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
+from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Axis
+from torquer.computer.estimation.channels import Sensing
 from torquer.computer.estimation.covariance import CALIBRATION, States
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.estimation.kalman import NOTHING
-from torquer.computer.estimation.measurements.measurement import CHANNELS, VECTORS, Sensing
 from torquer.computer.estimation.measurements.star_tracker import PAST
+from torquer.computer.estimation.measurements.table import (
+    BY_NAME,
+    CHANNEL_OF,
+    CHANNELS,
+    DEVICE_OF,
+    UNIT_NUMBERS,
+    UNITS_AT,
+    WATCHERS,
+)
 from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
 from torquer.computer.estimation.starts import UNINFORMED
 from torquer.computer.estimation.state_names import state_axes
 from torquer.computer.estimation.watch import WATCHED
-from torquer.spacecraft.sensors.sun_cells import CELLS
+from torquer.spacecraft.data_sheet import Assumed
+from torquer.spacecraft.sensors.device import MOST_UNITS
+from torquer.spacecraft.sensors.devices import Flown
 
-#: Keys of errors of the magnetometer that may be states.
-MAGNETOMETER_ERRORS = (
-    "magnetometer_bias_sigma_nt",
-    "magnetometer_scale_sigma",
-    "magnetometer_misalignment_sigma_deg",
+#: Standard deviations within which a fixed error lies, as `Filter.gate` has it that a reading does:
+#: of three components beyond 5.1 only one in 1e5 is.
+SIGMAS = 5.1
+#: Keys of errors of the magnetometer that may be states, and which errors.
+_MAGNETOMETER_STATES = (
+    Assumed("magnetometer_bias_sigma_nt", "magnetometer", "bias", SIGMAS),
+    Assumed("magnetometer_scale_sigma", "magnetometer", "scale", SIGMAS),
+    Assumed("magnetometer_misalignment_sigma_deg", "magnetometer", "misalignment", SIGMAS),
 )
+MAGNETOMETER_ERRORS = tuple(each.key for each in _MAGNETOMETER_STATES)
 
 
-def filter_memory(n: int) -> dict:
-    """Memory of a filter of n states that has not started; `states`: those beyond the attitude."""
+#: Constants of several devices of a kind where there are none.
+NO_UNITS = ((-1.0, *(0.0,) * (UNIT_NUMBERS - 1)),) * MOST_UNITS
+
+
+def filter_memory(n: int, units: tuple = NO_UNITS) -> dict:
+    """Memory of a filter of n states that has not started; `states`: those beyond the attitude.
+
+    `units`: constants of several devices of a kind, which kernels index.
+    """
     row = (0.0,) * n
     return {
         "t_s": -math.inf,
@@ -38,14 +61,18 @@ def filter_memory(n: int) -> dict:
         "covariance": (row,) * n,
         "gain": (row,) * 3,
         "correction": row,
-        "innovation_magnetometer": NOTHING,
-        "innovation_sun": NOTHING,
-        "innovation_star_tracker": NOTHING,
-        "innovation_horizon": NOTHING,
-        "innovation_sun_cells": (math.nan,) * CELLS,
+        **{
+            f"innovation_{name}": NOTHING if each.channels == 1 else (math.nan,) * each.channels
+            for name, each in BY_NAME.items()
+        },
         "innovation_cell": NOTHING,
+        "innovation_units": (NOTHING,) * MOST_UNITS,
+        "unit_constants": units,
+        "by_units": tuple(
+            float(any(u[0] == channel for u in units)) for channel in CHANNEL_OF.values()
+        ),
         "earthlight": (0.0, 0.0, 0.0),
-        "watched": (((-math.inf,) * WATCHED,) * 2,) * VECTORS,
+        "watched": (((-math.inf,) * WATCHED,) * 2,) * WATCHERS,
         "rotation": (0.0, 0.0, 0.0, 1.0),
         "past": ((-math.inf, 0.0, 0.0, 0.0, 1.0),) * PAST,
         "past_next": 0.0,
@@ -62,10 +89,8 @@ def filter_memory(n: int) -> dict:
     }
 
 
-#: What filters log, besides the innovations of their sensors.
-LOG = dict.fromkeys(("rejected", "starts", "not_started"), "1") | {
-    "isolated": (Axis("sensor", SENSOR_LABELS, ("1",) * CHANNELS),)
-}
+#: What filters log, besides the innovations of their sensors and which of them are isolated.
+LOG = dict.fromkeys(("rejected", "starts", "not_started"), "1")
 
 
 def describe_keys(spec: type[Spec]) -> str:
@@ -94,6 +119,8 @@ class Filter(SensorKeys):
     """
 
     gives: ClassVar = frozenset({"attitude", "rate"})
+    #: Keys of errors of devices that are states, or may be.
+    states_of_devices: ClassVar[tuple[Assumed, ...]] = _MAGNETOMETER_STATES
     #: Whether a gyro shows the motion.
     has_gyro: ClassVar[bool] = False
     #: The kernel, and what it remembers beyond `filter_memory`.
@@ -131,8 +158,18 @@ class Filter(SensorKeys):
     longest_gap_s: float = Field(default=10.0, gt=0.0)
     """Age up to which the filter takes over another estimator's attitude, or its own after a pause.
     """
+    unit_noise: dict[str, Annotated[float, Field(gt=0.0)]] = Field(default_factory=dict)
+    """Noise of single ones of several devices of a kind by their names, in the unit of the kind's
+    noise; left out: that of the kind.
+    """
     record_covariance: bool = False
     """Record the states beyond the attitude, and the covariance matrix of all errors."""
+
+    @property
+    def assumes(self) -> tuple[Assumed, ...]:
+        """What the keys say of devices: of the noise of sensors, and of errors that are states."""
+        states = (each for each in self.states_of_devices if getattr(self, each.key) is not None)
+        return (*super().assumes, *states)
 
     @model_validator(mode="after")
     def _errors_of_the_magnetometer(self):
@@ -181,24 +218,14 @@ class Filter(SensorKeys):
         """Variances of all states at the start, 0 for those that the filter does not have."""
         raise NotImplementedError
 
-    def sensing(self) -> Sensing:
+    def sensing(self, units: Sequence[Flown] = ()) -> Sensing:
         """Noise of the sensors and limits of the filter for the kernels."""
+        last = UNITS_AT + len(units) if units else self.after_last()
         from scipy.special import chdtri  # a third of a second of importing
 
-        across_deg = self.star_tracker_noise_deg or 0.0
-        about_deg = self.star_tracker_boresight_noise_deg or across_deg
         return Sensing(
-            (1e-9 * (self.magnetometer_noise_nt or 0.0)) ** 2,
-            math.radians(self.sun_noise_deg or 0.0) ** 2,
-            math.radians(across_deg) ** 2,
-            math.radians(about_deg) ** 2,
-            self.star_tracker_boresight or (0.0, 0.0, 1.0),
-            math.radians(self.horizon_noise_deg or 0.0) ** 2,
-            (self.cell_noise or 0.0) ** 2,
-            self.cell_albedo,
-            self.cell_albedo_error,
-            self.cells(),
-            float(self.after_last()),
+            *(each.constants(self) for each in BY_NAME.values()),
+            float(last),
             float(chdtri(1, self.gate)),
             float(chdtri(2, self.gate)),
             float(chdtri(3, self.gate)),
@@ -217,16 +244,22 @@ class Filter(SensorKeys):
         """Variance of each component of the filter's states at the start, by the states' names."""
         return {name: v for name, v in self.variances()._asdict().items() if v > 0.0}
 
-    def estimator(self) -> Estimator:
-        """The filter, not yet started."""
+    def estimator(self, units: Sequence[Flown] = ()) -> Estimator:
+        """The filter, not yet started; `units`: devices of kinds of which a satellite has several.
+
+        Each of them is a measurement of its own, but for magnetometers alone: the filter that
+        starts by the field reads what laws read.
+        """
         cls, parameters = type(self), self.constants()
-        n, kernel = 3 * len(self.initial_variances()), cls.kernel
-        memory = filter_memory(n) | cls.remembers
+        n, kernel, units = 3 * len(self.initial_variances()), cls.kernel, self.measured(units)
+        memory = filter_memory(n, self.unit_constants(units)) | cls.remembers
+        parameters = parameters._replace(sensing=self.sensing(units))
         if self.starts_by_field:
             kernel, more = cls.by_field
             # first: a record that begins as another does is a kind of it to Numba, which warns
             memory = more(n) | memory
-        return Estimator(self.kind, kernel, parameters, memory, self.logs(), self.needs, spec=self)
+        logs = self.logs(units)
+        return Estimator(self.kind, kernel, parameters, memory, logs, self.needs, spec=self)
 
     @property
     def starts_by_field(self) -> bool:
@@ -236,13 +269,58 @@ class Filter(SensorKeys):
     @property
     def needs(self) -> frozenset[str]:
         """Ephemeris, and those sensors used that are not always read."""
-        return frozenset({"ephemeris", *({"sun", "horizon", "sun_cells"} & set(self.sensors))})
+        words = {DEVICE_OF[sensor].need for sensor in self.sensors}
+        return frozenset({"ephemeris", *words} - {""})
 
-    def logs(self) -> dict:
+    def measured(self, units: Sequence[Flown]) -> Sequence[Flown]:
+        """All units of several devices, if the filter measures with any of them; else none."""
+        return units if self.measured_names(units) else ()
+
+    def measured_names(self, units: Sequence[Flown]) -> tuple[str, ...]:
+        """Names of those of several devices that are measurements of their own."""
+        if self.starts_by_field:
+            return ()
+        used = {DEVICE_OF[sensor].name for sensor in self.sensors}
+        return tuple(each.name for each in units if each.device.name in used)
+
+    def unit_constants(self, units: Sequence[Flown]) -> tuple:
+        """Constants of units, a row each: channel of its kind (-1: not measured), its own."""
+        rows, names = [], {device.name: name for name, device in DEVICE_OF.items()}
+        for each in units:
+            name = names.get(each.device.name, "")
+            if name not in self.sensors:
+                rows.append(NO_UNITS[0])
+                continue
+            measured = BY_NAME[name]
+            own = self.unit_noise.get(each.name, getattr(self, measured.noise))
+            keys = self.model_copy(update={measured.noise: own})
+            numbers = flat(measured.of_unit(keys, each.spec))
+            rest = (0.0,) * (UNIT_NUMBERS - 1 - len(numbers))
+            rows.append((float(CHANNEL_OF[name]), *map(float, numbers), *rest))
+        return (*rows, *NO_UNITS[len(rows) :])
+
+    def with_units(self, units: Sequence[Flown]) -> Self:
+        """This filter with one device for several: with the noise that they have together."""
+        changed = {}
+        for name in self.sensors:
+            own = [u for u in self.measured(units) if u.device is DEVICE_OF[name]]
+            noise = BY_NAME[name].noise
+            given = [self.unit_noise.get(each.name, getattr(self, noise)) for each in own]
+            if given:
+                changed[noise] = sum(each**-2.0 for each in given) ** -0.5
+        return self.model_copy(update=changed)
+
+    def logs(self, units: Sequence[Flown] = ()) -> dict:
         """What is logged: names in the memory, units or axes."""
+        labels = (*SENSOR_LABELS, *(each.name for each in units))
         by_field = {"hypotheses": "1"} if self.starts_by_field else {}
         covariance = state_axes(self.initial_variances()) if self.record_covariance else {}
         innovations = {
             f"innovation_{sensor}": "1" for sensor in NOISE_KEYS if sensor in self.sensors
         }
-        return innovations | LOG | by_field | covariance
+        isolated = {"isolated": (Axis("sensor", labels, ("1",) * len(labels)),)}
+        if units:
+            names = tuple(each.name for each in units)
+            rows = Axis("unit", names, ("1",) * len(names))
+            isolated["innovation_units"] = (rows, Axis("axis", tuple("xyz"), ("1",) * 3))
+        return innovations | LOG | isolated | by_field | covariance

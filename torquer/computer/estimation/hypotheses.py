@@ -16,12 +16,14 @@ this memory see the mixture.
 import math
 
 from torquer.compile.engine import inlined, plugged
+from torquer.computer.estimation.channels import measure
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     factor_innovation,
     gain_element,
     mean_variance,
 )
+from torquer.computer.estimation.isolation import isolate_what_is_no_number
 from torquer.computer.estimation.kalman import (
     advance,
     nothing_estimated,
@@ -29,8 +31,7 @@ from torquer.computer.estimation.kalman import (
     state_estimate,
     take_readings,
 )
-from torquer.computer.estimation.measurements.magnetometer import magnetometer
-from torquer.computer.estimation.measurements.measurement import FIELD_CHANNEL
+from torquer.computer.estimation.measurements.table import FIELD_CHANNEL
 from torquer.computer.estimation.starts import UNINFORMED, has_attitude
 from torquer.computer.estimation.triad import put_quaternion, rate_between, read_quaternion
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
@@ -60,8 +61,9 @@ def step_by_field(
     `remembered(memory)`: what `propagate` reads of the step before; `put_remembered(memory, it)`.
     """
     starts = memory.starts
+    isolate_what_is_no_number(inputs, parameters.sensing, memory)
     if not has_attitude(inputs, parameters, memory, begin, rate_of):
-        return nothing_estimated(parameters, memory)
+        return nothing_estimated(inputs, parameters, memory)
     if memory.starts > starts:
         memory.hypotheses = 0.0
         # an attitude that is taken over includes the readings until then
@@ -133,7 +135,8 @@ def log_likelihood(inputs, parameters, memory, omega):
 
     A reading beyond the gate counts as one at the gate: a fault must not decide.
     """
-    m, gain = magnetometer(inputs, parameters, memory, omega), memory.gain
+    m, _ = measure(inputs, parameters, memory, FIELD_CHANNEL, omega, 0.0)
+    gain = memory.gain
     if m.count == 0:
         return 0.0
     for i in range(gain.shape[1]):

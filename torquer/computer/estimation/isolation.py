@@ -6,20 +6,24 @@ See `torquer.computer.estimation.watch` for the tests; design/0010 for what was 
 import math
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.covariance import ATTITUDE, RATE_ERROR, mean_variance
-from torquer.computer.estimation.measurements.magnetometer import has_field_magnitude
-from torquer.computer.estimation.measurements.measurement import (
-    CHANNELS,
-    FIELD_CHANNEL,
-    FIRST_CELL,
-    STAR_CHANNEL,
-    SUN_CHANNEL,
-    VECTORS,
+from torquer.computer.estimation.channels import (
     is_field_alone,
+    is_odd,
+    noise_of_directions,
+    reads_number,
+)
+from torquer.computer.estimation.covariance import ATTITUDE, RATE_ERROR, mean_variance
+from torquer.computer.estimation.isolation_states import NO_NUMBER, ODD, STUCK, USED
+from torquer.computer.estimation.measurements.table import (
+    DIRECTIONS,
+    FIRST_CELL,
+    UNITS_AT,
+    VECTORS,
 )
 from torquer.computer.estimation.triad import CONTRADICTION_RAD, read_quaternion
 from torquer.computer.estimation.watch import GROWN_S, watch
 from torquer.maths.geometry.vec3 import dot
+from torquer.spacecraft.sensors.device import MOST_UNITS
 
 #: Number of rejected readings in a row from which on something is wrong; by chance it is not.
 _FEW = 3.0
@@ -30,9 +34,17 @@ _APART_S = 10.0
 _CALM_S, _AT_REST = 150.0, 1e-11
 #: Variance [rad^2] of an attitude that may be wrong altogether, as from the field alone.
 _ANY_ATTITUDE = 1.0
-#: What a sensor is to the filter: used, or isolated because its readings do not turn with the body,
-#: cannot be (a field of another magnitude, the Sun in the umbra), contradict those of others.
-USED, STUCK, ODD, CONTRADICTS = 0.0, 1.0, 2.0, 3.0
+
+
+@inlined
+def isolate_what_is_no_number(inputs, sensing, memory):
+    """Isolate the sensors whose latest reading is no number until they read one."""
+    for channel in range(int(sensing.after_last)):
+        is_number, status = reads_number(inputs, sensing, memory, channel), memory.isolated[channel]
+        if status == USED and not is_number:
+            memory.isolated[channel] = NO_NUMBER
+        elif status == NO_NUMBER and is_number:
+            memory.isolated[channel] = USED
 
 
 @inlined
@@ -45,18 +57,15 @@ def judge(inputs, parameters, memory, m, sensor, rate_variances):
     The motion is in doubt where a sensor that is not stuck turns in another way while its readings
     are being rejected; not if it turns by so much that others' readings would be rejected, too.
     """
-    if sensor >= VECTORS:
+    if FIRST_CELL <= sensor < UNITS_AT:
         return
+    watched = memory.watched[sensor if sensor < UNITS_AT else sensor - UNITS_AT + VECTORS]
     q, rotation = read_quaternion(memory.q), read_quaternion(memory.rotation)
     now, attitude = memory.t_s, mean_variance(memory.covariance, ATTITUDE)
     doubted = _ANY_ATTITUDE if is_field_alone(parameters.sensing) else attitude
     variances = (attitude, rate_variances[0], rate_variances[1], doubted)
-    turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
-    odd, most = False, parameters.sensing.most_rejected
-    if sensor == FIELD_CHANNEL:
-        odd = not has_field_magnitude(parameters, m.read, m.reference)
-    elif sensor == SUN_CHANNEL:
-        odd = inputs.ephemeris.sunlit_fraction == 0.0
+    turned = watch(watched, now, m, q, rotation, variances)
+    odd, most = is_odd(inputs, parameters, memory, m, sensor), parameters.sensing.most_rejected
     status = sensor_status(
         memory.isolated[sensor], turned, odd, memory.rejected_in_a_row[sensor], most
     )
@@ -96,9 +105,7 @@ def is_to_blame(inputs, sensing, memory, sensor, rate_error):
     if memory.rejected_in_a_row[sensor] < _FEW:
         return False
     b = inputs.ephemeris.b_inertial_t
-    noticed = CONTRADICTION_RAD + 6.0 * math.sqrt(
-        sensing.r_sun + sensing.r_nadir + sensing.r_cell + sensing.r_field / dot(b, b)
-    )
+    noticed = CONTRADICTION_RAD + 6.0 * math.sqrt(noise_of_directions(sensing, dot(b, b)))
     large = rate_error * GROWN_S > noticed
     return not (large and others_agree(inputs, sensing, memory, sensor))
 
@@ -120,18 +127,37 @@ def directions_in_agreement(inputs, sensing, memory, sensor):
     """Number of directions by other sensors that agree with the filter.
 
     Their readings have been accepted of late and turn as propagated. A star tracker gives two, all
-    Sun cells together give one.
+    Sun cells together give one; so do several devices of a kind.
     """
     count = cells = 0
-    for k in range(CHANNELS):
-        recent = inputs.t_s - memory.read_s[k] <= sensing.gap
-        accepted = memory.isolated[k] == USED and memory.rejected_in_a_row[k] == 0.0
-        if k != sensor and recent and accepted and memory.missed[k] == 0.0:
+    for k in range(UNITS_AT):
+        if k != sensor and agrees(inputs, sensing, memory, k):
             if k >= FIRST_CELL:
                 cells = 1
             else:
-                count += 2 if k == STAR_CHANNEL else 1
+                count += DIRECTIONS[k]
+        elif k < FIRST_CELL and unit_agrees(inputs, sensing, memory, sensor, k):
+            count += DIRECTIONS[k]
     return count + cells
+
+
+@inlined
+def agrees(inputs, sensing, memory, k):
+    """Whether a channel's readings have been accepted of late and turn as propagated."""
+    recent = inputs.t_s - memory.read_s[k] <= sensing.gap
+    accepted = memory.isolated[k] == USED and memory.rejected_in_a_row[k] == 0.0
+    return recent and accepted and memory.missed[k] == 0.0
+
+
+@inlined
+def unit_agrees(inputs, sensing, memory, sensor, kind):
+    """Whether another one of several devices of a kind agrees."""
+    found = False
+    for u in range(MOST_UNITS):
+        k = UNITS_AT + u
+        if k != sensor and memory.unit_constants[u, 0] == kind:
+            found = found or agrees(inputs, sensing, memory, k)
+    return found
 
 
 @inlined

@@ -8,6 +8,7 @@ filtering for spacecraft attitude estimation' (1982).
 import math
 
 from torquer.compile.engine import inlined, plugged
+from torquer.computer.estimation.channels import isolate, isolate_units, keep_innovation, measure
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     RATE_ERROR,
@@ -15,21 +16,11 @@ from torquer.computer.estimation.covariance import (
     turn_attitude,
     update,
 )
-from torquer.computer.estimation.isolation import USED, is_broken, judge, widen
-from torquer.computer.estimation.measurements.horizon_sensor import horizon_sensor
-from torquer.computer.estimation.measurements.magnetometer import magnetometer
-from torquer.computer.estimation.measurements.measurement import (
-    CHANNELS,
-    FIELD_CHANNEL,
-    FIRST_CELL,
-    NADIR_CHANNEL,
-    STAR_CHANNEL,
-    SUN_CHANNEL,
-    estimated_rows,
-)
-from torquer.computer.estimation.measurements.star_tracker import keep_rotation, star_tracker
-from torquer.computer.estimation.measurements.sun_cells import put_earthlight, sun_cell
-from torquer.computer.estimation.measurements.sun_sensors import sun_sensors
+from torquer.computer.estimation.isolation import is_broken, isolate_what_is_no_number, judge, widen
+from torquer.computer.estimation.isolation_states import USED
+from torquer.computer.estimation.measurements.measurement import estimated_rows
+from torquer.computer.estimation.measurements.star_tracker import keep_rotation
+from torquer.computer.estimation.measurements.table import FIRST_CELL, UNITS_AT
 from torquer.computer.estimation.starts import has_attitude
 from torquer.computer.estimation.triad import (
     put_quaternion,
@@ -52,8 +43,9 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
     its noise over dt); `begin`: see
     `torquer.computer.estimation.starts.find_attitude`.
     """
+    isolate_what_is_no_number(inputs, parameters.sensing, memory)
     if not has_attitude(inputs, parameters, memory, begin, rate_of):
-        return nothing_estimated(parameters, memory)
+        return nothing_estimated(inputs, parameters, memory)
     dt = inputs.t_s - memory.t_s
     advance(inputs, parameters, memory, dt, propagate, rate_of)
     return state_estimate(inputs, parameters, memory, dt, rate_of)
@@ -66,7 +58,7 @@ def advance(inputs, parameters, memory, dt, propagate, rate_of):
     propagate(inputs, parameters, memory, dt)
     follow(memory.rotation, before, read_quaternion(memory.q))
     memory.t_s = inputs.t_s
-    if parameters.sensing.r_star > 0.0:
+    if parameters.sensing.star_tracker.r > 0.0:
         keep_rotation(memory)
     widen(memory, dt)
     omega, _, lasting, noise = rate_of(inputs, parameters, memory, dt)
@@ -79,30 +71,18 @@ def state_estimate(inputs, parameters, memory, dt, rate_of):
     omega, bias, lasting, noise = rate_of(inputs, parameters, memory, dt)
     sigma = math.sqrt(mean_variance(memory.covariance, ATTITUDE))
     q, sigma_rate = read_quaternion(memory.q), math.sqrt(lasting + noise)
-    return Estimate(memory.t_s, q, omega, bias, sigma, sigma_rate, isolate(parameters, memory))
+    wrong, units = isolate(inputs, parameters, memory), isolate_units(memory)
+    return Estimate(memory.t_s, q, omega, bias, sigma, sigma_rate, wrong, units)
 
 
 @inlined
-def isolate(parameters, memory):
-    """Which sensors the filter judges to be wrong, as `Estimate` has them."""
-    field = 1.0 if memory.isolated[FIELD_CHANNEL] != USED else 0.0
-    sun = 1.0 if memory.isolated[SUN_CHANNEL] != USED else 0.0
-    stars = 1.0 if memory.isolated[STAR_CHANNEL] != USED else 0.0
-    horizon, cells = 1.0 if memory.isolated[NADIR_CHANNEL] != USED else 0.0, 0.0
-    for k in range(FIRST_CELL, CHANNELS):
-        cells = 1.0 if memory.isolated[k] != USED else cells
-    doubtful = memory.rate_error > 0.0 or memory.unrest > 0.0
-    gyro = parameters.sensing.has_gyro if doubtful else 0.0
-    return (field, 0.0, gyro, sun, stars, 0.0, horizon, cells)
-
-
-@inlined
-def nothing_estimated(parameters, memory):
+def nothing_estimated(inputs, parameters, memory):
     """The estimate of a filter without an attitude: which sensors it judges to be wrong."""
     e = UNKNOWN_ESTIMATE
     nothing, bias = e.omega_body_rad_s, e.gyro_bias_rad_s
-    wrong = isolate(parameters, memory)
-    return Estimate(e.t_s, e.q_body_to_inertial, nothing, bias, e.sigma_rad, e.sigma_rad_s, wrong)
+    wrong, units = isolate(inputs, parameters, memory), isolate_units(memory)
+    q = e.q_body_to_inertial
+    return Estimate(e.t_s, q, nothing, bias, e.sigma_rad, e.sigma_rad_s, wrong, units)
 
 
 @inlined
@@ -113,41 +93,23 @@ def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     propagated rotation by white noise [rad^2/s]; `judged`: whether the sensors and the motion are
     tested, too.
     """
-    at = inputs.read_at
     for sensor in range(int(parameters.sensing.after_last)):
-        if sensor == FIELD_CHANNEL:
-            m = magnetometer(inputs, parameters, memory, omega)
-            read_s, innovation = at.magnetometer_s, memory.innovation_magnetometer
-        elif sensor == SUN_CHANNEL:
-            m = sun_sensors(inputs, parameters, memory, omega)
-            read_s, innovation = at.sun_sensors_s, memory.innovation_sun
-        elif sensor == STAR_CHANNEL:
-            m = star_tracker(inputs, parameters, memory, omega, rate_variances[1])
-            read_s, innovation = at.attitude_sensor_s, memory.innovation_star_tracker
-        elif sensor == NADIR_CHANNEL:
-            m = horizon_sensor(inputs, parameters, memory, omega)
-            read_s, innovation = at.horizon_sensor_s, memory.innovation_horizon
-        else:
-            if sensor == FIRST_CELL:
-                put_earthlight(inputs, parameters.sensing, memory)
-            m = sun_cell(inputs, parameters, memory, sensor - FIRST_CELL, omega)
-            read_s, innovation = at.sun_cells_s, memory.innovation_cell
-        put_vector(innovation, NOTHING)
+        m, read_s = measure(inputs, parameters, memory, sensor, omega, rate_variances[1])
+        put_vector(memory.innovation_cell, NOTHING)
         if m.count > 0:
             memory.read_s[sensor] = read_s
             if judged:
                 judge(inputs, parameters, memory, m, sensor, rate_variances)
-            take(parameters.sensing, memory, m, sensor, innovation)
-        if sensor >= FIRST_CELL:
-            memory.innovation_sun_cells[sensor - FIRST_CELL] = innovation[0]
+            take(parameters.sensing, memory, m, sensor)
+        keep_innovation(memory, sensor)
 
 
 @inlined
-def take(sensing, memory, m, sensor, innovation):
+def take(sensing, memory, m, sensor):
     """Update by a sensor's measurement, and correct the states, unless it is rejected.
 
-    `innovation`: cells for the whitened innovation. A sensor that is isolated because it
-    contradicts the others is still compared with the filter, and used again once it agrees.
+    A sensor that is isolated because it contradicts the others is still compared with the filter,
+    and used again once it agrees.
     """
     row = memory.rejected_in_a_row
     if is_broken(memory, sensor):
@@ -155,12 +117,12 @@ def take(sensing, memory, m, sensor, innovation):
         row[sensor] += 1.0
         return
     gate = sensing.gate_3 if m.count == 3 else sensing.gate_2
-    if sensor >= FIRST_CELL:
+    if FIRST_CELL <= sensor < UNITS_AT:
         gate = sensing.gate_1
     used = gate if memory.isolated[sensor] == USED else -1.0
     p, gain, correction = memory.covariance, memory.gain, memory.correction
     nis, accepted, e = update(p, gain, correction, m, used, estimated_rows(sensing, p))
-    put_vector(innovation, (e[0], e[1], e[2] if m.count == 3 else math.nan))
+    put_vector(memory.innovation_cell, (e[0], e[1], e[2] if m.count == 3 else math.nan))
     if accepted:
         row[sensor] = 0.0
         put_back(memory)

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia, Vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.estimation.channels import Sensing
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     IDENTITY,
@@ -29,10 +30,9 @@ from torquer.computer.estimation.covariance import (
     skew,
     state_slices,
 )
-from torquer.computer.estimation.filter import Filter, describe_keys
+from torquer.computer.estimation.filter import SIGMAS, Filter, describe_keys
 from torquer.computer.estimation.hypotheses import hypotheses_memory, step_by_field
 from torquer.computer.estimation.kalman import step
-from torquer.computer.estimation.measurements.measurement import Sensing
 from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.environment.earth.gravity import gravity_gradient_at, gravity_gradient_torque
 from torquer.maths.geometry.frames import mat_mul, transpose
@@ -50,6 +50,7 @@ from torquer.maths.geometry.vec3 import (
     as_symmetric,
     as_vector,
     cross,
+    is_finite,
     norm,
     put_vector,
     read_vector,
@@ -57,6 +58,7 @@ from torquer.maths.geometry.vec3 import (
     sub,
     sym_vec,
 )
+from torquer.spacecraft.data_sheet import Assumed
 
 #: First row of the rate.
 RATE = 3
@@ -187,6 +189,13 @@ def propagate_covariance(p, linear, torque, inverse, dipole, dt):
 
 
 @inlined
+def known_momentum(inputs, parameters, memory):
+    """Momentum of all wheels [N m s]; the one before where the tachometers read no number."""
+    h = inputs.wheel_momentum_body_n_m_s
+    return add(h, parameters.fixed) if is_finite(h) else read_vector(memory.wheels)
+
+
+@inlined
 def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
     """Start the rate: that of an estimator taken over, or zero with the prior's variance."""
     e, omega, variance = inputs.estimate, (0.0, 0.0, 0.0), parameters.prior.rate
@@ -196,7 +205,7 @@ def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
             variance = min(variance, 3.0 * e.sigma_rad_s * e.sigma_rad_s)
     put_state(memory.states, RATE, omega)
     put_uncorrelated(memory.covariance, RATE, variance)
-    put_vector(memory.wheels, add(inputs.wheel_momentum_body_n_m_s, parameters.fixed))
+    put_vector(memory.wheels, known_momentum(inputs, parameters, memory))
 
 
 @inlined
@@ -209,9 +218,11 @@ def propagate(inputs, parameters, memory, dt):
         inputs.ephemeris,
         state_slices(parameters.prior).residual_dipole,
     )
-    wheels, after = read_vector(memory.wheels), add(inputs.wheel_momentum_body_n_m_s, p.fixed)
+    wheels, after = read_vector(memory.wheels), known_momentum(inputs, p, memory)
     q, omega = read_quaternion(memory.q), read_state(memory.states, RATE)
-    dipole = add(read_state(memory.states, dipole_at), inputs.coil_dipole_body_a_m2)
+    dipole = read_state(memory.states, dipole_at)
+    if is_finite(inputs.coil_dipole_body_a_m2):
+        dipole = add(dipole, inputs.coil_dipole_body_a_m2)
     steps = 1 + int(min(norm(omega) * dt / _LONGEST_TURN, 1000.0))
     h = dt / steps
     gained = scale(1.0 / steps, sub(after, wheels))
@@ -273,6 +284,10 @@ class KalmanDynamics(Filter):
     kernel: ClassVar = kalman_dynamics
     by_field: ClassVar = (kalman_dynamics_by_field, hypotheses_memory)
     remembers: ClassVar = {"wheels": (0.0, 0.0, 0.0)}
+    states_of_devices: ClassVar = (
+        *Filter.states_of_devices,
+        Assumed("dipole_sigma_a_m2", "coils", "bias", SIGMAS),
+    )
     inertia_kg_m2: Inertia
     """Inertia of the body with its wheels: three moments or 3x3."""
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
@@ -288,6 +303,11 @@ class KalmanDynamics(Filter):
     """Estimate the residual dipole, too, with this standard deviation about zero at the start; left
     out: no dipole.
     """
+
+    @property
+    def assumes(self) -> tuple[Assumed, ...]:
+        """What the keys say of devices, and of the rate at the start."""
+        return (*super().assumes, Assumed("rate_sigma_deg_s", "initial", "rate", SIGMAS))
 
     def variances(self) -> States:
         """Variances of all states at the start, 0 for those that the filter does not have."""

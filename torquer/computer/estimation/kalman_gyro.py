@@ -12,6 +12,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.estimation.channels import Sensing
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     IDENTITY,
@@ -27,10 +28,9 @@ from torquer.computer.estimation.covariance import (
     skew,
     state_slices,
 )
-from torquer.computer.estimation.filter import Filter, describe_keys
+from torquer.computer.estimation.filter import SIGMAS, Filter, describe_keys
 from torquer.computer.estimation.hypotheses import hypotheses_memory, step_by_field
 from torquer.computer.estimation.kalman import step
-from torquer.computer.estimation.measurements.measurement import Sensing
 from torquer.computer.estimation.mounting import by_misalignment, by_scale, without_mounting
 from torquer.computer.estimation.triad import put_quaternion, read_quaternion
 from torquer.maths.geometry.frames import mat_mul, transpose
@@ -51,6 +51,7 @@ from torquer.maths.geometry.vec3 import (
     scale,
     sub,
 )
+from torquer.spacecraft.data_sheet import Assumed
 
 #: First row of the gyro's bias.
 BIAS = 3
@@ -120,14 +121,36 @@ def propagate_covariance(parameters, p, omega, turn, dt):
 
 
 @inlined
-def keep_reading(inputs, memory):
-    """Keep the gyro's latest reading if it is new and finite; the two before stay."""
+def forget_gyro(inputs, parameters, memory):
+    """Forget readings and errors of the gyros used so far: the rate is of others."""
+    prior, at = parameters.prior, state_slices(parameters.prior)
+    zero = (0.0, 0.0, 0.0)
+    put_state(memory.states, BIAS, zero)
+    put_uncorrelated(memory.covariance, BIAS, prior.gyro_bias)
+    if at.gyro_scale > 0:
+        put_state(memory.states, at.gyro_scale, zero)
+        put_uncorrelated(memory.covariance, at.gyro_scale, prior.gyro_scale)
+    if at.gyro_misalignment > 0:
+        put_state(memory.states, at.gyro_misalignment, zero)
+        put_uncorrelated(memory.covariance, at.gyro_misalignment, prior.gyro_misalignment)
+    for k in range(3):
+        memory.gyro_s[k] = -math.inf
+
+
+@inlined
+def keep_reading(inputs, parameters, memory):
+    """Keep the gyro's latest reading if it is new and finite; the two before stay if they are its.
+
+    The first reading of other gyros than before: what was known of their errors is not theirs.
+    """
     omega, at = inputs.omega_body_rad_s, inputs.read_at.gyro_s
     if at > memory.gyro_s[2] and math.isfinite(omega[0] + omega[1] + omega[2]):
+        if inputs.gyro_units != memory.gyro_units and memory.gyro_s[2] > -math.inf:
+            forget_gyro(inputs, parameters, memory)
         for k in range(2):
             memory.gyro_s[k] = memory.gyro_s[k + 1]
             put_vector(memory.gyro_rad_s[k], read_vector(memory.gyro_rad_s[k + 1]))
-        memory.gyro_s[2] = at
+        memory.gyro_s[2], memory.gyro_units = at, inputs.gyro_units
         put_vector(memory.gyro_rad_s[2], omega)
 
 
@@ -270,14 +293,14 @@ def put_remembered(memory, before):
 @kernel
 def kalman_gyro(inputs, parameters, memory):
     """One step of the filter with a gyro."""
-    keep_reading(inputs, memory)
+    keep_reading(inputs, parameters, memory)
     return step(inputs, parameters, memory, begin, propagate, read_rate)
 
 
 @kernel
 def kalman_gyro_by_field(inputs, parameters, memory):
     """One step of a filter with a gyro that uses the magnetometer alone."""
-    keep_reading(inputs, memory)
+    keep_reading(inputs, parameters, memory)
     return step_by_field(
         inputs, parameters, memory, begin, propagate, read_rate, remember, put_remembered
     )
@@ -297,8 +320,15 @@ class KalmanGyro(Filter):
     remembers: ClassVar = {
         "gyro_s": (-math.inf, -math.inf, -math.inf),
         "gyro_rad_s": ((0.0, 0.0, 0.0),) * 3,
+        "gyro_units": 0.0,
     }
     by_field: ClassVar = (kalman_gyro_by_field, hypotheses_memory)
+    states_of_devices: ClassVar = (
+        Assumed("gyro_bias_sigma_deg_s", "gyro", "bias", SIGMAS),
+        *Filter.states_of_devices,
+        Assumed("gyro_scale_sigma", "gyro", "scale", SIGMAS),
+        Assumed("gyro_misalignment_sigma_deg", "gyro", "misalignment", SIGMAS),
+    )
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
     """White noise of the gyro, deg/sqrt(s); readings with a standard deviation sigma, taken every T
     seconds, have sigma sqrt(T).
@@ -315,6 +345,12 @@ class KalmanGyro(Filter):
     """Standard deviation of the gyro's misalignment about each axis, as a further state of the
     filter; left out: no misalignment.
     """
+
+    @property
+    def assumes(self) -> tuple[Assumed, ...]:
+        """What the keys say of devices, the gyro's noise among it."""
+        white = Assumed("angle_random_walk_deg_sqrt_s", "gyro", "white")
+        return (*super().assumes, white, Assumed("rate_random_walk_deg_s_sqrt_s", "gyro", "drift"))
 
     def variances(self) -> States:
         """Variances of all states at the start, 0 for those that the filter does not have."""

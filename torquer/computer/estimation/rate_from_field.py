@@ -33,7 +33,7 @@ def rate_from_field(inputs, parameters, memory):
     Not known before the second reading, nor where the field is zero or not of finite numbers.
     """
     b, t_s = inputs.b_body_t, inputs.read_at.magnetometer_s
-    if memory.has_reading == 0.0:
+    if memory.has_reading == 0.0 or not memory.t_s < math.inf:
         memory.has_reading, memory.t_s = 1.0, t_s
         put_vector(memory.b_body_t, b)
     # the half of a microsecond keeps rounding of the times from skipping a reading
@@ -65,7 +65,7 @@ class RateFromField(Spec):
     interval_s: float = Field(default=0.0, ge=0.0)
     """Least time between the two readings; 0: from one reading to the next."""
 
-    def estimator(self) -> Estimator:
+    def estimator(self, units=()) -> Estimator:
         """The estimator with this interval."""
         return Estimator(
             self.kind,

@@ -1,73 +1,45 @@
 """The sensors that a Kalman filter uses, and their noise as it believes it: keys of its spec."""
 
-import math
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from torquer.base.spec import Spec, unit_vector
-from torquer.computer.estimation.measurements.measurement import SENSOR_OF, VECTORS
-from torquer.computer.interface import SENSORS
-from torquer.spacecraft.failures import in_words
-from torquer.spacecraft.sensors.sun_cells import CELLS, Normals
+from torquer.base.spec import Spec
+from torquer.computer.estimation.measurements.table import BY_NAME, CHANNEL_OF, DEVICE_OF, LABELS
+from torquer.spacecraft.data_sheet import Assumed
 
 #: Key of each sensor's noise, in the order of the filter's channels.
-NOISE_KEYS = {sensor: f"{sensor}_noise_deg" for sensor in SENSOR_OF} | {
-    "magnetometer": "magnetometer_noise_nt",
-    "sun_cells": "cell_noise",
-}
+NOISE_KEYS = {name: measured.noise for name, measured in BY_NAME.items()}
 #: What they are called in text.
-SENSOR_WORDS = {name: in_words(SENSORS[number]) for name, number in SENSOR_OF.items()} | {
-    "star_tracker": "star tracker"
-}
+SENSOR_WORDS = {name: measured.said for name, measured in BY_NAME.items()}
 #: Labels of the filter's channels.
-SENSOR_LABELS = (*tuple(SENSOR_OF)[:VECTORS], *(f"sun_cell_{k}" for k in range(CELLS)))
+SENSOR_LABELS = LABELS
+if TYPE_CHECKING:  # keys of all measurements
+    OwnKeys: Any = Spec
+    SensorName = str
+else:
+    OwnKeys = type("OwnKeys", tuple(each.keys for each in reversed(BY_NAME.values())), {})
+    SensorName = Literal[tuple(BY_NAME)]
 
 
-class SensorKeys(Spec):
+class SensorKeys(OwnKeys):
     """Sensors of a filter, and their noise as the filter believes it."""
 
-    sensors: tuple[Literal["magnetometer", "sun", "star_tracker", "horizon", "sun_cells"], ...] = (
-        "magnetometer",
-        "sun",
-    )
+    sensors: tuple[SensorName, ...] = ("magnetometer", "sun")
     """Sensors that the filter uses; the star tracker is the attitude sensor."""
-    magnetometer_noise_nt: Annotated[float, Field(gt=0.0)] | None = None
-    """Standard deviation of each component of a magnetometer reading, errors of the field model
-    included; given if the filter uses the magnetometer.
-    """
-    sun_noise_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
-    """Standard deviation of each component of a Sun reading; given if the filter uses Sun sensors.
-    """
-    star_tracker_noise_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
-    """Standard deviation of a reading of the star tracker about each axis across its boresight;
-    given if the filter uses it.
-    """
-    star_tracker_boresight_noise_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
-    """Standard deviation of a reading of the star tracker about its boresight; left out: the same
-    as across it.
-    """
-    star_tracker_boresight: unit_vector("boresight") | None = None
-    """Boresight of the star tracker in the body; given with its noise about it."""
-    horizon_noise_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
-    """Standard deviation of each component of a reading of the horizon sensor, that of the horizon
-    included; given if the filter uses it.
-    """
-    cell_noise: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
-    """Standard deviation of the signal of a Sun cell, in parts of full sunlight, errors of its
-    scale included; given if the filter uses Sun cells.
-    """
-    cell_normals: Normals | None = None
-    """Normals of the Sun cells in the body, at most six; given if the filter uses them."""
-    cell_half_field_deg: float = Field(default=90.0, gt=0.0, le=90.0)
-    """Angle from its normal up to which a Sun cell is used."""
-    cell_albedo: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Albedo of the Earth by which its light is taken off the signals of Sun cells; 0: it is not.
-    """
-    cell_albedo_error: float = Field(default=0.0, ge=0.0)
-    """Relative standard deviation of the Earth's light on a Sun cell, by which its signal is
-    trusted less.
-    """
+
+    @property
+    def assumes(self) -> tuple[Assumed, ...]:
+        """What the keys say of the sensors used."""
+        found = []
+        for sensor in self.sensors:
+            measured, device = BY_NAME[sensor], DEVICE_OF[sensor].name
+            found.append(Assumed(measured.noise, device, "noise"))
+            for what, key in measured.says.items():
+                if what == "noise_about" and getattr(self, key) is None:
+                    key = measured.noise
+                found.append(Assumed(key, device, what))
+        return tuple(each for each in found if getattr(self, each.key) is not None)
 
     @model_validator(mode="after")
     def _noise_of_each_sensor(self):
@@ -87,31 +59,12 @@ class SensorKeys(Spec):
         return self
 
     @model_validator(mode="after")
-    def _parts_of_sensors(self):
-        about = (self.star_tracker_boresight_noise_deg, self.star_tracker_boresight)
-        used = "star_tracker" in self.sensors
-        if (about[0] is None) != (about[1] is None) or (about[0] is not None and not used):
-            raise ValueError(
-                "star_tracker_boresight_noise_deg, star_tracker_boresight: must be given together, "
-                f"with the star tracker among the sensors; received {about[0]}, {about[1]}"
-            )
-        if (self.cell_normals is not None) != ("sun_cells" in self.sensors):
-            received = "none" if self.cell_normals is None else f"{len(self.cell_normals)}"
-            must = "given" if self.cell_normals is None else "left out"
-            raise ValueError(
-                f"cell_normals: must be {must} with sensors = {list(self.sensors)}; "
-                f"received {received}"
-            )
+    def _keys_of_a_sensor_hold_together(self):
+        for measured in BY_NAME.values():
+            measured.check(self)
         return self
 
-    def cells(self) -> tuple[tuple[float, float, float, float], ...]:
-        """Normal and cosine of the half field of each Sun cell; 2 where there is none."""
-        cosine, normals = math.cos(math.radians(self.cell_half_field_deg)), self.cell_normals or ()
-        missing = ((0.0, 0.0, 1.0, 2.0),) * (CELLS - len(normals))
-        return (*((*normal, cosine) for normal in normals), *missing)
-
     def after_last(self) -> int:
-        """The number after that of the last sensor used."""
-        if "sun_cells" in self.sensors:
-            return VECTORS + len(self.cell_normals or ())
-        return 1 + max(list(NOISE_KEYS).index(sensor) for sensor in self.sensors)
+        """The number after that of the last channel used."""
+        last = max(self.sensors, key=list(CHANNEL_OF).index)
+        return CHANNEL_OF[last] + BY_NAME[last].parts(self)

@@ -18,12 +18,13 @@ from torquer.compile.engine import inlined, kernel
 from torquer.computer.estimation.covariance import ATTITUDE, put_uncorrelated, turn_attitude
 from torquer.computer.estimation.estimator import Estimator, call_estimator
 from torquer.computer.estimation.filter import filter_memory
-from torquer.computer.estimation.measurements.measurement import VECTORS
 from torquer.computer.estimation.measurements.star_tracker import PAST
+from torquer.computer.estimation.measurements.table import WATCHERS
 from torquer.computer.estimation.starts import UNINFORMED
 from torquer.computer.estimation.triad import put_quaternion, rate_between, read_quaternion
 from torquer.computer.estimation.watch import WATCHED
-from torquer.computer.interface import UNKNOWN_ESTIMATE, put_estimate, read_estimate
+from torquer.computer.inputs import read_estimate
+from torquer.computer.interface import UNKNOWN_ESTIMATE, put_estimate
 from torquer.maths.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
@@ -105,7 +106,7 @@ def begin_at(p, memory, places, t_s, seed):
     put_uncorrelated(p, ATTITUDE, UNINFORMED)
     for i in range(3, 6):
         p[i, i] += seed[4]
-    for i in range(2 * VECTORS * WATCHED):
+    for i in range(2 * WATCHERS * WATCHED):
         memory[places.watched + i] = -math.inf
     for i in range(PAST):
         memory[places.past + 5 * i] = -math.inf

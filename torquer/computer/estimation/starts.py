@@ -3,6 +3,7 @@
 import math
 
 from torquer.compile.engine import inlined, plugged
+from torquer.computer.estimation.channels import is_field_alone, read_direction
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     forget,
@@ -10,28 +11,24 @@ from torquer.computer.estimation.covariance import (
     mean_variance,
     put_uncorrelated,
 )
-from torquer.computer.estimation.directions import contradicts, read_direction
 from torquer.computer.estimation.isolation import (
-    CONTRADICTS,
-    USED,
     directions_in_agreement,
     doubt_motion,
     is_broken,
     others_agree,
 )
-from torquer.computer.estimation.measurements.measurement import (
+from torquer.computer.estimation.isolation_states import CONTRADICTS, USED
+from torquer.computer.estimation.measurements.measurement import turn_to_now
+from torquer.computer.estimation.measurements.star_tracker import PAST, is_attitude
+from torquer.computer.estimation.measurements.table import (
+    BY_NAME,
     CHANNELS,
     FIELD_CHANNEL,
     FIRST_CELL,
-    NADIR_CHANNEL,
     STAR_CHANNEL,
-    SUN_CHANNEL,
-    VECTORS,
-    is_field_alone,
-    turn_to_now,
 )
-from torquer.computer.estimation.measurements.star_tracker import PAST, is_attitude
 from torquer.computer.estimation.triad import (
+    CONTRADICTION_RAD,
     LEAST_SINE,
     by_two,
     contradict,
@@ -40,7 +37,7 @@ from torquer.computer.estimation.triad import (
     sine_between,
 )
 from torquer.maths.geometry.quaternion import multiply, normalise, rotate
-from torquer.maths.geometry.vec3 import cross, dot, scale, unit
+from torquer.maths.geometry.vec3 import cross, dot, norm, scale, unit
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
 UNINFORMED = math.pi * math.pi / 3.0
@@ -51,7 +48,7 @@ _NOTHING_KNOWN = 2.0 * UNINFORMED
 #: makes the covariance too small by one part in this number.
 _WIDER = 1000.0
 #: Why a filter has not started, as it logs it.
-NOT_STARTED = (
+_REASONS = (
     "it has started",
     "no reading of the gyro",
     "no usable reading of the magnetometer",
@@ -62,13 +59,21 @@ NOT_STARTED = (
     "it needs a second sensor, or an attitude from another estimator",
     "no usable reading of the star tracker",
     "the star tracker contradicts a direction",
-    "no usable reading of the horizon sensor",
-    "fewer than three Sun cells in the light",
+)
+NOT_STARTED = (
+    *_REASONS,
+    *(each.missing for each in BY_NAME.values() if each.missing not in _REASONS),
 )
 STARTED, NO_RATE, NO_FIELD, NO_SUN, PARALLEL, CONTRADICTORY, INACCURATE, ONE_SENSOR = map(
     float, range(8)
 )
-NO_STARS, OTHER_STARS, NO_NADIR, FEW_CELLS = 8.0, 9.0, 10.0, 11.0
+NO_STARS, OTHER_STARS = 8.0, 9.0
+#: The reason for each channel that has no usable reading.
+_NOT_READ = tuple(
+    float(NOT_STARTED.index(each.missing))
+    for each in BY_NAME.values()
+    for _ in range(each.channels)
+)
 
 
 @plugged
@@ -101,7 +106,7 @@ def forget_all(prior, memory):
 @inlined
 def forget_readings(memory):
     """Readings and rotations before now are not compared with later ones."""
-    for sensor in range(VECTORS):
+    for sensor in range(memory.watched.shape[0]):
         memory.watched[sensor, 0, 0] = -math.inf
     for k in range(PAST):
         memory.past[k, 0] = -math.inf
@@ -198,13 +203,24 @@ def start_by_readings(inputs, parameters, memory, rejected, omega):
     sensing, found = parameters.sensing, ONE_SENSOR
     if rejected >= 0 and directions_in_agreement(inputs, sensing, memory, rejected) > 1:
         return found
-    if sensing.r_star > 0.0:
+    if sensing.star_tracker.r > 0.0:
         found = start_by_stars(inputs, parameters, memory, rejected, omega)
     if found != STARTED:
         by_two_directions = start_by_triad(inputs, parameters, memory, omega)
         if by_two_directions != ONE_SENSOR:
             found = by_two_directions
     return found
+
+
+@inlined
+def contradicts(q, d, turned):
+    """Whether a direction is not where an attitude has it; `turned`: rotation since its reading.
+
+    A misalignment that users leave out does not count, see `CONTRADICTION_RAD`.
+    """
+    seen = rotate(q, turn_to_now(turned, 1.0, d.v))
+    angle = math.atan2(norm(cross(seen, d.reference)), dot(seen, d.reference))
+    return angle > CONTRADICTION_RAD + 6.0 * math.sqrt(d.r)
 
 
 @inlined
@@ -218,12 +234,12 @@ def start_by_stars(inputs, parameters, memory, rejected, omega):
         inputs.q_body_to_inertial,
         inputs.read_at.attitude_sensor_s,
     )
-    usable = is_attitude(sensing.r_star, read, at_s, inputs.t_s - sensing.gap)
+    usable = is_attitude(sensing.star_tracker.r, read, at_s, inputs.t_s - sensing.gap)
     if is_broken(memory, STAR_CHANNEL) or not usable:
         return NO_STARS
     q, contradicting = normalise(read), 0
     for sensor in range(FIRST_CELL + 1):
-        d = read_direction(inputs, parameters, sensor)
+        d = read_direction(inputs, parameters, memory, sensor)
         if d.is_usable and not is_broken(memory, sensor):
             if not contradicts(q, d, scale(at_s - d.read_s, omega)):
                 contradicting -= 1
@@ -231,7 +247,7 @@ def start_by_stars(inputs, parameters, memory, rejected, omega):
                 contradicting += CHANNELS if sensor == rejected else 1
     if contradicting > 0:
         return OTHER_STARS
-    total = 2.0 * sensing.r_star + sensing.r_star_about
+    total = 2.0 * sensing.star_tracker.r + sensing.star_tracker.r_about
     memory.read_s[:] = -math.inf
     put_attitude(memory, at_s, q, min(_WIDER * total, UNINFORMED))
     return STARTED
@@ -247,8 +263,8 @@ def start_by_triad(inputs, parameters, memory, omega):
     for first in range(FIRST_CELL + 1):
         for second in range(first + 1, FIRST_CELL + 1):
             if found != STARTED:
-                a = read_direction(inputs, parameters, first)
-                b = read_direction(inputs, parameters, second)
+                a = read_direction(inputs, parameters, memory, first)
+                b = read_direction(inputs, parameters, memory, second)
                 if a.is_used and b.is_used:
                     missing = not_read(memory, a, first)
                     if missing == STARTED:
@@ -265,11 +281,7 @@ def not_read(memory, d, sensor):
     """Why a sensor has no usable reading; STARTED if it has."""
     if d.is_usable and not is_broken(memory, sensor):
         return STARTED
-    if sensor == FIELD_CHANNEL:
-        return NO_FIELD
-    if sensor == SUN_CHANNEL:
-        return NO_SUN
-    return NO_NADIR if sensor == NADIR_CHANNEL else FEW_CELLS
+    return _NOT_READ[sensor]
 
 
 @inlined
@@ -310,7 +322,7 @@ def start_by_direction(inputs, parameters, memory, sensor, omega):
     The remaining angle is found as the field turns along the orbit: see `hypotheses`. (The Sun's
     direction does not turn: from it alone that angle is never found.)
     """
-    d, q = read_direction(inputs, parameters, sensor), (0.0, 0.0, 0.0, 1.0)
+    d, q = read_direction(inputs, parameters, memory, sensor), (0.0, 0.0, 0.0, 1.0)
     if not d.is_usable:
         return False
     read_s, v = d.read_s, d.v

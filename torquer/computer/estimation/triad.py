@@ -13,6 +13,7 @@ from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.estimation.covariance import IDENTITY, mat_add, mat_scale, outer
 from torquer.computer.estimation.estimator import Estimator
+from torquer.computer.informed import known_vector
 from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
 from torquer.maths.geometry.frames import mat_mul, transpose
 from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
@@ -26,6 +27,7 @@ from torquer.maths.geometry.vec3 import (
     scale,
     unit,
 )
+from torquer.spacecraft.data_sheet import Assumed
 
 #: Sine of the angle between two directions below which they are taken for parallel.
 LEAST_SINE = 0.01
@@ -172,11 +174,11 @@ def triad_estimator(inputs, parameters, memory):
         return UNKNOWN_ESTIMATE
     omega, sigma_rate = read_vector(memory.omega_body_rad_s), memory.sigma_rate
     if parameters.gyro != 0.0:
-        omega, sigma_rate = inputs.omega_body_rad_s, math.nan
+        omega, sigma_rate = known_vector(inputs.omega_body_rad_s), math.nan
     q = read_quaternion(memory.q)
     e = UNKNOWN_ESTIMATE
-    bias, isolated = e.gyro_bias_rad_s, e.isolated
-    return Estimate(memory.t_s, q, omega, bias, memory.sigma, sigma_rate, isolated)
+    bias, isolated, units = e.gyro_bias_rad_s, e.isolated, e.isolated_units
+    return Estimate(memory.t_s, q, omega, bias, memory.sigma, sigma_rate, isolated, units)
 
 
 class Triad(Spec):
@@ -187,6 +189,10 @@ class Triad(Spec):
 
     kind: Literal["triad"] = "triad"
     gives: ClassVar = frozenset({"attitude", "rate"})
+    assumes: ClassVar = (
+        Assumed("magnetometer_noise_nt", "magnetometer", "noise"),
+        Assumed("sun_noise_deg", "sun_sensors", "noise"),
+    )
     first: Literal["magnetometer", "sun"] = "sun"
     """Direction that the attitude reproduces exactly, that of the more accurate sensor."""
     magnetometer_noise_nt: float = Field(gt=0.0)
@@ -196,7 +202,7 @@ class Triad(Spec):
     rate: Literal["gyro", "difference"] = "difference"
     """Where the rate comes from: the 'gyro', or the 'difference' of two attitudes."""
 
-    def estimator(self) -> Estimator:
+    def estimator(self, units=()) -> Estimator:
         """The estimator with this noise."""
         nothing = (math.nan, math.nan, math.nan)
         return Estimator(

@@ -10,6 +10,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import kernel
+from torquer.computer.informed import MODEL_FIELD
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import cross, put_vector, read_vector, scale, sub
@@ -98,6 +99,7 @@ class Bdot(_Bdot):
     kind: Literal["bdot"] = "bdot"
     kernel: ClassVar = bdot_difference
     memory: ClassVar = PREVIOUS_READING
+    needs: ClassVar = frozenset({"magnetometer"})
 
 
 class BdotRate(_Bdot):
@@ -105,7 +107,7 @@ class BdotRate(_Bdot):
 
     kind: Literal["bdot_rate"] = "bdot_rate"
     kernel: ClassVar = bdot_rate
-    needs: ClassVar = frozenset({"rate"})
+    needs: ClassVar = frozenset({"magnetometer", "rate"})
 
 
 class BdotDerivative(_Bdot):
@@ -121,4 +123,4 @@ class BdotModel(_Bdot):
 
     kind: Literal["bdot_model"] = "bdot_model"
     kernel: ClassVar = bdot_model
-    needs: ClassVar = frozenset({"attitude", "rate", "ephemeris"})
+    needs: ClassVar = MODEL_FIELD | {"attitude", "rate"}

@@ -12,10 +12,11 @@ from pydantic import Field
 
 from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.informed import has_field
 from torquer.computer.interface import Command
 from torquer.computer.laws.bdot import GAP, PREVIOUS_READING, Gain, bdot_difference
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
-from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
+from torquer.maths.geometry.vec3 import add_scaled, cross, dot, is_finite, scale
 
 #: Memory: integral of the pitch angle, whether there was a call, its time, and the shortest
 #: interval between two calls (0: none yet); that of B-dot, last: a record that begins as another
@@ -55,6 +56,23 @@ def _integrate(pitch, t_s, memory):
     memory.has_call, memory.called_s = 1.0, t_s
 
 
+@inlined
+def _dipole(inputs, p, memory):
+    """The dipole for nutation and for the wheel's momentum; none without a reading of the field."""
+    b, h, axis, excess = inputs.b_body_t, inputs.wheel_momentum_body_n_m_s, p.axis, 0.0
+    if is_finite(h):
+        excess = dot(h, axis) - p.bias
+        memory.momentum_error_n_m_s = excess
+    if not has_field(inputs):
+        return (0.0, 0.0, 0.0)
+    dipole = scale(dot(bdot_difference(inputs, Gain(p.nutation), memory), axis), axis)
+    across = cross(b, axis)
+    square = dot(across, across)
+    if square > 0.0:
+        dipole = add_scaled(dipole, -p.unloading * excess / square, across)
+    return dipole
+
+
 @kernel
 def bias_momentum(inputs, parameters, memory):
     """Wheel torque on pitch, dipole for nutation and for the wheel's momentum.
@@ -62,20 +80,15 @@ def bias_momentum(inputs, parameters, memory):
     T = -(s a + d a' + i int a dt) e along the pitch axis e, a the pitch angle;
     m = -n (dB/dt . e) e - u (h - h_0) (B x e)/|B x e|^2, whose second part makes the torque
     -u (h - h_0) about e. Where B lies along e it is left out. dB/dt is that of `bdot_difference`.
+    The pitch is held also while the magnetometer or the tachometers read no number.
     """
-    p, b, axis = parameters, inputs.b_body_t, parameters.axis
+    p, axis = parameters, parameters.axis
     q_reference, turning = reference_motion(inputs, 1.0)
     error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
     pitch = 2.0 * dot(short_way(error), axis)
-    excess = dot(inputs.wheel_momentum_body_n_m_s, axis) - p.bias
-    nutation = dot(bdot_difference(inputs, Gain(p.nutation), memory), axis)
-    dipole = scale(nutation, axis)
+    dipole = _dipole(inputs, p, memory)
     _integrate(pitch, inputs.t_s, memory)
-    memory.pitch_rad, memory.momentum_error_n_m_s = pitch, excess
-    across = cross(b, axis)
-    square = dot(across, across)
-    if square > 0.0:
-        dipole = add_scaled(dipole, -p.unloading * excess / square, across)
+    memory.pitch_rad = pitch
     torque = p.stiffness * pitch + p.damping * dot(omega, axis)
     torque += p.integral * memory.pitch_integral_rad_s
     return Command(dipole, scale(-torque, axis))
@@ -89,6 +102,10 @@ class BiasMomentum(HeldAttitude):
     memory: ClassVar = _MEMORY
     log: ClassVar = {"pitch_rad": "rad", "momentum_error_n_m_s": "N m s"}
     answers: ClassVar = "command"
+    momentum_key: ClassVar = "bias_momentum_n_m_s"
+    momentum_axis_key: ClassVar = "pitch_axis"
+    always_needs: ClassVar = frozenset({"magnetometer", "tachometers"})
+    bears: ClassVar = frozenset({"magnetometer", "tachometers"})
     reference: Literal["orbital"] = "orbital"
     """Reference frame of the wanted attitude."""
     pitch_axis: unit_vector("pitch_axis") = (0.0, 1.0, 0.0)

@@ -14,8 +14,13 @@ class LawSpec(Spec):
     memory: ClassVar[Mapping | tuple] = ()
     log: ClassVar[Mapping[str, str]] = {}
     needs: ClassVar[frozenset[str]] = frozenset()
+    #: What of `needs` may read no number: the kernel itself does without.
+    bears: ClassVar[frozenset[str]] = frozenset()
     answers: ClassVar[str] = "dipole"
     states: ClassVar[str | None] = None
+    #: Key of the momentum that the law wants the wheels to have; of its axis, where it is a number.
+    momentum_key: ClassVar[str] = ""
+    momentum_axis_key: ClassVar[str] = ""
 
     def parameters(self) -> Any:
         """What the kernel takes of the keys, in SI units."""
@@ -26,5 +31,5 @@ class LawSpec(Spec):
         cls = type(self)  # an instance would bind the kernel as a method
         return Law(
             self.kind, cls.kernel, self.parameters(), self.memory, self.log, self.needs,
-            spec=self, answers=self.answers, states=self.states,
+            spec=self, answers=self.answers, states=self.states, waits_for=self.needs - self.bears,
         )  # fmt: skip

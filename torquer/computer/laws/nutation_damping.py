@@ -51,6 +51,7 @@ class NutationDamping(_NutationDamping):
     kind: Literal["nutation_damping"] = "nutation_damping"
     kernel: ClassVar = nutation_damping_difference
     memory: ClassVar = PREVIOUS_READING
+    needs: ClassVar = frozenset({"magnetometer"})
 
 
 class NutationDampingRate(_NutationDamping):
@@ -58,7 +59,7 @@ class NutationDampingRate(_NutationDamping):
 
     kind: Literal["nutation_damping_rate"] = "nutation_damping_rate"
     kernel: ClassVar = nutation_damping_rate
-    needs: ClassVar = frozenset({"rate"})
+    needs: ClassVar = frozenset({"magnetometer", "rate"})
 
 
 class NutationDampingDerivative(_NutationDamping):

@@ -61,7 +61,7 @@ class PanelTracking(LawSpec):
 
     kind: Literal["panel_tracking"] = "panel_tracking"
     kernel: ClassVar = panel_tracking
-    needs: ClassVar = frozenset({"sun"})
+    needs: ClassVar = frozenset({"magnetometer", "sun"})
     difference_gain_n_m: float = Field(gt=0.0)
     """Torque k1 at the difference of the currents of a panel that faces the Sun."""
     brightest_gain_n_m: float = Field(gt=0.0)

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import Vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.informed import PLACE
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion
 from torquer.environment.field.averaged import argument_of_latitude
 from torquer.maths.geometry.vec3 import add, add_scaled, cross, mat_vec, scale
@@ -59,7 +60,7 @@ class PeriodicGains(HeldAttitude):
 
     kind: Literal["periodic_gains"] = "periodic_gains"
     kernel: ClassVar = periodic_gains
-    needs: ClassVar = frozenset({"attitude", "rate", "ephemeris"})
+    needs: ClassVar = PLACE | {"magnetometer", "attitude", "rate"}
     rate_gains_n_m_s_per_t2: Series
     """Rate gains K, a list of 3x3 matrices in body axes: the constant one, then those of cos u, sin
     u, cos 2u, sin 2u, ... with the argument of latitude u.

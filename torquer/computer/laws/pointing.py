@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field
 
 from torquer.base.spec import Inertia, Vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.informed import PLACE
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
@@ -127,6 +128,9 @@ class HeldAttitude(LawSpec):
     sequence: Annotated[str, AfterValidator(euler.known_sequence)] = "321"
     """Axes of the Euler angles in order: any of the 12 intrinsic sequences."""
 
+    #: What the law needs besides the motion to be held.
+    always_needs: ClassVar[frozenset[str]] = frozenset({"magnetometer"})
+
     @property
     def orbital(self) -> bool:
         """Whether the reference is the orbital frame: then the law needs the ephemeris."""
@@ -134,8 +138,9 @@ class HeldAttitude(LawSpec):
 
     @property
     def needs(self) -> frozenset[str]:
-        """Attitude and rate; for an orbital reference the ephemeris."""
-        return frozenset({"attitude", "rate", *(["ephemeris"] if self.orbital else [])})
+        """Attitude and rate; for an orbital reference the ephemeris; what it always needs."""
+        motion = self.always_needs | {"attitude", "rate"}
+        return motion | PLACE if self.orbital else motion
 
     def q_wanted(self) -> tuple[float, float, float, float]:
         """Wanted attitude of the body to the reference frame."""
@@ -147,6 +152,7 @@ class HeldByWheels(HeldAttitude):
     """A law of wheels that holds an attitude."""
 
     answers: ClassVar = "torque"
+    always_needs: ClassVar = frozenset({"tachometers"})
     inertia_kg_m2: Inertia
     """Inertia of the body with its wheels, as the law knows it: three moments or 3x3."""
     greatest_rate_deg_s: Annotated[float, Field(gt=0.0)] | None = None

@@ -52,7 +52,7 @@ class Preliminary2(Pointed):
     """
     gain_key: ClassVar = "gain_a_m2_per_t"
     kernel: ClassVar = preliminary_2
-    always_needs: ClassVar = frozenset({"rate"})
+    always_needs: ClassVar = frozenset({"magnetometer", "rate"})
 
     def parameters(self) -> Preliminary2Parameters:
         """Those of a law with a target, and the inertia."""

@@ -50,7 +50,7 @@ class Reorientation(Pointed):
     """Inertia from which the law takes the momentum L = J omega: three moments or 3x3."""
     gain_key: ClassVar = "gain_a_m2_per_n_m_s_t"
     kernel: ClassVar = reorientation
-    always_needs: ClassVar = frozenset({"rate"})
+    always_needs: ClassVar = frozenset({"magnetometer", "rate"})
 
     def parameters(self) -> ReorientationParameters:
         """Those of a law with a target, wanted momentum, inertia."""

@@ -14,6 +14,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.informed import MODEL_FIELD, MODEL_SUN
 from torquer.computer.laws.bdot import GAP
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale, sub
@@ -89,7 +90,7 @@ class _Sdot(LawSpec):
     gain_a_m2_s: float = Field(gt=0.0)
     """Gain k of the law; A m^2 s is the same as N m s/T."""
     gain_key: ClassVar = "gain_a_m2_s"
-    needs: ClassVar = frozenset({"sun", "ephemeris"})
+    needs: ClassVar = MODEL_FIELD | MODEL_SUN | {"sun"}
 
     def parameters(self) -> Gain:
         """The gain."""
@@ -109,4 +110,4 @@ class SdotRate(_Sdot):
 
     kind: Literal["sdot_rate"] = "sdot_rate"
     kernel: ClassVar = sdot_rate
-    needs: ClassVar = frozenset({"sun", "rate", "ephemeris"})
+    needs: ClassVar = MODEL_FIELD | MODEL_SUN | {"sun", "rate"}

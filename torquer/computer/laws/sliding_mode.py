@@ -14,6 +14,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
+from torquer.computer.informed import PLACE
 from torquer.computer.laws.pointing import (
     HeldAttitude,
     deviation,
@@ -75,7 +76,7 @@ class SlidingMode(HeldAttitude):
 
     kind: Literal["sliding_mode"] = "sliding_mode"
     kernel: ClassVar = sliding_mode
-    needs: ClassVar = frozenset({"attitude", "rate", "ephemeris"})
+    needs: ClassVar = PLACE | {"magnetometer", "attitude", "rate"}
     manifold_rate_rad_s: float = Field(gt=0.0)
     """Rate kappa of the manifold: small errors on it fall with half of it."""
     reaching_rate_per_s: float = Field(gt=0.0)

@@ -99,7 +99,7 @@ class Pointed(AboutAxis):
     """Direction in the inertial frame to which the axis is turned, or 'sun'."""
 
     #: What the law needs besides what shows its target.
-    always_needs: ClassVar[frozenset[str]] = frozenset()
+    always_needs: ClassVar[frozenset[str]] = frozenset({"magnetometer"})
 
     @property
     def needs(self) -> frozenset[str]:

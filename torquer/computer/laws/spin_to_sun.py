@@ -37,7 +37,7 @@ class SpinToSunParameters(NamedTuple):
 def spin_to_sun(inputs, parameters, memory):
     """m = k B x (e - h)/B^2, then k B x (s - h)/B^2; h = J omega over the wanted length.
 
-    Without the Sun the first step goes on. Memory: 1 in the second step.
+    Without the Sun, or a reading of it, the first step goes on. Memory: 1 in the second step.
     """
     p = parameters
     h = scale(1.0 / p.momentum, sym_vec(p.inertia, inputs.estimate.omega_body_rad_s))
@@ -48,7 +48,7 @@ def spin_to_sun(inputs, parameters, memory):
         is_spinning = along >= p.cos_end * length and along >= 0.5 * _ENOUGH
     memory.turning = 1.0 if is_spinning else 0.0
     sun = inputs.sun_body
-    target = sun if is_spinning and dot(sun, sun) > 0.0 else p.axis
+    target = sun if is_spinning and 0.0 < dot(sun, sun) < math.inf else p.axis
     return dipole_for(scale(p.gain, sub(target, h)), inputs.b_body_t)
 
 
@@ -58,7 +58,8 @@ class SpinToSun(LawSpec):
     kind: Literal["spin_to_sun"] = "spin_to_sun"
     kernel: ClassVar = spin_to_sun
     memory: ClassVar = {"turning": 0.0}
-    needs: ClassVar = frozenset({"sun", "rate"})
+    needs: ClassVar = frozenset({"magnetometer", "sun", "rate"})
+    bears: ClassVar = frozenset({"sun"})
     gain_n_m: float = Field(gt=0.0)
     """Torque commanded where the momentum is off by its wanted length."""
     momentum_n_m_s: float = Field(gt=0.0)

@@ -77,8 +77,8 @@ class SpinUp(AboutAxis):
 
     @property
     def needs(self) -> frozenset[str]:
-        """The rate, where spin-up stops at one."""
-        return frozenset({"rate"}) if self.target_rate_deg_s else frozenset()
+        """The magnetometer; the rate, where spin-up stops at one."""
+        return frozenset({"magnetometer", *(["rate"] if self.target_rate_deg_s else [])})
 
     def parameters(self) -> SpinUpParameters:
         """Those of a law with an axis, rate to reach, first coil."""

@@ -42,7 +42,7 @@ class SunCross(LawSpec):
 
     kind: Literal["sun_cross"] = "sun_cross"
     kernel: ClassVar = sun_cross
-    needs: ClassVar = frozenset({"sun"})
+    needs: ClassVar = frozenset({"magnetometer", "sun"})
     gain_n_m: float = Field(gt=0.0)
     """Torque commanded on an axis that is 90 deg off."""
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)

@@ -41,7 +41,8 @@ class Unloading(LawSpec):
 
     kind: Literal["unloading"] = "unloading"
     kernel: ClassVar = unloading
-    needs: ClassVar = frozenset({"tachometers"})
+    needs: ClassVar = frozenset({"magnetometer", "tachometers"})
+    momentum_key: ClassVar = "wanted_momentum_n_m_s"
     gain_per_s: float = Field(gt=0.0)
     """Gain k: the momentum across the field decays as exp(-k t)."""
     wanted_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)

@@ -11,6 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.informed import PLACE
 from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
@@ -98,7 +99,7 @@ class WheelLyapunov(HeldByWheels):
     @property
     def needs(self) -> frozenset[str]:
         """Attitude and rate; the ephemeris for an orbital reference, or for gravity."""
-        return super().needs | ({"ephemeris"} if self.knows_gravity else set())
+        return super().needs | PLACE if self.knows_gravity else super().needs
 
     def parameters(self) -> WheelLyapunovParameters:
         """Gains, wanted attitude, inertia, gravity, limit."""

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.informed import MODEL_SUN, PLACE
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.pointing import limit, most_half_turn
 from torquer.computer.laws.wheel_lyapunov import known_gravity_torque
@@ -113,9 +114,10 @@ class WheelOneAxis(LawSpec):
 
     @property
     def needs(self) -> frozenset[str]:
-        """Attitude and rate; the ephemeris for the Sun, or for gravity."""
-        by_place = self.target == "sun" or self.gravity_feedforward
-        return frozenset({"attitude", "rate", *(["ephemeris"] if by_place else [])})
+        """Attitude, rate, tachometers; the ephemeris for the Sun, or for gravity."""
+        found = frozenset({"attitude", "rate", "tachometers"})
+        found |= MODEL_SUN if self.target == "sun" else set()
+        return found | PLACE if self.gravity_feedforward else found
 
     def parameters(self) -> WheelOneAxisParameters:
         """Gains, axis, direction, spin, inertia, gravity, limit."""

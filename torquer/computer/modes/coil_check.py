@@ -23,6 +23,7 @@ from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, ro
 from torquer.maths.geometry.vec3 import (
     add,
     cross,
+    is_finite,
     norm,
     put_vector,
     read_vector,
@@ -219,11 +220,12 @@ def close_window(table, now, inputs):
 @inlined
 def follow_coils(table, now, inputs, sound):
     """Bring the coils' effects up to date; `sound`: gyro and magnetometer may be believed."""
+    m = inputs.coil_dipole_body_a_m2
+    sound = sound and is_finite(m)
     if not sound or inputs.t_s - now.lever_s > _LONGEST_S:
         now.window_s = now.lever_s = -math.inf
     if not sound:
         return
-    m = inputs.coil_dipole_body_a_m2
     greatest = max(abs(m[0]), abs(m[1]), abs(m[2]))
     if greatest > now.greatest:
         for i in range(3, 6):

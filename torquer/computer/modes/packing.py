@@ -6,7 +6,7 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from torquer.computer.interface import SENSORS
+from torquer.computer.interface import ROWS, SENSORS
 from torquer.computer.modes import table
 from torquer.computer.modes.signals import AXES, NUMBER_OF, SIGNALS, UNITS
 from torquer.maths.geometry.vec3 import as_symmetric
@@ -22,7 +22,14 @@ def check_choice(key: str, names: Iterable[str], received) -> None:
         raise ValueError(f"{key}: must be one of {known}; received {received!r}")
 
 
-def pack_modes(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
+def pack_modes(
+    modes,
+    laws: Mapping,
+    estimators: Mapping,
+    parameters: Mapping,
+    sensors: Mapping,
+    several: tuple[int, ...],
+):
     """(table, state before the first evaluation) of `modes`, a `torquer.computer.modes.spec.Modes`.
 
     Rows lie in the order of the text: a region's transitions from any state, then those of its
@@ -36,15 +43,21 @@ def pack_modes(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
         groups |= {(name, key): state.transitions for key, state in region.states.items()}
     transitions = [(pair[0], one) for pair, group in groups.items() for one in group]
     conditions = [(name, condition) for name, one in transitions for condition in one.when]
-    actions = [_actions(modes, *pair, laws, estimators, parameters) for pair in states]
+    actions = [
+        _actions(modes, *pair, laws, estimators, parameters) + _selections(modes, *pair, sensors)
+        for pair in states
+    ]
     spans_of = dict(zip(groups, _spans(groups.values()), strict=True))
     packed_table = table.ModeTable(
         np.array(_region_rows(modes, spans_of), table.REGION),
         np.array(_state_rows(modes, states, spans_of, actions), table.STATE),
         np.array(_transition_rows(transitions, numbers), table.TRANSITION),
-        np.array([_condition_row(modes, *one, numbers) for one in conditions], table.CONDITION),
+        np.array(
+            [_condition_row(modes, *one, numbers, sensors) for one in conditions], table.CONDITION
+        ),
         np.array([one for of_state in actions for one in of_state], table.ACTION),
         **_directions(modes),
+        kinds=(*range(len(SENSORS)), *several, *(-1,) * (ROWS - len(SENSORS) - len(several))),
     )
     initial = [numbers[name, region.initial] for name, region in modes.regions.items()]
     return packed_table, table.first_state(packed_table, initial, len(modes.flags))
@@ -86,21 +99,22 @@ def _times(transition) -> tuple[float, ...]:
     return time(transition.for_s, 0.0), at_least_s, at_most_s, transition.back_off, most
 
 
-def _condition_row(modes, region: str, condition, numbers: dict) -> tuple:
+def _condition_row(modes, region: str, condition, numbers: dict, sensors: Mapping) -> tuple:
     """`region`: the one whose transition has the condition."""
     unit = SIGNALS[condition.signal].unit
     sign, back, early = condition.sign, condition.back, _ROUNDING_S if unit == "s" else 0.0
     until = sign * math.inf if back is None else back * UNITS[unit] - early
-    index = _index(modes, region, condition, numbers)
+    index = _index(modes, region, condition, numbers, sensors)
     since_entry, number = int(condition.since_entry), NUMBER_OF[condition.signal]
     return number, index, since_entry, sign, condition.limit * UNITS[unit] - early, until
 
 
-def _index(modes, region: str, condition, numbers: dict) -> int:
+def _index(modes, region: str, condition, numbers: dict, sensors: Mapping) -> int:
     if condition.state is not None:
         return numbers[modes.find_region("when", condition), condition.state]
     if condition.sensor is not None:
-        return SENSORS.index(condition.sensor)
+        check_choice("sensor", sensors, condition.sensor)
+        return sensors[condition.sensor]
     if condition.coil is not None:
         return AXES.index(condition.coil)
     if condition.flag is not None:
@@ -127,6 +141,17 @@ def _actions(modes, region: str, name: str, laws, estimators, parameters) -> lis
     for kind, switch in ((table.COILS, state.coils), (table.WHEELS, state.wheels)):
         if switch is not None:
             found.append((kind, 0, float(switch == "on")))
+    return found
+
+
+def _selections(modes, region: str, name: str, sensors: Mapping) -> list[tuple]:
+    """Actions that choose one of several devices of a kind."""
+    key = f"{modes.key_of(region)}states.{name}.select"
+    found = []
+    for kind, unit in modes.regions[region].states[name].select.items():
+        check_choice(key, SENSORS, kind)
+        check_choice(f"{key}.{kind}", sensors, unit)
+        found.append((table.SELECT, SENSORS.index(kind), float(sensors[unit])))
     return found
 
 

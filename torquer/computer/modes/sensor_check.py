@@ -159,6 +159,12 @@ def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_variance):
 
 
 @inlined
+def is_seen(v):
+    """Whether a reading is a direction: neither nothing nor what is no number."""
+    return 0.0 < dot(v, v) < math.inf
+
+
+@inlined
 def compare_turns(now, sensors, noise, inputs):
     """The gyro's rate against the turn of field and Sun.
 
@@ -168,7 +174,7 @@ def compare_turns(now, sensors, noise, inputs):
     b, sun, t_s = inputs.b_body_t, inputs.sun_body, inputs.t_s
     field, light = sensors[MAGNETOMETER], sensors[SUN_SENSORS]
     gyro_variance = noise.rate_rad_s * noise.rate_rad_s * now.gyro_interval_s
-    if field.is_new == 1.0 and dot(b, b) > 0.0:
+    if field.is_new == 1.0 and is_seen(b):
         sigma, tolerance = noise.field_t / norm(b), noise.rate_tolerance + _FIELD_RATE
         cells, read_s = now.watched[0], field.read_s
         fails = turns_otherwise(now, cells, b, read_s, sigma, tolerance, gyro_variance)
@@ -177,7 +183,7 @@ def compare_turns(now, sensors, noise, inputs):
         now.watched[1, :, 0] = -math.inf
         if t_s - now.tested_s[SUN_TURN] > SUSPECTED_S:
             now.failed_for_s[SUN_TURN] = 0.0
-    elif light.is_new == 1.0:
+    elif light.is_new == 1.0 and is_seen(sun):
         sigma, tolerance = noise.sun_rad, noise.rate_tolerance
         cells, read_s = now.watched[1], light.read_s
         fails = turns_otherwise(now, cells, sun, read_s, sigma, tolerance, gyro_variance)
@@ -193,10 +199,10 @@ def compare_with_models(now, sensors, noise, inputs):
         odd = not has_magnitude(b, place.b_inertial_t, noise.field_t)
         put_test(now, MAGNITUDE, odd, field.interval_s, t_s)
     if light.is_read == 1.0:
-        seen = place.sunlit_fraction == 0.0 and dot(sun, sun) > 0.0
+        seen = place.sunlit_fraction == 0.0 and is_seen(sun)
         put_test(now, UMBRA, seen, light.interval_s, t_s)
     at_s, new = both_read_s(inputs, now.angle_s), field.is_new * light.is_new == 1.0
-    if new and at_s > -math.inf and dot(sun, sun) > 0.0 and dot(b, b) > 0.0:
+    if new and at_s > -math.inf and is_seen(sun) and is_seen(b):
         variance = noise.sun_rad * noise.sun_rad + noise.field_t * noise.field_t / dot(b, b)
         fails = contradict(b, sun, field_at(inputs, at_s), place.sun_inertial, variance)
         put_test(now, ANGLE, fails, at_s - now.angle_s, t_s)
@@ -265,11 +271,12 @@ def has_no_field(now, sensors, t_s):
 
 @inlined
 def are_sound(now, sensors, t_s):
-    """Whether gyro and magnetometer may be believed, but for the sign of the field."""
+    """Whether gyro and magnetometer are read and may be believed, but for the field's sign."""
+    known = now.gyro_s > -math.inf and sensors[MAGNETOMETER].read_s > -math.inf
     failed_s = max(now.no_field_s, sensors[GYRO].failed_s, sensors[GYRO].blamed_s)
     agree = now.failed_for_s[FIELD_TURN] == 0.0 and not has_failed(now, MAGNITUDE)
     agree = agree and (now.failed_for_s[SUN_TURN] == 0.0 or now.liar == -2.0)
-    return agree and t_s - failed_s > _UNSURE_S
+    return known and agree and t_s - failed_s > _UNSURE_S
 
 
 @inlined
@@ -285,7 +292,8 @@ def check_sensors(table, state, inputs):
     if now.first_s == -math.inf:
         now.first_s = t_s
     for i in range(len(sensors)):
-        if fails_by_itself(sensors[i], i, inputs, now.first_s, table.oldest_s[i]):
+        kind, oldest_s = table.kinds[i], table.oldest_s[i]
+        if fails_by_itself(sensors[i], i, kind, inputs, now.first_s, oldest_s):
             sensors[i].failed_s = t_s
     if follow_gyro(now, sensors[GYRO], inputs):
         compare_turns(now, sensors, noise, inputs)

@@ -10,15 +10,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
+from torquer.computer.informed import known_vector
+from torquer.computer.inputs import latest_reading
 from torquer.computer.interface import (
-    ATTITUDE_SENSOR,
-    GYRO,
-    HORIZON_SENSOR,
     MAGNETOMETER,
-    SEARCH_COIL,
-    SUN_CELLS,
-    SUN_SENSORS,
-    TACHOMETERS,
 )
 from torquer.computer.laws.pointing import deviation, reference_motion, short_way
 from torquer.computer.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
@@ -61,7 +56,7 @@ def momentum(table, inputs):
 def target_body(table, inputs):
     """Unit vector to the target in the body; zeros while the target is a Sun out of view."""
     if table.target_is_sun > 0.0:
-        return inputs.sun_body
+        return known_vector(inputs.sun_body)
     return rotate_inverse(inputs.estimate.q_body_to_inertial, table.target)
 
 
@@ -106,7 +101,7 @@ def momentum_to_target(table, state, inputs, index):
 @inlined
 def axis_to_sun(table, state, inputs, index):
     """Angle between axis and Sun, by the Sun sensors."""
-    return angle(table.axis, inputs.sun_body)
+    return angle(table.axis, known_vector(inputs.sun_body))
 
 
 @inlined
@@ -132,7 +127,7 @@ def attitude_rate(table, state, inputs, index):
 @inlined
 def sun_in_view(table, state, inputs, index):
     """1 while a Sun sensor sees the Sun, else 0."""
-    return 1.0 if norm(inputs.sun_body) > 0.0 else 0.0
+    return 1.0 if norm(known_vector(inputs.sun_body)) > 0.0 else 0.0
 
 
 @inlined
@@ -144,13 +139,13 @@ def sunlit_fraction(table, state, inputs, index):
 @inlined
 def field(table, state, inputs, index):
     """Magnitude of the field that the magnetometer reads."""
-    return norm(inputs.b_body_t)
+    return norm(known_vector(inputs.b_body_t))
 
 
 @inlined
 def wheel_momentum(table, state, inputs, index):
     """Magnitude of the wheels' momentum."""
-    return norm(inputs.wheel_momentum_body_n_m_s)
+    return norm(known_vector(inputs.wheel_momentum_body_n_m_s))
 
 
 @inlined
@@ -172,22 +167,17 @@ def estimate_doubts(table, state, inputs, index):
     value = isolated[0]
     for k in range(1, len(isolated)):
         value = isolated[k] if index == k else value
+    units = inputs.estimate.isolated_units
+    for k in range(len(units)):
+        value = units[k] if index == len(isolated) + k else value
     return value
 
 
 @inlined
 def reading_age(table, state, inputs, index):
     """Time since a sensor's latest reading was taken; infinite before the first."""
-    read_at = inputs.read_at
-    taken_s = read_at.magnetometer_s
-    taken_s = read_at.search_coil_s if index == SEARCH_COIL else taken_s
-    taken_s = read_at.gyro_s if index == GYRO else taken_s
-    taken_s = read_at.sun_sensors_s if index == SUN_SENSORS else taken_s
-    taken_s = read_at.attitude_sensor_s if index == ATTITUDE_SENSOR else taken_s
-    taken_s = read_at.tachometers_s if index == TACHOMETERS else taken_s
-    taken_s = read_at.horizon_sensor_s if index == HORIZON_SENSOR else taken_s
-    taken_s = read_at.sun_cells_s if index == SUN_CELLS else taken_s
-    return inputs.t_s - taken_s
+    read_s, _ = latest_reading(inputs, index)
+    return inputs.t_s - read_s
 
 
 @inlined

@@ -11,17 +11,18 @@ transitions = [{ to = "damping", when = { signal = "rate_deg_s", above = 0.7 } }
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.base.spec import Inertia, Spec, Vector, unit_vector
 from torquer.base.validate import storable_name
-from torquer.computer.interface import SENSORS
+from torquer.computer.interface import NUMBERS
 from torquer.computer.laws.pointing import HeldAttitude
 from torquer.computer.modes.packing import check_choice, pack_modes
 from torquer.computer.modes.signals import AXES, SIGNALS
 from torquer.computer.modes.table import ModeState, ModeTable, Noise
+from torquer.spacecraft.data_sheet import Assumed
 
 #: The region of a table that gives its states directly.
 MAIN = "main"
@@ -128,9 +129,8 @@ class Condition(Spec):
                 raise ValueError(f"{key}: must not be given for {self.signal}; received {given!r}")
         if self.region is not None and self.state is None:
             raise ValueError(f"region: must be given with a state; received {self.region!r}")
-        for key, known in (("sensor", SENSORS), ("coil", AXES)):
-            if getattr(self, key) is not None:
-                check_choice(key, known, getattr(self, key))
+        if self.coil is not None:
+            check_choice("coil", AXES, self.coil)
         if self.since_entry and SIGNALS[self.signal].unit in ("s", "yes/no", "times"):
             raise ValueError(
                 f"since_entry: must not be given for {self.signal}, a time, count or yes/no; "
@@ -198,6 +198,10 @@ class State(Spec):
     """
     wheels: Literal["on", "off"] | None = None
     """Whether the wheels may work."""
+    select: dict[str, str] = Field(default_factory=dict)
+    """Which of several devices of a kind is read for the kind, `kind = "name"`, in place of what
+    `control.select` says.
+    """
     set: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
     """Parameters of laws, `"law.parameter" = number or list`, set on entry and kept until they are
     set again.
@@ -245,6 +249,12 @@ class Region(Spec):
 class SensorNoise(Spec):
     """What 'sensor_suspected', 'coil_suspected' and 'coils_reversed' assume of the sensors."""
 
+    assumes: ClassVar = (
+        Assumed("magnetometer_noise_nt", "magnetometer", "noise"),
+        Assumed("sun_noise_deg", "sun_sensors", "noise"),
+        Assumed("gyro_noise_deg_s", "gyro", "noise"),
+        Assumed("rate_tolerance_deg_s", "gyro", "bias", sigmas=1.0),
+    )
     magnetometer_noise_nt: float = Field(gt=0.0)
     """Standard deviation of each component of a magnetometer reading."""
     sun_noise_deg: float = Field(gt=0.0)
@@ -372,6 +382,12 @@ class Modes(Spec):
         """All states of all regions."""
         return (state for region in self.regions.values() for state in region.states.values())
 
+    def all_states(self) -> Iterator[tuple[str, State]]:
+        """All states and the keys at which they stand."""
+        for region, own in self.regions.items():
+            for name, state in own.states.items():
+                yield f"{self.key_of(region)}states.{name}", state
+
     def all_conditions(self) -> Iterator[tuple[str, Condition]]:
         """Conditions and the keys at which they stand."""
         for name, region in self.regions.items():
@@ -404,10 +420,15 @@ class Modes(Spec):
         laws: Mapping[str, int],
         estimators: Mapping[str, int] | None = None,
         parameters: Mapping[str, tuple[int, int]] | None = None,
+        sensors: Mapping[str, int] | None = None,
+        several: tuple[int, ...] = (),
     ) -> tuple[ModeTable, ModeState]:
         """The table as kernels take it, and its state before the first evaluation.
 
         `laws`, `estimators`: their numbers by name; `parameters`: by `"law.parameter"` the first
-        place in the flat array, and how many numbers. ValueError for a name that is not there.
+        place in the flat array, and how many numbers; `sensors`: their numbers, of a satellite that
+        has several of a kind, `several`: the number of the kind of each of these. ValueError for a
+        name that is not there.
         """
-        return pack_modes(self, laws, estimators or {}, parameters or {})
+        named = (laws, estimators or {}, parameters or {}, sensors or NUMBERS)
+        return pack_modes(self, *named, several)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, without_reference_counts
-from torquer.computer.interface import SENSORS
+from torquer.computer.interface import ROWS, SENSORS
 from torquer.computer.modes.coil_check import COILS_NOW, first_coils
 from torquer.computer.modes.sensor_alone import SENSOR_NOW
 from torquer.computer.modes.sensor_check import SENSORS_NOW, check_sensors, first_sensors
@@ -47,7 +47,7 @@ ACTION = _record("kind index", "value")
 #: Law and its factor; estimator; parameter (place in the flat array) and value, set on entry;
 #: whether coils and wheels may work; axis along which no dipole is commanded; law that does not
 #: work, whichever state names it.
-LAW, ESTIMATOR, SET, COILS, WHEELS, AXIS_OFF, LAW_OFF = range(7)
+LAW, ESTIMATOR, SET, COILS, WHEELS, AXIS_OFF, LAW_OFF, SELECT = range(8)
 
 #: What changes. `to`: the state to enter next, `commanded`: the one that is commanded from outside,
 #: -1: none; `held`: 1 while no transition may fire.
@@ -97,7 +97,13 @@ class ModeTable(NamedTuple):
     orbital: float = 0.0
     q_wanted: tuple = (0.0, 0.0, 0.0, 1.0)
     noise: Noise = Noise()
-    oldest_s: tuple = (0.0,) * len(SENSORS)
+    oldest_s: tuple = (0.0,) * ROWS
+    kinds: tuple = (*range(len(SENSORS)), *(-1,) * (ROWS - len(SENSORS)))
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors, each of several counted."""
+        return sum(kind >= 0 for kind in self.kinds)
 
     @property
     def is_checked(self) -> bool:
@@ -135,7 +141,7 @@ def first_state(table: ModeTable, initial, flags: int = 0) -> ModeState:
     regions["since_s"], regions["commanded"] = NEVER_S, -1.0
     states = np.zeros(len(table.states), STATE_NOW)
     states["entered_s"] = NEVER_S
-    sensors = np.zeros(len(SENSORS) if table.is_checked else 0, SENSOR_NOW)
+    sensors = np.zeros(table.sensors if table.is_checked else 0, SENSOR_NOW)
     for name in ("read_s", "failed_s", "blamed_s"):
         sensors[name] = NEVER_S
     conditions = np.zeros(len(table.conditions), CONDITION_NOW)

@@ -43,11 +43,10 @@ from torquer.simulation.setup.prepare import (
     signals_need,
     timetable_for,
 )
+from torquer.simulation.setup.several import make_selection
 
 #: Inputs that are times; from them follows what else is one.
-_NAMES = KNOWN.names or ()
-_READ = slice(_NAMES.index("b_s"), _NAMES.index("estimate_s"))
-_TIMES = frozenset(f"Known.{name}" for name in ("t_s", *_NAMES[_READ]))
+_TIMES = frozenset({"Known.t_s", "Known.read_s"})
 
 
 class OnBoard(NamedTuple):
@@ -77,17 +76,19 @@ def find_computer(scenario: Scenario) -> OnBoard:
     blocks = make_blocks(scenario)
     table, modes = modes_for(scenario, blocks)
     needs = collect_needs(blocks) | signals_need(scenario)
-    table = table._replace(oldest_s=oldest_readings_s(scenario, timetable_for(scenario, needs)))
+    oldest_s = oldest_readings_s(scenario, timetable_for(scenario, needs))
+    table, selection = table._replace(oldest_s=oldest_s), make_selection(scenario, oldest_s)
     estimator = estimator_numbers(scenario, blocks)["estimator"]
-    made = on_board.make_computer(_all_plain(blocks), estimator, table, is_flown=False)
+    made = on_board.make_computer(_all_plain(blocks), estimator, table, selection, is_flown=False)
     computer = {
         "laws": tuple(map(_adapter, blocks.laws, blocks.laws.values())),
         "estimators": tuple(map(_adapter, blocks.estimators, blocks.estimators.values())),
         "law_blocks": _number_blocks(made.law_blocks),
         "estimator_blocks": _number_blocks(made.estimator_blocks), "modes": table,
-        "switch": _switches(table), "estimator": estimator, "host": 0,
+        "switch": _switches(table), "estimator": estimator, "host": 0, "selection": selection,
+        "select": (on_board._select,) if len(selection.kinds) else (),
     }  # fmt: skip
-    board = first_board(blocks, modes, estimator)
+    board = first_board(blocks, modes, estimator, selection)
     return OnBoard(scenario, blocks, computer, board, needs, make_fingerprint(made, blocks))
 
 
@@ -191,7 +192,7 @@ def _constant_type(name: str, value) -> Type:
     if isinstance(value, np.ndarray):
         return Rows(make_record(word, value.dtype, value), len(value))
     if hasattr(value, "_fields") and any(isinstance(part, np.ndarray) for part in value):
-        return constants_type("ModeTable", value._asdict())
+        return constants_type(type(value).__name__, value._asdict())
     if isinstance(value, tuple) and value and not callable(value[0]):
         kind = find_type(value)
         assert kind is not None
@@ -213,6 +214,7 @@ def state_type(board: on_board.Board) -> Record:
         ("memory", Array((len(board.memory),))),
         ("modes", Record("ModesNow", modes)),
         ("chosen", Rows(make_record("Chosen", on_board.CHOSEN), 1)),
+        ("selected", Array(board.selected.shape if len(board.selected) else (0,))),
     ))  # fmt: skip
 
 

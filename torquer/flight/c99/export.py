@@ -104,7 +104,8 @@ def make_texts(
     program, general = made.program, {"name": name, "version": VERSION}
     constants = program.type_name(made.computer)
     places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
-    inputs = {"enums": enums(computer), "inputs": input_members()}
+    units = computer.scenario.spacecraft.units()
+    inputs = {"enums": enums(computer), "inputs": input_members(units)}
     return {
         "adcs.h": fill_template("adcs.h", general | inputs | _precision_text()),
         "adcs_types.h": fill_template("adcs_types.h", general | places),
@@ -114,7 +115,7 @@ def make_texts(
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
         "README.md": readme_text(computer, name, steps, ephemeris),
-        "test/in_the_loop.c": in_the_loop_text(name, computer.board),
+        "test/in_the_loop.c": in_the_loop_text(name, computer.board, units),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
         **_portable(),
@@ -161,7 +162,8 @@ def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:
     arguments = [own[n] for n, k in step.arguments if n not in step.unused]
     return {
         "program": program_text(made.program, False, (made.step,)),
-        "copies": input_copies(), "step": made.step, "arguments": ", ".join(arguments),
+        "copies": input_copies(computer.scenario.spacecraft.units()),
+        "step": made.step, "arguments": ", ".join(arguments),
         "has_modes": "true" if len(computer.board.modes.regions) else "false",
     }  # fmt: skip
 

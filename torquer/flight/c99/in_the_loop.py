@@ -1,10 +1,13 @@
 """The exported computer as the simulation calls it: a file of C between their two memories."""
 
+from collections.abc import Sequence
+
 from torquer.computer.computer import Board
-from torquer.computer.interface import KNOWN
+from torquer.flight.c99.interface import handed_in
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.tables import numbers_in, state_parts
 from torquer.flight.c99.texts import fill_template
+from torquer.spacecraft.sensors.devices import Flown
 
 #: Parameters are floats; those that C has not set keep all digits in the simulation.
 _PUT_FLOATS = """\
@@ -28,9 +31,9 @@ _GET_FLOATS = """\
 """
 
 
-def in_the_loop_text(name: str, board: Board) -> str:
+def in_the_loop_text(name: str, board: Board, units: Sequence[Flown] = ()) -> str:
     """The file `test/in_the_loop.c` of a computer."""
-    arrays, fields = state_parts(board), KNOWN.names or ()
+    arrays, given = state_parts(board), handed_in(units)
     lengths = [len(numbers_in(array)) if len(array) else 0 for array in arrays]
     words = [len(numbers_in(array)) for array in arrays]
     put_floats = get_floats = ""
@@ -38,7 +41,7 @@ def in_the_loop_text(name: str, board: Board) -> str:
         words[1], put_floats, get_floats = (words[1] + 1) // 2, _PUT_FLOATS, _GET_FLOATS
     places = {
         "name": name, "put_floats": put_floats, "get_floats": get_floats,
-        "readings": str(fields.index("estimate_s")), "ephemeris": str(fields.index("position_x")),
+        "places": ", ".join(map(str, given.values())), "given": str(len(given)),
         "lengths": ", ".join(map(str, lengths)), "words": ", ".join(map(str, words)),
     }  # fmt: skip
     return fill_template("in_the_loop.c", places)

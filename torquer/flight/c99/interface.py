@@ -1,18 +1,16 @@
 """The interface of an export: what flight software hands in and gets, in words and in C."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from torquer.computer.computer import parameter_places
-from torquer.computer.interface import KNOWN, SENSORS
+from torquer.computer.interface import ESTIMATED, PLACES, SENSORS
 from torquer.flight.c99.computer import OnBoard
 from torquer.simulation.setup.prepare import make_log
 from torquer.spacecraft.failures import in_words
-from torquer.spacecraft.sensors.sun_cells import CELLS
-
-#: The estimate lies between what sensors read and the ephemeris: the computer writes it itself.
-_KNOWN = KNOWN.names or ()
-_ESTIMATED = slice(_KNOWN.index("estimate_s"), _KNOWN.index("position_x"))
+from torquer.spacecraft.sensors.device import MOST_PARTS
+from torquer.spacecraft.sensors.devices import DEVICES, Flown
 
 
 @dataclass(frozen=True)
@@ -28,51 +26,71 @@ class Input:
     need: str = ""
 
 
-#: All inputs, in the order of `torquer.computer.interface.KNOWN` without the estimate.
-INPUTS = (
-    Input("t_s", 1, "time since the start [s]; steps must not go back"),
-    Input("b_body_t", 3, "magnetometer, body axes [T]"),
-    Input("b_rate_body_t_s", 3, "search coil: rate of the field as the body sees it [T/s]",
-          "search_coil"),
-    Input("omega_body_rad_s", 3, "gyro, absolute rate in body axes [rad/s]"),
-    Input("sun_body", 3, "Sun sensors, unit vector in body axes; zeros where none sees it", "sun"),
-    Input("q_body_to_inertial", 4, "attitude sensor, (x, y, z, w); NaN while it is blinded"),
-    Input("wheel_momentum_body_n_m_s", 3, "sum of the wheels' momenta by tachometers [N m s]"),
-    Input("coil_dipole_body_a_m2", 3,
-          "mean dipole of the coils since the step before, as commanded within limits [A m^2]"),
-    Input("nadir_body", 3, "horizon sensor, unit vector to the Earth; zeros where it sees none",
-          "horizon"),
-    Input("sun_cells", CELLS, "signals of single Sun cells, parts of full sunlight", "sun_cells"),
-    Input("read_at_s", len(SENSORS),
-          "when each was read [s], -INFINITY if never: " + ", ".join(map(in_words, SENSORS))),
-    Input("r_inertial_m", 3, "position, inertial [m]", "ephemeris"),
-    Input("v_inertial_m_s", 3, "velocity, inertial [m/s]", "ephemeris"),
-    Input("b_inertial_t", 3, "field of the model there, inertial [T]", "ephemeris"),
-    Input("b_rate_inertial_t_s", 3, "its rate of change along the orbit [T/s]", "ephemeris"),
-    Input("sun_inertial", 3, "unit vector to the Sun, inertial", "ephemeris"),
-    Input("sunlit_fraction", 1, "visible part of the Sun's disc, 0 in the umbra", "ephemeris"),
-)  # fmt: skip
-#: Names of the computer's record that are handed in, in order.
-HANDED_IN = (*_KNOWN[: _ESTIMATED.start], *_KNOWN[_ESTIMATED.stop :])
+def _numbers(*names: str) -> dict[str, int]:
+    """Places of fields that are one number each."""
+    return {name: PLACES[name].start for name in names}
 
 
-def input_members() -> str:
+def inputs_for(units: Sequence[Flown] = ()) -> list[Input]:
+    """All inputs; `units`: devices of kinds of which the satellite has several."""
+    devices = [
+        Input(each.given, each.count, f"{each.meaning} [{each.units}]", each.need)
+        for each in DEVICES
+    ]
+    several = [
+        Input(f"{each.device.given}_{each.name}", each.device.count,
+              f"{each.device.meaning}, of {each.name} [{each.device.units}]")
+        for each in units
+    ]  # fmt: skip
+    read = ", ".join([*map(in_words, SENSORS), *(each.said for each in units)])
+    return [
+        Input("t_s", 1, "time since the start [s]; steps must not go back"),
+        Input("coil_dipole_body_a_m2", 3,
+              "mean dipole of the coils since the step before, as commanded within limits [A m^2]"),
+        *devices,
+        *several,
+        Input("read_at_s", len(SENSORS) + len(units),
+              f"when each was read [s], -INFINITY if never: {read}"),
+        Input("r_inertial_m", 3, "position, inertial [m]", "ephemeris"),
+        Input("v_inertial_m_s", 3, "velocity, inertial [m/s]", "ephemeris"),
+        Input("b_inertial_t", 3, "field of the model there, inertial [T]", "ephemeris"),
+        Input("b_rate_inertial_t_s", 3, "its rate of change along the orbit [T/s]", "ephemeris"),
+        Input("sun_inertial", 3, "unit vector to the Sun, inertial", "ephemeris"),
+        Input("sunlit_fraction", 1, "visible part of the Sun's disc, 0 in the umbra", "ephemeris"),
+    ]  # fmt: skip
+
+
+def handed_in(units: Sequence[Flown] = ()) -> dict[str, int]:
+    """Where each number that is handed in stands in the computer's record in C, in the order of the
+    inputs, with its place among all numbers. (The computer writes the estimate itself.)"""
+    rows = [*enumerate(DEVICES), *((each.row, each.device) for each in units)]
+    return {
+        **_numbers("t_s"),
+        **_numbers(*(f"coils_{c}" for c in "xyz")),
+        **{f"readings[{row}][{part}]": PLACES["readings"].start + MOST_PARTS * row + part
+           for row, device in rows for part in range(device.count)},
+        **{f"read_s[{row}]": PLACES["read_s"].start + row for row, _ in rows},
+        **_numbers(*(name for name, places in PLACES.items() if places.start >= ESTIMATED)),
+    }  # fmt: skip
+
+
+def input_members(units: Sequence[Flown] = ()) -> str:
     """Members of the struct of inputs."""
     lines = []
-    for each in INPUTS:
+    for each in inputs_for(units):
         size = f"[{each.count}]" if each.count > 1 else ""
         lines.append(f"    /* {each.meaning} */\n    double {each.name}{size};\n")
     return "".join(lines)
 
 
-def input_copies() -> str:
+def input_copies(units: Sequence[Flown] = ()) -> str:
     """Statements that put the inputs into the computer's record."""
     places = [
         f"{each.name}[{k}]" if each.count > 1 else each.name
-        for each in INPUTS
+        for each in inputs_for(units)
         for k in range(each.count)
     ]
-    pairs = zip(HANDED_IN, places, strict=True)
+    pairs = zip(handed_in(units), places, strict=True)
     return "".join(f"    known->{known} = inputs->{place};\n" for known, place in pairs)
 
 

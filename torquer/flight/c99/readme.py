@@ -4,7 +4,7 @@ from torquer.base.version import VERSION
 from torquer.flight.c99.computer import OnBoard
 from torquer.flight.c99.ephemeris import OnBoardEphemeris
 from torquer.flight.c99.ephemeris_texts import ephemeris_readme
-from torquer.flight.c99.interface import INPUTS, named_constants
+from torquer.flight.c99.interface import inputs_for, named_constants
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.tables import count_state_words
 from torquer.flight.c99.texts import fill_template
@@ -67,7 +67,7 @@ def readme_text(
 
 def _places(computer: OnBoard, steps: int) -> dict[str, str]:
     rows = []
-    for each in INPUTS:
+    for each in inputs_for(computer.scenario.spacecraft.units()):
         unread = bool(each.need) and each.need not in computer.needs
         note = " (*not read*)" if unread else ""
         rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")

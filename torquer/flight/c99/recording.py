@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import with_attributes
 from torquer.computer.blocks.plugin import plain_function
-from torquer.computer.interface import KNOWN
-from torquer.flight.c99.interface import HANDED_IN
+from torquer.computer.interface import PLACES
+from torquer.flight.c99.interface import handed_in
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.tables import count_state_words, state_numbers
 from torquer.scenario.spec import Scenario
@@ -17,8 +18,7 @@ from torquer.simulation.setup.run import Run, prepare
 from torquer.spacecraft.failures import is_back
 
 _MAGIC = b"ADCSREC2"
-_PLACES = [(KNOWN.names or ()).index(name) for name in HANDED_IN]
-_ESTIMATE = slice(*map((KNOWN.names or ()).index, ("estimate_q_x", "estimate_bias_x")))
+_ESTIMATE = slice(PLACES["estimate_q_x"].start, PLACES["estimate_bias_x"].start)
 _FIRST = (CELLS.names or ()).index("dipole_x")
 #: The hash FNV-1a: where it begins, its prime; modulo 2^64.
 _BEGIN, _PRIME, _WORD = 0xCBF29CE484222325, 0x100000001B3, (1 << 64) - 1
@@ -38,7 +38,7 @@ class Recorded(NamedTuple):
 
     def as_bytes(self) -> bytes:
         """The file that `test/replay.c` reads (little-endian)."""
-        head = struct.pack("<8sQQQ", _MAGIC, len(self.marks), len(_PLACES), self.words)
+        head = struct.pack("<8sQQQ", _MAGIC, len(self.marks), self.inputs.shape[1], self.words)
         answers = np.concatenate([self.commands, self.estimates], axis=1)
         rows = zip(self.afresh, self.inputs, answers, self.marks, strict=True)
         return head + b"".join(
@@ -65,10 +65,11 @@ def record_steps(scenario: Scenario, most: int) -> Recorded:
     run = prepare(scenario, stops=True)
     afresh, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
     marks: list[int] = []
+    places = [*handed_in(scenario.spacecraft.units()).values()]
     while len(marks) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
         afresh.append(float(_begins_afresh(run, before_s, known[0])))
-        inputs.append(known[_PLACES])
+        inputs.append(known[places])
         commands.append(run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].copy())
         estimates.append(known[_ESTIMATE].copy())
         marks.append(0 if is_single() else mark_numbers(state_numbers(run.state.board)))
@@ -81,5 +82,5 @@ def record_steps(scenario: Scenario, most: int) -> Recorded:
 
 def _begins_afresh(run: Run, before_s: float, t_s: float) -> bool:
     """Whether the computer comes back from a failure at this step."""
-    failures = run.plan.plant.failures.computer
+    failures = with_attributes(run.plan.plant.failures.computer)
     return bool(len(failures)) and bool(plain_function(is_back)(failures, before_s, t_s))

@@ -53,9 +53,11 @@ def _record(values: Any, kind: Record, depth: int) -> str:
 
 
 def _cells(cells: np.ndarray, text: Callable[[float], str]) -> str:
+    if not len(cells):  # C has no arrays without a place
+        cells = np.zeros(1)
     if cells.ndim > 1:
         return "{" + ", ".join(_cells(each, text) for each in cells) + "}"
-    return "{" + ", ".join(text(float(each)) for each in cells.tolist() or [0.0]) + "}"
+    return "{" + ", ".join(text(float(each)) for each in cells.tolist()) + "}"
 
 
 def _lines(texts: list[str], depth: int) -> str:
@@ -79,7 +81,10 @@ def state_numbers(board: Board) -> np.ndarray:
 
 def state_parts(board: Board) -> list[np.ndarray]:
     """The arrays of a state, in the order in which its struct in C has them."""
-    return [board.known, board.parameters, board.memory, *board.modes, board.chosen]
+    return [
+        *(board.known, board.parameters, board.memory),
+        *(*board.modes, board.chosen, board.selected),
+    ]
 
 
 def numbers_in(part: np.ndarray) -> np.ndarray:

@@ -80,6 +80,15 @@ def from_rotation_vector(phi):
 
 
 @inlined
+def to_rotation_vector(q):
+    """Rotation vector of a quaternion of any length but 0, by the shorter rotation: up to pi."""
+    sine = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    angle = 2.0 * math.atan2(sine, abs(q[3]))
+    factor = angle / sine if sine > 0.0 else 2.0
+    return scale(math.copysign(factor, q[3]), (q[0], q[1], q[2]))
+
+
+@inlined
 def to_dcm(q):
     """Direction cosines (rows) that take body components to reference components."""
     x, y, z, w = q

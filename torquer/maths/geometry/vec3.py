@@ -82,6 +82,12 @@ def norm(a):
 
 
 @inlined
+def is_finite(a):
+    """Whether all three components are finite numbers."""
+    return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
+
+
+@inlined
 def unit(a):
     """Vector of length one along a (not a number for a zero vector)."""
     return scale(1.0 / norm(a), a)

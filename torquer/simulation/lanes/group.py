@@ -12,6 +12,7 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, pack_member
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers
+from torquer.simulation.loop.due import read_units
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.loop.state import CELLS, LOCAL_CELLS
 from torquer.simulation.loop.step import Loop, run_steps
@@ -74,7 +75,8 @@ class Lanes:
         self.packed = pack_member(run.plan.plant, run.dynamics, run.state)
         computer = run.plan.computer
         has_modes, in_c = len(computer.modes.regions) > 0, run.library is not None
-        self._one_by_one = estimates(computer) or has_modes or in_c
+        selects = len(computer.selection.kinds) > 0
+        self._one_by_one = estimates(computer) or has_modes or in_c or selects
         self.plan = run.plan
         if not self._one_by_one:
             self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
@@ -153,8 +155,11 @@ class Lanes:
             )
             compiled = propagate.address(problem)
             loop = Loop(
-                plan, piece.tables, members, boards, at, local, kept, 0, compiled, problem.address
+                *(plan, piece.tables, members, boards, at, local, kept, 0, 0),
+                *(compiled, problem.address),
             )
+            if any(plan.plant.unit_counts):
+                loop = loop._replace(read_units=read_units.address(Arguments(loop)))
             run_steps(Arguments(loop), piece.last)
         propagate(problem, run.steps, run.steps, LOOK_ONLY)
         ended = np.ascontiguousarray(

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable
 from types import FunctionType
-from typing import NamedTuple, cast
+from typing import cast
 
 from torquer.compile import engine
 from torquer.compile.lanes import LANES, Fields, Rows, lane_maker, record_fields
@@ -21,29 +21,23 @@ from torquer.computer.blocks.adapter import (
     record_maker,
 )
 from torquer.computer.blocks.law import Law
-from torquer.computer.computer import is_informed
-from torquer.computer.interface import KNOWN, read_inputs
+from torquer.computer.informed import Waits, is_informed
+from torquer.computer.inputs import read_inputs
+from torquer.computer.interface import KNOWN
 from torquer.simulation.loop.computers import LANES_LAW
 from torquer.simulation.loop.state import CELLS
 
 #: Where the cells begin in a lane: what is known comes first.
-CELLS_AT = len(KNOWN.names)
+CELLS_AT = KNOWN.itemsize // 8
 
 
-class Needs(NamedTuple):
-    """What a law needs of the estimate: 1 or 0."""
-
-    needs_attitude: int
-    needs_rate: int
-
-
-def _plain_law(cells, count, first_parameter, first_memory, needs_attitude, needs_rate):
-    needs, informed = Needs(needs_attitude, needs_rate), 0
+def _plain_law(cells, count, first_parameter, first_memory):
+    informed = 0
     for lane in range(count):
-        informed += is_informed(needs, _known(cells, 0, lane))  # noqa: F821
+        informed += is_informed(_waits, _known(cells, 0, lane))  # noqa: F821
     for lane in range(count):
         # all at once where all are informed: a condition of each keeps a loop from taking vectors
-        if informed == count or is_informed(needs, _known(cells, 0, lane)):  # noqa: F821
+        if informed == count or is_informed(_waits, _known(cells, 0, lane)):  # noqa: F821
             parameters = _named(_parameters(cells, first_parameter, lane))  # noqa: F821
             known, memory = _known(cells, 0, lane), _memory(cells, first_memory, lane)  # noqa: F821
             x, y, z = _unify(_function(read_inputs(known), parameters, memory)).dipole_a_m2  # noqa: F821
@@ -55,12 +49,14 @@ def _plain_law(cells, count, first_parameter, first_memory, needs_attitude, need
 
 def law_in_lanes(law: Law):
     """A compiled law as the loop over lanes calls it; ValueError if it does not compile so."""
-    function, names = law.function, memory_names(law.memory)
-    return _compile_lanes(law.kind, function, Shape(law.parameters), names, len(law.first_memory()))
+    names, cells = memory_names(law.memory), len(law.first_memory())
+    return _compile_lanes(law.kind, law.function, Shape(law.parameters), names, cells, law.waits)
 
 
 @functools.cache
-def _compile_lanes(kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int):
+def _compile_lanes(
+    kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int, waits: Waits
+):
     plain = plugin.plain_function(function)
     own = engine.is_own(plain)
     parts = {
@@ -73,14 +69,14 @@ def _compile_lanes(kind: Kind, function: Callable, shape: Shape, names: tuple | 
         "_memory": lane_maker(Rows((cells,), 1) if names is None else _named_memory(names)),
         "LANES": LANES,
         "CELLS_AT": CELLS_AT,
-        "Needs": Needs,
+        "_waits": waits,
         "is_informed": is_informed,
         "read_inputs": read_inputs,
     }
     file = plugin.source_file(plain)
     known = file is not None and plain.__closure__ is None
     must = f"{kind.name} {plain.__name__}: must compile for members in lanes"
-    form, loop = f"lanes {LANES} {cells}", cast(FunctionType, _plain_law)
+    form, loop = f"lanes {LANES} {cells} {waits}", cast(FunctionType, _plain_law)
     with plugin.cache_beside(file if known and not own else None):
         law = place_adapter(loop, plain, shape, names, parts, form)
         made = plugin.compile_plugin(law, LANES_LAW, must, keep=known, error_model="numpy")

@@ -17,22 +17,20 @@ from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.computer.computer import (
     Board,
     Computer,
+    combine,
     control_step,
     estimate,
-    finite3,
     put_simple_estimate,
 )
-from torquer.computer.interface import KNOWN, Command, put_ephemeris
+from torquer.computer.interface import KNOWN, SENSED, Command, put_ephemeris
 from torquer.computer.modes.table import ModeState
+from torquer.maths.geometry.vec3 import is_finite
 from torquer.simulation.loop.members import One, each, member_in
 from torquer.simulation.loop.sensors import ephemeris_at
 
-#: A law for all lanes: cells, how many, first place of its parameters and of its memory, what it
-#: needs.
-LANES_LAW = types.void(types.float64[::1], *[types.int64] * 5)
+#: A law for all lanes: cells, how many, first place of its parameters and of its memory.
+LANES_LAW = types.void(types.float64[::1], *[types.int64] * 3)
 call_law_in_lanes = caller(LANES_LAW)
-#: Numbers of `KNOWN` that sensors write; the rest is the computer's own.
-SENSED = KNOWN.names.index("estimate_s")
 
 
 class Boards(NamedTuple):
@@ -52,8 +50,10 @@ def make_boards(board: Board, parameters: np.ndarray, memory: np.ndarray) -> Boa
         return np.repeat(array[None], len(parameters), axis=0)
 
     modes, known = ModeState(*map(many, board.modes)), many(board.known)
-    numbers = known.view(np.float64).reshape(len(known), len(KNOWN.names))
-    return Boards(Board(known, parameters, memory, modes, many(board.chosen)), numbers)
+    numbers = known.view(np.float64).reshape(len(known), KNOWN.itemsize // 8)
+    return Boards(
+        Board(known, parameters, memory, modes, many(board.chosen), many(board.selected)), numbers
+    )
 
 
 def same_computers(one: Computer, other: Computer) -> bool:
@@ -61,6 +61,7 @@ def same_computers(one: Computer, other: Computer) -> bool:
 
     def parts(computer: Computer) -> list:
         tables = [computer.law_blocks, computer.estimator_blocks, *computer.modes]
+        tables += computer.selection
         return [*tables, computer.estimator]
 
     return all(map(np.array_equal, parts(one), parts(other)))
@@ -79,7 +80,7 @@ def has_command(member):
     """Whether a member's command is one of finite numbers."""
     c = member.state.cells[0]
     dipole, torque = (c.dipole_x, c.dipole_y, c.dipole_z), (c.torque_x, c.torque_y, c.torque_z)
-    return finite3(dipole) and finite3(torque)
+    return is_finite(dipole) and is_finite(torque)
 
 
 @inlined
@@ -112,6 +113,7 @@ def select_board(boards, lane):
             modes.flags[lane],
         ),
         one.chosen[lane],
+        one.selected[lane],
     )
 
 
@@ -121,7 +123,8 @@ def command_from(computer, board):
     if computer.library != 0:
         m, of_blocks = board.modes, (board.known, board.parameters, board.memory)
         of_modes = (m.regions, m.states, m.transitions, m.conditions, m.clock, m.sensors, m.checks)
-        a = call_c(computer.library, of_blocks + of_modes + (m.flags, board.chosen))
+        of_rest = (m.flags, board.chosen, board.selected)
+        a = call_c(computer.library, of_blocks + of_modes + of_rest)
         return Command((a[0], a[1], a[2]), (a[3], a[4], a[5]))
     return control_step(computer, board)
 
@@ -133,9 +136,8 @@ def _laws_in_vectors(members, computer):
     each(members, _no_command_step)
     for number in range(computer.law_blocks.shape[0]):
         block = computer.law_blocks[number]
-        places = (block.p0, block.m0, block.needs_attitude, block.needs_rate)
         law = computer.laws[block.function]
-        call_law_in_lanes(law, members.cells, members.lanes, *places)
+        call_law_in_lanes(law, members.cells, members.lanes, block.p0, block.m0)
 
 
 @inlined
@@ -174,6 +176,7 @@ def _compute(members, plan, tables, boards, step):
 
 def estimate_for_outside(members, computer):
     """Bring the estimate up to date for software outside, which drives one satellite."""
+    combine(computer, members.member.state.board)
     estimate(computer, members.member.state.board)
 
 

@@ -5,53 +5,32 @@ What ends in `_step` is a phase of the loop, for one member: see `torquer.simula
 
 from torquer.base.noise import normal3
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.interface import (
-    ATTITUDE_SENSOR,
-    GYRO,
-    HORIZON_SENSOR,
-    MAGNETOMETER,
-    SUN_CELLS,
-    SUN_SENSORS,
-)
+from torquer.computer.interface import ROWS
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate
 from torquer.maths.geometry.vec3 import add, norm
 from torquer.simulation.loop.members import each
+from torquer.simulation.loop.state import read_motion
 from torquer.simulation.loop.timetable import DELIVER, READ
 from torquer.spacecraft.failures import (
     CHANGED,
     FIRST_STREAM,
     REPLACED,
     STUCK,
+    TURNS_ATTITUDE,
+    TURNS_DIRECTION,
     changed_vector,
     failure_error,
 )
+from torquer.spacecraft.sensors.device import MOST_PARTS, Here
 
 
 @inlined
-def put_reading(known, sensor, t_s, x, y, z, w, u, v):
-    """Give a reading to the computer; u and v: of the last two Sun cells."""
-    if sensor == MAGNETOMETER:
-        known.b_s, known.b_x, known.b_y, known.b_z = t_s, x, y, z
-    elif sensor == GYRO:
-        known.omega_s, known.omega_x, known.omega_y, known.omega_z = t_s, x, y, z
-    elif sensor == SUN_SENSORS:
-        known.sun_s, known.sun_x, known.sun_y, known.sun_z = t_s, x, y, z
-    elif sensor == ATTITUDE_SENSOR:
-        known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = t_s, x, y, z, w
-    elif sensor == HORIZON_SENSOR:
-        known.nadir_s, known.nadir_x, known.nadir_y, known.nadir_z = t_s, x, y, z
-    elif sensor == SUN_CELLS:
-        known.cells_s, known.cells_0, known.cells_1, known.cells_2 = t_s, x, y, z
-        known.cells_3, known.cells_4, known.cells_5 = w, u, v
-
-
-@kernel
-def deliver_step(member, actions):
-    """Let the late readings that are due reach the computer."""
-    for sensor in (MAGNETOMETER, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, HORIZON_SENSOR, SUN_CELLS):
-        if actions & (DELIVER << sensor):
-            r = member.state.sensors[sensor]
-            put_reading(member.state.board.known[0], sensor, r.t_s, r.x, r.y, r.z, r.w, r.u, r.v)
+def begin_reading(member, sensor, t):
+    """Count a reading that is being taken; what the device is exposed to."""
+    state = member.state
+    state.sensors[sensor].count += 1.0
+    coils, own = member.constants.coils, state.sensors[sensor].own
+    return Here(read_motion(state.cells), coils, state.coils, own, t)
 
 
 @inlined
@@ -61,14 +40,69 @@ def choose(condition, a, b):
 
 
 @inlined
-def put_late(is_late, reading, t, x, y, z, w):
-    """Send a reading on its way to the computer if it is late.
+def _send(member, sensor, is_late, k, value):
+    """Number k of a reading, sent on its way or given to the computer.
 
-    Written in any case: stores under a condition keep a loop over members from being vectorised.
+    Both are written in any case: stores under a condition keep a loop over members from being
+    vectorised.
     """
-    r = reading
-    r.t_s, r.w = choose(is_late, t, r.t_s), choose(is_late, w, r.w)
-    r.x, r.y, r.z = choose(is_late, x, r.x), choose(is_late, y, r.y), choose(is_late, z, r.z)
+    under_way, readings = member.state.sensors[sensor].reading, member.state.board.known[0].readings
+    under_way[k] = choose(is_late, value, under_way[k])
+    readings[sensor, k] = choose(is_late, readings[sensor, k], value)
+
+
+@inlined
+def _send_time(member, sensor, late, t):
+    """Note when a reading was taken; whether it is late."""
+    is_late, read_s = late & (READ << sensor) != 0, member.state.board.known[0].read_s
+    r = member.state.sensors[sensor]
+    r.t_s = choose(is_late, t, r.t_s)
+    read_s[sensor] = choose(is_late, read_s[sensor], t)
+    return is_late
+
+
+@inlined
+def send3(member, sensor, late, t, v):
+    """Send a reading of three numbers to the computer, now or late."""
+    is_late = _send_time(member, sensor, late, t)
+    _send(member, sensor, is_late, 0, v[0])
+    _send(member, sensor, is_late, 1, v[1])
+    _send(member, sensor, is_late, 2, v[2])
+
+
+@inlined
+def send4(member, sensor, late, t, v):
+    """Send a reading of four numbers to the computer, now or late."""
+    send3(member, sensor, late, t, v)
+    _send(member, sensor, late & (READ << sensor) != 0, 3, v[3])
+
+
+@inlined
+def send6(member, sensor, late, t, v):
+    """Send a reading of six numbers to the computer, now or late."""
+    send4(member, sensor, late, t, v)
+    _send(member, sensor, late & (READ << sensor) != 0, 4, v[4])
+    _send(member, sensor, late & (READ << sensor) != 0, 5, v[5])
+
+
+@inlined
+def put3(member, sensor, late, t, v):
+    """Give a reading of three numbers to the computer, which is never late."""
+    known = member.state.board.known[0]
+    known.readings[sensor, 0], known.readings[sensor, 1], known.readings[sensor, 2] = v
+    known.read_s[sensor] = t
+
+
+@kernel
+def deliver_step(member, actions):
+    """Let the late readings that are due reach the computer."""
+    known = member.state.board.known[0]
+    for sensor in range(ROWS):
+        if actions & (DELIVER << sensor):
+            r = member.state.sensors[sensor]
+            known.read_s[sensor] = r.t_s
+            for k in range(MOST_PARTS):
+                known.readings[sensor, k] = r.reading[k]
 
 
 @inlined
@@ -80,61 +114,45 @@ def acts(failure, actions, t):
 @kernel
 def stuck_step(member, sensor, late, t):
     """Send the last reading again, as one of now."""
-    known = member.state.board.known[0]
     if late & (READ << sensor):
         member.state.sensors[sensor].t_s = t
-    elif sensor == MAGNETOMETER:
-        known.b_s = t
-    elif sensor == GYRO:
-        known.omega_s = t
-    elif sensor == SUN_SENSORS:
-        known.sun_s = t
-    elif sensor == ATTITUDE_SENSOR:
-        known.q_s = t
-    elif sensor == HORIZON_SENSOR:
-        known.nadir_s = t
-    elif sensor == SUN_CELLS:
-        known.cells_s = t
+    else:
+        member.state.board.known[0].read_s[sensor] = t
+
+
+@inlined
+def under_way(member, sensor, late, k):
+    """Number k of the reading of now, which is on its way or with the computer."""
+    if late & (READ << sensor):
+        return member.state.sensors[sensor].reading[k]
+    return member.state.board.known[0].readings[sensor, k]
+
+
+@inlined
+def put_under_way(member, sensor, late, k, value):
+    """Change number k of the reading of now."""
+    if late & (READ << sensor):
+        member.state.sensors[sensor].reading[k] = value
+    else:
+        member.state.board.known[0].readings[sensor, k] = value
 
 
 @kernel
-def replace_step(member, sensor, value, late, t):
-    """Put a value in place of each component of the reading of now."""
-    if late & (READ << sensor):
-        r = member.state.sensors[sensor]
-        r.x, r.y, r.z, r.w, r.u, r.v = value, value, value, value, value, value
-    else:
-        known = member.state.board.known[0]
-        put_reading(known, sensor, t, value, value, value, value, value, value)
+def replace_step(member, failure, late):
+    """Put a value in place of each number of the reading of now."""
+    for k in range(failure.parts):
+        put_under_way(member, failure.sensor, late, k, failure.value)
 
 
 @inlined
-def read_sensor(known, sensor):
-    """A reading (six numbers) that the computer has; ones where the sensor has fewer."""
-    x, y, z, w, u, v = known.b_x, known.b_y, known.b_z, 1.0, 1.0, 1.0
-    if sensor == GYRO:
-        x, y, z = known.omega_x, known.omega_y, known.omega_z
-    elif sensor == SUN_SENSORS:
-        x, y, z = known.sun_x, known.sun_y, known.sun_z
-    elif sensor == ATTITUDE_SENSOR:
-        x, y, z, w = known.q_x, known.q_y, known.q_z, known.q_w
-    elif sensor == HORIZON_SENSOR:
-        x, y, z = known.nadir_x, known.nadir_y, known.nadir_z
-    elif sensor == SUN_CELLS:
-        x, y, z, w = known.cells_0, known.cells_1, known.cells_2, known.cells_3
-        u, v = known.cells_4, known.cells_5
-    return x, y, z, w, u, v
-
-
-@inlined
-def with_error(sensor, v, w, error):
+def with_error(turns, v, w, error):
     """A reading with an error: of directions and attitudes a rotation vector in body axes."""
     if norm(error) == 0.0:  # a product with nothing would make what is infinite unknown
         return v, w
-    if sensor == ATTITUDE_SENSOR:
+    if turns == TURNS_ATTITUDE:
         x, y, z, w = multiply((v[0], v[1], v[2], w), from_rotation_vector(error))
         return (x, y, z), w
-    if sensor in (SUN_SENSORS, HORIZON_SENSOR):
+    if turns == TURNS_DIRECTION:
         return rotate(from_rotation_vector(error), v), w
     return add(v, error), w
 
@@ -143,17 +161,17 @@ def with_error(sensor, v, w, error):
 def change_step(member, failure, stream, late, t):
     """Change the reading of now as a failure says."""
     sensor = failure.sensor
-    r, known = member.state.sensors[sensor], member.state.board.known[0]
-    is_late = late & (READ << sensor) != 0
-    x, y, z, w, u, v = read_sensor(known, sensor)
-    if is_late:
-        x, y, z, w = r.x, r.y, r.z, r.w
-    error = failure_error(failure, normal3(member.seed, stream, int(r.count)))
-    (x, y, z), w = with_error(sensor, changed_vector(failure, (x, y, z)), w, error)
-    if is_late:
-        r.x, r.y, r.z, r.w = x, y, z, w
-    else:
-        put_reading(known, sensor, t, x, y, z, w, u, v)
+    v = (
+        under_way(member, sensor, late, 0),
+        under_way(member, sensor, late, 1),
+        under_way(member, sensor, late, 2),
+    )
+    w, count = under_way(member, sensor, late, 3), int(member.state.sensors[sensor].count)
+    error = failure_error(failure, normal3(member.seed, stream, count))
+    v, w = with_error(failure.turns, changed_vector(failure, v), w, error)
+    for k in range(3):
+        put_under_way(member, sensor, late, k, v[k])
+    put_under_way(member, sensor, late, 3, w)
 
 
 @inlined
@@ -173,6 +191,6 @@ def change_readings(members, failures, late, actions, t):
     """Replace or change what has been read, where a failure says so; in the order of failures."""
     for i in range(failures.shape[0]):
         if failures[i].kind == REPLACED and acts(failures[i], actions, t):
-            each(members, replace_step, failures[i].sensor, failures[i].value, late, t)
+            each(members, replace_step, failures[i], late)
         elif failures[i].kind == CHANGED and acts(failures[i], actions, t):
             each(members, change_step, failures[i], FIRST_STREAM + i, late, t)

@@ -8,6 +8,7 @@ from numba.extending import overload
 from torquer.compile.arguments import Entry, record_at
 from torquer.compile.engine import kernel
 from torquer.compile.numba_private import INLINED_OPTIONS
+from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS, reading3
 from torquer.simulation.loop.members import One, member_in
 from torquer.simulation.loop.state import Plan, Record, State, read_motion
 from torquer.spacecraft.actuators.coils import present_dipole
@@ -33,14 +34,9 @@ def record_row(plan, state, coils, step, record):
     row.q_x, row.q_y, row.q_z, row.q_w = cells.q_x, cells.q_y, cells.q_z, cells.q_w
     row.omega_x, row.omega_y, row.omega_z = omega
     row.dipole_x, row.dipole_y, row.dipole_z = present_dipole(plan.plant.coils, coils)
-    row.b_measured_x, row.b_measured_y, row.b_measured_z = known.b_x, known.b_y, known.b_z
-    row.omega_measured_x, row.omega_measured_y = known.omega_x, known.omega_y
-    row.omega_measured_z = known.omega_z
-    row.sun_measured_x, row.sun_measured_y, row.sun_measured_z = (
-        known.sun_x,
-        known.sun_y,
-        known.sun_z,
-    )
+    row.b_measured_x, row.b_measured_y, row.b_measured_z = reading3(known, MAGNETOMETER)
+    row.omega_measured_x, row.omega_measured_y, row.omega_measured_z = reading3(known, GYRO)
+    row.sun_measured_x, row.sun_measured_y, row.sun_measured_z = reading3(known, SUN_SENSORS)
     row.command_x, row.command_y, row.command_z = cells.dipole_x, cells.dipole_y, cells.dipole_z
     row.torque_x, row.torque_y, row.torque_z = cells.torque_x, cells.torque_y, cells.torque_z
     record_wheels(plan.plant.rotors, state.rotors, omega, record.wheels[number])

@@ -17,12 +17,8 @@ from torquer.spacecraft.body import Rigid
 from torquer.spacecraft.disturbance.held import HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import Unmodelled
 from torquer.spacecraft.failures import Failures
-from torquer.spacecraft.sensors.attitude_sensor import AttitudeSensorSet
-from torquer.spacecraft.sensors.gyro import GyroSet
-from torquer.spacecraft.sensors.horizon_sensor import HorizonSensorSet
-from torquer.spacecraft.sensors.magnetometer import MagnetometerSet
-from torquer.spacecraft.sensors.sun_cells import SunCellSet
-from torquer.spacecraft.sensors.sun_sensor import SunSensorSet
+from torquer.spacecraft.sensors.device import MOST_PARTS, OWN_CELLS
+from torquer.spacecraft.sensors.devices import SensorSets, UnitCounts, UnitSets
 
 
 class ReadingTables(NamedTuple):
@@ -59,17 +55,15 @@ def local_in(cells):
 class Plant(NamedTuple):
     """What the satellite's devices are: actuators, sensors with their errors.
 
-    `rotors`: without rows for a satellite without wheels.
+    `rotors`: without rows for a satellite without wheels; `sensors`: constants of each device;
+    `units`: of devices of which there are several, a row for each, `unit_counts`: how many.
     """
 
     coils: CoilSet
     rotors: Rotors
-    magnetometer: MagnetometerSet
-    gyro: GyroSet
-    sun_sensors: SunSensorSet
-    attitude_sensor: AttitudeSensorSet
-    horizon_sensor: HorizonSensorSet
-    sun_cells: SunCellSet
+    sensors: SensorSets
+    units: UnitSets
+    unit_counts: UnitCounts
     tachometer_noise_rad_s: float
     shadow: Shadow
     failures: Failures
@@ -118,17 +112,24 @@ def _xyz(*names: str) -> list[str]:
     return [f"{name}_{c}" for name in names for c in "xyz"]
 
 
-#: A sensor: number of its readings so far; the reading on its way: when it was taken, its numbers.
-SENSOR = _record("count", "t_s", "x", "y", "z", "w", "u", "v")
-#: Attitude and rate; what the computer last asked for; drift of the gyro and its time; energy of
+#: A sensor: number of its readings so far; the reading on its way: when it was taken, its numbers;
+#: what the device itself remembers.
+SENSOR = np.dtype(
+    [
+        *((name, np.float64) for name in ("count", "t_s")),
+        ("reading", np.float64, (MOST_PARTS,)),
+        ("own", np.float64, (OWN_CELLS,)),
+    ]
+)
+#: Attitude and rate; what the computer last asked for; energy of
 #: the coils [J], greatest dipole of one; what RK4 did by itself: damping of oscillations, lag of
 #: the rotation; adaptive steps: next one to try, of orders 8 and 5; shortest, their number, sums
 #: of their errors; what the coils go to (`Goal`); the dipole that the computer has set, and the one
 #: that it believes to have been reached at the last control step.
 CELLS = _record(
     *("q_x", "q_y", "q_z", "q_w"),
-    *_xyz("omega", "dipole", "torque", "drift"),
-    *("drift_s", "coil_energy_j", "peak_dipole_a_m2", "damping", "lag"),
+    *_xyz("omega", "dipole", "torque"),
+    *("coil_energy_j", "peak_dipole_a_m2", "damping", "lag"),
     *("next_step_s", "slow_step_s", "least_step_s", "steps", "error_rad", "error_rad_s"),
     *_xyz("goal"),
     *("goal_power_w", "goal_greatest_a_m2"),

@@ -27,7 +27,7 @@ from torquer.simulation.loop.members import (
 )
 from torquer.simulation.loop.record import record_members
 from torquer.simulation.loop.sensors import ephemeris_at, ephemeris_step, read_sensors, update_step
-from torquer.simulation.loop.state import Plan, ReadingTables, Record, local_in, put_goal, put_local
+from torquer.simulation.loop.state import Plan, ReadingTables, Record, put_goal, put_local
 from torquer.simulation.loop.timetable import (
     COILS_OFF,
     COILS_ON,
@@ -56,7 +56,8 @@ class Loop(NamedTuple):
 
     `local`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
     `record`: of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
-    `drive_wheels`, `propagate`: addresses of these functions; `problem`: of what the latter takes.
+    `drive_wheels`, `read_units`, `propagate`: addresses of these functions; `problem`: of what the
+    last takes.
     """
 
     plan: Plan
@@ -67,6 +68,7 @@ class Loop(NamedTuple):
     local: np.ndarray
     record: Record | np.ndarray
     drive_wheels: Any
+    read_units: Any
     propagate: Any
     problem: Any
 
@@ -134,16 +136,17 @@ _call_drive_wheels = entry_caller(2)
 
 
 @inlined
-def sense(loop, actions, step, works):
+def sense(address, actions, step, works):
     """Read the sensors; on a control step bring up to date what the computers know.
 
     `works`: whether the computers are not halted.
     """
+    loop = record_at(address)
     members, plan, tables, t = loop.members, loop.plan, loop.tables, step * loop.plan.step_s
     if works and actions & COILS_OFF:
         each(members, coils_off_step)
     fail_members_coils(members, plan.plant, t)
-    read_sensors(members, plan, tables, local_in(loop.local)[0], actions, step)
+    read_sensors(address, actions, step)
     if works and actions & CONTROL:
         before_s = first_member(members).state.board.known[0].t_s
         if is_back(plan.plant.failures.computer, before_s, t):
@@ -208,7 +211,7 @@ def _run_steps(address, last):
             row = timetable.rows[number]
             works = not is_halted(plan.plant.failures.computer, step * plan.step_s)
             if at[1] == BETWEEN:
-                sense(loop, row.actions, step, works)
+                sense(address, row.actions, step, works)
             if works and row.actions & CONTROL:
                 ended = control(loop, step)
                 if ended != RUNNING:

@@ -11,20 +11,21 @@ steps, so a run can stop at any step and go on bit for bit.
 """
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
 
 from torquer.compile.engine import kernel
-from torquer.computer.interface import MAGNETOMETER, SEARCH_COIL, SENSORS
+from torquer.computer.interface import ROWS, SENSORS
 
 #: Actions, in the order in which they are done: late readings arrive, coils off, sensors are read,
 #: the computer controls, coils on. A sensor has the bit of the first one shifted by its number.
 #: Where the computer controls while the coils act, they stay as they are.
-DELIVER, READ = 1, 1 << len(SENSORS)
-COILS_OFF, CONTROL, COILS_ON, COILS_STAY = (1 << (2 * len(SENSORS) + k) for k in range(4))
-#: Sensors that are not read while the coils act, unless they have a rate of their own.
-DISTURBED = (MAGNETOMETER, SEARCH_COIL)
+DELIVER, READ = 1, 1 << ROWS
+COILS_OFF, CONTROL, COILS_ON, COILS_STAY = (1 << (2 * ROWS + k) for k in range(4))
+#: Readings of devices of which there are several.
+ANY_UNIT = READ * ((1 << ROWS) - (1 << len(SENSORS)))
 #: All deliveries.
 ANY_DELIVERY = READ - 1
 #: A row: step within the cycle, bits of its actions, steps to the next row that controls.
@@ -82,10 +83,12 @@ def make_timetable(
     sample_steps: int,
     read: dict[int, Sampling],
     while_acting: bool = False,
+    disturbed: Collection[int] = (),
 ) -> Timetable:
     """The timetable of a control cycle and of the sensors that are read, by their numbers.
 
-    `while_acting`: whether the computer controls while the coils act, too.
+    `while_acting`: whether the computer controls while the coils act, too, without readings of the
+    sensors that are `disturbed`, unless they have a rate of their own.
     """
     control = [*range(0, measure_steps, sample_steps), measure_steps]
     acting = range(measure_steps + sample_steps, cycle_steps, sample_steps) if while_acting else ()
@@ -105,7 +108,7 @@ def make_timetable(
                 add(begin + step, READ << sensor)
         for step in acting:
             add(begin + step, CONTROL | COILS_STAY)
-            for sensor in read.keys() - own.keys() - set(DISTURBED):
+            for sensor in read.keys() - own.keys() - set(disturbed):
                 add(begin + step, READ << sensor)
         add(begin + measure_steps, COILS_ON)
     for sensor, sampling in own.items():

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from torquer.computer.computer import Blocks, Board, parameter_places
-from torquer.computer.interface import KNOWN, nothing_known
+from torquer.computer.interface import ESTIMATED, SENSED, nothing_known
 from torquer.computer.modes.packing import check_choice
 from torquer.computer.modes.signals import SIGNALS, UNITS
 from torquer.computer.modes.spec import Condition, Modes
@@ -20,9 +20,6 @@ from torquer.computer.names import MODES, Names
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.state import find_arrays
 from torquer.simulation.setup.run import Run
-
-#: What the computer's record has of the estimate.
-_ESTIMATE = KNOWN.names[KNOWN.names.index("estimate_s") : KNOWN.names.index("position_x")]
 
 
 def computer_names(scenario: Scenario, blocks: Blocks) -> Names:
@@ -110,9 +107,8 @@ class Directed:
         board, first = self._direct("restart_computer"), self._run.plan.first_board
         for now, then in zip(_begins(board), _begins(first), strict=True):
             now[...] = then
-        nothing = nothing_known()
-        for name in _ESTIMATE:
-            board.known[name] = nothing[name]
+        estimate = slice(SENSED, ESTIMATED)
+        board.known.view(np.float64)[estimate] = nothing_known().view(np.float64)[estimate]
 
     def _direct(self, call: str) -> Board:
         """The board of the computer that is to be directed."""

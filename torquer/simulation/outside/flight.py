@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 import numpy as np
 
 from torquer.computer.blocks.law import Law
-from torquer.computer.interface import Command, Inputs
+from torquer.computer.inputs import Inputs
+from torquer.computer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import COARSE_STEP, RUNNING, WAITING
 from torquer.simulation.loop.state import CELLS, find_arrays
@@ -32,6 +33,7 @@ from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
 from torquer.simulation.setup.run import Piece, prepare, reason, record_this_instant
 from torquer.simulation.setup.simulate import RunStopped, check_scenario, flown_by
+from torquer.spacecraft.sensors.devices import DEVICES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +41,7 @@ if TYPE_CHECKING:
 #: In place of an argument; None is a mistake of the caller's.
 _LEFT_OUT: Any = object()
 #: All that the computer can be given, whatever the estimator.
-_NEEDS = frozenset({"sun", "search_coil", "horizon", "sun_cells", "ephemeris"})
+_NEEDS = frozenset({"ephemeris", *(device.need for device in DEVICES if device.need)})
 
 
 class Snapshot(NamedTuple):

@@ -12,81 +12,59 @@ from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import Law
 from torquer.computer.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
+from torquer.computer.inputs import Inputs, ReadingTimes
 from torquer.computer.interface import (
-    KNOWN,
-    NO_CELLS,
+    ESTIMATED,
+    PLACES,
+    ROWS,
+    SENSED,
+    SENSORS,
     Command,
     Ephemeris,
     Estimate,
-    Inputs,
-    ReadingTimes,
+    reading_places,
 )
 from torquer.computer.modes.table import LAW
 from torquer.simulation.loop.state import Plan, State, find_arrays
 from torquer.simulation.setup.signals import noted_signals
+from torquer.spacecraft.sensors.device import MOST_PARTS
 
 
 class HostFailed(Exception):
     """A function in plain Python raised an error, or its answer is not what it must be."""
 
 
-_PLACE = {name: place for place, name in enumerate(KNOWN.names)}
-
-
-def _part(first: str, count: int) -> slice:
-    return slice(_PLACE[first], _PLACE[first] + count)
-
-
 #: Places in the record; a tuple is cut faster than its names are looked up.
-_B, _B_RATE, _OMEGA, _SUN = (_part(f"{name}_x", 3) for name in ("b", "b_rate", "omega", "sun"))
-_Q, _WHEELS, _COILS, _NADIR, _CELLS, _TIMES = (
-    _part("q_x", 4),
-    _part("wheels_x", 3),
-    _part("coils_x", 3),
-    _part("nadir_x", 3),
-    _part("cells_0", len(NO_CELLS)),
-    _part("b_s", len(ReadingTimes._fields)),
-)
-_ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 21), _PLACE["estimate_s"]
-_ESTIMATED_Q, _ESTIMATED_OMEGA = _part("estimate_q_x", 4), _part("estimate_omega_x", 3)
-_BIAS, _SIGMA = _part("estimate_bias_x", 3), _PLACE["sigma_rad"]
-_ISOLATED = _part("isolated_b", len(ReadingTimes._fields))
-_R, _V, _MODEL_B = (_part(f"{name}_x", 3) for name in ("position", "velocity", "model_b"))
-_MODEL_RATE, _TO_SUN, _SUNLIT = (
-    _part("model_b_rate_x", 3),
-    _part("to_sun_x", 3),
-    _PLACE["sunlit_fraction"],
-)
+_READINGS = tuple(map(reading_places, SENSORS))
+_COILS = slice(PLACES["coils_x"].start, PLACES["coils_z"].stop)
+_READ_S, _ROWS = PLACES["read_s"].start, PLACES["readings"].start
+_TIMES, _ESTIMATED = slice(_READ_S, _READ_S + len(SENSORS)), slice(SENSED, ESTIMATED)
+_GYRO_UNITS, _FLAGS = PLACES["gyro_units"].start, PLACES["isolated"].start
+_ISOLATED = slice(_FLAGS, _FLAGS + len(SENSORS))
+_UNITS_ISOLATED = slice(_ISOLATED.stop, _FLAGS + ROWS)
+_UNITS = [
+    (_READ_S + row, slice(_ROWS + MOST_PARTS * row, _ROWS + MOST_PARTS * (row + 1)))
+    for row in range(len(SENSORS), ROWS)
+]
 _new = tuple.__new__  # a third of the time of a NamedTuple's own
 
 
 def inputs_from(known: np.ndarray) -> Inputs:
     """The computer's record, as cells, as inputs for the interpreter: in 2 us."""
     k = tuple(known.tolist())
-    estimate = (
-        k[_ESTIMATED_AT],
-        k[_ESTIMATED_Q],
-        k[_ESTIMATED_OMEGA],
-        k[_BIAS],
-        k[_SIGMA],
-        k[_SIGMA + 1],
-        k[_ISOLATED],
-    )
-    ephemeris = (k[_R], k[_V], k[_MODEL_B], k[_MODEL_RATE], k[_TO_SUN], k[_SUNLIT])
+    e, p = k[_ESTIMATED], k[ESTIMATED:]
+    flags = (k[_ISOLATED], k[_UNITS_ISOLATED])
+    estimate = (e[0], e[1:5], e[5:8], e[8:11], e[11], e[12], *flags)
+    ephemeris = (p[0:3], p[3:6], p[6:9], p[9:12], p[12:15], p[15])
     inputs = (
         k[0],
-        k[_B],
-        k[_B_RATE],
-        k[_OMEGA],
-        k[_SUN],
-        k[_Q],
-        k[_WHEELS],
+        *[k[places] for places in _READINGS],
         k[_COILS],
-        k[_NADIR],
-        k[_CELLS],
         _new(ReadingTimes, k[_TIMES]),
         _new(Estimate, estimate),
         _new(Ephemeris, ephemeris),
+        tuple([(k[t], *k[r]) for t, r in _UNITS]),
+        k[_GYRO_UNITS],
     )
     return _new(Inputs, inputs)
 

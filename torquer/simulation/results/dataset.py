@@ -25,12 +25,12 @@ from torquer.simulation.loop.state import Record, State, find_arrays
 from torquer.simulation.results.variables import (
     ADAPTIVE,
     COILS,
-    ESTIMATED,
     FIXED,
-    INPUTS,
     RECORDED,
     TORQUE,
     describe,
+    estimated,
+    inputs,
     read,
 )
 from torquer.simulation.setup.prepare import make_log
@@ -51,15 +51,15 @@ def record_dataset(run: Run) -> xr.Dataset:
     variables = (
         read(record.rows, RECORDED) | logged_variables(run, record) | modes_recorded(run, record)
     )
-    coordinates = _coordinates(run.scenario, t_s)
+    coordinates, units = _coordinates(run.scenario, t_s), run.scenario.spacecraft.units()
     if len(run.plan.plant.rotors.rows):
         variables |= _wheel_variables(run, record)
         coordinates["wheel"] = np.arange(len(run.state.rotors))
     if estimates(run.plan.computer):
-        variables |= read(record.known, ESTIMATED)
-        coordinates["sensor"] = list(SENSORS)
+        variables |= read(record.known, estimated(units))
+        coordinates["sensor"] = [*SENSORS, *(each.name for each in units)]
     if run.scenario.simulation.record_inputs:
-        variables |= read(record.known, INPUTS)
+        variables |= read(record.known, inputs(units))
     import xarray as xr
 
     data = xr.Dataset(variables, coords=coordinates | log_axes(run))

@@ -22,7 +22,7 @@ from torquer.simulation.results.dataset import (
     modes_recorded,
     versions,
 )
-from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, TORQUE, write
+from torquer.simulation.results.variables import RECORDED, TORQUE, estimated, inputs, write
 from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run
 
@@ -172,15 +172,15 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     rows = np.arange(here.start, here.stop) % count
     part = result.isel(time=here)
     record.rows["step"][rows] = steps[here]
-    wheels = len(run.plan.plant.rotors.rows) > 0
+    wheels, units = len(run.plan.plant.rotors.rows) > 0, run.scenario.spacecraft.units()
     write(part, (*RECORDED, TORQUE) if wheels else RECORDED, record.rows, rows)
     if wheels:
         names = ("wheel_momentum", "wheel_torque")
         record.wheels[rows] = np.hstack([part[name].values for name in names])
     if estimates(run.plan.computer):
-        write(part, ESTIMATED, record.known, rows)
+        write(part, estimated(units), record.known, rows)
     if run.scenario.simulation.record_inputs:
-        write(part, INPUTS, record.known, rows)
+        write(part, inputs(units), record.known, rows)
     for k, name in enumerate(modes_recorded(run, run.rows())):
         first = sum(len(r.states) for r in list(mode_regions(run.scenario).values())[:k])
         record.modes[rows, k] = part[name].values + first

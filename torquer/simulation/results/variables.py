@@ -3,20 +3,20 @@
 Results take their attributes from this table, and `docs/variables.md` is made from it.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.computer.interface import SHORT_NAMES
-from torquer.spacecraft.sensors.sun_cells import CELLS
+from torquer.computer.interface import GYRO, SENSORS
+from torquer.spacecraft.sensors.device import MOST_PARTS, XYZ, XYZW, Device
+from torquer.spacecraft.sensors.devices import DEVICES, Flown
 
-_PARTS: dict[str, Iterable[str]] = {
-    "component": "xyzw",
-    "axis": "xyz",
-    "sensor": SHORT_NAMES,
-    "cell": [str(k) for k in range(CELLS)],
-}
+_PARTS: dict[str, Iterable[str]] = {"component": "xyzw", "axis": "xyz"}
+#: Numbers in a row of other dimensions.
+_COUNTS = {"sensor": len(SENSORS), "cell": MOST_PARTS}
+#: Where numbers stand in a record: its field, and the place in the field where that holds several.
+Cell = tuple[Any, ...]
 
 
 class Variable(NamedTuple):
@@ -32,6 +32,10 @@ class Variable(NamedTuple):
     """name in the record that it is read from; "" if it is computed"""
     when: str = ""
     """which results have it; "" for all"""
+    row: int | None = None
+    """row of the field `key` that it is read from, of a field with a row for each sensor"""
+    width: int = 0
+    """numbers in a row of it, where its dimension does not say; else 0"""
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -40,9 +44,23 @@ class Variable(NamedTuple):
         return {name: text for name, text in given.items() if text}
 
     @property
-    def cells(self) -> list[str]:
-        """Names of its numbers in the record."""
-        return [f"{self.key}_{c}" for c in _PARTS[self.dims[1]]] if self.dims[1:] else [self.key]
+    def cells(self) -> list[Cell]:
+        """Where its numbers stand in the record."""
+        last = self.dims[-1] if self.dims[1:] else ""
+        if self.row is not None:
+            first = (self.key, self.row)
+            return [(*first, k) for k in range(self.size)] if last else [first]
+        if last in _PARTS:
+            return [(f"{self.key}_{c}",) for c in _PARTS[last]]
+        return [(self.key, k) for k in range(self.size)] if last else [(self.key,)]
+
+    @property
+    def size(self) -> int:
+        """Numbers in a row of it."""
+        last = self.dims[-1]
+        if self.width:
+            return self.width
+        return len(tuple(_PARTS[last])) if last in _PARTS else _COUNTS.get(last, 1)
 
 
 _TIME, _XYZ, _XYZW = ("time",), ("time", "axis"), ("time", "component")
@@ -61,6 +79,29 @@ def _only(when: str, *variables: Variable) -> tuple[Variable, ...]:
     return tuple(each._replace(when=when) for each in variables)
 
 
+#: Devices whose readings are in every result, by the symbols of their variables.
+RECORDED_READINGS = ("b", "omega", "sun")
+_DIMS = {XYZ: _XYZ, XYZW: _XYZW}
+
+
+def _reading(device: Device, key: str = "readings") -> Variable:
+    """The last reading of a device: read from `KNOWN`, or by `key` from another record."""
+    name, dims = f"{device.symbol}_measured", _DIMS.get(device.parts, ("time", "cell"))
+    row = DEVICES.index(device) if key == "readings" else None
+    return Variable(name, dims, device.units, device.frame, device.meaning, key, row=row)
+
+
+def _time_of(device: Device) -> Variable:
+    """When a device was read last, from `KNOWN`."""
+    meaning = f"time of the last reading of the {device.said}"
+    row = DEVICES.index(device)
+    return Variable(f"{device.symbol}_time", _TIME, "s", "", meaning, "read_s", row=row)
+
+
+#: Readings and times of all devices, as they stand in `KNOWN`, by the names of their variables.
+KNOWN_READINGS = {
+    each.name: each for device in DEVICES for each in (_reading(device), _time_of(device))
+}
 # fmt: off
 COORDINATES = (
     Variable("time", _TIME, "s", "", "time since the start"),
@@ -82,11 +123,8 @@ RECORDED = (
              "dipole of the coils, residual dipole included, as it acts", "dipole"),
     Variable("command_body", _XYZ, "A m^2", "body", "dipole that the computer commanded last",
              "command"),
-    Variable("b_measured", _XYZ, "T", "body", "last magnetometer reading", "b_measured"),
-    Variable("omega_measured", _XYZ, "rad/s", "body", "last gyro reading", "omega_measured"),
-    Variable("sun_measured", _XYZ, "1", "body",
-             "last reading of the Sun sensors, a unit vector; zeros where the Sun is not seen",
-             "sun_measured"),
+    *(_reading(device, f"{device.symbol}_measured") for device in DEVICES
+      if device.symbol in RECORDED_READINGS),
 )
 #: Read from `ROW` where there are wheels.
 TORQUE = Variable(
@@ -110,31 +148,12 @@ ESTIMATED = _only(_ESTIMATE,
 )
 #: Read from `KNOWN` where all that the computer knows is recorded.
 INPUTS = _only(_INPUTS,
+    *(_reading(device) for device in DEVICES if device.symbol not in RECORDED_READINGS),
+    *map(_time_of, DEVICES),
     Variable("control_time", _TIME, "s", "", "time of the last control step", "t_s"),
-    Variable("b_rate_measured", _XYZ, "T/s", "body", "last reading of the search coil", "b_rate"),
-    Variable("q_measured", _XYZW, "1", "body to J", "last reading of the attitude sensor", "q"),
-    Variable("wheel_momentum_measured", _XYZ, "N m s", "body",
-             "sum of the wheels' momenta by the last readings of their tachometers", "wheels"),
     Variable("coil_dipole_on_board", _XYZ, "A m^2", "body",
              "mean dipole of the coils between the last two control steps, as the computer "
              "believes", "coils"),
-    Variable("nadir_measured", _XYZ, "1", "body",
-             "last reading of the horizon sensor, a unit vector; zeros where the Earth is not seen",
-             "nadir"),
-    Variable("cells_measured", ("time", "cell"), "1", "",
-             "last signals of the Sun cells, in parts of full sunlight; zeros for cells that are "
-             "not there", "cells"),
-    Variable("b_time", _TIME, "s", "", "time of the last magnetometer reading", "b_s"),
-    Variable("b_rate_time", _TIME, "s", "", "time of the last reading of the search coil",
-             "b_rate_s"),
-    Variable("omega_time", _TIME, "s", "", "time of the last gyro reading", "omega_s"),
-    Variable("sun_time", _TIME, "s", "", "time of the last reading of the Sun sensors", "sun_s"),
-    Variable("q_time", _TIME, "s", "", "time of the last reading of the attitude sensor", "q_s"),
-    Variable("wheel_time", _TIME, "s", "", "time of the last readings of the tachometers",
-             "wheels_s"),
-    Variable("nadir_time", _TIME, "s", "", "time of the last reading of the horizon sensor",
-             "nadir_s"),
-    Variable("cells_time", _TIME, "s", "", "time of the last signals of the Sun cells", "cells_s"),
     Variable("position_on_board", _XYZ, "m", "J", "position that the computer assumes", "position"),
     Variable("velocity_on_board", _XYZ, "m/s", "J", "velocity that the computer assumes",
              "velocity"),
@@ -146,6 +165,10 @@ INPUTS = _only(_INPUTS,
     Variable("sunlit_fraction_on_board", _TIME, "1", "",
              "visible part of the Sun's disc that the computer assumes", "sunlit_fraction"),
 )
+#: Of a satellite with several gyros, read from `KNOWN`.
+_GYRO_UNITS = Variable("gyro_units", _TIME, "1", "", "which of several gyros the rate that laws "
+                       "read is of: the sum of 1, 2, 4 and so on, in their order", "gyro_units",
+                       when=_INPUTS)
 #: Read from `CELLS` at the end.
 COILS = (
     Variable("coil_energy", (), "J", "",
@@ -238,10 +261,41 @@ def describe(values: Mapping[str, Any]) -> dict:
             for name, each in values.items()}  # fmt: skip
 
 
+def column(record: np.ndarray, cell: Cell) -> np.ndarray:
+    """A number of a record at all its rows, to read or to write."""
+    return record[cell[0]][(slice(None), *cell[1:])]
+
+
 def read(record: np.ndarray, variables: Iterable[Variable]) -> dict:
     """Variables from the rows of a record, as xarray takes them."""
-    columns = {each.name: np.array([record[cell] for cell in each.cells]) for each in variables}
-    return describe({name: c.T if len(c) > 1 else c[0] for name, c in columns.items()})
+    found = {}
+    for each in variables:
+        c = np.array([column(record, cell) for cell in each.cells])
+        found[each.name] = each.dims, c.T if len(c) > 1 else c[0], each.attributes
+    return found
+
+
+def estimated(units: Sequence[Flown]) -> tuple[Variable, ...]:
+    """`ESTIMATED`, of a satellite that has several devices of a kind."""
+    count = len(SENSORS) + len(units)
+    return tuple(
+        each._replace(width=count) if each.dims[1:] == ("sensor",) else each for each in ESTIMATED
+    )
+
+
+def inputs(units: Sequence[Flown]) -> tuple[Variable, ...]:
+    """`INPUTS`, and of each of several devices of a kind the last reading and its time."""
+    found = list(INPUTS)
+    for each in units:
+        device, name = each.device, f"{each.device.several}.{each.name}"
+        own = (device.units, device.frame, f"{device.meaning}, of {each.name}", "readings")
+        dims = _DIMS.get(device.parts, ("time", "cell"))
+        found.append(Variable(name, dims, *own, _INPUTS, each.row))
+        when = f"time of the last reading of the {device.said} {each.name}"
+        found.append(Variable(f"{name}.time", _TIME, "s", "", when, "read_s", _INPUTS, each.row))
+    if any(each.device.integrates or each.device is DEVICES[GYRO] for each in units):
+        found.append(_GYRO_UNITS)
+    return tuple(found)
 
 
 def write(result, variables: Iterable[Variable], record: np.ndarray, rows) -> None:
@@ -250,4 +304,4 @@ def write(result, variables: Iterable[Variable], record: np.ndarray, rows) -> No
         values = result[each.name].values
         values = values[:, None] if values.ndim == 1 else values
         for k, cell in enumerate(each.cells):
-            record[cell][rows] = values[:, k]
+            column(record, cell)[rows] = values[:, k]

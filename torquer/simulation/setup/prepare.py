@@ -25,15 +25,7 @@ from torquer.computer.computer import (
     make_computer,
     parameter_places,
 )
-from torquer.computer.interface import (
-    HORIZON_SENSOR,
-    KNOWN,
-    SEARCH_COIL,
-    SENSORS,
-    SUN_CELLS,
-    SUN_SENSORS,
-    TACHOMETERS,
-)
+from torquer.computer.interface import KNOWN, ROWS, TACHOMETERS
 from torquer.computer.laws import LAWS
 from torquer.computer.modes.signals import SIGNALS
 from torquer.computer.modes.table import (
@@ -45,7 +37,7 @@ from torquer.computer.modes.table import (
 from torquer.maths.integrate.dop853 import workspace
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.control import whole_steps
-from torquer.scenario.spec import Scenario, check_fits, check_stated, sampling_steps
+from torquer.scenario.spec import Scenario, Spacecraft, check_fits, check_stated, sampling_steps
 from torquer.simulation.loop.state import (
     CELLS,
     ROW,
@@ -60,6 +52,7 @@ from torquer.simulation.loop.state import (
 from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, make_timetable
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
+from torquer.simulation.setup.several import make_selection, unit_rows
 from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, coil_targets
 from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
 from torquer.spacecraft.actuators.turning import WORK_ROWS
@@ -70,9 +63,15 @@ from torquer.spacecraft.failures import (
     SENSOR_FAILURE,
     Failures,
 )
-from torquer.spacecraft.sensors.horizon_sensor import IDEAL_HORIZON_SENSOR
-from torquer.spacecraft.sensors.sun_cells import NO_SUN_CELLS
-from torquer.spacecraft.sensors.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
+from torquer.spacecraft.sensors.device import Device
+from torquer.spacecraft.sensors.devices import (
+    DEVICES,
+    SEVERAL,
+    SensorSets,
+    UnitCounts,
+    UnitSets,
+    example_of,
+)
 
 #: The first step that adaptive steps try [s].
 _FIRST_STEP_S = 1.0
@@ -122,7 +121,8 @@ def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> B
     estimators = {"estimator": control.estimator, **control.estimators}
     check_stated(laws.values(), control)
     own = {name: spec for name, spec in estimators.items() if hasattr(spec, "estimator")}
-    return Blocks(laws, {name: spec.estimator() for name, spec in own.items()})
+    units = scenario.spacecraft.units()
+    return Blocks(laws, {name: spec.estimator(units) for name, spec in own.items()})
 
 
 def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]:
@@ -131,7 +131,9 @@ def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]
     if modes is None:
         return NO_MODES, first_mode_state(NO_MODES, [])
     laws = {name: number for number, name in enumerate(blocks.laws)}
-    return modes.pack(laws, estimator_numbers(scenario, blocks), parameter_places(blocks))
+    numbers, places = estimator_numbers(scenario, blocks), parameter_places(blocks)
+    craft = scenario.spacecraft
+    return modes.pack(laws, numbers, places, craft.rows(), craft.unit_kinds())
 
 
 def estimator_numbers(scenario: Scenario, blocks: Blocks) -> dict[str, int]:
@@ -176,17 +178,9 @@ def choose_integrator(scenario: Scenario) -> Auto | Rk4 | Splitting:
 def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
     """When the sensors that are needed are read and the computer controls."""
     craft, control, step_s = scenario.spacecraft, scenario.control, scenario.grid_s
-    described = type(craft).model_fields
-    specs = {name: getattr(craft, name) for name in SENSORS if name in described}
-    read = {SENSORS.index(name): _sampling(name, spec, step_s) for name, spec in specs.items()}
-    if craft.sun_sensors is None and "sun" not in needs:
-        del read[SUN_SENSORS]
-    if craft.horizon_sensor is None and "horizon" not in needs:
-        del read[HORIZON_SENSOR]
-    if craft.sun_cells is None:
-        del read[SUN_CELLS]
-    if "search_coil" in needs:
-        read[SEARCH_COIL] = Sampling()
+    flown = {each.row: (key, each) for key, each in craft.flown().items()}
+    read = {row: _sampling(key, each.spec, step_s) for row, (key, each) in flown.items()}
+    read |= {number: Sampling() for number in _standing_in(craft, needs)}
     if craft.wheels is not None:
         read[TACHOMETERS] = Sampling()
     return make_timetable(
@@ -195,22 +189,38 @@ def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
         whole_steps("sample_s", control.sample_s, step_s),
         read,
         control.control_while_actuating,
+        [number for number in read if _device_of(craft, number).by_coils],
     )
 
 
+def _device_of(craft: Spacecraft, row: int) -> Device:
+    """The device of a number on board."""
+    if row < len(DEVICES):
+        return DEVICES[row]
+    return next(each.device for each in craft.flown().values() if each.row == row)
+
+
+def _standing_in(craft: Spacecraft, needs: frozenset[str]) -> list[int]:
+    """Numbers of the devices that a satellite lacks, and of which an ideal one is read."""
+    has = {each.device.name for each in craft.flown().values()}
+    return [
+        number
+        for number, device in enumerate(DEVICES)
+        if device.name not in has and device.stands_in and device.need in needs
+    ]
+
+
 def _sampling(name: str, spec, step_s: float) -> Sampling:
-    if spec is None:
-        return Sampling()
     return Sampling(*sampling_steps(f"spacecraft.{name}", spec, step_s))
 
 
 def oldest_readings_s(scenario: Scenario, timetable: Timetable) -> tuple[float, ...]:
     """How old readings of each sensor become before the next one arrives [s]; 0 if it has none."""
-    delays_s = {name: sensor.delay_s for name, sensor in scenario.spacecraft.sensors().items()}
-    intervals = [longest_interval(timetable, sensor) for sensor in range(len(SENSORS))]
+    delays_s = {each.row: each.spec.delay_s for each in scenario.spacecraft.flown().values()}
+    intervals = [longest_interval(timetable, row) for row in range(ROWS)]
     return tuple(
-        scenario.grid_s * interval + (delays_s.get(name, 0.0) if interval else 0.0)
-        for name, interval in zip(SENSORS, intervals, strict=True)
+        scenario.grid_s * interval + (delays_s.get(row, 0.0) if interval else 0.0)
+        for row, interval in enumerate(intervals)
     )
 
 
@@ -228,14 +238,15 @@ def make_plan(
     wheels = scenario.spacecraft.wheels
     allocation, estimator = NO_ALLOCATION, estimator_numbers(scenario, blocks)["estimator"]
     timetable = timetable_for(scenario, needs)
-    table = table._replace(oldest_s=oldest_readings_s(scenario, timetable))
+    oldest_s = oldest_readings_s(scenario, timetable)
+    table, selection = table._replace(oldest_s=oldest_s), make_selection(scenario, oldest_s)
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
         allocation = make_allocation(wheels, step_s, driven)
     plan = Plan(
         plant=make_plant(scenario, needs),
         timetable=timetable,
-        computer=make_computer(blocks, estimator, table),
+        computer=make_computer(blocks, estimator, table, selection),
         allocation=allocation,
         needs_ephemeris="ephemeris" in needs,
         stops=stops,
@@ -243,7 +254,9 @@ def make_plan(
         step_s=step_s,
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
         log_cells=np.array([cell for *_, cells in make_log(blocks) for cell in cells], np.int64),
-        first_board=first_board(blocks, ModeState(*(part.copy() for part in modes)), estimator),
+        first_board=first_board(
+            blocks, ModeState(*(part.copy() for part in modes)), estimator, selection
+        ),
     )
     return records(plan)
 
@@ -254,14 +267,11 @@ def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
     return Plant(
         coils=craft.coils.pack() if craft.coils else NO_COILS,
         rotors=wheels.pack(scenario.grid_s) if wheels else NO_ROTORS,
-        magnetometer=craft.magnetometer.pack(),
-        gyro=craft.gyro.pack(),
-        sun_sensors=_sun_sensors(scenario, needs),
-        attitude_sensor=craft.attitude_sensor.pack(),
-        horizon_sensor=craft.horizon_sensor.pack()
-        if craft.horizon_sensor
-        else IDEAL_HORIZON_SENSOR,
-        sun_cells=craft.sun_cells.pack() if craft.sun_cells else NO_SUN_CELLS,
+        sensors=SensorSets(
+            *(sensor_constants(device, craft, needs) for device in DEVICES if device.read)
+        ),
+        units=UnitSets(*(unit_rows(craft, device) for device in SEVERAL.values())),
+        unit_counts=UnitCounts(*(len(getattr(craft, key)) for key in SEVERAL)),
         tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
         shadow=scenario.orbit_environment().shadow,
         failures=collect_failures(scenario),
@@ -286,9 +296,9 @@ def collect_failures(scenario: Scenario) -> Failures:
     """All failures of a run."""
     craft = scenario.spacecraft
     sensors = [
-        failure.row(SENSORS.index(name))
-        for name, sensor in craft.sensors().items()
-        for failure in sensor.failures
+        failure.row(each.row, each.device.count, each.device.turns)
+        for each in craft.flown().values()
+        for failure in each.spec.failures
     ]
     coils = [failure.row() for failure in craft.coils.failures] if craft.coils else []
     computer = [failure.row() for failure in scenario.control.failures]
@@ -299,11 +309,13 @@ def collect_failures(scenario: Scenario) -> Failures:
     )
 
 
-def _sun_sensors(scenario: Scenario, needs: frozenset[str]) -> SunSensorSet:
-    """The Sun sensors; an ideal one where they are left out and a law wants to know the Sun."""
-    if scenario.spacecraft.sun_sensors:
-        return scenario.spacecraft.sun_sensors.pack()
-    return IDEAL_SUN_SENSOR if "sun" in needs else NO_SUN_SENSORS
+def sensor_constants(device: Device, craft: Spacecraft, needs: frozenset[str]):
+    """Constants of a device for kernels; ideal ones where it is left out and needed."""
+    if device.name in (flown := craft.flown()):
+        return device.constants(flown[device.name].spec)
+    if device.need in needs and device.stands_in:
+        return device.ideal
+    return device.constants(example_of(device)) if device.absent is None else device.absent
 
 
 def make_log(blocks: Blocks) -> list[tuple[str, Block, Logged, range]]:
@@ -328,7 +340,7 @@ def first_state(
     put_goal(cells, coil_targets(plan.plant.coils, coils))
     cells["next_step_s"] = cells["slow_step_s"] = _FIRST_STEP_S
     cells["least_step_s"] = np.inf
-    sensors = np.zeros(len(SENSORS), SENSOR)
+    sensors = np.zeros(ROWS, SENSOR)
     sensors["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
     if dynamics.rotors:
@@ -343,7 +355,7 @@ def first_state(
         held=np.array(dynamics.held.constant_n_m),
         coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
         allocation=allocation,
-        board=first_board(blocks, modes, plan.computer.estimator),
+        board=first_board(blocks, modes, plan.computer.estimator, plan.computer.selection),
     )
     return records(state)
 

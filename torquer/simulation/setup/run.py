@@ -13,6 +13,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
 from torquer.environment.light import Light, shadow_edges
 from torquer.scenario.spec import Scenario
+from torquer.simulation.loop.due import read_units
 from torquer.simulation.loop.members import (
     BAD_STATE,
     COARSE_STEP,
@@ -25,7 +26,7 @@ from torquer.simulation.loop.members import (
 from torquer.simulation.loop.record import Instant, record_instant
 from torquer.simulation.loop.state import LOCAL_CELLS, Dynamics, Plan, ReadingTables, Record, State
 from torquer.simulation.loop.step import SENSED, Loop, drive_wheels, run_steps
-from torquer.simulation.loop.timetable import COILS_OFF, next_row
+from torquer.simulation.loop.timetable import COILS_OFF, longest_interval, next_row
 from torquer.simulation.outside.host import Host, what_failed
 from torquer.simulation.outside.library import Library
 from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
@@ -45,8 +46,7 @@ from torquer.simulation.setup.prepare import (
 from torquer.simulation.setup.size import piece_steps
 from torquer.spacecraft.actuators.coils import fail_coils, switch_off_coils
 from torquer.spacecraft.failures import is_halted
-from torquer.spacecraft.sensors.attitude_sensor import excludes_sun
-from torquer.spacecraft.sensors.sun_sensor import NO_SUN_SENSORS
+from torquer.spacecraft.sensors.devices import DEVICES
 
 
 class Piece(NamedTuple):
@@ -196,11 +196,14 @@ def _ready_for(run: Run) -> _Ready:
         local,
         run.record,
         0,
+        0,
         propagate.address(problem),
         problem.address,
     )
     if len(plan.plant.rotors.rows):
         loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
+    if any(plan.plant.unit_counts):
+        loop = loop._replace(read_units=read_units.address(Arguments(loop)))
     arguments = Arguments(loop)
     return _Ready(piece, run.record, run_steps.of(arguments), arguments, problem)
 
@@ -310,14 +313,24 @@ def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
     """What is read besides the orbit's table: the Sun, the air, light that pushes, the place on the
     orbit, an ephemeris that is not the truth."""
     light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
-    plant = plan.plant
-    sun = plant.sun_sensors is not NO_SUN_SENSORS or excludes_sun(plant.attitude_sensor)
-    sun = sun or plan.needs_ephemeris or light or scenario.spacecraft.sun_cells is not None
+    sun = plan.needs_ephemeris or light or _looks_for_sun(scenario, plan)
     air = bool(scenario.spacecraft.aerodynamics)
     angle = bool(scenario.acting_torques())
     own = plan.needs_ephemeris and scenario.believed_environment() != scenario.orbit_environment()
     needed = {"sun": sun, "air": air, "light": light, "orbit angle": angle, "ephemeris": own}
     return frozenset(name for name, wanted in needed.items() if wanted)
+
+
+def _looks_for_sun(scenario: Scenario, plan: Plan) -> bool:
+    """Whether a device that is read looks for the Sun."""
+    read = [number for number in range(len(DEVICES)) if longest_interval(plan.timetable, number)]
+    found = [
+        (DEVICES[number], getattr(plan.plant.sensors, DEVICES[number].name))
+        for number in read
+        if DEVICES[number].read
+    ]
+    found += [(each.device, each.device.to_unit(each.spec)) for each in scenario.spacecraft.units()]
+    return any(device.by_sunlight(constants) for device, constants in found if device.by_sunlight)
 
 
 def next_event(plan: Plan, step: int) -> int:

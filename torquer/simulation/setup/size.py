@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.scenario.spec import Scenario, whole_steps
-from torquer.simulation.results.variables import ESTIMATED, INPUTS
+from torquer.simulation.results.variables import estimated, inputs
 from torquer.spacecraft.sensors.sampling import Sampled
 
 #: Numbers in a row of a result: without wheels, with them, and for each of them; an estimate; what
@@ -85,17 +85,17 @@ def row_numbers(scenario: Scenario) -> int:
     wheels, (laws, modes) = scenario.spacecraft.wheels, scenario.control.named()
     estimators = [spec for spec in _estimators(scenario) if hasattr(spec, "estimator")]
     blocks = [law.law() for law in laws.values() if law.kind != "given_in_python"]
-    blocks += [spec.estimator() for spec in estimators]
+    blocks += [spec.estimator(scenario.spacecraft.units()) for spec in estimators]
     logged = sum(part.cells for block in blocks for part in block.logged().values())
     numbers = _ROW + logged + (len(modes.regions) if modes else 0)
     if wheels:
         numbers += _ROW_WHEELS + _ROW_WHEEL * len(wheels.layout.rows())
     if scenario.simulation.record_inputs:
-        numbers += sum(len(each.cells) for each in INPUTS)
+        numbers += sum(len(each.cells) for each in inputs(scenario.spacecraft.units()))
     if scenario.believed_environment() != scenario.orbit_environment():
         numbers += _ROW_BELIEVED
     if any(spec.kind not in ("attitude_sensor", "none") for spec in _estimators(scenario)):
-        numbers += sum(len(each.cells) for each in ESTIMATED)
+        numbers += sum(len(each.cells) for each in estimated(scenario.spacecraft.units()))
     return numbers
 
 

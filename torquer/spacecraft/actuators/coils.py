@@ -1,7 +1,7 @@
 """Magnetorquers: any axes, a limit per coil, lag, residual dipole, electrical energy."""
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from torquer.base.spec import Spec, Vector, unit_vectors
 from torquer.compile.engine import inlined, kernel, records
 from torquer.maths.geometry.vec3 import as_vector
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import CoilFailure, failed_dipole
 
 #: What is done with a command beyond the limits.
@@ -172,6 +173,15 @@ def advance_coils(coils, state, t_s):
 class Coils(Spec):
     """Coils (magnetorquers). Default: three along the body axes."""
 
+    sheet: ClassVar = DataSheet(
+        name="coil",
+        senses="",
+        unit="A m^2",
+        bias="residual_dipole_a_m2",
+        range="limit_a_m2",
+        axes="axes",
+        words={"bias": "residual dipole"},
+    )
     limit_a_m2: Annotated[float, Field(gt=0.0)] | tuple[Annotated[float, Field(gt=0.0)], ...]
     """Greatest dipole, one number or one per coil."""
     axes: unit_vectors("axes") = (

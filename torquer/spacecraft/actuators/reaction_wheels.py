@@ -5,7 +5,7 @@ The wheels are driven by torque; how the computer shares a torque among them is 
 """
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -21,6 +21,7 @@ from torquer.spacecraft.actuators.rotors import (
     relative_momentum,
     rotor_axis,
 )
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.wheel_array.layout import Limit
 from torquer.spacecraft.wheel_array.presets import Wheels
 
@@ -65,6 +66,10 @@ class ReactionWheels(Wheels):
     space; while a failed wheel is undetected, this and the bias of the speeds disturb the body.
     """
 
+    #: Of its tachometers.
+    sheet: ClassVar = DataSheet(
+        name="tachometer", senses="", unit="rpm", noise="speed_noise_rpm", range="speed_limit_rpm"
+    )
     torque_limit_n_m: Limit | tuple[Limit, ...]
     """Greatest motor torque, one number or one per wheel."""
     speed_limit_rpm: float = Field(default=6000.0, gt=0.0)

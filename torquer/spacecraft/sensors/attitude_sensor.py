@@ -1,18 +1,22 @@
 """Attitude sensor: a star tracker, or a stand-in for a filter of known accuracy."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.base.noise import cos_sin
 from torquer.base.spec import Vector, unit_vector
-from torquer.compile.engine import inlined
-from torquer.maths.geometry.quaternion import from_rotation_vector, multiply
-from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale
+from torquer.compile.engine import inlined, kernel
+from torquer.environment.table import lookup3
+from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate_inverse
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale, unit
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import DirectionFailure
+from torquer.spacecraft.sensors.device import XYZW, Device
 from torquer.spacecraft.sensors.sampling import Sampled
+from torquer.spacecraft.sensors.sunlight import sun_and_light
 
 STREAM = 5
 #: Cosine that no angle exceeds: of a zone that blinds nothing.
@@ -96,6 +100,34 @@ def _turn(phi):
     return (s * phi[0], s * phi[1], s * phi[2], cosine)
 
 
+@kernel
+def sky_around(sensor, around):
+    """What may blind the sensor."""
+    nothing, t = (0.0, 0.0, 0.0), around.t_s
+    sun, nadir, cosine = nothing, nothing, earth_cosine(sensor, EARTH_RADIUS_M)
+    if excludes_sun(sensor):
+        sun, _ = sun_and_light(around.shadow, around.orbit, around.sun, t)
+    if sensor.earth_rad >= 0.0:
+        r = lookup3(around.orbit, t)
+        nadir, cosine = scale(-1.0, unit(r)), earth_cosine(sensor, norm(r))
+    return Sky(sun, nadir, cosine)
+
+
+@inlined
+def read(sensor, here, sky, noise_sample):
+    """What the sensor reads under this sky; NaN where it is blinded."""
+    x = here.motion
+    sun_body, nadir_body = rotate_inverse(x.q, sky.sun), rotate_inverse(x.q, sky.nadir)
+    blind = is_blind(sensor, x.omega, sun_body, nadir_body, sky.earth_cosine)
+    qx, qy, qz, qw = read_attitude(sensor, x.q, noise_sample)
+    return (
+        math.nan if blind else qx,
+        math.nan if blind else qy,
+        math.nan if blind else qz,
+        math.nan if blind else qw,
+    )
+
+
 _Exclusion = Annotated[float, Field(ge=0.0, le=180.0)]
 
 
@@ -106,6 +138,16 @@ class AttitudeSensor(Sampled):
     and while Sun or Earth are within their exclusion angles from its boresight.
     """
 
+    sheet: ClassVar = DataSheet(
+        name="star tracker",
+        senses="attitude",
+        unit="deg",
+        noise="noise_deg",
+        noise_about="boresight_noise_deg",
+        misalignment="error_deg",
+        rate_limit="rate_limit_deg_s",
+        axes="boresight",
+    )
     failures: tuple[DirectionFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
 
@@ -152,3 +194,24 @@ class AttitudeSensor(Sampled):
             -1.0 if earth is None else math.radians(earth),
             math.inf if limit is None else math.radians(limit),
         )
+
+
+DEVICE = Device(
+    "attitude_sensor",
+    given="q_body_to_inertial",
+    said="attitude sensor",
+    symbol="q",
+    units="1",
+    meaning="last reading of the attitude sensor",
+    frame="body to J",
+    parts=XYZW,
+    spec=AttitudeSensor,
+    read=read,
+    sky=sky_around,
+    draws=((STREAM, ("noise_rad", "boresight_noise_rad")),),
+    by_sunlight=lambda sensor: sensor.sun_cosine < _NO_ZONE,
+    nothing="nan",
+    turned=True,
+    measurement="star_tracker",
+    several="star_trackers",
+)

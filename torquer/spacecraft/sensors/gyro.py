@@ -1,7 +1,7 @@
 """Three-axis rate gyro with a bias that drifts as a random walk."""
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from pydantic import Field
 
@@ -9,7 +9,9 @@ from torquer.base import noise
 from torquer.base.spec import Vector
 from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import RateFailure
+from torquer.spacecraft.sensors.device import Device, nothing_around
 from torquer.spacecraft.sensors.sampling import Sampled
 from torquer.spacecraft.sensors.sensing import mounting_matrix, through_electronics
 
@@ -61,9 +63,31 @@ def read_rate(gyro, omega_body, drift, noise_sample):
     return through_electronics(reading, gyro.range_rad_s, gyro.resolution_rad_s)
 
 
+@inlined
+def read(gyro, here, sky, noise_sample, walk_sample):
+    """What the gyro reads; its drift, kept with its time, goes on from its last reading."""
+    own = here.own
+    drift = walked_bias(gyro, (own[0], own[1], own[2]), here.t_s - own[3], walk_sample)
+    own[0], own[1], own[2] = drift
+    own[3] = here.t_s
+    return read_rate(gyro, here.motion.omega, drift, noise_sample)
+
+
 class Gyro(Sampled):
     """Three-axis gyro; ideal by default."""
 
+    sheet: ClassVar = DataSheet(
+        name="gyro",
+        senses="rate",
+        unit="deg/s",
+        noise="noise_deg_s",
+        bias="bias_deg_s",
+        drift="bias_drift_deg_s_sqrt_s",
+        range="range_deg_s",
+        resolution="resolution_deg_s",
+        scale="scale_error",
+        misalignment="misalignment_deg",
+    )
     failures: tuple[RateFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
 
@@ -92,3 +116,19 @@ class Gyro(Sampled):
             math.radians(self.range_deg_s),
             math.radians(self.resolution_deg_s),
         )
+
+
+DEVICE = Device(
+    "gyro",
+    given="omega_body_rad_s",
+    said="gyro",
+    symbol="omega",
+    units="rad/s",
+    meaning="last gyro reading",
+    spec=Gyro,
+    read=read,
+    sky=nothing_around,
+    draws=((NOISE_STREAM, ("noise_rad_s",)), (DRIFT_STREAM, ("drift_rad_s_sqrt_s",))),
+    quantum="resolution_rad_s",
+    several="gyros",
+)

@@ -1,15 +1,18 @@
 """Horizon sensor: the direction to the Earth's centre from its infrared horizon."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Vector, unit_vector
 from torquer.compile.engine import inlined
-from torquer.maths.geometry.quaternion import from_rotation_vector, rotate
+from torquer.environment.table import lookup3
+from torquer.maths.geometry.quaternion import from_rotation_vector, rotate, rotate_inverse
 from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale, unit
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import DirectionFailure
+from torquer.spacecraft.sensors.device import Device
 from torquer.spacecraft.sensors.sampling import Sampled
 
 STREAM = 9
@@ -64,6 +67,19 @@ def read_horizon(sensor, omega_body, centre_body, noise_sample):
     return unit(add_scaled(reading, sensor.noise_rad, noise_sample))
 
 
+@inlined
+def disc_around(sensor, around):
+    """Direction (inertial) to the centre of the Earth's infrared disc."""
+    return disc_centre(sensor, lookup3(around.orbit, around.t_s))
+
+
+@inlined
+def read(sensor, here, centre, noise_sample):
+    """What the sensor reads of a disc with this centre (inertial)."""
+    x = here.motion
+    return read_horizon(sensor, x.omega, rotate_inverse(x.q, centre), noise_sample)
+
+
 class HorizonSensor(Sampled):
     """Horizon sensor: the direction to the Earth's centre in body axes.
 
@@ -71,6 +87,17 @@ class HorizonSensor(Sampled):
     body turns too fast.
     """
 
+    sheet: ClassVar = DataSheet(
+        name="horizon sensor",
+        senses="nadir",
+        unit="deg",
+        noise="noise_deg",
+        misalignment="bias_deg",
+        height="horizon_km",
+        rate_limit="rate_limit_deg_s",
+        axes="axis",
+        words={"height": "height of the horizon"},
+    )
     failures: tuple[DirectionFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
     axis: unit_vector("axis") | None = None
@@ -123,4 +150,23 @@ IDEAL_HORIZON_SENSOR = HorizonSensorSet(
     noise_rad=0.0,
     higher_m=0.0,
     rate_limit_rad_s=math.inf,
+)
+DEVICE = Device(
+    "horizon_sensor",
+    given="nadir_body",
+    said="horizon sensor",
+    symbol="nadir",
+    units="1",
+    meaning="last reading of the horizon sensor, a unit vector; zeros where the Earth is not seen",
+    spec=HorizonSensor,
+    ideal=IDEAL_HORIZON_SENSOR,
+    absent=IDEAL_HORIZON_SENSOR,
+    need="horizon",
+    read=read,
+    sky=disc_around,
+    draws=((STREAM, ("noise_rad",)),),
+    nothing="zeros",
+    turned=True,
+    measurement="horizon_sensor",
+    several="horizon_sensors",
 )

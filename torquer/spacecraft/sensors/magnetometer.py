@@ -1,13 +1,17 @@
 """Three-axis magnetometer, disturbed by coils that are on while it reads."""
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from pydantic import Field
 
 from torquer.base.spec import Vector
 from torquer.compile.engine import inlined
+from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.actuators.coils import present_dipole
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import FieldFailure
+from torquer.spacecraft.sensors.device import Device
 from torquer.spacecraft.sensors.sampling import Sampled
 from torquer.spacecraft.sensors.sensing import mounting_matrix, through_electronics
 
@@ -36,9 +40,36 @@ def read_field(magnetometer, b_body_t, dipole_body_a_m2, noise_sample):
     return through_electronics(reading, m.range_t, m.resolution_t)
 
 
+@inlined
+def field_around(sensor, around):
+    """The field [T] where the satellite is, inertial."""
+    return around.b_inertial
+
+
+@inlined
+def read(sensor, here, b_inertial, noise_sample):
+    """What the magnetometer reads, with the field of coils that are on."""
+    dipole = (0.0, 0.0, 0.0)
+    if sensor.coupling_t_per_a_m2 != 0.0:
+        dipole = present_dipole(here.coils, here.coil_state)
+    return read_field(sensor, rotate_inverse(here.motion.q, b_inertial), dipole, noise_sample)
+
+
 class Magnetometer(Sampled):
     """Three-axis magnetometer; ideal by default."""
 
+    sheet: ClassVar = DataSheet(
+        name="magnetometer",
+        senses="field",
+        unit="nT",
+        noise="noise_nt",
+        bias="bias_nt",
+        range="range_nt",
+        resolution="resolution_nt",
+        scale="scale_error",
+        misalignment="misalignment_deg",
+        by_coils="coil_disturbance_nt_per_a_m2",
+    )
     failures: tuple[FieldFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
 
@@ -68,3 +99,21 @@ class Magnetometer(Sampled):
             1e-9 * self.resolution_nt,
             1e-9 * self.coil_disturbance_nt_per_a_m2,
         )
+
+
+DEVICE = Device(
+    "magnetometer",
+    given="b_body_t",
+    said="magnetometer",
+    symbol="b",
+    units="T",
+    meaning="last magnetometer reading",
+    spec=Magnetometer,
+    read=read,
+    sky=field_around,
+    draws=((STREAM, ("noise_t",)),),
+    quantum="resolution_t",
+    measurement="magnetometer",
+    several="magnetometers",
+    by_coils=True,
+)

@@ -1,14 +1,19 @@
 """When a sensor is read, and how late its reading reaches the computer."""
 
+from typing import ClassVar
+
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import SensorFailure
 
 
 class Sampled(Spec):
     """A sensor that is read at its own rate."""
 
+    #: Its keys for the rules that hold for every device.
+    sheet: ClassVar[DataSheet]
     sample_s: float | None = Field(default=None, gt=0.0)
     """Interval between readings; left out: a reading at every control step."""
     delay_s: float = Field(default=0.0, ge=0.0)

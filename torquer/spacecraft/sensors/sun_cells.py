@@ -1,19 +1,23 @@
 """Sun cells: single flat detectors whose signal is the cosine of the Sun's angle."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer.base.spec import unit_vectors
 from torquer.compile.engine import inlined
+from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import dot
-from torquer.spacecraft.failures import CellFailure
+from torquer.spacecraft.data_sheet import DataSheet
+from torquer.spacecraft.failures import PlainFailure
+from torquer.spacecraft.sensors.device import MOST_PARTS, Device
 from torquer.spacecraft.sensors.sampling import Sampled
+from torquer.spacecraft.sensors.sunlight import sunlight_at
 
 #: Number of single Sun cells that the computer can read.
-CELLS = 6
+CELLS = MOST_PARTS
 #: Random numbers: three cells a stream.
 STREAM, MORE_STREAM = 10, 11
 
@@ -46,6 +50,27 @@ def read_cell(cells, k, sun_body, sunlit_fraction, earthlight_body, noise_sample
     return rows[k, 4] * (sun + max(earth, 0.0)) + noise
 
 
+@inlined
+def sunlight_around(cells, around):
+    """Direction to the Sun, visible part of it, light of the Earth."""
+    return sunlight_at(cells.albedo, around)
+
+
+@inlined
+def read(cells, here, sunlight, first, last):
+    """Signals of the cells in this light; `first`, `last`: random numbers, three each."""
+    q, (direction, sunlit, of_earth) = here.motion.q, sunlight
+    sun, earth = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
+    return (
+        read_cell(cells, 0, sun, sunlit, earth, first[0]),
+        read_cell(cells, 1, sun, sunlit, earth, first[1]),
+        read_cell(cells, 2, sun, sunlit, earth, first[2]),
+        read_cell(cells, 3, sun, sunlit, earth, last[0]),
+        read_cell(cells, 4, sun, sunlit, earth, last[1]),
+        read_cell(cells, 5, sun, sunlit, earth, last[2]),
+    )
+
+
 def _check_count(normals):
     if len(normals) > CELLS:
         raise ValueError(f"normals: must be at most {CELLS} vectors; received {len(normals)}")
@@ -62,7 +87,16 @@ class SunCells(Sampled):
     visible part of the Sun, plus the light of the Earth.
     """
 
-    failures: tuple[CellFailure, ...] = ()
+    sheet: ClassVar = DataSheet(
+        name="Sun cell",
+        senses="light",
+        unit="",
+        noise="noise",
+        scale="scale_error",
+        albedo="albedo",
+        axes="normals",
+    )
+    failures: tuple[PlainFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
     normals: Normals
     """Normals of the cells in the body, at most six, of any length."""
@@ -96,3 +130,23 @@ class SunCells(Sampled):
 
 #: For kernels: no cells.
 NO_SUN_CELLS = SunCellSet(np.zeros((CELLS, 5)), 0.0, 0.0)
+DEVICE = Device(
+    "sun_cells",
+    given="sun_cells",
+    said="Sun cells",
+    symbol="cells",
+    units="1",
+    meaning="last signals of the Sun cells, in parts of full sunlight; zeros for cells that are "
+    "not there",
+    frame="",
+    parts=tuple(str(k) for k in range(CELLS)),
+    spec=SunCells,
+    absent=NO_SUN_CELLS,
+    need="sun_cells",
+    read=read,
+    sky=sunlight_around,
+    by_sunlight=lambda cells: True,
+    draws=((STREAM, ("noise",)), (MORE_STREAM, ("noise",))),
+    nothing="zeros",
+    measurement="sun_cells",
+)

@@ -1,17 +1,20 @@
 """Sun sensors: each sees the Sun within a cone about its axis, unless something shades it."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec, Vector, unit_vector, unit_vectors
 from torquer.compile.engine import inlined
-from torquer.maths.geometry.quaternion import from_rotation_vector, rotate
+from torquer.maths.geometry.quaternion import from_rotation_vector, rotate, rotate_inverse
 from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, unit
+from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import DirectionFailure
+from torquer.spacecraft.sensors.device import Device
 from torquer.spacecraft.sensors.sampling import Sampled
+from torquer.spacecraft.sensors.sunlight import sunlight_at
 
 STREAM = 4
 
@@ -70,6 +73,20 @@ def read_sun(sensors, sun_body, sunlit_fraction, earthlight_body, noise_sample):
     return unit(add_scaled(reading, sensors.noise_rad, noise_sample))
 
 
+@inlined
+def sunlight_around(sensors, around):
+    """Direction to the Sun, visible part of it, light of the Earth."""
+    return sunlight_at(sensors.albedo, around)
+
+
+@inlined
+def read(sensors, here, sunlight, noise_sample):
+    """What the Sun sensors read in this light."""
+    q, (direction, sunlit_fraction, of_earth) = here.motion.q, sunlight
+    sun_body, earth_body = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
+    return read_sun(sensors, sun_body, sunlit_fraction, earth_body, noise_sample)
+
+
 _HalfAngle = Annotated[float, Field(gt=0.0, le=180.0)]
 
 
@@ -100,6 +117,15 @@ class SunSensors(Sampled):
     (NASA Technical Memorandum 104596).
     """
 
+    sheet: ClassVar = DataSheet(
+        name="Sun sensor",
+        senses="sun",
+        unit="deg",
+        noise="noise_deg",
+        misalignment="bias_deg",
+        albedo="albedo",
+        axes="axes",
+    )
     failures: tuple[DirectionFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
     axes: unit_vectors("axes")
@@ -168,4 +194,61 @@ _NO_ZONES = np.empty((0, 5))
 NO_SUN_SENSORS = SunSensorSet(np.empty((0, 8)), _NO_ZONES, 0.0, 0.0)
 IDEAL_SUN_SENSOR = SunSensorSet(
     np.array([[0.0, 0.0, 1.0, -2.0, 0.0, 0.0, 0.0, 1.0]]), _NO_ZONES, 0.0, 0.0
+)
+
+
+class SunHeadSet(NamedTuple):
+    """Constants of one of several Sun sensors for kernels: see `SunSensorSet`."""
+
+    axis: tuple
+    cosine: float
+    turn: tuple
+    noise_rad: float
+    albedo: float
+
+
+def one_head(sensors: SunSensors) -> SunHeadSet:
+    """Constants of one of several Sun sensors."""
+    packed = sensors.pack()
+    row = packed.rows[0].tolist()
+    return SunHeadSet(tuple(row[:3]), row[3], tuple(row[4:]), packed.noise_rad, packed.albedo)
+
+
+@inlined
+def read_head(head, here, sunlight, noise_sample):
+    """What one of several Sun sensors reads in this light."""
+    q, (direction, sunlit_fraction, of_earth) = here.motion.q, sunlight
+    reading = rotate_inverse(q, direction)
+    if dot(head.axis, reading) < head.cosine or sunlit_fraction < 0.5:
+        return (0.0, 0.0, 0.0)
+    if head.albedo > 0.0:
+        earth_body = rotate_inverse(q, of_earth)
+        reading = unit(add_scaled(earth_body, sunlit_fraction, reading))
+    reading = rotate(head.turn, reading)
+    if head.noise_rad == 0.0:
+        return reading
+    return unit(add_scaled(reading, head.noise_rad, noise_sample))
+
+
+DEVICE = Device(
+    "sun_sensors",
+    given="sun_body",
+    said="Sun sensors",
+    symbol="sun",
+    units="1",
+    meaning="last reading of the Sun sensors, a unit vector; zeros where the Sun is not seen",
+    spec=SunSensors,
+    ideal=IDEAL_SUN_SENSOR,
+    absent=NO_SUN_SENSORS,
+    need="sun",
+    read=read,
+    sky=sunlight_around,
+    draws=((STREAM, ("noise_rad",)),),
+    by_sunlight=lambda sensors: True,
+    nothing="zeros",
+    turned=True,
+    measurement="sun_sensors",
+    several="sun_heads",
+    to_unit=one_head,
+    read_unit=read_head,
 )

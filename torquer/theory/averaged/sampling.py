@@ -38,7 +38,11 @@ def _sensor(scenario: Scenario, law) -> Magnetometer | AttitudeSensor | None:
     if isinstance(law, BdotDerivative | NutationDampingDerivative):
         return None
     craft = scenario.spacecraft
-    return craft.attitude_sensor if isinstance(law, BdotModel) else craft.magnetometer
+    return (
+        craft.one_of("attitude_sensor")
+        if isinstance(law, BdotModel)
+        else craft.one_of("magnetometer")
+    )
 
 
 def _reading_times(scenario: Scenario, sensor) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ from torquer.theory.magneto_gyro.craft import GyroCraft
 
 def noise_intensity(scenario: Scenario, craft: GyroCraft, strength_t: float) -> float:
     """Intensity per 1/nu0 of the noise of readings, of the field's strength, a step at a time."""
-    control, noise_nt = scenario.control, scenario.spacecraft.magnetometer.noise_nt
+    control, noise_nt = scenario.control, scenario.spacecraft.one_of("magnetometer").noise_nt
     interval_s = control.cycle_s / control.steps_in_cycle
     return (1e-9 * noise_nt / strength_t) ** 2 * craft.orbital_rate_rad_s * interval_s
 

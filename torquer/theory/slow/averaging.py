@@ -18,14 +18,8 @@ import numpy as np
 
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.blocks.law import Law
-from torquer.computer.interface import (
-    NO_CELLS,
-    NONE_ISOLATED,
-    Ephemeris,
-    Estimate,
-    Inputs,
-    ReadingTimes,
-)
+from torquer.computer.inputs import ideal_inputs
+from torquer.computer.interface import NO_UNITS_ISOLATED, NONE_ISOLATED, Ephemeris, Estimate
 from torquer.maths.geometry.quaternion import multiply, rotate, rotate_inverse
 from torquer.maths.geometry.vec3 import add, cross, norm, scale, sub
 from torquer.maths.integrate.dop853 import rates_of
@@ -90,12 +84,10 @@ def exact_inputs(t_s, q, omega, models):
     b_reference, b_rate_reference, sun_reference = models
     b, sun = rotate_inverse(q, b_reference), rotate_inverse(q, sun_reference)
     b_rate = sub(rotate_inverse(q, b_rate_reference), cross(omega, b))
-    read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s)
-    estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan, NONE_ISOLATED)
+    estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan, NONE_ISOLATED, NO_UNITS_ISOLATED)
     unknown = (math.nan, math.nan, math.nan)
     ephemeris = Ephemeris(unknown, unknown, b_reference, b_rate_reference, sun_reference, 1.0)
-    none = (NONE, NONE, NONE, NO_CELLS)
-    return Inputs(t_s, b, b_rate, omega, sun, q, *none, read_at, estimate, ephemeris)
+    return ideal_inputs(b, b_rate, omega, sun, q, t_s, estimate, ephemeris)
 
 
 @inlined

@@ -11,14 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.interface import (
-    NO_CELLS,
-    NONE_ISOLATED,
-    Ephemeris,
-    Estimate,
-    Inputs,
-    ReadingTimes,
-)
+from torquer.computer.inputs import ideal_inputs
+from torquer.computer.interface import NO_UNITS_ISOLATED, NONE_ISOLATED, Ephemeris, Estimate
 from torquer.computer.laws.pointing import reference_acceleration, reference_motion
 from torquer.environment.field.model import row_vector
 from torquer.environment.local import LocalEnvironment
@@ -83,11 +77,9 @@ def _exact_inputs(at, i, place, q, omega):
     t_s, b = at.t_s[i], rotate_inverse(q, place.ephemeris.b_inertial_t)
     b_rate = rotate_inverse(q, place.ephemeris.b_rate_inertial_t_s)
     b_rate = sub(b_rate, cross(omega, b))
-    read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s)
-    estimate = Estimate(t_s, q, omega, _ZERO, 0.0, 0.0, NONE_ISOLATED)
+    estimate = Estimate(t_s, q, omega, _ZERO, 0.0, 0.0, NONE_ISOLATED, NO_UNITS_ISOLATED)
     sun = place.ephemeris.sun_inertial
-    none = (_ZERO, _ZERO, _ZERO, NO_CELLS)
-    return Inputs(t_s, b, b_rate, omega, sun, q, *none, read_at, estimate, place.ephemeris)
+    return ideal_inputs(b, b_rate, omega, sun, q, t_s, estimate, place.ephemeris)
 
 
 @kernel

@@ -235,10 +235,14 @@ def _first_solution(transitions, weights: Weights) -> np.ndarray:
 
 
 def _close(transitions, path) -> np.ndarray:
-    """Monodromy matrix of the regulated motion: lambda = P x in every step."""
+    """Monodromy matrix of the regulated motion: lambda = P x in every step.
+
+    Not finite where the steps are too few for a fast motion.
+    """
     x = np.eye(6)
-    for t, p in zip(transitions, path[:-1], strict=True):
-        x = (t[:6, :6] + t[:6, 6:] @ p) @ x
+    with np.errstate(over="ignore", invalid="ignore"):
+        for t, p in zip(transitions, path[:-1], strict=True):
+            x = (t[:6, :6] + t[:6, 6:] @ p) @ x
     return x
 
 

@@ -1,7 +1,6 @@
 """Sensors as Kalman filters take them: (z, H, R), one file a sensor.
 
-A sensor's file has a kernel that makes a `Measurement` of a reading, along any motion, and one that
-makes it of the computer's latest reading. Adding a sensor is such a file, its variance in
-`Sensing`, its lines in `torquer.computer.estimation.kalman` and, for a direction, in
-`torquer.computer.estimation.directions`.
+A sensor's file has its keys, a kernel that makes a `Measurement` of a reading, along any motion,
+one that makes it of the computer's latest reading and, for a direction, one for starts: all of
+them declared as its `MEASURED`. The device names the file.
 """

@@ -1,24 +1,40 @@
 """Magnetometer: the field [T] in body axes; its errors may be among the states."""
 
 import math
+from typing import Annotated, NamedTuple
 
+import numpy as np
+from pydantic import Field
+
+from torquer.base.spec import Spec
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.covariance import read_state, state_slices
+from torquer.computer.estimation.measurements.measured import Measured
 from torquer.computer.estimation.measurements.measurement import (
-    FIELD_CHANNEL,
     NO_MEASUREMENT,
+    Direction,
     direction_measurement,
     is_new,
+    is_usable,
     turn_to_now,
     vector_measurement,
 )
 from torquer.computer.estimation.mounting import without_mounting
 from torquer.computer.estimation.triad import field_at, read_quaternion
-from torquer.maths.geometry.vec3 import norm, sub
+from torquer.maths.geometry.quaternion import rotate_inverse
+from torquer.maths.geometry.vec3 import dot, norm, read_vector, sub
 
+#: Square [T^2] below which a reading is no field.
+_NO_FIELD = 1e-30
 #: Part of the field by which a reading may be off in magnitude, besides its noise: scale factors
 #: and models that users leave out of the noise are far smaller, broken sensors are not.
 _ODD = 0.1
+
+
+class FieldNoise(NamedTuple):
+    """Variance of each component [T^2]."""
+
+    r: float
 
 
 @inlined
@@ -54,18 +70,71 @@ def has_magnitude(read, b_inertial, sigma):
 
 
 @inlined
-def has_field_magnitude(parameters, read, b_inertial):
-    """Whether a reading is about as large as the field: a test that needs no attitude."""
-    sigma = math.sqrt(parameters.sensing.r_field + parameters.prior.magnetometer_bias)
-    return has_magnitude(read, b_inertial, sigma)
+def odd(inputs, parameters, m):
+    """Whether a reading is not about as large as the field: a test that needs no attitude."""
+    sigma = math.sqrt(m.r + parameters.prior.magnetometer_bias)
+    return not has_magnitude(m.read, m.reference, sigma)
 
 
 @inlined
-def magnetometer(inputs, parameters, memory, omega):
+def measure(inputs, parameters, memory, b, at_s, own, place, omega, walk):
     """(z, H, R) of the latest reading, if it is new; the body has turned with omega since."""
-    b, at_s, r = inputs.b_body_t, inputs.read_at.magnetometer_s, parameters.sensing.r_field
-    if not is_new(r, b, at_s, memory.read_s[FIELD_CHANNEL]):
+    if not is_new(own.r, b, at_s, memory.read_s[place.channel]):
         return NO_MEASUREMENT
     at = errors_at(parameters)
     read = turn_to_now(omega, inputs.t_s - at_s, calibrate_reading(memory.states, at, b))
-    return measure_field(read_quaternion(memory.q), field_at(inputs, at_s), read, at, r)
+    return measure_field(read_quaternion(memory.q), field_at(inputs, at_s), read, at, own.r)
+
+
+@inlined
+def direction(inputs, parameters, b, at_s, own):
+    """The latest reading as a direction, its errors as they are known at the start."""
+    usable = is_usable(own.r, b, inputs.t_s - at_s, parameters.sensing.gap)
+    prior, square = parameters.prior, max(dot(b, b), _NO_FIELD)
+    mounting = prior.magnetometer_scale + prior.magnetometer_misalignment
+    r = (own.r + prior.magnetometer_bias) / square + mounting
+    return Direction(own.r > 0.0, usable, at_s, b, field_at(inputs, at_s), r)
+
+
+@inlined
+def expected(parameters, along, k, own, assumed, cell):
+    """(z, H, R) of the field [T] where the filter assumes another."""
+    q = read_quaternion(along.q[k])
+    read = rotate_inverse(q, assumed)
+    return measure_field(q, read_vector(along.b[k]), read, errors_at(parameters), own.r)
+
+
+def visible(craft, seen):
+    """The field is there all along a motion (k,)."""
+    return np.ones(len(seen.q), bool)
+
+
+class FieldKeys(Spec):
+    """A filter's key of the magnetometer."""
+
+    magnetometer_noise_nt: Annotated[float, Field(gt=0.0)] | None = None
+    """Standard deviation of each component of a magnetometer reading, errors of the field model
+    included; given if the filter uses the magnetometer.
+    """
+
+
+def constants(keys) -> FieldNoise:
+    """Constants for kernels."""
+    return FieldNoise((1e-9 * (keys.magnetometer_noise_nt or 0.0)) ** 2)
+
+
+MEASURED = Measured(
+    "magnetometer",
+    said="magnetometer",
+    keys=FieldKeys,
+    noise="magnetometer_noise_nt",
+    constants=constants,
+    measure=measure,
+    expected=expected,
+    visible=visible,
+    missing="no usable reading of the magnetometer",
+    direction=direction,
+    reference="field",
+    odd=odd,
+    colour="BLUE",
+)

@@ -6,30 +6,9 @@ from typing import NamedTuple
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.covariance import IDENTITY, skew
 from torquer.computer.estimation.mounting import by_misalignment, by_scale
-from torquer.computer.interface import (
-    ATTITUDE_SENSOR,
-    HORIZON_SENSOR,
-    MAGNETOMETER,
-    SUN_CELLS,
-    SUN_SENSORS,
-)
 from torquer.maths.geometry.quaternion import from_rotation_vector, rotate_inverse
 from torquer.maths.geometry.vec3 import cross, dot, scale, sub, unit
-from torquer.spacecraft.sensors.sun_cells import CELLS
 
-#: Sensors of filters by the names that users give them there, and their numbers on board.
-SENSOR_OF = {
-    "magnetometer": MAGNETOMETER,
-    "sun": SUN_SENSORS,
-    "star_tracker": ATTITUDE_SENSOR,
-    "horizon": HORIZON_SENSOR,
-    "sun_cells": SUN_CELLS,
-}
-#: Channels of a filter, in the order of its memory: one for each of these sensors, but one for each
-#: single Sun cell; number of those whose readings are vectors, and of all.
-FIELD_CHANNEL, SUN_CHANNEL, STAR_CHANNEL, NADIR_CHANNEL, FIRST_CELL = range(len(SENSOR_OF))
-VECTORS = FIRST_CELL
-CHANNELS = VECTORS + CELLS
 _ZERO = (0.0, 0.0, 0.0)
 
 
@@ -59,53 +38,29 @@ NO_OTHER, NOWHERE = (IDENTITY, IDENTITY, IDENTITY), (0, 0, 0)
 NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, NO_OTHER, NOWHERE, 0.0, 0, _ZERO, _ZERO, 0.0)
 
 
-class Sensing(NamedTuple):
-    """Noise of the sensors as filters assume it, and limits beyond which filters reject or restart.
+class Direction(NamedTuple):
+    """The latest reading of a direction.
 
-    `r_field` [T^2], `r_sun`, `r_star`, `r_nadir` [rad^2]: variance of each component, 0 for a
-    sensor that is not used; `r_star` of a star tracker across its boresight, `star_boresight`
-    [body], and `r_star_about` about it; `r_cell`: variance of a cell's signal; `cell_albedo`, and
-    the relative error of the Earth's light by it; `cells`: normal and cosine of the half field of
-    each; `after_last`: number after that of the last sensor used; `gate_1` to `gate_3`: greatest
-    normalised innovations squared of 1 to 3 components; `lost`: greatest sum of the attitude's
-    variances [rad^2]; `most_rejected`: number of readings rejected one after another, `gap`: time
-    without a step [s], after which the filter starts again; `has_gyro`: 1 for a filter whose motion
-    is that of a gyro, else 0; `considered`: first row of the covariance that is not estimated, only
-    considered, 0 for none.
+    `is_used`: whether the filter has the sensor; `is_usable`: whether its reading is a direction
+    and not too old. `read_s`: its time; `v`: in body axes of that time, `reference`: by the
+    model (inertial), both of any length; `r`: variance [rad^2] about each axis across.
     """
 
-    r_field: float
-    r_sun: float
-    r_star: float
-    r_star_about: float
-    star_boresight: tuple
-    r_nadir: float
-    r_cell: float
-    cell_albedo: float
-    cell_albedo_error: float
-    cells: tuple
-    after_last: float
-    gate_1: float
-    gate_2: float
-    gate_3: float
-    lost: float
-    most_rejected: float
-    gap: float
-    has_gyro: float
-    considered: float
+    is_used: bool
+    is_usable: bool
+    read_s: float
+    v: tuple
+    reference: tuple
+    r: float
+
+
+NO_DIRECTION = Direction(False, False, 0.0, _ZERO, _ZERO, 0.0)
 
 
 @inlined
 def estimated_rows(sensing, p):
     """Number of rows of a covariance that are estimated, not only considered."""
     return int(sensing.considered) if sensing.considered > 0.0 else p.shape[0]
-
-
-@inlined
-def is_field_alone(sensing):
-    """Whether a filter uses the magnetometer alone."""
-    others = sensing.r_sun + sensing.r_star + sensing.r_nadir + sensing.r_cell
-    return others == 0.0 and sensing.r_field > 0.0
 
 
 @inlined

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Inertia, Vector
+from torquer.computer.informed import MODEL_FIELD, PLACE
 from torquer.computer.laws.magneto_gyro.kernel import (
     MEMORY,
     Dipole,
@@ -39,8 +40,8 @@ class MagnetoGyro(HeldAttitude):
         "mean_angle_rad": "rad",
         "mean_rate_rad_s": "rad/s",
     }
-    #: Calculated field and orbital frame; neither attitude nor rate.
-    needs: ClassVar = frozenset({"ephemeris"})
+    #: Field as read and as calculated, orbital frame, the coils' dipole; neither attitude nor rate.
+    needs: ClassVar = PLACE | MODEL_FIELD | {"magnetometer", "coil_dipole"}
     states: ClassVar = "estimate"
     reference: Literal["orbital"] = "orbital"
     """Reference frame of the wanted attitude."""

@@ -7,20 +7,21 @@
 
 #include <string.h>
 
-#define PARTS 12
-#define READINGS $readings
-#define EPHEMERIS $ephemeris
+#define PARTS 13
+#define GIVEN $given
 
 #define PARAMETERS 1u
 
 /* Numbers of each array, and words of 64 bits that it has in the struct. */
 static const size_t lengths[PARTS] = {$lengths};
 static const size_t words[PARTS] = {$words};
+/* Where what is given at a control step stands among the numbers that are known. */
+static const size_t places[GIVEN] = {$places};
 
 void adcs_first(double *numbers);
 void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
     double *states, double *transitions, double *conditions, double *clock,
-    double *sensors, double *checks, double *flags, double *chosen,
+    double *sensors, double *checks, double *flags, double *chosen, double *selected,
     double *answer);
 
 /* An array of the simulation into its place in the state. */
@@ -51,10 +52,10 @@ void adcs_first(double *numbers)
 
 void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
     double *states, double *transitions, double *conditions, double *clock,
-    double *sensors, double *checks, double *flags, double *chosen,
+    double *sensors, double *checks, double *flags, double *chosen, double *selected,
     double *answer)
 {
-    double *const parts[PARTS] = {known, parameters, memory, regions, states, transitions, conditions, clock, sensors, checks, flags, chosen};
+    double *const parts[PARTS] = {known, parameters, memory, regions, states, transitions, conditions, clock, sensors, checks, flags, chosen, selected};
     adcs_state state;
     adcs_inputs inputs;
     adcs_command command;
@@ -64,8 +65,9 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
         put(numbers, parts[k], k);
         numbers += words[k];
     }
-    memcpy(given, known, READINGS * sizeof(double));
-    memcpy(given + READINGS, known + EPHEMERIS, sizeof inputs - READINGS * sizeof(double));
+    for (size_t k = 0; k < GIVEN; k++) {
+        given[k] = known[places[k]];
+    }
     adcs_step(&state, &inputs, &command);
     numbers = (double *)(void *)&state;
     for (size_t k = 0; k < PARTS; k++) {

@@ -1,0 +1,564 @@
+"""Reading the devices that are due, one after another.
+
+Made of the table of devices by `docs/made_code.py`: do not edit.
+"""
+
+from torquer.compile.arguments import Entry, entry_caller, record_at
+from torquer.compile.engine import inlined
+from torquer.simulation.loop.members import draw, drawn_for, each
+from torquer.simulation.loop.readings import begin_reading, put3, send3, send4, send6
+from torquer.simulation.loop.state import local_in
+from torquer.simulation.loop.timetable import READ
+from torquer.spacecraft.sensors import (
+    attitude_sensor,
+    fine_sun_sensor,
+    gyro,
+    horizon_sensor,
+    integrating_gyro,
+    magnetometer,
+    search_coil,
+    sun_cells,
+    sun_sensor,
+)
+from torquer.spacecraft.sensors.device import Around
+
+
+@inlined
+def magnetometer_step(member, late, sky, t):
+    """A reading of the magnetometer."""
+    constants = member.constants.sensors.magnetometer
+    here = begin_reading(member, 0, t)
+    drawn_1 = drawn_for(member, 1)
+    reading = magnetometer.read(constants, here, sky, drawn_1)
+    send3(member, 0, late, t, reading)
+
+
+@inlined
+def read_magnetometer(members, plant, around, late):
+    """Read the magnetometer of each member."""
+    constants = plant.sensors.magnetometer
+    draw(members, constants.noise_t, 0, 1)
+    sky = magnetometer.field_around(constants, around)
+    each(members, magnetometer_step, late, sky, around.t_s)
+
+
+@inlined
+def search_coil_step(member, late, sky, t):
+    """A reading of the search coil."""
+    constants = member.constants.sensors.search_coil
+    here = begin_reading(member, 1, t)
+    reading = search_coil.read(constants, here, sky)
+    put3(member, 1, late, t, reading)
+
+
+@inlined
+def read_search_coil(members, plant, around, late):
+    """Read the search coil of each member."""
+    constants = plant.sensors.search_coil
+    sky = search_coil.field_and_rate(constants, around)
+    each(members, search_coil_step, late, sky, around.t_s)
+
+
+@inlined
+def gyro_step(member, late, sky, t):
+    """A reading of the gyro."""
+    constants = member.constants.sensors.gyro
+    here = begin_reading(member, 2, t)
+    drawn_2 = drawn_for(member, 2)
+    drawn_3 = drawn_for(member, 3)
+    reading = gyro.read(constants, here, sky, drawn_2, drawn_3)
+    send3(member, 2, late, t, reading)
+
+
+@inlined
+def read_gyro(members, plant, around, late):
+    """Read the gyro of each member."""
+    constants = plant.sensors.gyro
+    draw(members, constants.noise_rad_s, 2, 2)
+    draw(members, constants.drift_rad_s_sqrt_s, 2, 3)
+    sky = gyro.nothing_around(constants, around)
+    each(members, gyro_step, late, sky, around.t_s)
+
+
+@inlined
+def sun_sensors_step(member, late, sky, t):
+    """A reading of the Sun sensors."""
+    constants = member.constants.sensors.sun_sensors
+    here = begin_reading(member, 3, t)
+    drawn_4 = drawn_for(member, 4)
+    reading = sun_sensor.read(constants, here, sky, drawn_4)
+    send3(member, 3, late, t, reading)
+
+
+@inlined
+def read_sun_sensors(members, plant, around, late):
+    """Read the Sun sensors of each member."""
+    constants = plant.sensors.sun_sensors
+    draw(members, constants.noise_rad, 3, 4)
+    sky = sun_sensor.sunlight_around(constants, around)
+    each(members, sun_sensors_step, late, sky, around.t_s)
+
+
+@inlined
+def attitude_sensor_step(member, late, sky, t):
+    """A reading of the attitude sensor."""
+    constants = member.constants.sensors.attitude_sensor
+    here = begin_reading(member, 4, t)
+    drawn_5 = drawn_for(member, 5)
+    reading = attitude_sensor.read(constants, here, sky, drawn_5)
+    send4(member, 4, late, t, reading)
+
+
+@inlined
+def read_attitude_sensor(members, plant, around, late):
+    """Read the attitude sensor of each member."""
+    constants = plant.sensors.attitude_sensor
+    draw(members, max(constants.noise_rad, constants.boresight_noise_rad), 4, 5)
+    sky = attitude_sensor.sky_around(constants, around)
+    each(members, attitude_sensor_step, late, sky, around.t_s)
+
+
+@inlined
+def horizon_sensor_step(member, late, sky, t):
+    """A reading of the horizon sensor."""
+    constants = member.constants.sensors.horizon_sensor
+    here = begin_reading(member, 6, t)
+    drawn_9 = drawn_for(member, 9)
+    reading = horizon_sensor.read(constants, here, sky, drawn_9)
+    send3(member, 6, late, t, reading)
+
+
+@inlined
+def read_horizon_sensor(members, plant, around, late):
+    """Read the horizon sensor of each member."""
+    constants = plant.sensors.horizon_sensor
+    draw(members, constants.noise_rad, 6, 9)
+    sky = horizon_sensor.disc_around(constants, around)
+    each(members, horizon_sensor_step, late, sky, around.t_s)
+
+
+@inlined
+def sun_cells_step(member, late, sky, t):
+    """A reading of the Sun cells."""
+    constants = member.constants.sensors.sun_cells
+    here = begin_reading(member, 7, t)
+    drawn_10 = drawn_for(member, 10)
+    drawn_11 = drawn_for(member, 11)
+    reading = sun_cells.read(constants, here, sky, drawn_10, drawn_11)
+    send6(member, 7, late, t, reading)
+
+
+@inlined
+def read_sun_cells(members, plant, around, late):
+    """Read the Sun cells of each member."""
+    constants = plant.sensors.sun_cells
+    draw(members, constants.noise, 7, 10)
+    draw(members, constants.noise, 7, 11)
+    sky = sun_cells.sunlight_around(constants, around)
+    each(members, sun_cells_step, late, sky, around.t_s)
+
+
+@inlined
+def integrating_gyro_step(member, late, sky, t):
+    """A reading of the integrating gyro."""
+    constants = member.constants.sensors.integrating_gyro
+    here = begin_reading(member, 8, t)
+    drawn_12 = drawn_for(member, 12)
+    drawn_13 = drawn_for(member, 13)
+    drawn_14 = drawn_for(member, 14)
+    reading = integrating_gyro.read(constants, here, sky, drawn_12, drawn_13, drawn_14)
+    send3(member, 8, late, t, reading)
+
+
+@inlined
+def read_integrating_gyro(members, plant, around, late):
+    """Read the integrating gyro of each member."""
+    constants = plant.sensors.integrating_gyro
+    draw(
+        members,
+        max(constants.angle_rad_sqrt_s, constants.markov_rad_s, constants.walk_rad_s_sqrt_s),
+        8,
+        12,
+    )
+    draw(
+        members,
+        max(constants.angle_rad_sqrt_s, constants.markov_rad_s, constants.walk_rad_s_sqrt_s),
+        8,
+        13,
+    )
+    draw(
+        members,
+        max(constants.angle_rad_sqrt_s, constants.markov_rad_s, constants.walk_rad_s_sqrt_s),
+        8,
+        14,
+    )
+    sky = integrating_gyro.nothing_around(constants, around)
+    each(members, integrating_gyro_step, late, sky, around.t_s)
+
+
+@inlined
+def fine_sun_sensor_step(member, late, sky, t):
+    """A reading of the fine Sun sensor."""
+    constants = member.constants.sensors.fine_sun_sensor
+    here = begin_reading(member, 9, t)
+    drawn_15 = drawn_for(member, 15)
+    reading = fine_sun_sensor.read(constants, here, sky, drawn_15)
+    send3(member, 9, late, t, reading)
+
+
+@inlined
+def read_fine_sun_sensor(members, plant, around, late):
+    """Read the fine Sun sensor of each member."""
+    constants = plant.sensors.fine_sun_sensor
+    draw(members, constants.noise, 9, 15)
+    sky = fine_sun_sensor.sun_around(constants, around)
+    each(members, fine_sun_sensor_step, late, sky, around.t_s)
+
+
+@inlined
+def read_due(members, plant, around, late, actions):
+    """Read the devices that are due, in the order of their numbers."""
+    if actions & (READ << 0):
+        read_magnetometer(members, plant, around, late)
+    if actions & (READ << 1):
+        read_search_coil(members, plant, around, late)
+    if actions & (READ << 2):
+        read_gyro(members, plant, around, late)
+    if actions & (READ << 3):
+        read_sun_sensors(members, plant, around, late)
+    if actions & (READ << 4):
+        read_attitude_sensor(members, plant, around, late)
+    if actions & (READ << 6):
+        read_horizon_sensor(members, plant, around, late)
+    if actions & (READ << 7):
+        read_sun_cells(members, plant, around, late)
+    if actions & (READ << 8):
+        read_integrating_gyro(members, plant, around, late)
+    if actions & (READ << 9):
+        read_fine_sun_sensor(members, plant, around, late)
+
+
+@inlined
+def magnetometers_of(rows, unit):
+    """Constants of one of several: those in a row."""
+    return magnetometer.MagnetometerSet(
+        (
+            (rows[unit, 0], rows[unit, 1], rows[unit, 2]),
+            (rows[unit, 3], rows[unit, 4], rows[unit, 5]),
+            (rows[unit, 6], rows[unit, 7], rows[unit, 8]),
+        ),
+        (rows[unit, 9], rows[unit, 10], rows[unit, 11]),
+        rows[unit, 12],
+        rows[unit, 13],
+        rows[unit, 14],
+        rows[unit, 15],
+    )
+
+
+@inlined
+def magnetometers_step(member, unit, row, late, sky, t):
+    """A reading of one of several: magnetometer."""
+    constants = magnetometers_of(member.constants.units.magnetometers, unit)
+    here = begin_reading(member, row, t)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    reading = magnetometer.read(constants, here, sky, drawn_0)
+    send3(member, row, late, t, reading)
+
+
+@inlined
+def read_magnetometers(members, plant, around, late, actions, first):
+    """Read those of several that are due, from number `first` on."""
+    for unit in range(plant.unit_counts.magnetometers):
+        row = first + unit
+        if actions & (READ << row):
+            constants = magnetometers_of(plant.units.magnetometers, unit)
+            stream = 16 + 3 * (row - 10)
+            draw(members, constants.noise_t, row, stream + 0)
+            sky = magnetometer.field_around(constants, around)
+            each(members, magnetometers_step, unit, row, late, sky, around.t_s)
+
+
+@inlined
+def gyros_of(rows, unit):
+    """Constants of one of several: those in a row."""
+    return gyro.GyroSet(
+        (
+            (rows[unit, 0], rows[unit, 1], rows[unit, 2]),
+            (rows[unit, 3], rows[unit, 4], rows[unit, 5]),
+            (rows[unit, 6], rows[unit, 7], rows[unit, 8]),
+        ),
+        (rows[unit, 9], rows[unit, 10], rows[unit, 11]),
+        rows[unit, 12],
+        rows[unit, 13],
+        rows[unit, 14],
+        rows[unit, 15],
+    )
+
+
+@inlined
+def gyros_step(member, unit, row, late, sky, t):
+    """A reading of one of several: gyro."""
+    constants = gyros_of(member.constants.units.gyros, unit)
+    here = begin_reading(member, row, t)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    drawn_1 = drawn_for(member, 16 + 3 * (row - 10) + 1)
+    reading = gyro.read(constants, here, sky, drawn_0, drawn_1)
+    send3(member, row, late, t, reading)
+
+
+@inlined
+def read_gyros(members, plant, around, late, actions, first):
+    """Read those of several that are due, from number `first` on."""
+    for unit in range(plant.unit_counts.gyros):
+        row = first + unit
+        if actions & (READ << row):
+            constants = gyros_of(plant.units.gyros, unit)
+            stream = 16 + 3 * (row - 10)
+            draw(members, constants.noise_rad_s, row, stream + 0)
+            draw(members, constants.drift_rad_s_sqrt_s, row, stream + 1)
+            sky = gyro.nothing_around(constants, around)
+            each(members, gyros_step, unit, row, late, sky, around.t_s)
+
+
+@inlined
+def sun_heads_of(rows, unit):
+    """Constants of one of several: those in a row."""
+    return sun_sensor.SunHeadSet(
+        (rows[unit, 0], rows[unit, 1], rows[unit, 2]),
+        rows[unit, 3],
+        (rows[unit, 4], rows[unit, 5], rows[unit, 6], rows[unit, 7]),
+        rows[unit, 8],
+        rows[unit, 9],
+    )
+
+
+@inlined
+def sun_heads_step(member, unit, row, late, sky, t):
+    """A reading of one of several: Sun sensors."""
+    constants = sun_heads_of(member.constants.units.sun_heads, unit)
+    here = begin_reading(member, row, t)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    reading = sun_sensor.read_head(constants, here, sky, drawn_0)
+    send3(member, row, late, t, reading)
+
+
+@inlined
+def read_sun_heads(members, plant, around, late, actions, first):
+    """Read those of several that are due, from number `first` on."""
+    for unit in range(plant.unit_counts.sun_heads):
+        row = first + unit
+        if actions & (READ << row):
+            constants = sun_heads_of(plant.units.sun_heads, unit)
+            stream = 16 + 3 * (row - 10)
+            draw(members, constants.noise_rad, row, stream + 0)
+            sky = sun_sensor.sunlight_around(constants, around)
+            each(members, sun_heads_step, unit, row, late, sky, around.t_s)
+
+
+@inlined
+def star_trackers_of(rows, unit):
+    """Constants of one of several: those in a row."""
+    return attitude_sensor.AttitudeSensorSet(
+        (rows[unit, 0], rows[unit, 1], rows[unit, 2], rows[unit, 3]),
+        (rows[unit, 4], rows[unit, 5], rows[unit, 6]),
+        rows[unit, 7],
+        rows[unit, 8],
+        rows[unit, 9],
+        rows[unit, 10],
+        rows[unit, 11],
+    )
+
+
+@inlined
+def star_trackers_step(member, unit, row, late, sky, t):
+    """A reading of one of several: attitude sensor."""
+    constants = star_trackers_of(member.constants.units.star_trackers, unit)
+    here = begin_reading(member, row, t)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    reading = attitude_sensor.read(constants, here, sky, drawn_0)
+    send4(member, row, late, t, reading)
+
+
+@inlined
+def read_star_trackers(members, plant, around, late, actions, first):
+    """Read those of several that are due, from number `first` on."""
+    for unit in range(plant.unit_counts.star_trackers):
+        row = first + unit
+        if actions & (READ << row):
+            constants = star_trackers_of(plant.units.star_trackers, unit)
+            stream = 16 + 3 * (row - 10)
+            draw(members, max(constants.noise_rad, constants.boresight_noise_rad), row, stream + 0)
+            sky = attitude_sensor.sky_around(constants, around)
+            each(members, star_trackers_step, unit, row, late, sky, around.t_s)
+
+
+@inlined
+def horizon_sensors_of(rows, unit):
+    """Constants of one of several: those in a row."""
+    return horizon_sensor.HorizonSensorSet(
+        (rows[unit, 0], rows[unit, 1], rows[unit, 2]),
+        (rows[unit, 3], rows[unit, 4], rows[unit, 5], rows[unit, 6]),
+        rows[unit, 7],
+        rows[unit, 8],
+        rows[unit, 9],
+        rows[unit, 10],
+    )
+
+
+@inlined
+def horizon_sensors_step(member, unit, row, late, sky, t):
+    """A reading of one of several: horizon sensor."""
+    constants = horizon_sensors_of(member.constants.units.horizon_sensors, unit)
+    here = begin_reading(member, row, t)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    reading = horizon_sensor.read(constants, here, sky, drawn_0)
+    send3(member, row, late, t, reading)
+
+
+@inlined
+def read_horizon_sensors(members, plant, around, late, actions, first):
+    """Read those of several that are due, from number `first` on."""
+    for unit in range(plant.unit_counts.horizon_sensors):
+        row = first + unit
+        if actions & (READ << row):
+            constants = horizon_sensors_of(plant.units.horizon_sensors, unit)
+            stream = 16 + 3 * (row - 10)
+            draw(members, constants.noise_rad, row, stream + 0)
+            sky = horizon_sensor.disc_around(constants, around)
+            each(members, horizon_sensors_step, unit, row, late, sky, around.t_s)
+
+
+@inlined
+def integrating_gyros_of(rows, unit):
+    """Constants of one of several: those in a row."""
+    return integrating_gyro.IntegratingGyroSet(
+        (
+            (rows[unit, 0], rows[unit, 1], rows[unit, 2]),
+            (rows[unit, 3], rows[unit, 4], rows[unit, 5]),
+            (rows[unit, 6], rows[unit, 7], rows[unit, 8]),
+        ),
+        (rows[unit, 9], rows[unit, 10], rows[unit, 11]),
+        rows[unit, 12],
+        rows[unit, 13],
+        rows[unit, 14],
+        rows[unit, 15],
+        rows[unit, 16],
+        rows[unit, 17],
+    )
+
+
+@inlined
+def integrating_gyros_step(member, unit, row, late, sky, t):
+    """A reading of one of several: integrating gyro."""
+    constants = integrating_gyros_of(member.constants.units.integrating_gyros, unit)
+    here = begin_reading(member, row, t)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    drawn_1 = drawn_for(member, 16 + 3 * (row - 10) + 1)
+    drawn_2 = drawn_for(member, 16 + 3 * (row - 10) + 2)
+    reading = integrating_gyro.read(constants, here, sky, drawn_0, drawn_1, drawn_2)
+    send3(member, row, late, t, reading)
+
+
+@inlined
+def read_integrating_gyros(members, plant, around, late, actions, first):
+    """Read those of several that are due, from number `first` on."""
+    for unit in range(plant.unit_counts.integrating_gyros):
+        row = first + unit
+        if actions & (READ << row):
+            constants = integrating_gyros_of(plant.units.integrating_gyros, unit)
+            stream = 16 + 3 * (row - 10)
+            draw(
+                members,
+                max(
+                    constants.angle_rad_sqrt_s, constants.markov_rad_s, constants.walk_rad_s_sqrt_s
+                ),
+                row,
+                stream + 0,
+            )
+            draw(
+                members,
+                max(
+                    constants.angle_rad_sqrt_s, constants.markov_rad_s, constants.walk_rad_s_sqrt_s
+                ),
+                row,
+                stream + 1,
+            )
+            draw(
+                members,
+                max(
+                    constants.angle_rad_sqrt_s, constants.markov_rad_s, constants.walk_rad_s_sqrt_s
+                ),
+                row,
+                stream + 2,
+            )
+            sky = integrating_gyro.nothing_around(constants, around)
+            each(members, integrating_gyros_step, unit, row, late, sky, around.t_s)
+
+
+@inlined
+def fine_sun_sensors_of(rows, unit):
+    """Constants of one of several: those in a row."""
+    return fine_sun_sensor.FineSunSensorSet(
+        (
+            (rows[unit, 0], rows[unit, 1], rows[unit, 2]),
+            (rows[unit, 3], rows[unit, 4], rows[unit, 5]),
+            (rows[unit, 6], rows[unit, 7], rows[unit, 8]),
+        ),
+        rows[unit, 9],
+        rows[unit, 10],
+        rows[unit, 11],
+    )
+
+
+@inlined
+def fine_sun_sensors_step(member, unit, row, late, sky, t):
+    """A reading of one of several: fine Sun sensor."""
+    constants = fine_sun_sensors_of(member.constants.units.fine_sun_sensors, unit)
+    here = begin_reading(member, row, t)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    reading = fine_sun_sensor.read(constants, here, sky, drawn_0)
+    send3(member, row, late, t, reading)
+
+
+@inlined
+def read_fine_sun_sensors(members, plant, around, late, actions, first):
+    """Read those of several that are due, from number `first` on."""
+    for unit in range(plant.unit_counts.fine_sun_sensors):
+        row = first + unit
+        if actions & (READ << row):
+            constants = fine_sun_sensors_of(plant.units.fine_sun_sensors, unit)
+            stream = 16 + 3 * (row - 10)
+            draw(members, constants.noise, row, stream + 0)
+            sky = fine_sun_sensor.sun_around(constants, around)
+            each(members, fine_sun_sensors_step, unit, row, late, sky, around.t_s)
+
+
+def _read_units(address, actions, step):
+    """Read devices of which there are several, at this step."""
+    loop = record_at(address)
+    plan, tables, members = loop.plan, loop.tables, loop.members
+    plant, late, t = plan.plant, plan.timetable.late, step * plan.step_s
+    b_inertial = local_in(loop.local)[0]
+    around = Around(plant.shadow, tables.orbit, tables.sun, b_inertial, t)
+    row = 10
+    read_magnetometers(members, plant, around, late, actions, row)
+    row += plant.unit_counts.magnetometers
+    read_gyros(members, plant, around, late, actions, row)
+    row += plant.unit_counts.gyros
+    read_sun_heads(members, plant, around, late, actions, row)
+    row += plant.unit_counts.sun_heads
+    read_star_trackers(members, plant, around, late, actions, row)
+    row += plant.unit_counts.star_trackers
+    read_horizon_sensors(members, plant, around, late, actions, row)
+    row += plant.unit_counts.horizon_sensors
+    read_integrating_gyros(members, plant, around, late, actions, row)
+    row += plant.unit_counts.integrating_gyros
+    read_fine_sun_sensors(members, plant, around, late, actions, row)
+    row += plant.unit_counts.fine_sun_sensors
+    return 0
+
+
+#: `(address of a Loop, actions, step)`; called by its address: only satellites that have several
+#: devices of a kind compile it.
+read_units = Entry(_read_units, 2)
+call_read_units = entry_caller(2)
