@@ -69,7 +69,7 @@ def select_sources(of: Scenario | xr.Dataset) -> list[Source]:
     uses: dict[str, list[str]] = {OWN: []}
     for path, keys in _calls(_plain(of), ""):
         for key in keys:
-            if key != OWN and path not in uses.setdefault(key, []):
+            if path not in uses.setdefault(key, []):
                 uses[key].append(path)
     return [Source(key, table["source"][key], tuple(found)) for key, found in uses.items()]
 

@@ -30,6 +30,11 @@ RANGES = {
     "deg_s": Range(1e-15, 1e6),  # 170 000 rpm tears any satellite apart
     "deg_s2": Range(1e-15, 1e9),
     "deg_s_sqrt_s": Range(1e-15, 1e6),
+    "deg_h": Range(1e-15, 1e9),  # as data sheets of gyros state it
+    "deg_h_sqrt_h": Range(1e-15, 1e9),
+    "deg_sqrt_h": Range(1e-15, 1e9),
+    "arcsec": Range(1e-9, 1e9),
+    "quantum_deg": Range(1e-12, 1e6),  # an angle is counted in quanta: none is next to nothing
     "rad_s": Range(1e-15, 1e6),
     "rpm": Range(1e-9, 1e9),  # rotors of centimetres have been driven to 1e6
     "s": Range(1e-9, 1e10),  # 300 years

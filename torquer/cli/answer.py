@@ -1,14 +1,15 @@
 """A command called and answered: a user's mistake gives one line in the words of all messages."""
 
-import difflib
+import re
 import sys
 from contextlib import suppress
 
 from cyclopts import CycloptsError
-from cyclopts.exceptions import UnknownOptionError, UnusedCliTokensError
+from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
 from torquer.base.limits import RequestError
 from torquer.base.strict_json import json_text
+from torquer.base.units import conversion, did_you_mean
 from torquer.cli.app import app
 from torquer.cli.options import option
 from torquer.cli.output import drop_output, finish_output, print_error
@@ -41,10 +42,22 @@ def in_words(error: Exception) -> str:
     if isinstance(error, UnknownOptionError):
         name = error.token.keyword or error.token.value
         known = [each for part in error.argument_collection if part.parse for each in part.names]
-        bare = {each.lstrip("-"): each for each in known}
-        near = difflib.get_close_matches(name.lstrip("-").partition("=")[0], bare, 1)
-        hint = f" (did you mean {bare[near[0]]}?)" if near else "; --help lists them"
+        bare, given = [each.lstrip("-") for each in known], name.lstrip("-").partition("=")[0]
+        hint = did_you_mean(given, bare, dashes="--") or "; --help lists them"
         return f"{name}: must be a known option{hint}"
     if isinstance(error, RequestError):
         return error.spelled(option)
+    if isinstance(error, MissingArgumentError):
+        return _with_units(str(error))
     return str(error) or repr(error)
+
+
+def _with_units(text: str) -> str:
+    """A text that asks for an option, with the conversion if the one given has another unit."""
+    asked = re.search(r" Did you mean --(\S+) instead of --(\S+)\?$", text)
+    if asked is None:
+        return text
+    how = conversion(asked[2], asked[1])
+    if how is None:
+        return text[: asked.start()]
+    return f"{text} {how}".rstrip()

@@ -9,9 +9,11 @@ import codecs
 import os
 import re
 import sys
+import sysconfig
 import warnings
 from collections.abc import Container, Iterable, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 from torquer.base.strict_json import json_text
@@ -33,10 +35,30 @@ def _written_plainly(error: UnicodeError) -> tuple[str, int]:
     return "".join(PLAIN.get(sign) or ascii(sign)[1:-1] for sign in lacking), error.end
 
 
-def _shown_as_note(message, category, filename, lineno, file=None, line=None) -> None:
-    """A warning as a line that a user can read."""
+def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:
+    """A warning of this package as a note, one about the user's own code as a warning.
+
+    What libraries say of their numbers is no note on what the user asked for.
+    """
+    text, place = harmless(str(message)), Path(filename)
+    if category.__module__.partition(".")[0] == _PACKAGE.name:
+        shown = f"note: {text}"
+    elif place.suffix == ".py" and not any(map(place.is_relative_to, _installed())):
+        shown = f"warning: {harmless(place.name)}:{lineno}: {text}"
+    else:
+        return
     with suppress(OSError):
-        print(f"note: {harmless(str(message))}", file=file or sys.stderr)
+        print(shown, file=file or sys.stderr)
+
+
+_PACKAGE = Path(__file__).parents[1]
+
+
+@cache
+def _installed() -> tuple[Path, ...]:
+    """Folders of this package, of libraries and of Python itself."""
+    paths = sysconfig.get_paths()
+    return (_PACKAGE, *(Path(paths[key]) for key in ("stdlib", "purelib", "platlib")))
 
 
 def let_streams_take_any_text() -> None:
@@ -44,7 +66,8 @@ def let_streams_take_any_text() -> None:
 
     Characters missing from the font of the pictures appear as boxes, without a warning.
     """
-    warnings.showwarning = _shown_as_note
+    if not sys.warnoptions:  # whoever asks Python for warnings sees them as it writes them
+        warnings.showwarning = _show_warning
     warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
     codecs.register_error(_ERRORS, _written_plainly)
     for stream in (sys.stdout, sys.stderr):

@@ -3,6 +3,8 @@
 A coil of N round turns of diameter d, wire of cross-section s, density g and resistivity rho has
 the mass M = N pi d s g, the resistance R = N pi d rho / s and, at the current I, the power
 P = I^2 R and the dipole m = N I pi d^2/4. Eliminating N, I and s gives m = (d/4) sqrt(P M/(g rho)).
+The density of the current is I/s = 4 m g/(d M), whatever the wire: beyond `MELTS_A_MM2` there is no
+such coil.
 """
 
 import math
@@ -17,6 +19,8 @@ from torquer.design.requests import CoilRequest
 _MU_0 = 1.25663706212e-6
 #: Finest and thickest wire gauge of the table (AWG).
 GAUGES = range(10, 41)
+#: Density of the current [A/mm^2] above which a wire in a winding melts.
+MELTS_A_MM2 = 10.0
 
 
 class Conductor(NamedTuple):
@@ -73,6 +77,32 @@ def coil_power(dipole: float, diameter_m: float, mass_kg: float, conductor: Cond
     return (4.0 * dipole / diameter_m) ** 2 * product / mass_kg
 
 
+def melts(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> bool:
+    """Whether the wire of a coil melts at its dipole [A m^2]."""
+    return dipole > greatest_dipole(diameter_m, mass_kg, conductor)
+
+
+def greatest_dipole(diameter_m: float, mass_kg: float, conductor: Conductor) -> float:
+    """Dipole [A m^2] at which the wire of a coil melts: J d M/(4 g), J the density of current."""
+    return 1e6 * MELTS_A_MM2 * diameter_m * mass_kg / (4.0 * conductor.density_kg_m3)
+
+
+def _refuse_melting(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> None:
+    """RequestError, with what limits it, for a coil whose wire melts."""
+    if not melts(dipole, diameter_m, mass_kg, conductor):
+        return
+    most = greatest_dipole(diameter_m, mass_kg, conductor)
+    density, needed_kg = MELTS_A_MM2 * dipole / most, mass_kg * dipole / most
+    raise RequestError(
+        "dipole_a_m2",
+        f"must be at most {most:.3g} A m^2 with diameter_m = {diameter_m:g} and mass_kg = "
+        f"{mass_kg:g}, or the wire melts: there is no such coil; received {dipole:g} A m^2, which "
+        f"takes {density:.3g} A/mm^2 (a wire bears some {MELTS_A_MM2:g}), or {needed_kg:.3g} kg",
+        "diameter_m",
+        "mass_kg",
+    )
+
+
 def wire_diameter_m(awg: int) -> float:
     """Diameter of bare wire [m] of a gauge, by ASTM B258: 0.127 mm times 92^((36 - n)/39)."""
     return 1.27e-4 * 92.0 ** ((36 - awg) / 39.0)
@@ -93,7 +123,8 @@ def wind_coil(
 ) -> Coil:
     """The coil of whole turns of a gauge that comes nearest to a mass, at its dipole.
 
-    RequestError where the mass is less than one turn, or where the winding would fill the coil.
+    RequestError where the mass is less than one turn, where the winding would fill the coil, or
+    where the wire would melt.
     """
     wire = wire_diameter_m(awg)
     section = 0.25 * math.pi * wire**2
@@ -113,6 +144,7 @@ def wind_coil(
             f"kg, which is {bundle:.3g} m thick",
             "diameter_m",
         )
+    _refuse_melting(dipole, diameter_m, mass_kg, conductor)
     resistance = turns * turn_m * conductor.resistivity_ohm_m / section
     current = dipole / (turns * 0.25 * math.pi * diameter_m**2)
     inductance = inductance_h(turns, diameter_m, bundle)
@@ -164,7 +196,10 @@ def fitting_gauges(
 
 @dataclass(frozen=True)
 class CoilSizes:
-    """Power [W] by the metal of the wire, and the coil of each gauge that fits, of one metal."""
+    """Power [W] by the metal of the wire, and the coil of each gauge that fits, of one metal.
+
+    A metal that would melt has no power.
+    """
 
     request: CoilRequest
     power_w: dict[str, float]
@@ -182,7 +217,8 @@ class CoilSizes:
     def lines(self) -> list[str]:
         """The answer as text."""
         asked = self.request
-        shares = ", ".join(f"{name} {power:.4g} W" for name, power in self.power_w.items())
+        found = {name: f"{power:.4g} W" for name, power in self.power_w.items()}
+        shares = ", ".join(f"{name} {found.get(name, 'would melt')}" for name in CONDUCTORS)
         return [
             f"{asked.dipole_a_m2:g} A m^2, turns of {asked.diameter_m:g} m, {asked.mass_kg:g} kg "
             f"of wire at {asked.temperature_c:g} deg C: {shares}",
@@ -216,7 +252,7 @@ def _row(coil: Coil) -> list[Row]:
 def coil(request: CoilRequest) -> CoilSizes:
     """A magnetorquer without a core: its power in copper and aluminium, and its wire by gauge.
 
-    RequestError where no gauge keeps within voltage and current.
+    RequestError where no gauge keeps within voltage and current, or where the wire would melt.
 
         coil(CoilRequest(dipole_a_m2=3.2, diameter_m=0.3, mass_kg=0.4)).power_w["copper"]   # 0.7 W
     """
@@ -224,6 +260,6 @@ def coil(request: CoilRequest) -> CoilSizes:
     metals = {name: metal.at(request.temperature_c) for name, metal in CONDUCTORS.items()}
     return CoilSizes(
         request,
-        {name: coil_power(*sizes, metal) for name, metal in metals.items()},
+        {n: coil_power(*sizes, metal) for n, metal in metals.items() if not melts(*sizes, metal)},
         fitting_gauges(*sizes, metals[request.metal], request.voltage_v, request.current_a),
     )

@@ -178,7 +178,10 @@ class GainSweep:
 
     def _sensor_notes(self) -> list[str]:
         craft, coils, notes = self.scenario.spacecraft, self.tumbling.coils, []
-        noise_t, bias = 1e-9 * craft.magnetometer.noise_nt, np.linalg.norm(craft.gyro.bias_deg_s)
+        noise_t, bias = (
+            1e-9 * craft.one_of("magnetometer").noise_nt,
+            np.linalg.norm(craft.one_of("gyro").bias_deg_s),
+        )
         if self.sampling.difference_s > 0.0 and noise_t > 0.0:
             dipole = self.chosen.gain * noise_t * math.sqrt(2.0) / self.sampling.difference_s
             share = 100.0 * dipole / float(coils.limits_a_m2().min())

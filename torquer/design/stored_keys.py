@@ -4,12 +4,12 @@ To import all specs and read their sources takes a second. So the tables of
 `torquer.design.file_keys` are stored in `stored_tables.json`, which `docs/generate.py` writes.
 """
 
-import difflib
 import json
 import re
 from functools import cache
 from pathlib import Path
 
+from torquer.base.units import conversion, near_names
 from torquer.scenario.described import Key, Table
 
 FILE = Path(__file__).with_name("stored_tables.json")
@@ -58,9 +58,10 @@ def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
     ]
     if not tables and not keys:
         word = asked[-1] if asked else ""
-        near = difflib.get_close_matches(word, _read_stored(), n=3, cutoff=0.7)
+        near = near_names(word, _read_stored(), 3, 0.7)
         near = near or [key for key in _read_stored() if word and word in key.split("_")][:3]
-        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        how = " ".join(dict.fromkeys(filter(None, (conversion(word, each) for each in near))))
+        hint = f"; did you mean {' or '.join(near)}?{f' {how}' if how else ''}" if near else ""
         raise ValueError(
             "KEY: must be a key or table of scenario files or wheel designs; received "
             f"{name!r}{hint}"

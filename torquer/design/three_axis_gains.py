@@ -118,7 +118,11 @@ def _task(scenario: Scenario, request: ThreeAxisRequest) -> tuple[DesignTask, tu
         raise ValueError("spacecraft.coils: must be given for magnetic control; received none")
     held, notes = _attitude(control)
     hold = AttitudeHold.of_scenario(scenario, held.law(), request.revolutions)
-    sensor, gyro, disturbance = craft.attitude_sensor, craft.gyro, scenario.disturbance
+    sensor, gyro, disturbance = (
+        craft.one_of("attitude_sensor"),
+        craft.one_of("gyro"),
+        scenario.disturbance,
+    )
     hold_s, torque, random = control.sample_s, (0.0, 0.0, 0.0), 0.0
     if disturbance is not None:
         torque, random = disturbance.constant_torque_n_m, disturbance.random_torque_n_m
@@ -161,6 +165,6 @@ def _left_out(scenario: Scenario) -> tuple[str, ...]:
         found.append("the lag of the coils is left out: compare it with the delay margin")
     if not isinstance(scenario.control.estimator, SensorReadings):
         found.append("the noise is that of the sensors, without the estimator")
-    if craft.gyro.bias_drift_deg_s_sqrt_s > 0.0:
+    if craft.one_of("gyro").bias_drift_deg_s_sqrt_s > 0.0:
         found.append("the gyro's bias is taken as constant, without its drift")
     return tuple(found)

@@ -32,6 +32,7 @@ from torquer.analysis.filters.linear_covariance import (
     kalman_filter,
 )
 from torquer.base.limits import at_least
+from torquer.computer.estimation.measurements.table import DEVICE_OF
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
@@ -76,7 +77,7 @@ def fly_filter(
         if flown:
             flown()
     errors, covariance, rejected, starts, why, *each = map(np.stack, zip(*found, strict=True))
-    innovations = dict(zip(kalman_filter(member).sensors, each, strict=True))
+    innovations = dict(zip(measured_by(member), each, strict=True))
     t_s = motions[0].t_s
     return FilterRuns(t_s, errors, covariance, innovations, rejected, starts, why, motions)
 
@@ -139,8 +140,24 @@ def _fly(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
     errors[~started], covariance[~started] = np.nan, np.nan
     nothing = np.zeros((len(rows), 1))
     counts = [logged.get(name, nothing)[:, 0] for name in ("rejected", "starts", WHY_NOT_STARTED)]
-    innovations = [logged[f"innovation_{sensor}"] for sensor in spec.sensors]
+    units = run.scenario.spacecraft.units()
+    of_units = logged.get("innovation_units", np.empty((len(rows), 0))).reshape(len(rows), -1, 3)
+    single = {each.name: of_units[:, k] for k, each in enumerate(spec.measured(units))}
+    innovations = [
+        single[name] if name in single else logged[f"innovation_{name}"]
+        for name in measured_by(run.scenario)
+    ]
     return errors, covariance, *counts, *innovations
+
+
+def measured_by(scenario: Scenario) -> list[str]:
+    """What a scenario's filter measures with: kinds of sensors, or each of several by name."""
+    spec, found = kalman_filter(scenario), []
+    units = spec.measured(scenario.spacecraft.units())
+    for sensor in spec.sensors:
+        own = [each.name for each in units if each.device is DEVICE_OF[sensor]]
+        found += own or [sensor]
+    return found
 
 
 def _read_log(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
@@ -156,20 +173,24 @@ def _read_log(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
 def true_states(scenario: Scenario, t_s: np.ndarray, omega: np.ndarray) -> np.ndarray:
     """True values (k, n - 3) of the states of a scenario's filter beyond the attitude.
 
-    At the times `t_s` (k,), at which the body's rate was `omega` (k, 3).
+    At the times `t_s` (k,), at which the body's rate was `omega` (k, 3). NaN for the bias of the
+    gyro where there is not one gyro.
     """
     craft = scenario.spacecraft
     coils = craft.coils.pack() if craft.coils else NO_COILS
     constant: dict = {"residual_dipole": coils.residual_a_m2}
-    constant["magnetometer_bias"] = craft.magnetometer.pack().bias_t
+    constant["magnetometer_bias"] = craft.one_of("magnetometer").pack().bias_t
     for name in ("magnetometer", "gyro"):
-        sensor = getattr(craft, name)
+        sensor = craft.one_of(name)
         constant[f"{name}_scale"] = sensor.scale_error
         constant[f"{name}_misalignment"] = np.radians(sensor.misalignment_deg)
     found = []
     for name in [*kalman_filter(scenario).initial_variances()][1:]:
         if name == "rate":
             found.append(omega)
+        elif name == "gyro_bias" and "gyro" not in craft.flown():
+            # of several gyros it is the bias of whichever is read at the time
+            found.append(np.full((len(t_s), 3), np.nan))
         elif name == "gyro_bias":
             found.append(_drift(scenario, t_s))
         else:
@@ -294,7 +315,8 @@ def _check_errors(flown: FilterRuns) -> Iterator[Check]:
     if not flown.started.any():
         return
     for name, states in zip(OF_ERRORS, (3, flown.errors.shape[-1]), strict=True):
-        yield _check(name, nees(flown, states), states)
+        if np.isfinite(nees(flown, states)).any():
+            yield _check(name, nees(flown, states), states)
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
             yield _check(f"NIS of the {sensor.replace('_', ' ')}", *nis(innovations))
@@ -324,9 +346,10 @@ def _check_rejected(flown: FilterRuns, by_chance: float) -> Check:
 def as_plain(found: FilterCheck) -> dict:
     """A check as plain data.
 
-    `rejected_mean`, `rejected_most`: readings rejected in a run; `rejected_by_chance`: as many as
-    a sound filter rejects by its `gate`. `restarted_runs`, `restarts_most`: runs in which the
-    filter started again, and how often at most.
+    `not_flown`: what of the scenario no run has, as each draws its own. `rejected_mean`,
+    `rejected_most`: readings rejected in a run; `rejected_by_chance`: as many as a sound filter
+    rejects by its `gate`. `restarted_runs`, `restarts_most`: runs in which the filter started
+    again, and how often at most.
 
     Attitude errors about each axis without the first tenth of the time: `error_deg`, root mean
     square over the runs; `sigma_deg`: as the filter stated; `expected_deg`: by linear covariance.
@@ -339,6 +362,7 @@ def as_plain(found: FilterCheck) -> dict:
         "estimator": found.scenario.control.estimator.kind,
         "runs": found.runs,
         "drawn": {each.name: {"sigma": each.sigma, "unit": each.unit} for each in found.drawn},
+        "not_flown": [each.replaced_in_words for each in found.drawn if each.replaced_in_words],
         "checks": [check._asdict() for check in found.checks],
         "verdict": word,
         "verdict_text": text,
@@ -357,6 +381,11 @@ def as_plain(found: FilterCheck) -> dict:
 def drawn_in_words(found: FilterCheck) -> str:
     """What each run draws."""
     return ", ".join(["noise", *(each.in_words for each in found.drawn)])
+
+
+def replaced_in_words(found: FilterCheck) -> str:
+    """What of the scenario no run flies, as each draws its own about zero; "" for nothing."""
+    return "; ".join(filter(None, (each.replaced_in_words for each in found.drawn)))
 
 
 def rejected_in_words(plain: dict) -> str:

@@ -7,30 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.filters.linear_covariance import kalman_filter
+from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.maths.geometry import euler
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
-from torquer.scenario.change import value_at, with_values
+from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.data_sheet import FIXED
 
-#: Errors of sensors and coils: what they are called, their key in the spacecraft, their unit, and
-#: the filter's key for their standard deviation where they may be states of a filter.
-_ERRORS = (
-    ("gyro bias", "gyro.bias_deg_s", "deg/s", "gyro_bias_sigma_deg_s"),
-    ("magnetometer bias", "magnetometer.bias_nt", "nT", "magnetometer_bias_sigma_nt"),
-    ("magnetometer scale", "magnetometer.scale_error", "", "magnetometer_scale_sigma"),
-    ("magnetometer misalignment", "magnetometer.misalignment_deg", "deg",
-     "magnetometer_misalignment_sigma_deg"),
-    ("gyro scale", "gyro.scale_error", "", "gyro_scale_sigma"),
-    ("gyro misalignment", "gyro.misalignment_deg", "deg", "gyro_misalignment_sigma_deg"),
-    ("residual dipole", "coils.residual_dipole_a_m2", "A m^2", "dipole_sigma_a_m2"),
-    ("Sun sensor misalignment", "sun_sensors.bias_deg", "deg", ""),
-    ("star tracker misalignment", "attitude_sensor.error_deg", "deg", ""),
-    ("horizon sensor misalignment", "horizon_sensor.bias_deg", "deg", ""),
-    ("height of the horizon", "horizon_sensor.horizon_km", "km", ""),
-    ("Sun cell scale", "sun_cells.scale_error", "", ""),
-)  # fmt: skip
 #: Of these no example is drawn where they are no states.
-_ONLY_STATES = ("gyro bias", "residual dipole")
+_ONLY_STATES = (("gyro", "bias"), ("coils", "bias"))
 #: Standard deviation [deg] of a held attitude, about each axis; and from which on it is any.
 _HELD_DEG, _ANY_DEG = 5.0, 180.0
 
@@ -55,7 +41,9 @@ AS_STATED = Start(0.0, 0.0)
 class Drawn(NamedTuple):
     """What each run draws for itself, besides noise: its name, key, standard deviation and unit.
 
-    `about`: the mean, zero or the scenario's value.
+    `about`: the mean, zero or the scenario's value, NaN for none; `stated`: the scenario's value;
+    `sigma_key`: the filter's key for the standard deviation, "" where none has stated it;
+    `factor`: by which a value of the key becomes one in the unit.
     """
 
     name: str
@@ -63,6 +51,26 @@ class Drawn(NamedTuple):
     sigma: float
     unit: str
     about: np.ndarray
+    stated: np.ndarray
+    sigma_key: str = ""
+    factor: float = 1.0
+
+    @property
+    def sigmas(self) -> float:
+        """How far the scenario's value is from the mean of the runs, in standard deviations."""
+        return float(np.linalg.norm(self.stated - self.about)) / self.sigma
+
+    @property
+    def replaced_in_words(self) -> str:
+        """The scenario's value where runs do not have it on average; "" where they do."""
+        if not np.any(self.stated - self.about):
+            return ""
+        if self.key == "initial":
+            return self.name
+        size = f"{np.linalg.norm(self.stated):.3g}{' ' * bool(self.unit)}{self.unit}"
+        if not self.sigma_key:
+            return f"{self.name} of {size}"
+        return f"{self.name} of {size}, {self.sigmas:.3g} sigma by {self.sigma_key}"
 
     @property
     def in_words(self) -> str:
@@ -79,26 +87,60 @@ def what_runs_draw(scenario: Scenario, start: Start = AS_STATED) -> list[Drawn]:
     errors of sensors, where the scenario has some: about zero, with the root mean square of the
     scenario's components. ValueError for an estimator other than a Kalman filter.
     """
-    spec = kalman_filter(scenario)
-    states, examples = [], []
-    for name, place, unit, sigma_key in _ERRORS:
-        key = f"spacecraft.{place}"
-        if getattr(scenario.spacecraft, place.partition(".")[0]) is None:
-            continue
-        if (sigma := getattr(spec, sigma_key, None)) is not None:
-            states.append(Drawn(name, key, sigma, unit, np.zeros(3)))
-        elif name not in _ONLY_STATES:
-            stated = np.array(value_at(scenario, key))
-            if sigma := float(np.sqrt(np.mean(stated**2))):
-                examples.append(Drawn(name, key, sigma, unit, np.zeros(stated.shape)))
-    found = [*states, *examples]
+    found = [*_draw_errors(scenario)]
     attitude_deg, rate_deg_s = _spread_at_start(scenario, start)
     if attitude_deg > 0.0:
-        found.append(Drawn("attitude", "initial", attitude_deg, "deg", np.zeros(3)))
+        found.append(_draw_attitude(scenario, attitude_deg))
     if rate_deg_s > 0.0:
         stated = np.array(scenario.initial.rate_deg_s)
-        found.append(Drawn("rate", "initial.rate_deg_s", rate_deg_s, "deg/s", stated))
+        found.append(Drawn("rate", "initial.rate_deg_s", rate_deg_s, "deg/s", stated, stated))
     return found
+
+
+def _draw_errors(scenario: Scenario) -> list[Drawn]:
+    """Errors of devices: first those that are states of the filter, then examples of others."""
+    spec, devices = kalman_filter(scenario), scenario.spacecraft.devices()
+    sigmas = {(each.device, each.what): each.key for each in spec.states_of_devices}
+    states: list[Drawn] = []
+    examples: list[Drawn] = []
+    for name, what in _fixed_errors(scenario):
+        kind = scenario.spacecraft.kind_of(name)
+        sheet, sigma_key = devices[name].sheet, sigmas.get((kind, what), "")
+        key, stated = f"spacecraft.{name}.{getattr(sheet, what)}", sheet.value(devices[name], what)
+        sigma, about = getattr(spec, sigma_key, None), np.zeros(stated.shape)
+        is_state = sigma is not None
+        if not is_state and (kind, what) not in _ONLY_STATES:
+            sigma = float(np.sqrt(np.mean(stated**2)))
+        if sigma:
+            own = f" of {name.partition('.')[2]}" if "." in name else ""
+            said = f"{sheet.in_words(what)}{own}"
+            keys = (said, key, sigma, sheet.unit_of(what), about, stated)
+            own_key, factor = sigma_key if is_state else "", sheet.factors.get(what, 1.0)
+            (states if is_state else examples).append(Drawn(*keys, own_key, factor))
+    return [*states, *examples]
+
+
+def _fixed_errors(scenario: Scenario) -> list[tuple[str, str]]:
+    """Fixed errors of the devices: names of device and error, those that may be states first.
+
+    Random numbers are drawn in this order.
+    """
+    may_be = [each for kind in (KalmanGyro, KalmanDynamics) for each in kind.states_of_devices]
+    devices = scenario.spacecraft.devices()
+    own = [(name, what) for name, each in devices.items() for what in FIXED
+           if getattr(each.sheet, what)]  # fmt: skip
+    first = dict.fromkeys(
+        (key, each.what) for each in may_be for key in scenario.spacecraft.of_kind(each.device)
+    )
+    return [*dict.fromkeys([*first, *own])]
+
+
+def _draw_attitude(scenario: Scenario, sigma_deg: float) -> Drawn:
+    """The attitude at the start, about the scenario's; any at all are about none that is given."""
+    is_given = {"euler_deg", "quaternion"} & scenario.initial.model_fields_set
+    is_lost = sigma_deg >= _ANY_DEG and is_given
+    about = np.full(3, math.nan) if is_lost else np.zeros(3)
+    return Drawn("attitude", "initial", sigma_deg, "deg", about, np.zeros(3))
 
 
 def make_members(scenario: Scenario, runs: int, start: Start = AS_STATED) -> Iterator[Scenario]:
@@ -119,7 +161,8 @@ def make_members(scenario: Scenario, runs: int, start: Start = AS_STATED) -> Ite
 def _draw_value(drawn: Drawn, scenario: Scenario, rng: np.random.Generator):
     if drawn.key == "initial":
         return _turn(scenario, drawn.sigma, rng)
-    return (drawn.about + drawn.sigma * rng.normal(size=drawn.about.shape)).tolist()
+    value = drawn.about + drawn.sigma * rng.normal(size=drawn.about.shape)
+    return (value / drawn.factor).tolist()
 
 
 def _turn(scenario: Scenario, sigma_deg: float, rng: np.random.Generator) -> dict:

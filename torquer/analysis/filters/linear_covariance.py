@@ -15,20 +15,28 @@ from torquer.computer.estimation.expected import (
     Nominal,
     fill_dynamics,
     fill_gyro,
-    keep_seen,
-    put_earth,
     put_earthlight,
-    put_stars,
 )
 from torquer.computer.estimation.filter import Filter
 from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.computer.estimation.measurements.table import BY_NAME
 from torquer.environment.earth.gravity import gravity_gradient_vector
-from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.sensors.horizon_sensor import HorizonSensor
 
 #: Number of random errors from which the 95th percentile of an attitude error is computed.
 _DRAWN = 20_000
+
+
+class Along(NamedTuple):
+    """What decides along a motion whether a device reads anything: attitudes (k, 4), rates
+    (k, 3) [rad/s], directions to the Sun (k, 3), visible part of it (k,), positions (k, 3) [m],
+    inertial."""
+
+    q: np.ndarray
+    omega: np.ndarray
+    sun: np.ndarray
+    sunlit: np.ndarray
+    r: np.ndarray
 
 
 class Motion(NamedTuple):
@@ -130,14 +138,14 @@ def expected_accuracy(scenario: Scenario, motion: Motion | None = None) -> Expec
     step, and the attitude is not known at the start. ValueError unless `control.estimator` is a
     Kalman filter.
     """
-    spec = kalman_filter(scenario)
+    spec = kalman_filter(scenario).with_units(scenario.spacecraft.units())
     seen = nominal(scenario, motion or held_motion(scenario))
     variances = first_variances(spec)
     out = np.zeros((len(seen.t_s), len(variances), len(variances)))
     out[0] = np.diag(variances)
     fill = fill_dynamics if isinstance(spec, KalmanDynamics) else fill_gyro
-    fill(spec.constants(), seen, out)
-    return Expected(seen.t_s, out, seen.seen)
+    fill(spec.constants(), seen, true_surroundings(seen), out)
+    return Expected(seen.t_s, out, seen.visible[list(BY_NAME).index("sun")])
 
 
 def first_variances(spec: Filter) -> np.ndarray:
@@ -153,18 +161,29 @@ def nominal(scenario: Scenario, motion: Motion) -> Nominal:
     sun = environment.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
     sunlit = environment.sunlit_fraction(t_s, r)
-    seen = sunlit >= 0.5
-    if craft.sun_sensors is not None:
-        keep_seen(craft.sun_sensors.pack(), to_body(q, sun), seen)
-    stars = np.zeros(len(t_s), bool)
-    put_stars(craft.attitude_sensor.pack(), q, omega, sun, r, stars)
-    horizon, earth = craft.horizon_sensor or HorizonSensor(), np.zeros(len(t_s), bool)
-    put_earth(horizon.pack(), q, omega, r, earth)
     light = np.zeros((len(t_s), 3))
     if craft.sun_cells is not None and craft.sun_cells.albedo > 0.0:
         put_earthlight(craft.sun_cells.albedo, r, sun, light)
+    along = Along(q, omega, sun, sunlit, r)
+    visible = np.array([each.visible(craft, along) for each in BY_NAME.values()])
     b = environment.field(t_s, r, v)
     rows = (t_s, q, omega, wheels, b, gravity_gradient_vector(r), sun)
     return Nominal(
-        *(np.ascontiguousarray(row, dtype=float) for row in rows), seen, stars, earth, sunlit, light
+        *(np.ascontiguousarray(row, dtype=float) for row in rows), visible, sunlit, light
     )  # type: ignore[call-arg]
+
+
+def surroundings(b: np.ndarray, sun: np.ndarray, nadir: np.ndarray) -> np.ndarray:
+    """The vector of the surroundings that each channel of a filter reads (channels, k, 3).
+
+    Of field [T], directions to the Sun and to the Earth's centre (k, 3); zeros where it reads none.
+    """
+    given = {"field": b, "sun": sun, "nadir": nadir, "": np.zeros_like(b)}
+    rows = [given[each.reference] for each in BY_NAME.values() for _ in range(each.channels)]
+    return np.ascontiguousarray(rows, dtype=float)
+
+
+def true_surroundings(seen: Nominal) -> np.ndarray:
+    """`surroundings` along a motion, as they are."""
+    nadir = -seen.gravity / np.linalg.norm(seen.gravity, axis=1)[:, None]
+    return surroundings(seen.b, seen.sun, nadir)

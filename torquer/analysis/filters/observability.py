@@ -16,6 +16,7 @@ from torquer.analysis.filters.linear_covariance import (
     held_motion,
     kalman_filter,
     nominal,
+    true_surroundings,
 )
 from torquer.computer.estimation.covariance import state_slices
 from torquer.computer.estimation.expected import Nominal, fill_information
@@ -92,22 +93,18 @@ def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int)
 
 def information(spec, seen: Nominal) -> np.ndarray:
     """H^T R^-1 H (k, n, n) of each instant's readings."""
-    nadir = -seen.gravity / np.linalg.norm(seen.gravity, axis=1)[:, None]
-    return reading_information(spec, seen, seen.b, seen.sun, nadir)[0]
+    return reading_information(spec, seen, true_surroundings(seen))[0]
 
 
-def reading_information(
-    spec, seen: Nominal, b: np.ndarray, sun: np.ndarray, nadir: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def reading_information(spec, seen: Nominal, assumed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """H^T R^-1 H (k, n, n) of each instant's readings, and H^T R^-1 d (k, n).
 
-    `b` [T], `sun`, `nadir` (k, 3): what the filter assumes, inertial; d: what true readings differ
-    from it.
+    `assumed` (channels, k, 3): what the filter assumes, see
+    `torquer.analysis.filters.linear_covariance.surroundings`; d: what true readings differ from it.
     """
     n = len(first_variances(spec))
     gained, pulled = np.zeros((len(seen.t_s), n, n)), np.zeros((len(seen.t_s), n))
-    assumed = (np.ascontiguousarray(each, dtype=float) for each in (b, sun, nadir))
-    fill_information(spec.constants(), seen, *assumed, gained, pulled)
+    fill_information(spec.constants(), seen, assumed, gained, pulled)
     return gained, pulled
 
 

@@ -14,19 +14,17 @@ from torquer.analysis.filters.systematic import systematic_error
 from torquer.analysis.series import stays_from
 from torquer.computer.estimation.filter import MAGNETOMETER_ERRORS, Filter
 from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_WORDS
+from torquer.computer.estimation.measurements.table import BY_NAME
+from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.scenario.spec import Scenario
 
 #: Number of instants of a motion at which the 95th percentile of the errors is computed.
 _INSTANTS = 400
 #: Length of the windows of observability, as part of a revolution.
 _WINDOWS = 20
-#: A filter's further keys of its sensors, besides their noise.
-_MORE_KEYS = {
-    "magnetometer": MAGNETOMETER_ERRORS,
-    "star_tracker": ("star_tracker_boresight_noise_deg", "star_tracker_boresight"),
-    "sun_cells": ("cell_normals", "cell_half_field_deg", "cell_albedo", "cell_albedo_error"),
-}
+#: A filter's keys of its sensors.
+_MORE_KEYS = {name: tuple(each.keys.model_fields) for name, each in BY_NAME.items()}
+_MORE_KEYS["magnetometer"] += MAGNETOMETER_ERRORS
 #: Attitude error [deg]; the time until it is reached is reported.
 REACHED_DEG = 5.0
 
@@ -125,8 +123,7 @@ def _worst(values: np.ndarray) -> float:
 def _with_sensors(spec: Filter, sensors) -> dict:
     """Keys of a filter with fewer sensors."""
     keys = spec.model_dump(exclude_none=True) | {"sensors": list(sensors)}
-    left_out = {sensor: (key, *_MORE_KEYS.get(sensor, ())) for sensor, key in NOISE_KEYS.items()}
-    unwanted = {key for sensor, own in left_out.items() if sensor not in sensors for key in own}
+    unwanted = {key for sensor, own in _MORE_KEYS.items() if sensor not in sensors for key in own}
     return {key: value for key, value in keys.items() if key not in unwanted}
 
 

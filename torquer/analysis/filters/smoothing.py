@@ -1,6 +1,7 @@
 """Smoothing of a recorded run: the filter works again on what the computer knew, then backwards."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,15 +18,17 @@ from torquer.computer.interface import KNOWN
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
-from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, write
+from torquer.simulation.results.variables import (
+    INPUTS,
+    KNOWN_READINGS,
+    estimated,
+    inputs,
+    write,
+)
+from torquer.spacecraft.sensors.devices import Flown
 
-_READINGS = {"b_measured": "b", "omega_measured": "omega", "sun_measured": "sun"}
 #: What the computer knows of readings and surroundings, read from `KNOWN`, by name.
-KNOWN_VARIABLES = {
-    each.name: each._replace(key=_READINGS.get(each.name, each.key))
-    for each in (*RECORDED, *INPUTS)
-    if each in INPUTS or each.name in _READINGS
-}
+KNOWN_VARIABLES = {each.name: each for each in INPUTS} | KNOWN_READINGS
 #: Difference of two attitudes, over the standard deviation of either, that is no rounding.
 _OTHER = 1e-3
 
@@ -56,7 +59,8 @@ def smooth_run(result: xr.Dataset) -> xr.Dataset:
     rows = _control_rows(result, scenario)
     steps = result.isel(time=rows)
     works = _works(result, scenario, rows)
-    found = fly_back_and_forth(spec, _read_known(steps), works)
+    units = scenario.spacecraft.units()
+    found = fly_back_and_forth(spec, _read_known(steps, units), works, units=units)
     _check_found_again(steps, found.forward, works)
     for each in found[1:4]:
         each[~works] = np.nan
@@ -88,6 +92,11 @@ def _control_rows(result: xr.Dataset, scenario: Scenario) -> np.ndarray:
     last = result["control_time"].values
     rows = np.flatnonzero(last == result["time"].values)
     wanted_s = control_steps(scenario, last[-1]) * scenario.grid_s
+    if not np.array_equal(last[rows], wanted_s) and scenario.control.failures:
+        raise ValueError(
+            "control.failures: must be left out in a run that is to be smoothed, which has a "
+            f"record at every control step; received {len(scenario.control.failures)}"
+        )
     if not np.array_equal(last[rows], wanted_s):
         raise ValueError(
             f"simulation.record_s: must be {finest_record_s(scenario):g} s, to have a record at "
@@ -97,11 +106,13 @@ def _control_rows(result: xr.Dataset, scenario: Scenario) -> np.ndarray:
     return rows
 
 
-def _read_known(steps: xr.Dataset) -> np.ndarray:
-    """What the computer knew after each control step."""
+def _read_known(steps: xr.Dataset, units: Sequence[Flown]) -> np.ndarray:
+    """What the computer knew after each control step; `units`: see `fly_back_and_forth`."""
     known = np.full(steps.sizes["time"], np.nan, KNOWN)
-    estimated = [each for each in ESTIMATED if each.name in steps]
-    write(steps, [*KNOWN_VARIABLES.values(), *estimated], known, slice(None))
+    known["gyro_units"] = 0.0
+    given = {each.name: each for each in inputs(units)} | KNOWN_READINGS
+    stated = [each for each in estimated(units) if each.name in steps]
+    write(steps, [*given.values(), *stated], known, slice(None))
     return known
 
 
@@ -134,15 +145,21 @@ class BackAndForth(NamedTuple):
 
 
 def fly_back_and_forth(
-    spec: Filter, known: np.ndarray, works: np.ndarray, seeds: np.ndarray | None = None, log=()
+    spec: Filter,
+    known: np.ndarray,
+    works: np.ndarray,
+    seeds: np.ndarray | None = None,
+    log=(),
+    units: Sequence[Flown] = (),
 ) -> BackAndForth:
     """Let a filter work on what the computer knew, from start to end and backwards.
 
     `known` (k,): see `KNOWN`; `works` (k,): whether the filter works then, otherwise the estimate
     in `known` is another's; `seeds` (k, 5): see `smoother.begin_at`, NaN where
-    the filter goes on; `log`: parts of the filter's memory to be kept.
+    the filter goes on; `log`: parts of the filter's memory to be kept; `units`: several devices of
+    a kind, each of which `known` has.
     """
-    filter_, places = with_copies(spec.estimator())
+    filter_, places = with_copies(spec.estimator(units))
     forward = empty_forward(len(known), places.n)
     known = known.copy()
     cells = {name: filter_.memory_places()[name] for name in log}

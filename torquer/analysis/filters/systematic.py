@@ -14,6 +14,7 @@ from torquer.analysis.filters.linear_covariance import (
     held_motion,
     kalman_filter,
     nominal,
+    surroundings,
 )
 from torquer.analysis.filters.observability import reading_information, transitions
 from torquer.computer.estimation.expected import Nominal
@@ -49,4 +50,5 @@ def _model_information(scenario: Scenario, spec, seen: Nominal) -> tuple[np.ndar
     sun = believed.sun(seen.t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
     nadir = -r / np.linalg.norm(r, axis=1)[:, None]
-    return reading_information(spec, seen, believed.field(seen.t_s, r, v), sun, nadir)
+    assumed = surroundings(believed.field(seen.t_s, r, v), sun, nadir)
+    return reading_information(spec, seen, assumed)

@@ -1,5 +1,6 @@
 """What the author of a scenario with B-dot should know: what sampling and the coils' lag allow."""
 
+import contextlib
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -56,21 +57,7 @@ def bdot_notes(scenario: Scenario) -> list[str]:
 
     Notes that depend on the initial rate are given only for the laws active at the start.
     """
-    return [*notes_on_laws(scenario, _notes_on)]
-
-
-def _notes_on(scenario: Scenario, use: Use) -> Iterator[str]:
-    law = use.law
-    if not isinstance(law, BDOT + _NUTATION):
-        return
-    if use.at_start:
-        yield from _rate_notes(scenario, law)
-    if use.at_start or isinstance(law, DIFFERENCES):
-        yield from _own_dipole_notes(scenario, law, use)
-    if isinstance(law, BDOT):
-        yield from _gain_notes(scenario, law, use)
-        if use.at_start:
-            yield from [*_weak_gain_notes(scenario, use)] or _slow_notes(scenario, use)
+    return [*notes_on_laws(scenario, _CHECKS)]
 
 
 def _turn(scenario: Scenario, law) -> _Turn:
@@ -86,7 +73,10 @@ def _turn(scenario: Scenario, law) -> _Turn:
     return _Turn(rate, "the initial precession", "nutation damping", "nutation")
 
 
-def _rate_notes(scenario: Scenario, law) -> Iterator[str]:
+def _rate_notes(scenario: Scenario, use: Use) -> Iterator[str]:
+    law = use.law
+    if not (use.at_start and isinstance(law, BDOT + _NUTATION)):
+        return
     sampling, turn = law_sampling(scenario, law), _turn(scenario, law)
     limit = sampling_limit_rad_s(*sampling.times)
     if turn.rate_rad_s > _NEAR * limit:
@@ -129,14 +119,24 @@ def most_gain(scenario: Scenario, sampling: Sampling, field_t: float) -> float:
 def as_tumbling(scenario: Scenario, law) -> Tumbling:
     """The scenario's satellite as theory of B-dot takes it, with the fields of a day of its orbit.
 
-    Of an orbit whose models end earlier, or that decays, the fields of one revolution.
+    Of an orbit whose models end earlier, or that decays, the fields of one revolution or, if it has
+    none left, of the run.
     """
-    control, craft = scenario.control, scenario.spacecraft
     revolution_s = 2.0 * math.pi / scenario.orbit.rate_rad_s(scenario.start)
-    try:
-        fields = _fields_t(scenario, _DAY_S)
-    except ValueError:
-        fields = _fields_t(scenario, revolution_s)
+    for span_s in (_DAY_S, revolution_s):
+        with contextlib.suppress(ValueError):
+            return _tumbling(scenario, law, span_s)
+    return as_flown(scenario, law)
+
+
+def as_flown(scenario: Scenario, law) -> Tumbling:
+    """As `as_tumbling`, with the fields of the run alone, or of its first day."""
+    return _tumbling(scenario, law, min(scenario.length_s, _DAY_S))
+
+
+def _tumbling(scenario: Scenario, law, span_s: float) -> Tumbling:
+    control, craft = scenario.control, scenario.spacecraft
+    fields = _fields_t(scenario, span_s)
     inertia = float(np.trace(np.array(craft.body.inertia_kg_m2))) / 3.0
     return Tumbling(inertia, fields, craft.coils, law_sampling(scenario, law), control.coil_duty)
 
@@ -147,7 +147,10 @@ def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
     return np.linalg.norm(environment.field(times, *environment.state(times)), axis=1)
 
 
-def _gain_notes(scenario: Scenario, law, use: Use) -> Iterator[str]:
+def _gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
+    law = use.law
+    if not isinstance(law, BDOT):
+        return
     sampling, gain = law_sampling(scenario, law), use.gain(law.gain_a_m2_s_per_t)
     greatest = most_gain(scenario, sampling, _STRONG_FIELD_T)
     if gain > greatest:
@@ -156,6 +159,11 @@ def _gain_notes(scenario: Scenario, law, use: Use) -> Iterator[str]:
             f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, beyond which a hold of "
             f"{sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
         )
+
+
+def _low_gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
+    if use.at_start and isinstance(use.law, BDOT):
+        yield from [*_weak_gain_notes(scenario, use)] or _slow_notes(scenario, use)
 
 
 def _weak_gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
@@ -177,7 +185,7 @@ def _slow_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     if scenario.control.named().modes is not None or scenario.spacecraft.coils is None:
         return
     law, gain = use.law, use.gain(use.law.gain_a_m2_s_per_t)
-    rate, case = float(np.linalg.norm(scenario.motion_at_start()[4:])), as_tumbling(scenario, law)
+    rate, case = float(np.linalg.norm(scenario.motion_at_start()[4:])), as_flown(scenario, law)
     read = abs(np.sinc(0.5 * rate * case.sampling.difference_s / math.pi))
     limit = float(case.coils.limits_a_m2().min())
     share = gain * rate * read * float(case.fields_t.max()) / limit
@@ -204,9 +212,14 @@ def stopped_below(scenario: Scenario) -> tuple[float, float]:
     return math.radians(mission.rate_below_deg_s), mission.within_s or duration_s
 
 
-def _own_dipole_notes(scenario: Scenario, law, use: Use) -> Iterator[str]:
+def _own_dipole_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """A note if the magnetometer picks up the coils' field, and with it the law."""
-    per_a_m2 = 1e-9 * abs(scenario.spacecraft.magnetometer.coil_disturbance_nt_per_a_m2)
+    law = use.law
+    if not isinstance(law, BDOT + _NUTATION):
+        return
+    if not (use.at_start or isinstance(law, DIFFERENCES)):
+        return
+    per_a_m2 = 1e-9 * abs(scenario.spacecraft.one_of("magnetometer").coil_disturbance_nt_per_a_m2)
     heard = use.gain(law.gain_a_m2_s_per_t or 0.0) * per_a_m2 * _rate_heard(scenario, law)
     if heard > _HEARD:
         yield (
@@ -229,3 +242,11 @@ def _rate_heard(scenario: Scenario, law) -> float:
     if off_s > 0.0:
         changed = -math.exp((d - off_s) / lag_s) * math.expm1(-d / lag_s)
     return changed / d
+
+
+_CHECKS = {
+    "the rate that the law can brake": _rate_notes,
+    "the coils' own dipole in the readings": _own_dipole_notes,
+    "the greatest gain of the law": _gain_notes,
+    "the time that the law takes": _low_gain_notes,
+}

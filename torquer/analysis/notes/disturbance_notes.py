@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from torquer.analysis.budget import coil_reach
+from torquer.analysis.notes.assess import assess
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.disturbance.unmodelled import UnmodelledTorque
 from torquer.spacecraft.sensors.sun_sensor import BlindZone, SunSensors
 
 #: Strength of the field in low orbits [T], about.
@@ -20,17 +20,8 @@ _LARGE_BIAS_DEG = 5.0
 
 def disturbance_notes(scenario: Scenario) -> list[str]:
     """Notes on disturbance torques and Sun sensors, one line each."""
-    notes = [*_sensor_notes(scenario.spacecraft.sun_sensors)]
-    if scenario.disturbance is None:
-        return notes
-    return [
-        *notes,
-        *_constant_notes(scenario),
-        *_dipole_notes(scenario),
-        *_light_notes(scenario),
-        *_eddy_notes(scenario),
-        *_unmodelled_notes(scenario, scenario.disturbance.unmodelled),
-    ]
+    notes = [*assess({"the Sun sensors": _sensor_notes}, scenario.spacecraft.sun_sensors)]
+    return notes if scenario.disturbance is None else [*notes, *assess(_CHECKS, scenario)]
 
 
 def _reach_a_m2(scenario: Scenario) -> float | None:
@@ -91,7 +82,8 @@ def _eddy_notes(scenario: Scenario) -> Iterator[str]:
         )
 
 
-def _unmodelled_notes(scenario: Scenario, torque: UnmodelledTorque | None) -> Iterator[str]:
+def _unmodelled_notes(scenario: Scenario) -> Iterator[str]:
+    torque = scenario.disturbance.unmodelled
     if torque is None:
         return
     sizes = (torque.constant_n_m, torque.harmonic_1_n_m, torque.harmonic_2_n_m)
@@ -139,3 +131,12 @@ def _covers(zone: BlindZone, sensor: int, axis, half_field_deg: float, count: in
         return False
     apart = math.degrees(math.acos(min(1.0, max(-1.0, float(np.dot(zone.axis, axis))))))
     return apart + half_field_deg <= zone.half_angle_deg
+
+
+_CHECKS = {
+    "the constant torque": _constant_notes,
+    "the residual dipole": _dipole_notes,
+    "the pressure of sunlight": _light_notes,
+    "the eddy currents": _eddy_notes,
+    "the unmodelled torque": _unmodelled_notes,
+}

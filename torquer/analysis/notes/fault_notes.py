@@ -71,7 +71,12 @@ def unnoticed_faults(scenario: Scenario) -> Unnoticed:
 
 def fault_lines(scenario: Scenario) -> list[str]:
     """Single faults that go unnoticed, as lines of text."""
-    at_all, by_motion = unnoticed_faults(scenario)
+    return lines_of(unnoticed_faults(scenario))
+
+
+def lines_of(unnoticed: Unnoticed) -> list[str]:
+    """What goes unnoticed, as lines of text."""
+    at_all, by_motion = unnoticed
     lines = [f"no condition of the modes can notice: {'; '.join(at_all)}"] if at_all else []
     if by_motion:
         lines.append(f"noticed at most by the motion that follows: {'; '.join(by_motion)}")
@@ -80,8 +85,9 @@ def fault_lines(scenario: Scenario) -> list[str]:
 
 def _faults(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Devices and their faults."""
-    for sensor in scenario.spacecraft.sensors_that_may_fail():
-        yield sensor, (SILENT, STUCK, ZEROS)
+    craft = scenario.spacecraft
+    for key in craft.sensors_that_may_fail():
+        yield craft.flown()[key].name, (SILENT, STUCK, ZEROS)
     if scenario.spacecraft.coils is not None:
         yield COILS, ("dead", "reversed", "stuck on")
 
@@ -101,7 +107,8 @@ def _sources(scenario: Scenario, modes: Modes) -> dict[str, set[str]]:
     control = scenario.control
     specs = {"estimator": control.estimator, **control.estimators}
     chosen = {state.estimator for state in modes.states()} - {None} | {"estimator"}
-    every = set(scenario.spacecraft.sensors_that_may_fail())
+    craft = scenario.spacecraft
+    every = {craft.flown()[key].name for key in craft.sensors_that_may_fail()}
     found: dict[str, set[str]] = {"rate": set(), "attitude": set(), "estimator": set()}
     for name in chosen:
         kind = specs[name].kind if name in specs else name

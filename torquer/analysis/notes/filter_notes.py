@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from torquer.analysis.notes.assess import assess
 from torquer.computer.estimation.filter import Filter
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.scenario.spec import Scenario
@@ -16,12 +17,7 @@ _FAR_DEG = 6.0
 
 def filter_notes(scenario: Scenario) -> list[str]:
     """Notes on filters, one line each."""
-    return [
-        *_step_notes(scenario),
-        *_turn_notes(scenario),
-        *_model_notes(scenario),
-        *_albedo_notes(scenario),
-    ]
+    return [*assess(_CHECKS, scenario)]
 
 
 def _filters(scenario: Scenario) -> list[Filter]:
@@ -44,10 +40,11 @@ def _step_notes(scenario: Scenario) -> Iterator[str]:
 
 def _turn_notes(scenario: Scenario) -> Iterator[str]:
     """On a body that turns far between readings, without a gyro that shows how."""
-    craft, control = scenario.spacecraft, scenario.control
-    sampled = {"magnetometer": craft.magnetometer, "sun": craft.sun_sensors}
-    names = {name for spec in _filters(scenario) if not spec.has_gyro for name in spec.sensors}
-    found = [sensor for name in names if (sensor := sampled.get(name)) is not None]
+    sensors, control = scenario.spacecraft.sensors(), scenario.control
+    used = {
+        each.device for spec in _filters(scenario) if not spec.has_gyro for each in spec.assumes
+    }
+    found = [sensors[name] for name in used if name in sensors]
     interval_s = max((sensor.sample_s or control.cycle_s for sensor in found), default=0.0)
     turn_deg = float(np.linalg.norm(scenario.initial.rate_deg_s)) * interval_s
     if turn_deg > _FAR_DEG:
@@ -66,7 +63,7 @@ def _model_notes(scenario: Scenario) -> Iterator[str]:
     if models is None:
         return
     off_nt = 1e9 * models.field_t / math.sqrt(3.0)
-    whole_nt = math.hypot(off_nt, scenario.spacecraft.magnetometer.noise_nt)
+    whole_nt = math.hypot(off_nt, scenario.spacecraft.one_of("magnetometer").noise_nt)
     for noise_nt in dict.fromkeys(each for each in given if each < whole_nt):
         yield (
             f"magnetometer_noise_nt = {noise_nt:g} is below the {whole_nt:.3g} nT of each "
@@ -75,14 +72,8 @@ def _model_notes(scenario: Scenario) -> Iterator[str]:
         )
 
 
-def _albedo_notes(scenario: Scenario) -> Iterator[str]:
-    """On the light of the Earth that Sun cells see and a filter ignores."""
-    cells = scenario.spacecraft.sun_cells
-    users = [spec for spec in _filters(scenario) if "sun_cells" in spec.sensors]
-    if cells is None or cells.albedo == 0.0:
-        return
-    if any(spec.cell_albedo <= 0.0 for spec in users):
-        yield (
-            f"a filter takes the signals of Sun cells for sunlight alone (cell_albedo = 0), but "
-            f"they see an Earth of albedo {cells.albedo:g}: it will be wrong and sure of itself"
-        )
+_CHECKS = {
+    "the steps of the filter": _step_notes,
+    "the turn between the filter's readings": _turn_notes,
+    "the models on board": _model_notes,
+}

@@ -2,7 +2,7 @@
 
 import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -24,18 +24,14 @@ _LEAST_DAMPING = 0.05
 
 def gyro_notes(scenario: Scenario) -> list[str]:
     """Notes on every law of this kind, one line each."""
-    return [*notes_on_laws(scenario, _notes_on)]
+    return [*notes_on_laws(scenario, _CHECKS)]
 
 
-def _notes_on(scenario: Scenario, use: Use) -> Iterator[str]:
-    law = use.law
-    if not isinstance(law, MagnetoGyro):
-        return
-    yield from _wheel_notes(scenario, law)
-    yield from _orbit_notes(scenario, law)
-    yield from _duty_notes(scenario, law)
-    if use.at_start:
-        yield from _rate_notes(scenario, law)
+def _of_this_kind(check) -> Callable[[Scenario, Use], list[str]]:
+    """A check of this law's parameters as one of any law in use."""
+    return lambda scenario, use: (
+        [*check(scenario, use.law)] if isinstance(use.law, MagnetoGyro) else []
+    )
 
 
 def _wheel_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
@@ -67,7 +63,8 @@ def _orbit_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
             f"the mean orbital rate is {rate:.4g} rad/s, and orbital_rate_rad_s of the law is "
             f"{known:.4g}"
         )
-    tilt_deg = getattr(orbit, "inclination_deg", 90.0)
+    extent = orbit.extent(scenario.start)
+    tilt_deg = math.degrees(extent.inclination_rad) if extent else 90.0
     if min(tilt_deg, 180.0 - tilt_deg) < _LEAST_INCLINATION_DEG:
         yield (
             f"an inclination of {tilt_deg:g} deg is too near to the equator for magneto_gyro: the "
@@ -85,8 +82,11 @@ def _duty_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
         )
 
 
-def _rate_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
+def _rate_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """A tip-off rate beyond the filters of stage 1, or holds that leave no damping."""
+    law = use.law
+    if not (use.at_start and isinstance(law, MagnetoGyro)):
+        return
     initial = scenario.initial
     if initial.rate_relative_to != "inertial":
         return
@@ -125,3 +125,11 @@ def damping_left(law: MagnetoGyro, rate_rad_s: float, hold_s: float) -> float:
     z = cmath.exp(1j * angle)
     response = np.linalg.solve(z * np.eye(2) - a, z * np.array(after(0.0, 0.0, 1.0)))[1]
     return float(response.imag / rate_rad_s * np.sinc(angle / math.pi))
+
+
+_CHECKS = {
+    "the wheel of magneto_gyro": _of_this_kind(_wheel_notes),
+    "the orbit of magneto_gyro": _of_this_kind(_orbit_notes),
+    "the duty of the coils": _of_this_kind(_duty_notes),
+    "the tip-off rate": _rate_notes,
+}

@@ -5,15 +5,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from torquer.analysis.notes.assess import assess
+from torquer.analysis.notes.assumption_notes import assumption_notes
 from torquer.analysis.notes.bdot_notes import bdot_notes
+from torquer.analysis.notes.device_notes import device_notes
 from torquer.analysis.notes.disturbance_notes import disturbance_notes
 from torquer.analysis.notes.filter_notes import filter_notes
 from torquer.analysis.notes.gyro_notes import gyro_notes
 from torquer.analysis.notes.mode_notes import mode_notes
+from torquer.analysis.notes.orbit_notes import orbit_notes
+from torquer.analysis.notes.reach_notes import reach_notes
 from torquer.analysis.notes.slip_notes import slip_notes
 from torquer.analysis.notes.wheel_notes import wheel_notes
-from torquer.environment.orbit.numerical import tle_epoch
-from torquer.environment.orbit.sgp4 import Sgp4
 from torquer.scenario.resolution import (
     QUIET_DAMPING,
     lost_amplitude,
@@ -22,37 +25,10 @@ from torquer.scenario.resolution import (
 )
 from torquer.scenario.spec import Scenario
 
-#: Age of two-line elements [days] from which the satellite's place is hardly theirs any more.
-_OLD_DAYS = 14.0
-
 
 def write_notes(scenario: Scenario) -> list[str]:
-    """Notes, one line each."""
-    return [
-        *slip_notes(scenario),
-        *bdot_notes(scenario),
-        *gyro_notes(scenario),
-        *_step_notes(scenario),
-        *_orbit_notes(scenario),
-        *wheel_notes(scenario),
-        *disturbance_notes(scenario),
-        *mode_notes(scenario),
-        *filter_notes(scenario),
-    ]
-
-
-def _orbit_notes(scenario: Scenario) -> Iterator[str]:
-    orbit = scenario.orbit
-    elements = orbit if isinstance(orbit, Sgp4) else getattr(orbit, "start", None)
-    if not isinstance(elements, Sgp4):
-        return
-    age_days = (scenario.start - tle_epoch(elements)).total_seconds() / 86400.0
-    if abs(age_days) >= _OLD_DAYS:
-        side = "after" if age_days > 0.0 else "before"
-        yield (
-            f"the start is {abs(age_days):.0f} days {side} the epoch of the two-line elements: "
-            "their error grows by some kilometres a day"
-        )
+    """Notes, one line each; no note is an error, and none looks beyond the run."""
+    return [*assess(_CHECKS, scenario)]
 
 
 def _step_notes(scenario: Scenario) -> Iterator[str]:
@@ -95,3 +71,19 @@ def _gyrostat_notes(scenario: Scenario, turn: float) -> Iterator[str]:
             f"the body rotates by {math.degrees(turn):.3g} deg; take shorter steps, or adaptive "
             "ones (no step_s)"
         )
+
+
+_CHECKS = {
+    "numbers in another unit": slip_notes,
+    "what devices say of themselves": device_notes,
+    "what the actuators reach": reach_notes,
+    "the laws that brake by the field": bdot_notes,
+    "the law magneto_gyro": gyro_notes,
+    "the steps of the run": _step_notes,
+    "the orbit": orbit_notes,
+    "the wheels": wheel_notes,
+    "the disturbances": disturbance_notes,
+    "the modes": mode_notes,
+    "the filters": filter_notes,
+    "what is assumed on board": assumption_notes,
+}

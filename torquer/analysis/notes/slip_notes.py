@@ -5,23 +5,23 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from torquer.analysis.notes.assess import assess
+from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.environment.orbit import AnyOrbit, Circular, Kepler, Numerical
 from torquer.scenario.spec import Scenario
 
 #: Heights [km] between which satellites fly; beyond, a unit may have been mistaken.
-_LOWEST_KM, _HIGHEST_KM = 120.0, 50_000.0
+LOWEST_KM, _HIGHEST_KM = 120.0, 50_000.0
+#: Altitude [km] of the Moon. Difference [km] of two heights that are the same.
+_MOON_KM, _ROUND_KM = 378_000.0, 1.0
 #: A strong field in low orbit [T], for what coils can do at best.
 _STRONG_FIELD_T = 5e-5
 #: Rates [deg/s] that coils can take off at best in a day. Hubble has 11 deg/s, microsatellites have
 #: some hundreds, CubeSats some thousands, the smallest 1e5.
 _LEAST_DEG_S_A_DAY, _MOST_DEG_S_A_DAY = 5.0, 3e5
-#: Cosine of the angle from which two coils count as parallel, 1 deg.
-_PARALLEL = math.cos(math.radians(1.0))
 _DAY_S = 86400.0
-#: Noise [nT] of the best magnetometers; less is a number in another unit. Part of the field above
-#: which noise leaves no direction to work with.
-_QUIETEST_NT, _NOISIEST = 1e-3, 0.2
-#: Misalignment [deg] that no mounting has.
-_MISALIGNED_DEG = 20.0
+#: Scalar of a quaternion from which on it is a small rotation, of 16 deg at most.
+_NO_TURN = 0.99
 #: Rate [deg/s] and angle [deg] that no satellite with coils or wheels holds.
 _UNHELD = 1e-5
 #: Control steps of a run from which on it shows something.
@@ -30,36 +30,47 @@ _FEW_STEPS = 10
 _LOW_ORBIT_KM = 2000.0
 
 
+def typed_elements(orbit: AnyOrbit) -> Circular | Kepler | None:
+    """The elements that a user typed, of the orbit or of its start; None if there are none."""
+    given = orbit.start if isinstance(orbit, Numerical) else orbit
+    return given if isinstance(given, Circular | Kepler) else None
+
+
 def slip_notes(scenario: Scenario) -> list[str]:
     """Notes on numbers that may have been given in another unit, one line each."""
-    return [
-        *_altitude_notes(scenario),
-        *_inertia_notes(scenario),
-        *_axis_notes(scenario),
-        *_inclination_notes(scenario),
-        *_lag_notes(scenario),
-        *_residual_notes(scenario),
-        *_mounting_notes(scenario),
-        *_magnetometer_notes(scenario),
-        *_mission_notes(scenario),
-        *_duration_notes(scenario),
-    ]
+    return [*assess(_CHECKS, scenario)]
 
 
 def _altitude_notes(scenario: Scenario) -> Iterator[str]:
-    altitude_km = getattr(scenario.orbit, "altitude_km", _LOWEST_KM)
-    if altitude_km < _LOWEST_KM:
+    """Heights of perigee and apogee, however the orbit is given."""
+    extent = scenario.orbit.extent(scenario.start)
+    if extent is None:
+        return
+    near, far = (1e-3 * (radius - EARTH_RADIUS_M) for radius in extent[:2])
+    is_round = far - near < _ROUND_KM
+    low, high = ("", "") if is_round else ("perigee's ", "apogee's ")
+    if near < LOWEST_KM:
+        soon = "a revolution" if is_round else "some revolutions"
         yield (
-            f"orbit.altitude_km is {altitude_km:g} km: below {_LOWEST_KM:g} km drag ends every "
-            "flight within a revolution"
+            f"orbit: the {low}altitude is {near:.6g} km: below {LOWEST_KM:g} km drag ends every "
+            f"flight within {soon}"
         )
-    if altitude_km > _HIGHEST_KM:
-        metres = f", or is it {altitude_km / 1e3:g} km in metres?"
-        meant = metres if _LOWEST_KM <= altitude_km / 1e3 <= _HIGHEST_KM else ""
+    if near > _HIGHEST_KM:
         yield (
-            f"orbit.altitude_km is {altitude_km:g} km, far beyond the geostationary orbit's "
-            f"35786 km{meant}"
+            f"orbit: the {low}altitude is {near:.6g} km, far beyond the geostationary orbit's "
+            f"35786 km{_in_metres(near)}"
         )
+    elif far > _MOON_KM:
+        yield (
+            f"orbit: the {high}altitude is {far:.6g} km, beyond the Moon, which would change such "
+            f"an orbit{_in_metres(far)}"
+        )
+
+
+def _in_metres(altitude_km: float) -> str:
+    """The question whether a height was given in metres, where it would be a usual one."""
+    is_usual = LOWEST_KM <= 1e-3 * altitude_km <= _HIGHEST_KM
+    return f", or is it {1e-3 * altitude_km:.6g} km in metres?" if is_usual else ""
 
 
 def _inertia_notes(scenario: Scenario) -> Iterator[str]:
@@ -84,26 +95,16 @@ def _inertia_notes(scenario: Scenario) -> Iterator[str]:
 
 def _inclination_notes(scenario: Scenario) -> Iterator[str]:
     """An inclination in radians: a low orbit that is nearly equatorial."""
-    orbit = scenario.orbit
-    angle = getattr(orbit, "inclination_deg", 0.0)
-    is_low = getattr(orbit, "altitude_km", 0.0) < _LOW_ORBIT_KM
+    given = typed_elements(scenario.orbit)
+    if given is None:
+        return
+    extent, angle = given.extent(scenario.start), given.inclination_deg
+    is_low = extent.perigee_m < EARTH_RADIUS_M + 1e3 * _LOW_ORBIT_KM
     if is_low and 0.0 < angle <= math.pi:
         yield (
-            f"orbit.inclination_deg is {angle:g} deg, a nearly equatorial orbit: or is it "
+            f"orbit: inclination_deg is {angle:g} deg, a nearly equatorial orbit: or is it "
             f"{math.degrees(angle):.3g} deg in radians?"
         )
-
-
-def _axis_notes(scenario: Scenario) -> Iterator[str]:
-    """Three coils or more whose axes span only a plane or a line, as two of them are parallel."""
-    coils = scenario.spacecraft.coils
-    axes = np.array(coils.axes) if coils is not None else np.zeros((0, 3))
-    if len(axes) < 3 or np.linalg.matrix_rank(axes, 1e-2) == 3:
-        return
-    cosines = np.abs(np.triu(axes @ axes.T, 1))
-    pairs = [f"{i} and {j}" for i, j in np.argwhere(cosines > _PARALLEL).tolist()]
-    why = f": coils {', '.join(pairs)} are parallel" if pairs else ""
-    yield f"spacecraft.coils.axes: the {len(axes)} coils produce no dipole outside a plane{why}"
 
 
 def _lag_notes(scenario: Scenario) -> Iterator[str]:
@@ -131,15 +132,15 @@ def _residual_notes(scenario: Scenario) -> Iterator[str]:
         )
 
 
-def _mounting_notes(scenario: Scenario) -> Iterator[str]:
-    """Sensors whose misalignment is not one of mounting."""
-    for name in ("magnetometer", "gyro"):
-        angle = np.linalg.norm(getattr(scenario.spacecraft, name).misalignment_deg)
-        if angle > _MISALIGNED_DEG:
-            yield (
-                f"spacecraft.{name}.misalignment_deg of {angle:.3g} deg is not an error of "
-                "mounting: beyond 90 deg laws that damp by this sensor may drive the rotation"
-            )
+def _quaternion_notes(scenario: Scenario) -> Iterator[str]:
+    """A quaternion with its scalar first: what means no rotation, or a small one, elsewhere."""
+    q = scenario.initial.quaternion
+    if q is not None and abs(q[0]) > _NO_TURN:
+        nearly = "" if abs(q[0]) == 1.0 else "nearly "
+        yield (
+            f"initial.quaternion of [{', '.join(f'{x:g}' for x in q)}] is {nearly}half a turn "
+            "about x: the scalar is last here, and [0, 0, 0, 1] is no rotation"
+        )
 
 
 def _mission_notes(scenario: Scenario) -> Iterator[str]:
@@ -174,28 +175,13 @@ def _duration_notes(scenario: Scenario) -> Iterator[str]:
         )
 
 
-def _magnetometer_notes(scenario: Scenario) -> Iterator[str]:
-    """A range that the field exceeds, and noise that no magnetometer has."""
-    sensor = scenario.spacecraft.magnetometer
-    if 0.0 < sensor.noise_nt < _QUIETEST_NT:
-        yield (
-            f"spacecraft.magnetometer.noise_nt of {sensor.noise_nt:g} nT is below that of any "
-            f"magnetometer: is it in tesla ({sensor.noise_nt * 1e9:g} nT)?"
-        )
-    environment = scenario.orbit_environment()
-    duration_s = scenario.length_s
-    t_s = np.linspace(0.0, min(scenario.orbit.period_s, duration_s), 50)
-    field_nt = 1e9 * np.linalg.norm(environment.sample(t_s)[:, 3:6], axis=1)
-    least_nt, greatest_nt = float(field_nt.min()), float(field_nt.max())
-    if sensor.noise_nt > _NOISIEST * least_nt:
-        part = sensor.noise_nt / least_nt
-        yield (
-            f"spacecraft.magnetometer.noise_nt of {sensor.noise_nt:g} nT is {part:.2g} of the "
-            f"field where it is weakest on this orbit, {least_nt:.3g} nT: readings hardly show its "
-            "direction"
-        )
-    if sensor.range_nt < greatest_nt:
-        yield (
-            f"spacecraft.magnetometer.range_nt of {sensor.range_nt:g} nT is exceeded on this "
-            f"orbit, where the field reaches {greatest_nt:.3g} nT: readings will saturate"
-        )
+_CHECKS = {
+    "the heights of the orbit": _altitude_notes,
+    "the inertia and the coils' dipole": _inertia_notes,
+    "the inclination": _inclination_notes,
+    "the lag of the coils": _lag_notes,
+    "the residual dipole of the coils": _residual_notes,
+    "the attitude at the start": _quaternion_notes,
+    "the goals of the mission": _mission_notes,
+    "the length of the run": _duration_notes,
+}

@@ -1,10 +1,11 @@
 """How a scenario uses its laws: which of them work at the start, and how strongly."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from torquer.analysis.notes.assess import assess
 from torquer.base.spec import Spec
 from torquer.scenario.control import Program
 from torquer.scenario.spec import Scenario
@@ -32,13 +33,13 @@ class Use(NamedTuple):
 
 
 def notes_on_laws(
-    scenario: Scenario, notes_on: Callable[[Scenario, Use], Iterator[str]]
+    scenario: Scenario, checks: Mapping[str, Callable[[Scenario, Use], Iterable[str]]]
 ) -> Iterator[str]:
-    """Notes on each law, led by its name where there are several."""
+    """Notes on each law, led by its name where there are several; `checks`: as `assess` has."""
     uses = find_uses(scenario)
     for use in uses:
         lead = f"{use.name}: " if len(uses) > 1 else ""
-        for note in notes_on(scenario, use):
+        for note in assess(checks, scenario, use):
             yield f"{lead}{note}"
 
 

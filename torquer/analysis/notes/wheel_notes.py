@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from torquer.analysis.notes.assess import assess
 from torquer.analysis.notes.uses import Use, notes_on_laws
 from torquer.base.spec import Spec
 from torquer.computer.laws.bias_momentum import BiasMomentum
@@ -16,7 +17,6 @@ from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.maths.geometry.quaternion import conjugate, from_dcm, multiply
 from torquer.maths.geometry.vec3 import as_matrix
-from torquer.scenario.control import Program
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
@@ -34,28 +34,14 @@ _TURNING = HeldByWheels | WheelOneAxis
 
 def wheel_notes(scenario: Scenario) -> list[str]:
     """Notes on the wheels and on the laws that drive or unload them, one line each."""
-    wheels = scenario.spacecraft.wheels
-    if wheels is None:
+    if scenario.spacecraft.wheels is None:
         return []
-    return [
-        *_motor_notes(scenario.control.named()),
-        *_friction_notes(wheels),
-        *_idle_notes(wheels),
-        *notes_on_laws(scenario, _law_notes),
-    ]
+    return [*assess(_CHECKS, scenario), *notes_on_laws(scenario, _LAW_CHECKS)]
 
 
-def _law_notes(scenario: Scenario, use: Use) -> Iterator[str]:
-    if isinstance(use.law, _TURNING | BiasMomentum):
-        yield from _hold_notes(scenario, use)
-    if isinstance(use.law, _TURNING):
-        yield from _turn_notes(scenario, use.law)
-    if isinstance(use.law, HeldByWheels) and use.at_start:
-        yield from _start_notes(scenario, use.law)
-
-
-def _motor_notes(program: Program) -> Iterator[str]:
+def _motor_notes(scenario: Scenario) -> Iterator[str]:
     """Notes if nothing drives the wheels; 'off' marks this as intended."""
+    program = scenario.control.named()
     specs, known = program.laws.values(), program.known_laws()
     may_drive = len(known) < len(specs) or any(law.drives_wheels for law in known.values())
     if may_drive or any(spec.kind == "off" for spec in specs):
@@ -68,8 +54,9 @@ def _motor_notes(program: Program) -> Iterator[str]:
     yield "no law drives the wheels (control.laws): their motors are off"
 
 
-def _friction_notes(wheels: ReactionWheels) -> Iterator[str]:
+def _friction_notes(scenario: Scenario) -> Iterator[str]:
     """The greatest friction that the weakest motor cannot overcome."""
+    wheels = scenario.spacecraft.wheels
     limit, coulomb = float(np.min(wheels.torque_limit_n_m)), wheels.coulomb_friction_n_m
     top = wheels.viscous_friction_n_m_s * wheels.speed_limit_rad_s
     motor = f"is not below the torque limit of {limit:g} N m"
@@ -84,7 +71,8 @@ def _friction_notes(wheels: ReactionWheels) -> Iterator[str]:
         )
 
 
-def _idle_notes(wheels: ReactionWheels) -> Iterator[str]:
+def _idle_notes(scenario: Scenario) -> Iterator[str]:
+    wheels = scenario.spacecraft.wheels
     if wheels.minimum_speed_fraction is None:
         return
     if steering_bias(wheels.array(), wheels.minimum_speed_fraction).keeps_off_zero_up_to <= 0.0:
@@ -100,6 +88,8 @@ def _hold_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     About an axis the angle x follows x'' = -(d x' + p x) with the right-hand side held for T. The
     roots of this sampled motion lie within the unit circle while d T < 2 and p T < 2 d.
     """
+    if not isinstance(use.law, _TURNING | BiasMomentum):
+        return
     hold_s = scenario.control.longest_hold_s
     damping, stiffness = (use.factor * part for part in _loop(scenario, use.law))
     fastest = max(0.5 * damping, math.sqrt(stiffness))
@@ -116,6 +106,25 @@ def _hold_notes(scenario: Scenario, use: Use) -> Iterator[str]:
         )
 
 
+def _age_notes(scenario: Scenario, use: Use) -> Iterator[str]:
+    """Sensors whose readings are old for the loop, of which no estimator makes them of now."""
+    if not isinstance(use.law, _TURNING | BiasMomentum):
+        return
+    control, sensors = scenario.control, scenario.spacecraft.sensors()
+    if control.estimator.kind != "attitude_sensor" or control.estimators:
+        return
+    damping, stiffness = (use.factor * part for part in _loop(scenario, use.law))
+    fastest = max(0.5 * damping, math.sqrt(stiffness))
+    for name, sensor in sensors.items():
+        age_s = (sensor.sample_s or 0.0) + sensor.delay_s
+        if sensor.sheet.senses in use.law.needs and fastest * age_s > _COARSE:
+            yield (
+                f"the wheel law has a time constant of {1.0 / fastest:.3g} s, and readings of "
+                f"spacecraft.{name} are up to {age_s:g} s old (sample_s and delay_s): the loop "
+                "will not have its nominal damping, or none"
+            )
+
+
 def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
     """Damping [1/s] and stiffness [1/s^2] of small motion about the fastest axis."""
     if isinstance(law, BiasMomentum):
@@ -126,9 +135,10 @@ def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
     return law.rate_gain_n_m_s / least, 0.5 * law.angle_gain_n_m / least
 
 
-def _turn_notes(scenario: Scenario, law: Spec) -> Iterator[str]:
+def _turn_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """Whether the wheels have the momentum and the torque for slews at the greatest rate."""
-    if law.greatest_rate_deg_s is None:
+    law = use.law
+    if not isinstance(law, _TURNING) or law.greatest_rate_deg_s is None:
         return
     wheels, moments = scenario.spacecraft.wheels, scenario.spacecraft.body.principal()[0]
     momentum = math.radians(law.greatest_rate_deg_s) * float(moments[-1])
@@ -148,8 +158,11 @@ def _turn_notes(scenario: Scenario, law: Spec) -> Iterator[str]:
         )
 
 
-def _start_notes(scenario: Scenario, law: HeldByWheels) -> Iterator[str]:
+def _start_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """Whether the wheels have the torque and the momentum for acquisition."""
+    law = use.law
+    if not (use.at_start and isinstance(law, HeldByWheels)):
+        return
     wheels = scenario.spacecraft.wheels
     r, v = (x[0] for x in scenario.orbit_environment().state(np.zeros(1)))
     motion = scenario.initial.motion(r, v)
@@ -200,3 +213,16 @@ def _excess_momentum(scenario: Scenario, law: HeldByWheels, omega, r, v) -> tupl
         turning = float(np.linalg.norm(np.cross(r, v)) / (r @ r))
         size -= turning * float(body.principal()[0][-1])
     return size, float(np.linalg.norm(momentum_envelope(wheels.array()).vertices, axis=1).max())
+
+
+_CHECKS = {
+    "what drives the wheels": _motor_notes,
+    "the friction of the wheels": _friction_notes,
+    "the least speed of the wheels": _idle_notes,
+}
+_LAW_CHECKS = {
+    "the wheel law with held torques": _hold_notes,
+    "the wheel law with old readings": _age_notes,
+    "slews at the greatest rate": _turn_notes,
+    "acquisition by the wheels": _start_notes,
+}

@@ -8,8 +8,7 @@ from typing import NamedTuple, get_args
 
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.failures import in_words
-from torquer.spacecraft.sensors.sampling import Sampled
+from torquer.spacecraft.sensors.devices import Flown
 
 #: Failures of every sensor, by their names here.
 OF_SENSORS = {
@@ -61,18 +60,19 @@ def _list_given(failure: dict) -> dict:
 
 def find_faults(scenario: Scenario) -> list[Fault]:
     """All single faults of a scenario: of its sensors that may fail, and of all else."""
-    sensors = scenario.spacecraft.sensors_that_may_fail()
+    craft = scenario.spacecraft
+    sensors = {key: craft.flown()[key] for key in craft.sensors_that_may_fail()}
     return [
-        *(fault for name, spec in sensors.items() for fault in _sensor_faults(name, spec)),
+        *(fault for key, sensor in sensors.items() for fault in _sensor_faults(key, sensor)),
         *_coil_faults(scenario),
         *_wheel_faults(scenario),
         *_computer_faults(),
     ]
 
 
-def _sensor_faults(name: str, spec: Sampled) -> Iterator[Fault]:
-    device, key = in_words(name), f"spacecraft.{name}.failures"
-    failing = get_args(type(spec).model_fields["failures"].annotation)[0]
+def _sensor_faults(name: str, sensor: Flown) -> Iterator[Fault]:
+    device, key = sensor.said, f"spacecraft.{name}.failures"
+    failing = get_args(type(sensor.spec).model_fields["failures"].annotation)[0]
     for kind, failure in OF_SENSORS.items():
         if failure["kind"] in failing.kinds():
             yield Fault(device, kind, key, failure)

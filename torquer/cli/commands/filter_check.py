@@ -101,13 +101,20 @@ def _expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
 
 def in_words(found) -> list[str]:
     """The statistics of a `FilterCheck`, line by line."""
-    from torquer.analysis.filters.filter_check import as_plain, drawn_in_words, restarts_in_words
+    from torquer.analysis.filters.filter_check import (
+        as_plain,
+        drawn_in_words,
+        replaced_in_words,
+        restarts_in_words,
+    )
 
     plain = as_plain(found)
     lines = [
         f"{plain['scenario']}: {plain['estimator']}, {plain['runs']} runs",
         f"each run draws {drawn_in_words(found)}",
     ]
+    if replaced := replaced_in_words(found):
+        lines.append(f"not flown, as each run draws its own: the scenario's {replaced}")
     for each in found.checks:
         inside = "" if math.isnan(each.inside) else f", {each.inside:.0%} of instants inside"
         lines.append(

@@ -20,6 +20,7 @@ from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.flight.link import Link, open_link
+from torquer.flight.packets.bits import values_in_words
 from torquer.flight.packets.commands import load_script, make_frames
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.reasons import describe_code
@@ -44,6 +45,7 @@ from torquer.flight.software.session import (
     first_difference,
     fly_steps,
     load_session,
+    read_scenario,
     replay_session,
     save_session,
 )
@@ -199,6 +201,7 @@ def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     before = memory.snapshot()["files"]
     check_faults(faults, software.modules)
     core = _make_core(scenario, software, memory, how.computer)
+    software = core.software  # its packets name the sensors of this satellite
     frames = []
     if how.commands:
         script = load_script(how.commands)
@@ -365,6 +368,10 @@ def _packets(tick: Tick | None, session: Session) -> list[str]:
     if tick is None:
         return ["has ended"]
     software = load_software(Path(session.software) if session.software else None)
-    station = Station(software)
+    station = Station(software.for_satellite(read_scenario(session)))
     frames = [*station.receive(tick.downlink), *station.finish()]
-    return [f"{frame.packet.name} {frame.values}" for frame in frames]
+    return [f"{frame.packet.name} ({_listed(frame)})" for frame in frames]
+
+
+def _listed(frame: Frame) -> str:
+    return ", ".join(values_in_words(frame.packet, frame.values))

@@ -11,7 +11,7 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
-from torquer.cli.loading import load_checked
+from torquer.cli.loading import load_checked, load_given
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
     check_installed,
@@ -41,7 +41,7 @@ class GroundOptions:
     link: str | None = None
     """Link to a single satellite, in place of FILE: the address of `torquer fly --listen`."""
     scenario: Path | None = None
-    """Its scenario: names for commands, mode table, orbit, sensors [none: numbers only]."""
+    """Its scenario: names for commands and sensors, mode table, orbit [none: numbers only]."""
     software: Path | None = None
     """Its software file: packets, kind of frames, keys [that of Chibis-M]."""
     name: str = NAME
@@ -161,8 +161,8 @@ class SendOptions:
 def send(name: str | None = None, /, *values: str, how: SendOptions = SendOptions()) -> int:
     """Send the command NAME with VALUES, written KEY=VALUE, by the ground that runs in --folder.
 
-    Several numbers of one field are separated by commas; regions, states, flags, parameters and
-    labels go by their names. Prints what became of it; exit code 1 unless it was executed.
+    Several numbers of one field are separated by commas; regions, states, flags, parameters,
+    labels and bits go by their names. Prints what became of it; exit code 1 unless it was executed.
     """
     from torquer.ground.client import RunningGround
 
@@ -228,6 +228,8 @@ class ImportOptions:
 
     software: Path | None = None
     """Software file of the satellite: packets, kind of frames, keys [that of Chibis-M]."""
+    scenario: Path | None = None
+    """Its scenario: names of its sensors in packets [none]."""
     name: str = NAME
     """Its short name."""
     folder: Path = FOLDER
@@ -241,20 +243,20 @@ def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
 
     Prints what was found, lost and rejected. A frame is in an archive once, however often it comes.
     """
+    from torquer.flight.packets.software_file import load_link
     from torquer.ground.archive import Archive
-    from torquer.ground.file import SatelliteTable, make_satellite
     from torquer.ground.recording import import_recording
 
     name = _short_name(how.name)
-    satellite = make_satellite(name, SatelliteTable(link="", software=how.software))
+    link = load_link(how.software).for_satellite(load_given(how.scenario))
     if not recording.is_file():
         raise ValueError(f"RECORDING: must be a file; received {recording}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
-    archive = Archive(path, satellite.software.dictionary)
+    archive = Archive(path, link.dictionary)
     try:
         with _progress(recording.name) as progress:
-            counts = import_recording(satellite.software, recording, archive, progress)
+            counts = import_recording(link, recording, archive, progress)
     finally:
         archive.close()
     if how.json:

@@ -6,6 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
+from torquer.cli.loading import load_given
 from torquer.cli.options import Json
 from torquer.cli.output import make_writable, writing_to
 from torquer.simulation.results.file import put
@@ -15,13 +16,17 @@ def packets(
     software: Path | None = None,
     /,
     *,
+    scenario: Annotated[
+        Path | None, Parameter(help="Scenario of the satellite: names of its sensors [none].")
+    ] = None,
     out: Annotated[Path | None, Parameter(help="Folder for the descriptions [not made].")] = None,
     json: Json = False,
 ) -> int:
     """List the packets of SOFTWARE [that of Chibis-M] with their ids and sizes.
 
     With --out, descriptions for other programs, all made from the one dictionary: XTCE
-    (packets.xml), CAN buses (packets.dbc), Open MCT (packets.json), readers (packets.md).
+    (packets.xml), CAN buses (packets.dbc), Open MCT (packets.json), readers (packets.md). Bits that
+    stand for one of several sensors have names only with --scenario.
     """
     from torquer.flight.packets.dbc import dbc
     from torquer.flight.packets.document import document
@@ -29,7 +34,7 @@ def packets(
     from torquer.flight.packets.xtce import xtce
     from torquer.flight.software.software import load_software
 
-    dictionary = load_software(software).dictionary
+    dictionary = load_software(software).for_satellite(load_given(scenario)).dictionary
     if out is not None:
         make_writable(out)
         with writing_to(out):

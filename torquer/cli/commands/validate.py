@@ -13,7 +13,8 @@ from torquer.compile.when_compiling import plainly
 @plainly()  # loading the compiler takes longer than all that is computed here
 def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOptions()) -> int:
     """Check SCENARIO without running it: errors, and notes on likely problems."""
-    from torquer.analysis.notes.fault_notes import unnoticed_faults
+    from torquer.analysis.notes.assess import assess, attempt
+    from torquer.analysis.notes.fault_notes import Unnoticed, lines_of, unnoticed_faults
     from torquer.analysis.notes.mode_notes import mode_findings
     from torquer.analysis.notes.notes import write_notes
     from torquer.flight.c99.export import export_notes
@@ -29,7 +30,14 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
             raise
         print(json_text({"valid": False, "errors": str(error).splitlines()}))
         return 2
-    notes, found = write_notes(checked) + export_notes(checked), mode_findings(checked)
+    notes = [*write_notes(checked), *assess({"the export to C": export_notes}, checked)]
+    if campaign:
+        from torquer.campaign.notes import campaign_notes
+
+        notes += campaign_notes(checked, campaign)
+    found = attempt("the table of modes", lambda: mode_findings(checked), notes) or []
+    faults = attempt("the faults that go unnoticed", lambda: unnoticed_faults(checked), notes)
+    unnoticed = faults or Unnoticed([], [])
     executed = {file: key for key, file in reversed(find_code(checked, campaign).items())}
     if json:
         data = {"scenario": checked.name, "valid": True, "notes": notes, "size": size._asdict()}
@@ -37,15 +45,18 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         data["executes"] = sorted(map(str, executed))
         if campaign:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
-        data["unnoticed_faults"] = unnoticed_faults(checked)._asdict()
+        data["unnoticed_faults"] = unnoticed._asdict()
         print(json_text(data | {"modes": [each._asdict() for each in found]}))
         return 0
-    _show(checked, campaign, size, executed, found, notes)
+    _show(checked, campaign, size, executed, found)
+    for line in lines_of(unnoticed):
+        print(f"faults: {line}")
+    for note in notes:
+        print(f"note: {note}")
     return 0
 
 
-def _show(scenario, campaign, size, executed: dict, found: list, notes: list[str]) -> None:
-    from torquer.analysis.notes.fault_notes import fault_lines
+def _show(scenario, campaign, size, executed: dict, found: list) -> None:
     from torquer.simulation.setup.size import bytes_text, time_text
 
     length = time_text(scenario.length_s)
@@ -64,10 +75,6 @@ def _show(scenario, campaign, size, executed: dict, found: list, notes: list[str
     for finding in found:
         if not finding.is_fault:  # the faults are among the notes
             print(f"modes: {finding.message}")
-    for line in fault_lines(scenario):
-        print(f"faults: {line}")
-    for note in notes:
-        print(f"note: {note}")
 
 
 def _campaign_in(path: Path, scenario):

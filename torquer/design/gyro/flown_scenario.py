@@ -51,7 +51,7 @@ def _modes(scenario: Scenario, law: dict) -> dict:
 
     The satellite counts as pointed by the estimate of the law, which states none in stage 1.
     """
-    control, meter = scenario.control, scenario.spacecraft.magnetometer
+    control, meter = scenario.control, scenario.spacecraft.one_of("magnetometer")
     interval_s = max(control.sample_s, control.actuate_s or 0.0, meter.sample_s or 0.0)
     age_s = max(_OLD_S, _OLD_READINGS * interval_s)
     age = {"signal": "reading_age_s", "sensor": "magnetometer"}

@@ -50,7 +50,7 @@ def pointing_errors(case: GyroCase, second: Stage2Design, form: str) -> dict[str
     loop = stage_2_loop(
         craft.satellite(), craft.gyrostat, second.gains, normal=along.normal, form=form
     )
-    around, meter = follow_revolution(loop), scenario.spacecraft.magnetometer
+    around, meter = follow_revolution(loop), scenario.spacecraft.one_of("magnetometer")
     noise = noise_intensity(scenario, craft, along.strength_t)
     bias = [0.0, 0.0, 0.0, *(1e-9 / along.strength_t * np.array(meter.bias_nt))]
     disturbance = scenario.disturbance

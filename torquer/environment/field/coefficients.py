@@ -11,6 +11,10 @@ FOLDER = Path(__file__).parent.parent / "coefficients"
 NANOTESLA = 1e-9
 
 
+class Extrapolated(UserWarning):
+    """A field model is used beyond its period of validity."""
+
+
 class Epochs(NamedTuple):
     """A model as published: dates, and g and h at each, `[epoch, n, m]` in nT."""
 
@@ -69,7 +73,7 @@ def check_date(model: str, decimal_year: float, extrapolate: bool, when: str = "
     line = f"field model {model}: date must lie within {first}..{last}; received {received}"
     if not (extrapolate and np.isfinite(decimal_year)):
         raise ValueError(line)
-    warnings.warn(f"{line}: extrapolated", stacklevel=3)
+    warnings.warn(f"{line}: extrapolated", Extrapolated, stacklevel=3)
 
 
 def schmidt_coefficients(

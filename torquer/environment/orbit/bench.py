@@ -30,6 +30,10 @@ class Bench(Orbit):
         """Rate of the Earth's rotation [rad/s]."""
         return EARTH_RATE_RAD_S
 
+    def extent(self, start_utc=None) -> None:
+        """None: a bench rests."""
+        return None
+
     def state(self, t_s, start_utc, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in GCRF at times [n] s after the start."""
         lat, lon = np.radians(self.latitude_deg), np.radians(self.longitude_deg)

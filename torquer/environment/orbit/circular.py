@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base.conventions import EARTH_RADIUS_M
-from torquer.environment.orbit.kepler import FARTHEST_KM, Orbit, mean_motion, states
+from torquer.environment.orbit.kepler import FARTHEST_KM, Extent, Orbit, mean_motion, states
 
 
 class Circular(Orbit):
@@ -42,6 +42,10 @@ class Circular(Orbit):
     def rate_rad_s(self, start_utc=None) -> float:
         """Orbital rate omega0 [rad/s]; it does not depend on the date."""
         return mean_motion(self.radius_m)
+
+    def extent(self, start_utc=None) -> Extent:
+        """Radius, twice, and inclination, the same at any date."""
+        return Extent(self.radius_m, self.radius_m, math.radians(self.inclination_deg))
 
     def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s, at any date."""

@@ -1,7 +1,7 @@
 """Keplerian orbit: two-body motion in J, given by its elements at the start of the run."""
 
 import math
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -101,6 +101,14 @@ def states(t_s, semi_major_axis_m, eccentricity, angles_deg, mean_anomaly_rad) -
     return r, v
 
 
+class Extent(NamedTuple):
+    """Where an orbit lies: radii of perigee and apogee [m], inclination to the equator [rad]."""
+
+    perigee_m: float
+    apogee_m: float
+    inclination_rad: float
+
+
 class Orbit(Spec):
     """What all orbits share; `frame`: that of their `state`."""
 
@@ -108,6 +116,10 @@ class Orbit(Spec):
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean orbital rate [rad/s]."""
+        raise NotImplementedError
+
+    def extent(self, start_utc=None) -> Extent | None:
+        """Perigee, apogee and inclination at the start; None of a place that orbits nothing."""
         raise NotImplementedError
 
     @property
@@ -194,6 +206,10 @@ class Kepler(Orbit):
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean motion [rad/s]; it does not depend on the date."""
         return mean_motion(self.shape[0])
+
+    def extent(self, start_utc=None) -> Extent:
+        """Perigee, apogee and inclination, the same at any date."""
+        return Extent(*self._ends, math.radians(self.inclination_deg))
 
     def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s, at any date."""

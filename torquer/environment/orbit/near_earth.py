@@ -209,7 +209,8 @@ def mean_now(m, t):
     node = m.node + rates.node * t + rates.node_by_drag * t * t
     root, loss, longitude, moved = _by_drag(m, d, mean, t)
     anomaly = mean + moved + m.motion * longitude
-    return Now(m.axis * root * root, m.eccentricity - loss, node, perigee - moved, anomaly)
+    left = max(root, 0.0)  # below 0 it has come down, and the square would grow again
+    return Now(m.axis * left * left, m.eccentricity - loss, node, perigee - moved, anomaly)
 
 
 @kernel

@@ -19,7 +19,7 @@ from torquer.environment.earth.atmosphere.air import NO_AIR
 from torquer.environment.earth.atmosphere.nrlmsis import NOT_COMPILED
 from torquer.environment.earth.rotation_table import teme_to_gcrf_at
 from torquer.environment.orbit.circular import Circular
-from torquer.environment.orbit.kepler import Kepler, Orbit, check_farthest, mean_motion
+from torquer.environment.orbit.kepler import Extent, Kepler, Orbit, check_farthest, mean_motion
 from torquer.environment.orbit.point_mass import Forces, Trajectory
 from torquer.environment.orbit.sgp4 import Sgp4
 
@@ -49,9 +49,17 @@ class StateVector(Spec):
                 "velocity_km_s: must be below that of escape; received "
                 f"{math.hypot(*self.velocity_km_s):.6g} km/s"
             )
-        parameter = np.sum(np.cross(r, v) ** 2) / MU_EARTH_M3_S2  # a (1 - e^2)
-        check_farthest(axis * (1.0 + math.sqrt(max(0.0, 1.0 - parameter / axis))))
+        check_farthest(self.extent().apogee_m)
         return self
+
+    def extent(self, start_utc=None) -> Extent:
+        """Perigee, apogee and inclination of the osculating orbit."""
+        r, v = (x[0] for x in self.state(None))
+        axis, normal = semi_major_axis(r, v), np.cross(r, v)
+        parameter = normal @ normal / MU_EARTH_M3_S2  # a (1 - e^2)
+        eccentricity = math.sqrt(max(0.0, 1.0 - parameter / axis))
+        tilt = math.atan2(math.hypot(normal[0], normal[1]), normal[2])
+        return Extent(axis * (1.0 - eccentricity), axis * (1.0 + eccentricity), tilt)
 
     def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
         """Position [1, 3] m and velocity [1, 3] m/s at the start."""
@@ -131,6 +139,10 @@ class Numerical(Orbit):
         """Mean motion [rad/s] of the osculating orbit of the start state."""
         epoch = tle_epoch(self.start) if isinstance(self.start, Sgp4) else None
         return mean_motion(semi_major_axis(*self.start.state([0.0], epoch)))
+
+    def extent(self, start_utc=None) -> Extent:
+        """Perigee, apogee and inclination of what the orbit starts from."""
+        return self.start.extent(start_utc)
 
     def anchor(self, start_utc: str | datetime) -> datetime:
         """Instant of the start state: a TLE's epoch, else the start of the run."""

@@ -15,13 +15,20 @@ from sgp4.api import SGP4_ERRORS, Satrec
 
 from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.base.time import DAY_S, julian_dates, parse_utc
-from torquer.environment.orbit.kepler import TWO_PI, Orbit, check_farthest
+from torquer.environment.orbit.kepler import TWO_PI, Extent, Orbit, check_farthest
 
 _LENGTH = 69
 _CATALOGUE = r"[ 0-9A-Z][ 0-9]{3}[0-9]"
-_DECIMAL = r"[ +-]\.[0-9]{8}"
+#: As published, or with a digit before the point, as in lists of amateurs; SGP4 does not use it.
+_DECIMAL = r"(?=.{10}$) *[+-]?[0-9]?\.[0-9]+ *"
 _EXPONENT = r"[ +-][ 0-9][0-9]{4}[+-][0-9]"
 _COUNT = r"[ 0-9]{3}[0-9]"
+
+#: Part of the semi-major axis by which a place may lie outside perigee and apogee. The Moon and the
+#: Sun change them by a tenth in years; all places of SGP4's own test cases are within it.
+_SLACK = 0.2
+#: Places between the epoch and the times asked for at which the orbit must be there, too.
+_PLACES = 100
 
 #: Fields of each line: name, first and last column (from 1), pattern.
 _FIELDS = {
@@ -69,13 +76,14 @@ def _line_faults(number: int, line: str) -> list[str]:
         )
         return [beyond, *_line_faults(number, line[:_LENGTH])]
     if len(line) != _LENGTH or not line.isascii():
-        return [f"{where}: must have {_LENGTH} columns; received {len(line)}"]
+        missing = _missing_part(number, line) if line.isascii() else ""
+        return [f"{where}: must have {_LENGTH} columns; received {len(line)}{missing}"]
     faults, blank = [], set(range(1, _LENGTH + 1))
     for name, first, last, pattern in _FIELDS[number]:
         text = line[first - 1 : last]
         blank -= set(range(first, last + 1))
         if not re.fullmatch(pattern, text):
-            columns = f"column {first}" if first == last else f"columns {first}-{last}"
+            columns = _columns(first, last)
             faults.append(f"{where}: {columns} must hold the {name}; received {text!r}")
     faults += [
         f"{where}: column {column} must be blank; received {line[column - 1]!r}"
@@ -85,6 +93,23 @@ def _line_faults(number: int, line: str) -> list[str]:
     if line[-1].isdigit() and int(line[-1]) != checksum(line):
         faults.append(f"{where}: checksum must be {checksum(line)}; received {line[-1]}")
     return faults
+
+
+def _missing_part(number: int, line: str) -> str:
+    """What a line that is too short lacks: fields at its end, or a column before a field."""
+    for name, first, last, pattern in _FIELDS[number]:
+        text = line[first - 1 : last]
+        if last <= len(line) and not re.fullmatch(pattern, text):
+            return f", and {_columns(first, last)} are not the {name}: {text!r}"
+    fields = {name: _columns(first, last) for name, first, last, _ in _FIELDS[number]
+              if last > len(line)}  # fmt: skip
+    parts = " and ".join(f"the {name} ({place})" for name, place in fields.items())
+    would = f", which would be {checksum(line)}" if len(line) == _LENGTH - 1 else ""
+    return f", without {parts}{would}"
+
+
+def _columns(first: int, last: int) -> str:
+    return f"column {first}" if first == last else f"columns {first}-{last}"
 
 
 def _range_faults(first: str, second: str) -> list[str]:
@@ -113,9 +138,15 @@ def _range_faults(first: str, second: str) -> list[str]:
 
 def _check_size(second: str) -> None:
     """Raise `ValueError` for an orbit beyond the Hill sphere."""
-    rev_per_day = float(second[52:63])
-    axis = (MU_EARTH_M3_S2 / (rev_per_day * TWO_PI / DAY_S) ** 2) ** (1.0 / 3.0)
-    check_farthest(axis * (1.0 + float(f"0.{second[26:33]}")))
+    check_farthest(_extent(second).apogee_m)
+
+
+def _extent(second: str) -> Extent:
+    """Where the mean elements of a second line lie."""
+    rate, eccentricity = float(second[52:63]) * TWO_PI / DAY_S, float(f"0.{second[26:33]}")
+    axis = (MU_EARTH_M3_S2 / rate**2) ** (1.0 / 3.0)
+    tilt = math.radians(float(second[8:16]))
+    return Extent(axis * (1.0 - eccentricity), axis * (1.0 + eccentricity), tilt)
 
 
 class Sgp4(Orbit):
@@ -154,6 +185,10 @@ class Sgp4(Orbit):
         """Mean motion [rad/s] of the element set at its epoch."""
         return float(self.tle[1][52:63]) * TWO_PI / DAY_S
 
+    def extent(self, start_utc=None) -> Extent:
+        """Perigee, apogee and inclination of the mean elements at their epoch."""
+        return _extent(self.tle[1])
+
     def state(
         self, t_s, start_utc: str | datetime, dut1_s: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -164,18 +199,61 @@ class Sgp4(Orbit):
         """
         t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
         (day, fraction), _ = julian_dates(start_utc, t_s)
-        codes, r_km, v_km_s = Satrec.twoline2rv(*self.tle).sgp4_array(
+        satellite, extent = Satrec.twoline2rv(*self.tle), self.extent()
+        codes, r_km, v_km_s = satellite.sgp4_array(
             np.full_like(fraction, day), np.ascontiguousarray(fraction)
         )
-        if np.any(codes):
-            _refuse(t_s, codes, parse_utc(start_utc))
+        if reason := _first_fault(extent, codes, r_km):
+            row, why = reason
+            raise ValueError(f"sgp4: no orbit at {_moment(start_utc, t_s[row])}: {why}")
+        ends = [t_s[k] for k in {int(t_s.argmin()), int(t_s.argmax())}] if t_s.size else []
+        for end_s in ends:
+            _check_way(satellite, extent, start_utc, end_s)
         return r_km * 1e3, v_km_s * 1e3
 
 
-def _refuse(t_s: np.ndarray, codes: np.ndarray, start: datetime) -> None:
-    """Raise `ValueError` for the first time at which SGP4 gave an error code."""
-    row = int(np.flatnonzero(codes)[0])
+def _check_way(satellite: Satrec, extent: Extent, start_utc, end_s: float) -> None:
+    """ValueError for a time [s] after the orbit has ended on the way there from the epoch.
+
+    SGP4's polynomials in time pass through an axis of zero, and beyond it may look like an orbit.
+    """
+    (day, fraction), _ = julian_dates(start_utc, np.array([end_s]))
+    epoch, whole = satellite.jdsatepochF, float(day - satellite.jdsatepoch)
+    away_days = whole + float(fraction[0]) - epoch
+    days = np.linspace(0.0, away_days, _PLACES)
+    codes, r_km, _ = satellite.sgp4_array(np.full(_PLACES, satellite.jdsatepoch), epoch + days)
+    if reason := _first_fault(extent, codes, r_km):
+        row, why = reason
+        ended_s = end_s + (days[row] - away_days) * DAY_S
+        raise ValueError(
+            f"sgp4: no orbit at {_moment(start_utc, end_s)}: on the way from the epoch of the "
+            f"elements there is none at {_moment(start_utc, ended_s)}: {why}"
+        )
+
+
+def _first_fault(extent: Extent, codes: np.ndarray, r_km: np.ndarray) -> tuple[int, str] | None:
+    """(Row, reason) of the first place that is not on the orbit of the elements.
+
+    SGP4's codes do not show all: far from their epoch elements with much drag have any place.
+    """
+    near, far = (1e-3 * radius for radius in extent[:2])
+    slack = _SLACK * 0.5 * (near + far)
+    radius_km = np.linalg.norm(r_km, axis=1)
+    is_on_it = (radius_km > near - slack) & (radius_km < far + slack)
+    rows = np.flatnonzero((codes != 0) | ~is_on_it)
+    if rows.size == 0:
+        return None
+    row = int(rows[0])
     code = int(codes[row])
-    meaning = SGP4_ERRORS.get(code, "unknown error")
-    moment = (start + timedelta(seconds=math.floor(t_s[row]))).isoformat()
-    raise ValueError(f"sgp4: no orbit at t = {t_s[row]:.6g} s ({moment}): error {code}, {meaning}")
+    if code != 0:
+        return row, f"error {code}, {SGP4_ERRORS.get(code, 'unknown error')}"
+    return row, (
+        f"it would be {radius_km[row]:.6g} km from the Earth's centre, and the orbit of the "
+        f"elements has {near:.6g} to {far:.6g} km: they do not hold at this time"
+    )
+
+
+def _moment(start_utc: str | datetime, t_s: float) -> str:
+    """A time of the run, as seconds and as a date."""
+    date = parse_utc(start_utc) + timedelta(seconds=math.floor(t_s))
+    return f"t = {t_s:.6g} s ({date.isoformat()})"
