@@ -3,7 +3,7 @@
 [satellites.chibis_m]
 link = "tcp:127.0.0.1:10015"
 software = "my_software.toml"     # packets, keys, kind of frames [those of Chibis-M]
-scenario = "chibis_m_day.toml"    # names of regions, states, flags, parameters; orbit; sensors
+scenario = "chibis_m_day.toml"    # names of regions, states, flags, parameters, sensors; orbit
 """
 
 from __future__ import annotations
@@ -92,4 +92,4 @@ def make_satellite(key: str, table: SatelliteTable) -> Satellite:
 
     scenario = load_scenario(table.scenario)
     names = computer_names(scenario, make_blocks(scenario))
-    return Satellite(key, table.link, software, scenario, names)
+    return Satellite(key, table.link, software.for_satellite(scenario), scenario, names)

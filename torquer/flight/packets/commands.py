@@ -20,6 +20,7 @@ from pydantic import Field
 
 from torquer.base.spec import Spec
 from torquer.computer.names import Names
+from torquer.flight.packets.bits import from_words
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field as PacketField, Packet
 from torquer.flight.packets.frames import EPOCH, Uplink
 from torquer.flight.packets.mistakes import quote_value
@@ -39,7 +40,7 @@ class Sent(Spec):
     """Name of a packet of the uplink."""
     values: dict[str, Any] = Field(default_factory=dict)
     """Its values by the names of its fields, several numbers as a list. Regions, states, flags,
-    parameters and labels may be named.
+    parameters and labels may be named, bits that are set by a text of names with commas.
     """
     delay_s: float | None = Field(default=None, gt=0.0)
     """Time after which it is executed; left out: at once."""
@@ -147,6 +148,11 @@ def _number(place: str, name: str, values: Mapping, field: PacketField, names: N
         known = names.flags
     elif name == "index":
         known = names.all_parameters()
+    elif field.bits:
+        try:
+            return from_words(field, value)
+        except ValueError as error:
+            raise ScenarioError(f"{place}: {error}; received {value!r}") from None
     elif not field.labels:
         return value.encode() if field.type == "bytes" and value.isascii() else value
     if value not in known:

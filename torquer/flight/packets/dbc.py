@@ -2,11 +2,13 @@
 
 Messages are called `down_packet_0` (time stamp, status, counter, checksum: see `segments`) and
 `down_packet_1`, ... (data); commands `up_...`. Fields of bytes become unsigned numbers of up to
-eight bytes, `name__0`, `name__1`, ..., little-endian.
+eight bytes, `name__0`, `name__1`, ..., little-endian. Names of bits are in comments; a number of
+which a single bit is set has its name as a text.
 """
 
 from typing import NamedTuple
 
+from torquer.flight.packets.bits import NONE
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
 from torquer.flight.packets.frames import HEADERS, Direction
 from torquer.flight.packets.segments import SEGMENT_BYTES, can_id, places
@@ -49,8 +51,8 @@ def dbc(dictionary: Dictionary) -> str:
     for message in messages:
         lines += [_head(message), *(f" {_signal(message, s)}" for s in message.signals), ""]
     lines += [f'CM_ BO_ {m.can_id | _EXTENDED} "{m.description}";' for m in messages]
-    lines += [f'CM_ SG_ {_place(m, s)} "{s.field.description}";' for m, s in signals]
-    lines += [f"VAL_ {_place(m, s)} {_labels(s.field)} ;" for m, s in signals if s.field.labels]
+    lines += [f'CM_ SG_ {_place(m, s)} "{_comment(s.field)}";' for m, s in signals]
+    lines += [f"VAL_ {_place(m, s)} {text} ;" for m, s in signals if (text := _labels(s.field))]
     lines += [
         f"SIG_VALTYPE_ {_place(m, s)} : {_FLOATS[s.field.type]};"
         for m, s in signals
@@ -129,4 +131,14 @@ def _signal(message: Message, signal: Signal) -> str:
 
 
 def _labels(field: Field) -> str:
-    return " ".join(f'{number} "{label}"' for number, label in enumerate(field.labels))
+    """Texts of numbers; of bits, of those numbers that have a single one or none."""
+    names = dict(enumerate(field.labels))
+    if field.bits:
+        names = {0: NONE} | {1 << place: name for place, name in enumerate(field.bits)}
+    return " ".join(f'{number} "{name}"' for number, name in names.items())
+
+
+def _comment(field: Field) -> str:
+    """Description of a number, with the names of its bits."""
+    bits = ", ".join(f"{place} {name}" for place, name in enumerate(field.bits))
+    return f"{field.description}; bits: {bits}" if bits else field.description

@@ -20,12 +20,15 @@ from pydantic import AfterValidator, ValidationError, model_validator
 from torquer.base.spec import Spec
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.flight.packets.mistakes import describe_mistake, quote_value
+from torquer.spacecraft.sensors.devices import DEVICES
 
 #: Bytes of the longest packet: with its header and the protected frame around it, it fits the 1024
 #: bytes of a CCSDS telecommand frame.
 MOST_BYTES = 960
 #: Characters of the longest name: the names that DBC files make of it have at most 32.
 _LONGEST_NAME = 23
+#: Tables of names besides those in `labels` of a file, which go first: all kinds of devices.
+TABLES = {"sensors": tuple(device.name for device in DEVICES)}
 _SHIPPED = Path(__file__).parent
 _LARGEST_F32 = float(struct.unpack("<f", b"\xff\xff\x7f\x7f")[0])
 _LARGEST_F64 = float(struct.unpack("<d", b"\xff\xff\xff\xff\xff\xff\xef\x7f")[0])
@@ -89,10 +92,18 @@ def _labels(labels: tuple[str, ...]) -> tuple[str, ...]:
     return labels
 
 
+def _bits(names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in _labels(names):
+        if "," in name or name.isdecimal():
+            raise ValueError(f"must have no commas, and not be numbers; received {name!r}")
+    return names
+
+
 Name = Annotated[str, AfterValidator(_name)]
 Text = Annotated[str, AfterValidator(_plain)]
 Described = Annotated[str, AfterValidator(_plain), AfterValidator(_parse_number)]
 Labels = Annotated[tuple[Described, ...], AfterValidator(_labels)]
+Bits = Annotated[tuple[Described, ...], AfterValidator(_bits)]
 Id = Annotated[int, pydantic.Field(ge=1, le=255)]
 
 
@@ -123,6 +134,10 @@ class Field(_Fixed):
     """How many numbers or bytes."""
     labels: Labels = ()
     """What the raw numbers 0, 1, ... mean; in a file, also the name of a table in `labels`."""
+    bits: Bits = ()
+    """Names of its bits, of which any may be set, the lowest first; in a file, also the name of a
+    table in `labels`, or `sensors`: all kinds of devices.
+    """
     limits: tuple[float, float] | None = None
     """Least and greatest value that is in order; the ground is warned beyond."""
 
@@ -131,16 +146,19 @@ class Field(_Fixed):
         kind = TYPES[self.type]
         if self.scale != 1.0 and not kind.is_whole:
             raise ValueError(f"scale: must be 1 for the type {self.type}; received {self.scale}")
-        if self.labels and (self.type[0] != "u" or self.scale != 1.0):
-            raise ValueError(
-                "labels: must belong to an unsigned type without a scale; received "
-                f"type {self.type}, scale {self.scale:g}"
-            )
-        if len(self.labels) > kind.high + 1:
-            raise ValueError(
-                f"labels: must be at most {kind.high + 1} for the type {self.type}; received "
-                f"{len(self.labels)}"
-            )
+        for key, most in (("labels", kind.high + 1), ("bits", 8 * kind.size)):
+            names = getattr(self, key)
+            if names and (self.type[0] != "u" or self.scale != 1.0):
+                raise ValueError(
+                    f"{key}: must belong to an unsigned type without a scale; received "
+                    f"type {self.type}, scale {self.scale:g}"
+                )
+            if len(names) > most:
+                raise ValueError(
+                    f"{key}: must be at most {most} for the type {self.type}; received {len(names)}"
+                )
+        if self.labels and self.bits:
+            raise ValueError("bits: must be left out with labels; received both")
         if self.limits and (self.type == "bytes" or not self.limits[0] < self.limits[1]):
             raise ValueError(f"limits: must be [least, greatest]; received {list(self.limits)}")
         return self
@@ -358,8 +376,8 @@ def _with_fields(data: dict, direction: str) -> dict:
         if isinstance(fields, str):
             fields = _copied_fields(packets, fields, place)
         elif isinstance(fields, list):
-            labels = data.get("labels", {})
-            fields = [_label(f, labels, f"{place}.fields[{i}]") for i, f in enumerate(fields)]
+            tables = TABLES | data.get("labels", {})
+            fields = [_label(f, tables, f"{place}.fields[{i}]") for i, f in enumerate(fields)]
             fields = [ACKNOWLEDGE, *fields] if direction == "up" else fields
         known = {} if fields is None else {"fields": fields}
         packets[name] = {**table, "name": name, **known}
@@ -378,15 +396,18 @@ def _copied_fields(packets: dict, name: str, place: str):
     return fields
 
 
-def _label(field, labels: dict, place: str):
-    """A field with the labels themselves in place of their name."""
-    name = field.get("labels") if isinstance(field, dict) else None
-    if not isinstance(name, str):
-        return field
-    if name not in labels:
-        near = difflib.get_close_matches(name, labels, 1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        raise ValueError(
-            f"{place}.labels: must be a list or a name in [labels]; received {name!r}{hint}"
-        )
-    return {**field, "labels": labels[name]}
+def _label(field, tables: dict, place: str):
+    """A field with its labels, and names of bits, themselves in place of the name of a table."""
+    found = {}
+    for key in ("labels", "bits"):
+        name = field.get(key) if isinstance(field, dict) else None
+        if not isinstance(name, str):
+            continue
+        if name not in tables:
+            near = difflib.get_close_matches(name, tables, 1)
+            hint = f" (did you mean {near[0]}?)" if near else ""
+            raise ValueError(
+                f"{place}.{key}: must be a list or a name in [labels]; received {name!r}{hint}"
+            )
+        found[key] = tables[name]
+    return {**field, **found} if found else field

@@ -67,9 +67,9 @@ def _rows(packet: Packet) -> Iterator[list[str]]:
 
 
 def _labels(field: Field) -> str:
-    if not field.labels:
-        return ""
-    return f" ({', '.join(f'{number} {label}' for number, label in enumerate(field.labels))})"
+    names = field.labels or field.bits
+    listed = ", ".join(f"{number} {name}" for number, name in enumerate(names))
+    return f" ({'bits: ' if field.bits else ''}{listed})" if names else ""
 
 
 def _can(dictionary: Dictionary) -> list[str]:

@@ -1,6 +1,7 @@
 """The dictionary for Open MCT: a tree of packets, a telemetry point per number.
 
-The key of a point is `packet.name`; its values have a `utc` time in milliseconds since 1970.
+The key of a point is `packet.name`; its values have a `utc` time in milliseconds since 1970. Of a
+number of bits, `bits` has their names, the lowest first; Open MCT itself shows the number.
 """
 
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
@@ -31,6 +32,8 @@ def _measurement(packet: Packet, name: str, field: Field) -> dict:
         value["enumerations"] = [
             {"value": i, "string": text} for i, text in enumerate(field.labels)
         ]
+    if field.bits:
+        value["bits"] = list(field.bits)
     time = {"key": "utc", "source": "utc", "name": "Time", "format": "utc", "hints": {"domain": 1}}
     limits = dict(zip(("low", "high"), field.limits or (), strict=False))
     return {

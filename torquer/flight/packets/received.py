@@ -21,8 +21,8 @@ def as_tables(
 
     `received`: times of reception [s] and frames. Over `frame`: `received_s`, `time_s` (time stamp
     by the on-board clock, since 2010-01-01), `status` and each number of the packet,
-    with unit and description; labelled numbers have `flag_meanings`, signed ones `unknown`, the
-    lowest value, which stands for a number that was not known.
+    with unit and description; labelled numbers and those of bits have `flag_meanings`, signed ones
+    `unknown`, the lowest value, which stands for a number that was not known.
     """
     rows: dict[str, list[tuple[float, Frame]]] = {}
     for at_s, frame in received:
@@ -49,12 +49,15 @@ def _table(packet: Packet, received: list[tuple[float, Frame]]) -> xr.Dataset:
 
 
 def field_attributes(field: Field) -> dict:
-    """Attributes of a variable with the numbers of a field: unit, description, labels."""
+    """Attributes of a variable with the numbers of a field: unit, description, labels, bits."""
     found: dict = {"units": field.unit or "1", "long_name": field.description}
     kind = TYPES[field.type]
     if kind.is_whole and kind.low < 0:
         found["unknown"] = kind.low * field.scale
+    if field.bits:
+        found["flag_masks"] = [1 << place for place in range(len(field.bits))]
     if field.labels:
         found["flag_values"] = list(range(len(field.labels)))
-        found["flag_meanings"] = " ".join(label.replace(" ", "_") for label in field.labels)
+    if names := field.labels or field.bits:
+        found["flag_meanings"] = " ".join(name.replace(" ", "_") for name in names)
     return found

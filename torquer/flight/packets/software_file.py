@@ -11,17 +11,21 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
+from torquer.flight.packets.bits import dictionary_for
 from torquer.flight.packets.dictionary import Dictionary, load_dictionary
 from torquer.flight.packets.keys import Keys, read_key
 from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
+
+if TYPE_CHECKING:
+    from torquer.scenario.spec import Scenario
 
 #: The software file that flies unless another is given.
 AS_SHIPPED = Path(__file__).parents[1] / "software" / "chibis_m.toml"
@@ -81,6 +85,15 @@ class SpaceLink:
     dictionary: Dictionary
     link: str
     keys: Keys
+
+    def for_satellite(self, scenario: Scenario | None) -> Self:
+        """The same with the satellite's sensors named where packets have a bit for each.
+
+        None, where nothing is known of them: as it is.
+        """
+        if scenario is None:
+            return self
+        return replace(self, dictionary=dictionary_for(scenario, self.dictionary))
 
 
 def load_link(source: str | Path | Mapping | None = None) -> SpaceLink:

@@ -2,10 +2,10 @@
 
 Telemetry: an abstract container `downlink__frame` with the header; each packet inherits it by
 `msg_id`. Parameters are called `packet__name`; their raw numbers are little-endian, scales are
-calibrators, limits are warning ranges. Commands: a fixed header around the argument
-`frame__time_stamp`, then the fields; a scale is the calibrator from raw number to value, as the
-schema defines it. A reader of XTCE thus decodes the downlink and encodes commands without this
-package.
+calibrators, limits are warning ranges; names of bits are ancillary data of their type. Commands: a
+fixed header around the argument `frame__time_stamp`, then the fields; a scale is the calibrator
+from raw number to value, as the schema defines it. A reader of XTCE thus decodes the downlink and
+encodes commands without this package.
 """
 
 import re
@@ -135,6 +135,10 @@ def _add_type(types: ElementTree.Element, name: str, field: Field, role: str) ->
         group, attributes = "Float", {"sizeInBits": "64"}
     name = f"{name}_type"
     element = _add(types, f"{group}{role}Type", name=name, **attributes)
+    if field.bits:
+        bits_of = _add(element, "AncillaryDataSet")
+        for place, bit in enumerate(field.bits):
+            _add(bits_of, "AncillaryData", bit, name=f"bit {place}")
     if field.unit:
         _add(_add(element, "UnitSet"), "Unit", field.unit)
     if field.type == "bytes":

@@ -54,7 +54,8 @@ class Core:
         memory: Memory | None = None,
         computer: str | os.PathLike | None = None,
     ):
-        self.software = software if isinstance(software, Software) else load_software(software)
+        loaded = software if isinstance(software, Software) else load_software(software)
+        self.software = loaded.for_satellite(scenario)
         self.flight = Flight(scenario, keeps_computer=True, computer=computer)
         self.memory = Memory() if memory is None else memory
         craft = scenario.spacecraft

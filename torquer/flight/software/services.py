@@ -18,7 +18,8 @@ from torquer.flight.software.memory import Memory
 from torquer.flight.software.state import AnyModule, Cause, State, Telecommand
 
 if TYPE_CHECKING:
-    from torquer.computer.interface import Command, Inputs
+    from torquer.computer.inputs import Inputs
+    from torquer.computer.interface import Command
     from torquer.simulation.outside.flight import Flight
 
 

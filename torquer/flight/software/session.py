@@ -273,13 +273,14 @@ def replay_session(session: Session, ticks: int | None = None) -> Iterator[Tick]
             f"session: its software must be as it was recorded; received other files of "
             f"{session.software or 'the software as shipped'}"
         )
-    core = Core(_read_scenario(session), load_software(software), _read_memory(session))
+    core = Core(read_scenario(session), load_software(software), _read_memory(session))
     uplink = {tick: bytes.fromhex(data) for tick, data in session.uplink}
     last = session.ticks if ticks is None else min(ticks, session.ticks)
     yield from fly_steps(core, lambda tick, _: uplink.get(tick, b""), session.faults, last)
 
 
-def _read_scenario(session: Session) -> Scenario:
+def read_scenario(session: Session) -> Scenario:
+    """The scenario of a session; `ScenarioError` for another text."""
     try:
         return Scenario.model_validate_json(session.scenario)
     except ValidationError:

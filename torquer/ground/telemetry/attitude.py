@@ -24,26 +24,22 @@ from torquer.base.spec import Spec
 from torquer.computer.estimation import ESTIMATORS, AnyEstimator
 from torquer.computer.estimation.filter import Filter
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
+from torquer.computer.estimation.measurements.table import DEVICE_OF
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
-from torquer.computer.interface import nothing_known
+from torquer.computer.interface import GYRO, nothing_known
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.environment import RowEnvironments, environments_at_rows
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
-from torquer.simulation.results.variables import ESTIMATED, read
+from torquer.simulation.results.variables import ESTIMATED, column, read
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Variable of a session that each sensor of a filter reads.
-_OF_SENSOR = {
-    "magnetometer": "b_measured",
-    "sun": "sun_measured",
-    "star_tracker": "q_measured",
-    "horizon": "nadir_measured",
-    "sun_cells": "cells_measured",
-    "gyro": "omega_measured",
+_OF_SENSOR = {name: f"{device.symbol}_measured" for name, device in DEVICE_OF.items()} | {
+    "gyro": "omega_measured"
 }
 #: A step longer than this many times the cadence is a gap over which no gyro is interpolated.
 _GAP = 2.5
@@ -223,7 +219,7 @@ def _seeds(known, spec: KalmanGyro) -> tuple[np.ndarray, np.ndarray]:
     alone = fly_back_and_forth(spec, known, works, seeds).forward
     seeds[:] = np.nan
     for first, end, gained in zip(starts, np.append(starts[1:], len(t_s)), aged, strict=True):
-        new = known["omega_s"][first:end] == t_s[first:end]
+        new = known["read_s"][:, GYRO][first:end] == t_s[first:end]
         begun = first + int(np.argmax(new))
         works[first:begun] = False
         if not new.any() or not np.isfinite(alone.q[end - 1, 0]):
@@ -239,9 +235,9 @@ def _turned_back(known, q_last, states_last) -> np.ndarray:
     from scipy.interpolate import make_interp_spline
     from scipy.spatial.transform import Rotation
 
-    rows = np.flatnonzero(known["omega_s"] == known["t_s"])
+    rows = np.flatnonzero(known["read_s"][:, GYRO] == known["t_s"])
     t_s = known["t_s"][rows]
-    omega = np.stack([known[f"omega_{c}"][rows] for c in "xyz"], axis=1) - states_last[:3]
+    omega = known["readings"][rows, GYRO, :3] - states_last[:3]
     q = Rotation.from_quat(q_last)
     if len(rows) < 2:
         return q.as_quat()
@@ -275,14 +271,14 @@ def _put_readings(known, variable, values, t_s) -> None:
     rows = np.where(np.isfinite(values).all(axis=1), np.arange(len(t_s)), -1)
     latest = np.maximum.accumulate(rows)
     there = latest >= 0
-    for cell, column in zip(variable.cells, values.T, strict=True):
-        known[cell][there] = column[latest[there]]
-    known[f"{variable.key}_s"][there] = t_s[latest[there]]
+    for cell, numbers in zip(variable.cells, values.T, strict=True):
+        column(known, cell)[there] = numbers[latest[there]]
+    known["read_s"][there, variable.row] = t_s[latest[there]]
 
 
 def _put(known, cells, values) -> None:
-    for cell, column in zip(cells, values.T, strict=True):
-        known[cell] = column
+    for cell, numbers in zip(cells, values.T, strict=True):
+        column(known, cell)[:] = numbers
 
 
 def _put_environments(known, around: RowEnvironments) -> None:

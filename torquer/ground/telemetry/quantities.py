@@ -10,13 +10,14 @@ import numpy as np
 import xarray as xr
 
 from torquer.simulation.results.variables import VARIABLES
-from torquer.spacecraft.sensors.sun_cells import CELLS
+from torquer.spacecraft.sensors.device import MOST_PARTS
+from torquer.spacecraft.sensors.devices import DEVICES
 
 _KNOWN = {each.name: each for each in VARIABLES}
 _DIMENSIONS: dict[str, list] = {
     "axis": list("xyz"),
     "component": list("xyzw"),
-    "cell": list(range(CELLS)),
+    "cell": list(range(MOST_PARTS)),
 }
 
 
@@ -40,10 +41,9 @@ def _as_in_results(name: str) -> Quantity:
 
 
 _AS_IN_RESULTS = (
-    "b_measured", "omega_measured", "sun_measured", "q_measured", "cells_measured", "dipole_body",
-    "b_rate_measured", "nadir_measured", "wheel_momentum_measured", "coil_dipole_on_board",
-    "sunlit_fraction",
-)  # fmt: skip
+    *(f"{device.symbol}_measured" for device in DEVICES),
+    *("dipole_body", "coil_dipole_on_board", "sunlit_fraction"),
+)
 #: Every variable of a session by its name.
 QUANTITIES: dict[str, Quantity] = {
     **{name: _as_in_results(name) for name in _AS_IN_RESULTS},

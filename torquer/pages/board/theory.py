@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.notes.bdot_notes import BDOT, as_tumbling, most_gain, stopped_below
+from torquer.analysis.notes.bdot_notes import BDOT, as_flown, most_gain, stopped_below
 from torquer.analysis.notes.notes import write_notes
 from torquer.analysis.notes.uses import Use, find_uses
 from torquer.scenario.spec import Scenario
@@ -53,7 +53,7 @@ def _predict_bdot(scenario: Scenario) -> Iterator[Line]:
     use = _only(scenario)
     if use is None or not isinstance(use.law, BDOT) or scenario.spacecraft.coils is None:
         return
-    gain, case = use.gain(use.law.gain_a_m2_s_per_t), as_tumbling(scenario, use.law)
+    gain, case = use.gain(use.law.gain_a_m2_s_per_t), as_flown(scenario, use.law)
     rate = _rate_rad_s(scenario)
     below, _ = stopped_below(scenario)
     limit = math.degrees(sampling_limit_rad_s(*case.sampling.times))

@@ -104,7 +104,7 @@ def whiteness_figure(found: FilterCheck) -> dict:
         rows = np.array([autocorrelation(innovations, int(lag)) for lag in lags])
         if not np.isfinite(rows).any():
             continue
-        colour, name = COLOURS[sensor], SENSOR_WORDS[sensor]
+        colour, name = COLOURS.get(sensor, GREY), SENSOR_WORDS.get(sensor, sensor)
         white = f"95 % band of white noise, {name}"
         data += band(lags, -2.0 * rows[:, 1], 2.0 * rows[:, 1], white, colour, 0.15)
         data.append(line(lags, rows[:, 0], name, colour, mode="lines+markers"))

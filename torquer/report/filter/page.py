@@ -10,6 +10,7 @@ from torquer.analysis.filters.filter_check import (
     as_plain,
     drawn_in_words,
     rejected_in_words,
+    replaced_in_words,
     restarts_in_words,
 )
 from torquer.report.common.html import card, cards
@@ -53,6 +54,7 @@ def check_rows(found: FilterCheck) -> list[tuple[str, str]]:
         ("Estimator", plain["estimator"]),
         ("Runs", str(found.runs)),
         ("Each run draws", drawn_in_words(found)),
+        ("Of the scenario, not flown", replaced_in_words(found) or "nothing"),
         ("Readings rejected", rejected_in_words(plain)),
         ("Restarts", restarts_in_words(plain)),
     ]

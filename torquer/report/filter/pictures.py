@@ -18,9 +18,11 @@ from torquer.analysis.filters.filter_statistics import (
 )
 from torquer.analysis.filters.observability import filter_states
 from torquer.analysis.filters.sensor_sets import SensorSet
+from torquer.computer.estimation.measurements.table import BY_NAME
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.maths.geometry.quaternion import angle_between
-from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED, curve_colour
+from torquer.report.common import colours
+from torquer.report.common.colours import BLUE, GREEN, GREY, RED, curve_colour
 from torquer.report.common.figure import legend_at_left, save_figure, save_figures, stack_panels
 from torquer.report.common.scales import Clock, clock_for
 from torquer.simulation.results.dataset import flown_scenario
@@ -36,13 +38,7 @@ UNITS = {
     "magnetometer bias": ("nT", 1e-9),
 }
 #: Colours of the sensors.
-COLOURS = {
-    "magnetometer": BLUE,
-    "sun": ORANGE,
-    "star_tracker": GREEN,
-    "horizon": RED,
-    "sun_cells": ORANGE,
-}
+COLOURS = {name: getattr(colours, each.colour) for name, each in BY_NAME.items()}
 _SHADE = "#e8ebf0"
 Drawn = TypeVar("Drawn")
 
@@ -68,6 +64,7 @@ def by_name(
     drawn = {
         f"errors_{name.replace(' ', '_')}": errors(found, name, 3 * k)
         for k, name in enumerate(states)
+        if np.isfinite(found.flown.errors[..., 3 * k]).any()
     }
     return drawn | {"consistency": consistency(found), "whiteness": whiteness(found)}
 
@@ -147,10 +144,12 @@ def measures(found: FilterCheck) -> dict[str, tuple[np.ndarray, float, float]]:
     Instants at which less than half of the runs have a value have none.
     """
     flown, n = found.flown, found.flown.errors.shape[-1]
-    shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
+    shown = {"NEES, attitude": (nees(flown, 3), 3)}
+    if np.isfinite(every := nees(flown)).any():
+        shown["NEES, all states"] = every, n
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
-            shown[f"NIS, {SENSOR_WORDS[sensor]}"] = nis(innovations)
+            shown[f"NIS, {SENSOR_WORDS.get(sensor, sensor)}"] = nis(innovations)
     return {name: _mean_and_band(*each) for name, each in shown.items()}
 
 
@@ -171,7 +170,7 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
         if not np.isfinite(rows).any():
             continue
         place = lags + apart * (k - 0.5 * (len(innovations_of) - 1))
-        colour, name = COLOURS[sensor], SENSOR_WORDS[sensor]
+        colour, name = COLOURS.get(sensor, GREY), SENSOR_WORDS.get(sensor, sensor)
         axes.vlines(place, 0.0, rows[:, 0], color=colour, lw=2.0, label=name)
         axes.fill_between(lags, -2.0 * rows[:, 1], 2.0 * rows[:, 1], color=colour, alpha=0.15, lw=0)
     axes.axhline(0.0, color=GREY, lw=0.8)

@@ -46,7 +46,7 @@ def extended_values(core) -> tuple:
         svr.get("mode", 0),
         stb.get("actuators", 0),
         flags,
-        bits(e.isolated) if any(e.isolated) else 0,
+        bits(wrong) if any(wrong := (*e.isolated, *e.isolated_units)) else 0,
         svr.get("rate_class", 0),
         svr.get("angle_class", 0),
         *_attitude(core.cdh.newest("state")),

@@ -29,7 +29,7 @@ async function start() {
   openmct.install(openmct.plugins.LocalStorage());
   openmct.install(openmct.plugins.MyItems("My layouts"));
   installTime(openmct, satellites, rows);
-  installFormats(openmct);
+  installFormats(openmct, satellites);
   installObjects(openmct, satellites);
   new Telemetry(openmct, satellites, rows, latencyMeter()).install();
   installViews(openmct, { satellites, live, rows });

@@ -22,10 +22,10 @@ function packetOf({ key, name, description, measurements }) {
 /** `key`: as the archive has it; `name`: as it is shown. */
 function numberOf({ key, name, description, values, limits }, packet) {
   const value = values.find(({ key }) => key === "value");
-  const { unit = "", format, enumerations } = value;
+  const { unit = "", format, enumerations, bits } = value;
   const labels = enumerations && new Map(enumerations.map((one) => [one.value, one.string]));
-  const known = { name, description, unit, format, enumerations, limits: limits?.WARNING };
-  return { key: key.slice(packet.length + 1), labels, ...known };
+  const shown = { name, description, unit, format, enumerations, bits };
+  return { key: key.slice(packet.length + 1), labels, limits: limits?.WARNING, ...shown };
 }
 
 /** Fields of several numbers (`omega_x`, `omega_y`, `omega_z`), by the name they share. */
@@ -33,7 +33,8 @@ function vectorsOf(numbers) {
   const groups = new Map();
   for (const one of numbers) {
     const base = one.key.match(/^(.+)_(?:[xyz]|\d+)$/)?.[1];
-    if (base && one.format !== "enum") groups.set(base, [...(groups.get(base) ?? []), one]);
+    const isNumber = one.format !== "enum" && !one.bits;
+    if (base && isNumber) groups.set(base, [...(groups.get(base) ?? []), one]);
   }
   const isVector = ([, group]) =>
     group.length > 1 &&

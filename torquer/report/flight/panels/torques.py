@@ -1,5 +1,7 @@
 """Disturbance torques over time."""
 
+from itertools import cycle
+
 import numpy as np
 
 from torquer.analysis.budget import NAMES
@@ -9,15 +11,17 @@ from torquer.report.flight.budget_rows import reach_in_words
 from torquer.report.flight.panels.panel import Panel, Picture, log_panel, whole, xyz
 from torquer.report.flight.view import View
 
-#: Colour of each torque.
-COLOURS = dict(zip(NAMES, (BLUE, SKY, ORANGE, GREEN, PINK, RED, "#8B6D3F"), strict=False))
-
-
 #: Panels of the sizes and the torques in them; few enough for a legend.
+_ENVIRONMENTAL = ("gravity_gradient", "aerodynamic", "solar_pressure")
 _PANELS = {
-    "Environmental torques": ("gravity_gradient", "aerodynamic", "solar_pressure"),
-    "Torques of the satellite itself": tuple(NAMES)[3:7],
+    "Environmental torques": _ENVIRONMENTAL,
+    "Torques of the satellite itself": tuple(
+        name for name in NAMES if name not in (*_ENVIRONMENTAL, "all", "coils")
+    ),
 }
+#: Colour of each torque; the eighth has that of the first, in another panel.
+_COLOURS = (BLUE, SKY, ORANGE, GREEN, PINK, RED, "#8B6D3F")
+COLOURS = dict(zip(NAMES, cycle(_COLOURS), strict=False))
 
 
 def torques(view: View) -> Picture:

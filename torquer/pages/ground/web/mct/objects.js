@@ -1,5 +1,6 @@
 // The tree of objects: satellites, their views, packets, numbers, and plots of vectors.
 
+import { bitsFormat } from "../bits.js";
 import { QUALITIES } from "../net/rows.js";
 
 export const NAMESPACE = "torquer";
@@ -110,7 +111,10 @@ class Objects {
       type: TYPES.packet,
       ...of,
       telemetry: { values: [...TIMES, qualityColumn(), ...packet.numbers.map(columnOfPacket)] },
-      configuration: tableOf(packet.numbers.map((one) => one.key)),
+      configuration: tableOf(
+        packet.numbers.map((one) => one.key),
+        packet.numbers.filter(({ bits }) => bits).map((one) => one.key),
+      ),
       composition: [...vectors, ...numbers].map(identifier),
     });
   }
@@ -125,8 +129,8 @@ class Objects {
       notes: one.description,
       type: TYPES.number,
       ...of,
-      telemetry: { values: [...TIMES, qualityColumn(), value] },
-      configuration: { ...tableOf(["value"]), series: [series(key, one, 2)] },
+      telemetry: { values: [...TIMES, qualityColumn(), value, ...namesColumns(one)] },
+      configuration: { ...tableOf(["value"], ["names"]), series: [series(key, one, 2)] },
     });
   }
 
@@ -159,13 +163,22 @@ function columnOf({ key, name, format, enumerations }, place) {
 }
 
 /** The same with the unit in its title: a packet's table would have a column for each unit. */
-const columnOfPacket = (one, place) => ({ ...columnOf(one, place), name: titleOf(one) });
+const columnOfPacket = (one, place) => ({
+  ...columnOf(one, place),
+  ...(one.bits ? { format: bitsFormat(one.bits) } : {}),
+  name: titleOf(one),
+});
+
+/** Names of the bits that are set, beside a number that is plotted: an axis has no room for them. */
+const namesColumns = ({ bits }) =>
+  bits ? [{ key: "names", source: "value", name: "Set", format: bitsFormat(bits) }] : [];
 
 const titleOf = ({ name, unit }) => (unit ? `${name} [${unit}]` : name);
 
 /** How the telemetry table shows the columns: no name in every row, times in full. */
-function tableOf(keys) {
+function tableOf(keys, wideKeys) {
   const widths = [...keys, "quality"].map((key) => [key, 130]);
+  for (const key of wideKeys) widths.push([key, 260]);
   return {
     hiddenColumns: { name: true },
     columnWidths: { utc: 175, received: 175, ...Object.fromEntries(widths) },

@@ -1,12 +1,14 @@
 // A table of the newest values of a packet.
 
+import { bitsInWords } from "../bits.js";
 import { h, number, oncePerFrame, utc } from "../dom.js";
 import { QUALITIES } from "../net/rows.js";
 import { isBeyond } from "../satellites.js";
 
-/** Text of a value: its label, or its number. */
+/** Text of a value: its label, the names of its bits, or its number. */
 export function valueInWords(one, value) {
   if (value === null || value === undefined) return "unknown";
+  if (one.bits) return bitsInWords(one.bits, value);
   return one.labels?.get(value) ?? (one.format === "string" ? value : number(value));
 }
 
