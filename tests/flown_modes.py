@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from torquer.computer.interface import UNKNOWN_ESTIMATE, Ephemeris, Inputs, ReadingTimes
+from torquer.computer.inputs import Inputs, ReadingTimes
+from torquer.computer.interface import UNKNOWN_ESTIMATE, Ephemeris
 from torquer.computer.modes.spec import Modes
 from torquer.computer.modes.table import switch_modes
 
@@ -30,10 +31,17 @@ def reading(
         r, v = map(_floats, place)
         ephemeris = ephemeris._replace(r_inertial_m=r, v_inertial_m_s=v)
     believed = ESTIMATE._replace(**{k: _floats(v) for k, v in estimate.items()})
+    read_at = read_at or ReadingTimes()
     return Inputs(
-        float(t_s), _floats(b), ZERO, ZERO, _floats(sun), (0.0, 0.0, 0.0, 1.0), _floats(wheels),
-        ZERO, ZERO, (0.0,) * 6, read_at or ReadingTimes(), believed, ephemeris,
-    )  # fmt: skip
+        float(t_s),
+        b_body_t=_floats(b),
+        sun_body=_floats(sun),
+        q_body_to_inertial=(0.0, 0.0, 0.0, 1.0),
+        wheel_momentum_body_n_m_s=_floats(wheels),
+        read_at=read_at,
+        estimate=believed,
+        ephemeris=ephemeris,
+    )
 
 
 def _floats(value):

@@ -33,10 +33,10 @@ def until(what, why="it takes too long"):
 
 
 @contextlib.contextmanager
-def flying(software=None, address="tcp:127.0.0.1:0", memory=None):
-    """The address of a satellite that flies; `log`: bytes that went up."""
+def flying(software=None, address="tcp:127.0.0.1:0", memory=None, flown=None):
+    """The address of a satellite that flies; `log`: bytes that went up; `flown`: its scenario."""
     link = open_link(address)
-    core = Core(scenario(864000.0), software, memory)
+    core = Core(flown or scenario(864000.0), software, memory)
     core.tick()  # compiled before anybody waits
     ended, flight = threading.Event(), Flying(link.address)
 

@@ -3,17 +3,11 @@
 import math
 
 import numpy as np
+from known import put_known
 
 from torquer.compile import engine
-from torquer.computer.blocks.adapter import flat
-from torquer.computer.interface import (
-    NO_CELLS,
-    Ephemeris,
-    Estimate,
-    Inputs,
-    ReadingTimes,
-    nothing_known,
-)
+from torquer.computer.inputs import Inputs, ReadingTimes
+from torquer.computer.interface import Ephemeris, Estimate, nothing_known
 
 ZERO = (0.0, 0.0, 0.0)
 UNKNOWN = (math.nan, math.nan, math.nan)
@@ -40,25 +34,25 @@ def inputs(
     model_sun=UNKNOWN,
     coils=ZERO,
     nadir=ZERO,
-    cells=NO_CELLS,
+    cells=(0.0,) * 6,
 ):
     """Readings taken at this instant; the estimate is what attitude sensor and gyro read."""
     t_s, omega, q = float(t_s), floats(omega), floats(q)
     place = (floats(x) for x in (r, v, model_b, model_b_rate, model_sun))
     return Inputs(
         t_s,
-        floats(b),
-        floats(b_rate),
-        omega,
-        floats(sun),
-        q,
-        floats(wheels),
-        floats(coils),
-        floats(nadir),
-        floats(cells),
-        ReadingTimes(*[t_s] * len(ReadingTimes._fields)),
-        Estimate(t_s, q, omega),
-        Ephemeris(*place),
+        b_body_t=floats(b),
+        b_rate_body_t_s=floats(b_rate),
+        omega_body_rad_s=omega,
+        sun_body=floats(sun),
+        q_body_to_inertial=q,
+        wheel_momentum_body_n_m_s=floats(wheels),
+        nadir_body=floats(nadir),
+        sun_cells=floats(cells),
+        coil_dipole_body_a_m2=floats(coils),
+        read_at=ReadingTimes(*[t_s] * len(ReadingTimes._fields)),
+        estimate=Estimate(t_s, q, omega),
+        ephemeris=Ephemeris(*place),
     )
 
 
@@ -72,7 +66,7 @@ def compiled(block):
     function = made.compiled if engine.COMPILED else made
 
     def call(row, packed, cells):
-        known.view(np.float64)[:] = flat(row)
+        put_known(known, row)
         return function(known, packed, cells)
 
     return call

@@ -1,9 +1,8 @@
 """The on-board computer without a satellite: laws and modes asked reading by reading."""
 
-import numpy as np
+from known import put_known
 
 from torquer.compile.engine import kernel, records
-from torquer.computer.blocks.adapter import flat
 from torquer.computer.computer import (
     SENSOR_READINGS,
     Blocks,
@@ -35,7 +34,7 @@ class OnBoard:
 
     def __call__(self, known):
         """The command."""
-        self.board.known.view(np.float64)[:] = flat(known)
+        put_known(self.board.known, known)
         return command_at(self.computer, self.board)
 
     def memory_of(self, name):

@@ -18,6 +18,7 @@ ODD = Packet(
         Field(name="signed", type="i32", scale=1e-9, description="a small scale"),
         Field(name="half", type="f32", count=3, description="f32"),
         Field(name="kind", type="u16", labels=("A", "B C"), description="a long enumeration"),
+        Field(name="parts", type="u8", bits=("lamp", "a b"), description="bits, some named"),
         Field(name="time", type="f64", description="f64"),
     ),
 )

@@ -37,7 +37,7 @@ def held(make, reference, **changes):
 
 def test_every_torque_has_its_name_and_its_colour():
     assert set(TORQUES) < set(NAMES)
-    assert list(COLOURS) == list(NAMES)[:7]
+    assert list(COLOURS) == list(NAMES)
 
 
 def test_gravity_gradient_of_a_held_attitude_is_its_closed_form(make):

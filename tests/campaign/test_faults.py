@@ -237,6 +237,8 @@ def test_messages(safe_mode):
 def test_messages_after_the_flight_without_a_fault(safe_mode):
     with pytest.raises(ValueError, match=r"at_h: must be a time before the end of the flights, 24"):
         fly_faults(safe_mode, at_s=[9e4])
-    broken = safe_mode.replace("spacecraft.magnetometer.failures", [{"kind": "nan"}])
+    steps = {"duration_s": 86400.0, "integrator": "rk4", "step_s": 1.0}
+    broken = safe_mode.replace("simulation", steps)
+    broken = broken.replace("disturbance", {"constant_torque_n_m": [1.0, 0.0, 0.0]})  # spun up
     with pytest.raises(ValueError, match="scenario: must fly to its end without a fault; received"):
         fly_faults(broken)

@@ -52,6 +52,7 @@ def test_an_honest_filter_passes_and_another_fails(call, with_filter):
     assert "ok   NEES of the attitude: " in out and "FAIL" not in out
     drawn = "each run draws noise, gyro bias (0.05 deg/s), any attitude, rate (0.0627 deg/s)"
     assert out.splitlines()[1] == drawn
+    assert "not flown" not in out
     assert "ok   readings rejected in a run: " in out and "; restarts: none" in out
     path = with_filter("magnetometer_noise_nt = 20", "magnetometer_noise_nt = 200")
     code, out, _ = call("filter-check", path, "--runs", "20", "--json")
@@ -60,6 +61,18 @@ def test_an_honest_filter_passes_and_another_fails(call, with_filter):
     assert found["drawn"]["rate"]["unit"] == "deg/s" and found["runs_never_started"] == 0
     failed = {check["name"] for check in found["checks"] if not check["passed"]}
     assert "NIS of the magnetometer" in failed
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_a_bias_of_the_scenario_that_no_run_flies_is_said(call, with_filter):
+    path = with_filter("noise_deg_s = 0.01\n", "noise_deg_s = 0.01\nbias_deg_s = [3, -2, 1]\n")
+    _, out, _ = call("filter-check", path, "--runs", "2")
+    assert out.splitlines()[2] == (
+        "not flown, as each run draws its own: the scenario's gyro bias of 3.74 deg/s, 74.8 sigma "
+        "by gyro_bias_sigma_deg_s"
+    )
+    found = json.loads(call("filter-check", path, "--runs", "2", "--json")[1])
+    assert found["not_flown"] == ["gyro bias of 3.74 deg/s, 74.8 sigma by gyro_bias_sigma_deg_s"]
 
 
 def test_mistakes_are_reported(call, scenario, with_filter):
@@ -194,8 +207,10 @@ def test_the_exported_filter_has_the_same_statistics(call, with_filter, tmp_path
     _, flown, _ = call(*runs, "--computer", folder)
     assert json.loads(flown) == json.loads(without)
     source = folder / "adcs.c"
-    spoiled = source.read_text().replace("known->sun_x = inputs->sun_body[0];",
-                                         "known->sun_x = 0.999 * inputs->sun_body[0];")  # fmt: skip
+    spoiled = source.read_text().replace(
+        "known->readings[3][0] = inputs->sun_body[0];",
+        "known->readings[3][0] = 0.999 * inputs->sun_body[0];",
+    )
     source.write_text(spoiled)
     _, other, _ = call(*runs, "--computer", folder)
     assert json.loads(other) != json.loads(without)

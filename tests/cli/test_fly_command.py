@@ -5,6 +5,8 @@ import signal
 from pathlib import Path
 
 import pytest
+import xarray as xr
+from unit_cases import SIDE, two_magnetometers_text
 
 from torquer.compile import engine
 
@@ -35,6 +37,37 @@ def test_a_flight_is_written_flown_again_and_compared(call, tmp_path):
     code, text, _ = call("session", "bisect", *both, "--json")
     assert json.loads(text)["tick"] == 60
     assert call("session", "bisect", both[0], both[0])[:2] == (0, "the same bytes came down\n")
+
+
+def test_a_flight_with_two_magnetometers_names_the_stuck_one(call, tmp_path):
+    file = tmp_path / "units.toml"
+    file.write_text(two_magnetometers_text(), encoding="utf-8")
+    for ticks in (80, 90):
+        assert call("fly", file, "--ticks", ticks, "--out", tmp_path / str(ticks))[0] == 0
+    sessions = [tmp_path / folder / "session.json" for folder in ("80", "90")]
+    code, text, _ = call("session", "bisect", *sessions)
+    assert code == 1 and f"side ({SIDE})" in text
+    with xr.open_dataset(tmp_path / "90" / "extended.nc", engine="h5netcdf") as data:
+        assert data["isolated"].attrs["flag_meanings"].endswith(" panel side")
+    recording, archive = tmp_path / "90" / "downlink.bin", tmp_path / "satellite.sqlite"
+    for known in ((), ("--scenario", file)):
+        assert call("ground", "import", recording, "--folder", tmp_path, *known)[0] == 0
+        call("ground", "export", archive, "--out", tmp_path, "--packet", "extended")
+        with xr.open_dataset(tmp_path / "extended.nc", engine="h5netcdf") as data:
+            meanings = data["isolated"].attrs["flag_meanings"]
+        assert meanings.endswith(" panel side") == bool(known)
+
+
+def test_packets_of_a_satellite_name_its_sensors(call, tmp_path):
+    file = tmp_path / "units.toml"
+    file.write_text(two_magnetometers_text(), encoding="utf-8")
+    for known, last in (((), "fine_sun_sensor"), (("--scenario", file), "side")):
+        assert call("packets", *known, "--out", tmp_path)[0] == 0
+        tree = json.loads((tmp_path / "packets.json").read_text(encoding="utf-8"))
+        points = {m["key"]: m for packet in tree["packets"] for m in packet["measurements"]}
+        assert points["extended.isolated"]["values"][0]["bits"][-1] == last
+    code, _, err = call("packets", "--scenario", tmp_path / "none.toml")
+    assert code == 2 and "scenario: must be a readable file" in err
 
 
 @flies

@@ -19,7 +19,7 @@ from torquer.compile import engine
 from torquer.computer import computer
 from torquer.computer.blocks import adapter
 from torquer.computer.estimation import RateFromField
-from torquer.computer.interface import read_inputs
+from torquer.computer.inputs import read_inputs
 from torquer.simulation.loop import computers, record, step
 from torquer.simulation.propagate import fixed_steps, interval
 from torquer.simulation.setup.run import prepare

@@ -229,7 +229,7 @@ def test_a_scheme_needs_what_its_laws_and_conditions_need(make):
         return frozenset().union(*(spec.law().needs for spec in control.named().laws.values()))
 
     assert needs([OFF]) == frozenset()
-    assert needs(STAGES) == {"rate", "attitude", "ephemeris"}
+    assert needs(STAGES) == {"magnetometer", "rate", "attitude", "ephemeris", "model_field"}
 
 
 NUTATION, TO_SUN = {"nutation_below_deg": 5.0}, {"axis_to_target_below_deg": 5.0}

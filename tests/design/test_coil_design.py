@@ -5,16 +5,21 @@ import math
 import numpy as np
 import pytest
 
+from torquer.base.limits import RequestError
 from torquer.design.bench_scaling import scaling
 from torquer.design.coil_design import (
     CONDUCTORS,
+    MELTS_A_MM2,
     Conductor,
+    coil,
     coil_power,
     fitting_gauges,
+    greatest_dipole,
     inductance_h,
     wind_coil,
     wire_diameter_m,
 )
+from torquer.design.requests import CoilRequest
 
 COPPER, ALUMINIUM = CONDUCTORS["copper"], CONDUCTORS["aluminium"]
 
@@ -113,6 +118,50 @@ def test_mistakes_are_one_line(keys, message):
     with pytest.raises(ValueError, match=message) as error:
         fitting_gauges(**given)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("metal", CONDUCTORS)
+def test_current_density_does_not_depend_on_the_gauge(metal):
+    """4 m g/(d M), which `greatest_dipole` turns around."""
+    conductor, most = CONDUCTORS[metal], greatest_dipole(0.3, 0.4, CONDUCTORS[metal])
+    for each in fitting_gauges(0.999 * most, 0.3, 0.4, conductor):
+        assert each.current_density_a_mm2 * each.mass_kg / 0.4 == pytest.approx(
+            0.999 * MELTS_A_MM2, rel=1e-12
+        )
+
+
+@pytest.mark.parametrize(
+    ("dipole", "diameter_m", "mass_kg"),
+    [(1e4, 0.05, 0.01), (0.2, 0.05, 0.01), (35.0, 0.3, 0.4), (1e9, 10.0, 1.0), (3.2, 0.3, 0.03)],
+)
+def test_a_coil_that_melts_is_no_coil(dipole, diameter_m, mass_kg):
+    asked = CoilRequest(dipole_a_m2=dipole, diameter_m=diameter_m, mass_kg=mass_kg)
+    most = greatest_dipole(diameter_m, mass_kg, COPPER)
+    for make in (
+        lambda: coil(asked),
+        lambda: fitting_gauges(dipole, diameter_m, mass_kg, COPPER),
+        lambda: wind_coil(dipole, diameter_m, mass_kg, COPPER, 30),
+    ):
+        with pytest.raises(RequestError, match=r"^dipole_a_m2: must be at most") as error:
+            make()
+        assert f"{most:.3g} A m^2 with" in str(error.value)
+        assert "there is no such coil" in str(error.value)
+
+
+def test_the_mass_that_is_named_is_enough():
+    with pytest.raises(RequestError) as error:
+        coil(CoilRequest(dipole_a_m2=35.0, diameter_m=0.3, mass_kg=0.4))
+    needed_kg = float(str(error.value).rpartition(" or ")[2].removesuffix(" kg"))
+    found = coil(CoilRequest(dipole_a_m2=35.0, diameter_m=0.3, mass_kg=1.01 * needed_kg))
+    assert 9.5 < found.coils[-1].current_density_a_mm2 < MELTS_A_MM2
+
+
+def test_a_metal_that_melts_has_no_power():
+    """Aluminium of a mass has three times the section of copper."""
+    asked = CoilRequest(dipole_a_m2=50.0, diameter_m=0.3, mass_kg=0.4, metal="aluminium")
+    found = coil(asked)
+    assert [*found.power_w] == ["aluminium"] == [*found.data()["power_w"]]
+    assert "copper would melt, aluminium 84.89 W" in found.lines()[0]
 
 
 def test_scaling_is_that_of_the_text():

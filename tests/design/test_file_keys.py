@@ -56,7 +56,7 @@ def test_every_table_says_what_it_is():
 
 def test_units_are_those_of_the_ranges():
     known = {*UNITS, "", "b0", "table_tolerance", "axis", "axes", "direction", "target"}
-    known |= {"first_coil", "parameters", "height_km", "a_m2_s_t", "limits"}
+    known |= {"first_coil", "parameters", "limits", "height_km", "quantum_deg", "a_m2_s_t"}
     named = {ending.removeprefix("gain_") for ending in validate.RANGES}
     assert named <= known
     known = {
@@ -173,3 +173,20 @@ def test_a_misspelt_key_is_answered_with_the_nearest_ones(capsys):
         "error: KEY: must be a key or table of scenario files or wheel designs; received "
     )
     assert "did you mean altitude_km" in reported and "Traceback" not in reported
+
+
+@pytest.mark.parametrize(
+    ("name", "end"),
+    [
+        ("noise_deg_sqrt_h",
+         "did you mean noise_deg_s? It is the angle random walk in deg/sqrt(h) / 60 / "
+         "sqrt(sample_s)"),
+        ("altitude_m", "did you mean altitude_km or apogee_altitude_km? 1 m is 0.001 km"),
+        ("limit_ma_m2", "did you mean limit_a_m2? 1 mA m^2 is 0.001 A m^2"),
+        ("altitud_km", "did you mean altitude_km or apogee_altitude_km?"),
+    ],
+)  # fmt: skip
+def test_a_name_in_another_unit_is_answered_by_the_conversion(name, end):
+    with pytest.raises(ValueError) as error:
+        find(name)
+    assert str(error.value).endswith(f"; {end}")

@@ -76,7 +76,7 @@ def test_non_time_field_is_not_taken_for_time(archive, time_ms):
 
 
 def test_what_was_not_known_is_empty_and_bytes_are_digits(archive):
-    values = list(decoder(CHIBIS.down["extended"])(bytes(96)))
+    values = list(decoder(CHIBIS.down["extended"])(bytes(CHIBIS.down["extended"].size)))
     names = CHIBIS.down["extended"].names
     values[names.index("omega_y")] = math.nan
     values[names.index("sigma")] = math.nan

@@ -22,7 +22,7 @@ RATE = CHIBIS.down["extended"].names.index("omega_x")
 def archive(tmp_path_factory):
     path = tmp_path_factory.mktemp("archive") / "sat.sqlite"
     made, stream, rows = Downlink(CHIBIS), Stream(CHIBIS, "down"), RowMaker(CHIBIS)
-    values = list(decoder(CHIBIS.down["extended"])(bytes(96)))
+    values = list(decoder(CHIBIS.down["extended"])(bytes(CHIBIS.down["extended"].size)))
     data = b""
     for number in range(500):
         values[RATE] = math.nan if number == 7 else number / 100.0

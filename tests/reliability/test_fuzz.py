@@ -10,7 +10,9 @@ import warnings
 from pathlib import Path
 
 import pytest
+from random_devices import random_scenario
 
+from torquer.analysis.notes.assess import UNEXPECTED
 from torquer.analysis.notes.notes import write_notes
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.setup.usable import checked_size
@@ -18,6 +20,8 @@ from torquer.simulation.setup.usable import checked_size
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 #: Those without Python files, which take seconds to compile.
 TEXTS = [text for path in EXAMPLES if 'kind = "user"' not in (text := path.read_text())]
+#: And scenarios with several devices of a kind.
+TEXTS += [random_scenario(number) for number in range(12)]
 VALUES = (
     *("0", "-1", "1", "2", "1e308", "-1e308", "1e-308", "nan", "-inf", "9" * 400, "1e999", "0x7f"),
     *("true", '""', '"x"', '"\\u001b[31m"', '"[/red]"', '"' + "a" * 10_000 + '"', "'''\n'''"),
@@ -82,11 +86,12 @@ def check(number):
     try:
         scenario = scenario_from_text(mutated(number))
         checked_size(scenario)
-        write_notes(scenario)
+        notes = write_notes(scenario)
     except ValueError as error:
         lines = str(error).splitlines()
         assert lines and max(map(len, lines)) < 2000
         return False
+    assert not any(UNEXPECTED in note for note in notes)
     return True
 
 

@@ -275,7 +275,7 @@ MISTAKES = [
     ({"clock_error_s": 1e6},
      "control.ephemeris.clock_error_s: must be less than or equal to 86400"),
     ({"along_track_error_km": 2}, "control.ephemeris.along_track_error_km: must be a known key; "
-     "received 2 (did you mean along_track_error_m?)"),
+     "received 2 (did you mean along_track_error_m? 1 km is 1000 m)"),
     ({"field": {"kind": "igrf14", "degree": 14}},
      "control.ephemeris.field.degree: must lie within 1..13 for igrf14; received 14"),
     ({"tle_age_days": 3}, "control.ephemeris.tle_age_days: must be left out unless orbit.kind is "

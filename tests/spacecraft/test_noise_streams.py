@@ -6,6 +6,8 @@ from pathlib import Path
 import torquer.spacecraft
 from torquer.simulation.loop.members import STREAMS
 from torquer.spacecraft.failures import FIRST_STREAM
+from torquer.spacecraft.sensors.device import MOST_UNITS
+from torquer.spacecraft.sensors.devices import FIRST_UNIT_STREAM, MOST_DRAWS
 
 FOLDER = Path(torquer.spacecraft.__file__).parent
 
@@ -18,12 +20,13 @@ def streams_in(path):
             names = targets.elts if isinstance(targets, ast.Tuple) else [targets]
             values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
             for name, value in zip(names, values, strict=False):
-                if isinstance(name, ast.Name) and "STREAM" in name.id:
+                is_one = isinstance(name, ast.Name) and name.id.endswith("STREAM")
+                if is_one and not name.id.startswith("FIRST"):
                     yield f"{path.stem}.{name.id}", ast.literal_eval(ast.unparse(value))
 
 
 def test_no_two_devices_share_a_stream_and_no_failure_takes_theirs():
     files = [path for path in FOLDER.rglob("*.py") if path.stem != "failures"]
     found = dict(pair for path in files for pair in streams_in(path))
-    assert sorted(found.values()) == [*range(1, STREAMS)], found
-    assert STREAMS <= FIRST_STREAM
+    assert sorted(found.values()) == [*range(1, FIRST_UNIT_STREAM)], found
+    assert STREAMS == FIRST_UNIT_STREAM + MOST_DRAWS * MOST_UNITS <= FIRST_STREAM

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from device_cases import DEVICES, craft_with, keys_of
 from filter_cases import DYNAMICS, GYRO, SCENARIO
 from scipy.spatial.transform import Rotation
 
 from torquer.analysis.filters.filter_members import AS_STATED, Start, make_members, what_runs_draw
 from torquer.scenario.load import scenario_from_data
+from torquer.spacecraft.data_sheet import FIXED
 
 RUNS = 300
 
@@ -97,6 +99,50 @@ def test_what_is_drawn_is_said():
     assert said == ["gyro bias (0.05 deg/s)", "attitude (3 deg)"]
     wrong = scenario(spacecraft={"gyro": {"scale_error": [0.01, 0.01, 0.01]}})
     assert "gyro scale (0.01)" in [each.in_words for each in what_runs_draw(wrong)]
+
+
+def not_flown(*args, start=AS_STATED, **keys):
+    drawn = what_runs_draw(scenario(*args, **keys), start)
+    return [each.replaced_in_words for each in drawn if each.replaced_in_words]
+
+
+def test_what_the_scenario_states_and_no_run_flies_is_said():
+    """Biases that are states, with how far they lie from what the filter states of them."""
+    large = {"gyro": {"bias_deg_s": [3.0, -2.0, 1.0]}}
+    said = "gyro bias of 3.74 deg/s, 374 sigma by gyro_bias_sigma_deg_s"
+    assert not_flown(GYRO | {"gyro_bias_sigma_deg_s": 0.01}, large) == [said]
+    small = {"gyro": {"bias_deg_s": [0.03, 0.0, 0.04]}}
+    assert not_flown(GYRO, small) == ["gyro bias of 0.05 deg/s, 1 sigma by gyro_bias_sigma_deg_s"]
+    assert not_flown() == []
+
+
+def test_errors_of_other_devices_and_the_attitude_are_said_too():
+    wrong = {"gyro": {"scale_error": [0.01, 0.0, 0.0]}, "sun_sensors": {"bias_deg": [0.2, 0, 0]}}
+    said = ["gyro scale of 0.01", "Sun sensor misalignment of 0.2 deg"]
+    assert not_flown(spacecraft=wrong) == said
+    assert not_flown(spacecraft=wrong, start=Start()) == [*said, "attitude"]
+    assert not_flown(start=Start(5.0, 0.1)) == []  # about the scenario's own
+    dipole = {"coils": {"residual_dipole_a_m2": [0.0, 0.3, 0.4]}}
+    assert not_flown(DYNAMICS | {"dipole_sigma_a_m2": 0.05}, dipole) == [
+        "residual dipole of 0.5 A m^2, 10 sigma by dipole_sigma_a_m2"
+    ]
+    assert not_flown(DYNAMICS, dipole) == []  # flown as it is
+
+
+@pytest.mark.parametrize("estimator", [GYRO, DYNAMICS])
+def test_every_fixed_error_of_a_device_is_drawn(estimator):
+    """Of whatever devices there are: those of the data sheets, each once."""
+    place = {name: kind.sheet for name, kind in DEVICES.items()}
+    for name, sheet in place.items():
+        for what in FIXED:
+            is_state_only = what == "bias" and (sheet.senses == "rate" or name == "coils")
+            if not getattr(sheet, what) or is_state_only:
+                continue
+            craft = craft_with(SCENARIO["spacecraft"], name, keys_of(name, what, 0.1))
+            control = {"law": {"kind": "off"}, "estimator": estimator}
+            flown = scenario_from_data({**SCENARIO, "spacecraft": craft, "control": control})
+            keys = [each.key for each in what_runs_draw(flown)]
+            assert keys.count(f"spacecraft.{name}.{getattr(sheet, what)}") == 1
 
 
 def test_a_dipole_among_the_states_needs_no_coils():

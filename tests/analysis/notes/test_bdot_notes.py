@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from spellings import TLE
 
-from torquer.analysis.notes.bdot_notes import as_tumbling
+from torquer.analysis.notes.bdot_notes import as_flown, as_tumbling
 from torquer.analysis.notes.notes import write_notes
 from torquer.theory.slow.detumbling import detumbling_time_s
 from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
@@ -167,12 +168,26 @@ def test_too_low_gain_is_reported_from_one_e_fold_daily(make, notes_with):
     assert "takes 71.3 h or more" in note
 
 
+def test_designs_take_a_day_a_revolution_or_what_is_left(make):
+    """Of an orbit that SGP4 ends 4568 s after the start, and half an hour before 2030."""
+    decaying = {"start": "2022-12-12T16:40:00Z", "orbit": {"kind": "sgp4", "tle": TLE},
+                "environment.field": {"kind": "igrf14"}, **law()}  # fmt: skip
+    scenario = make(decaying)
+    left, flown = (f(scenario, scenario.control.law).fields_t for f in (as_tumbling, as_flown))
+    assert np.array_equal(left, flown)
+    plain = make({"environment.field": {"kind": "igrf14"}, **law()})
+    day, run = (f(plain, plain.control.law).fields_t for f in (as_tumbling, as_flown))
+    assert day.max() / day.min() > run.max() / run.min() > 1.0
+    last = make({"start": "2029-12-31T23:30:00Z", **law(), "environment.field": {"kind": "igrf14"}})
+    assert (as_tumbling(last, last.control.law).fields_t > 1e-5).all()
+
+
 def test_gain_that_idles_the_coils_and_brakes_late_is_noted(make, notes_with):
     """Ten times the gain is ten times as fast here: the coils stay below their limits."""
     goal = {"simulation.duration_s": 18000.0, "mission": {"rate_below_deg_s": 0.3}}
     scenario = make(law(gain=1e5) | goal)
     omega = np.radians(scenario.initial.rate_deg_s)
-    case = as_tumbling(scenario, scenario.control.law)
+    case = as_flown(scenario, scenario.control.law)
     needed_s = detumbling_time_s(case, 1e5, float(np.linalg.norm(omega)), math.radians(0.3))
     assert needed_s > 18000.0
     (note,) = notes_with(law(gain=1e5), goal)

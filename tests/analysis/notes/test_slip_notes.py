@@ -1,9 +1,12 @@
 """Likely slips of units are reported, and ordinary satellites are left alone."""
 
+import math
 from pathlib import Path
 
 import pytest
 
+from torquer.analysis.notes.device_notes import device_notes
+from torquer.analysis.notes.reach_notes import reach_notes
 from torquer.analysis.notes.slip_notes import slip_notes
 from torquer.scenario.load import load_scenario, scenario_from_text
 
@@ -11,16 +14,21 @@ ROOT = Path(__file__).parents[3]
 BODY = "spacecraft.body.inertia_kg_m2"
 AXES = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]
 
+
+def quaternion(*q):
+    return {"initial": {"quaternion": list(q), "rate_deg_s": [1.0, -0.6, 0.8]}}
+
+
 SLIPS = [
-    ({"orbit.altitude_km": 80.0}, ["orbit.altitude_km is 80 km: below 120 km"]),
+    ({"orbit.altitude_km": 80.0}, ["orbit: the altitude is 80 km: below 120 km"]),
     ({"orbit.altitude_km": 500000.0}, ["or is it 500 km in metres?"]),
     ({"orbit.altitude_km": 60000.0}, ["far beyond the geostationary orbit's 35786 km"]),
     # a 3U CubeSat's 0.03 kg m^2 in g cm^2
     ({BODY: [3e5, 3e5, 1e5], "spacecraft.coils.limit_a_m2": 0.2},
      [f"{BODY} of 3e+05 is too large for coils of 0.2 A m^2"]),
     ({"spacecraft.coils.axes": [[1, 0, 0], [1, 0, 0.001], [0, 1, 0]]},
-     ["produce no dipole outside a plane: coils 0 and 1 are parallel"]),
-    ({"spacecraft.coils.axes": AXES}, ["the 3 coils produce no dipole outside a plane"]),
+     ["they cannot act along this axis: coils 0 and 1 are parallel"]),
+    ({"spacecraft.coils.axes": AXES}, ["the 3 coils reach 0 A m^2 along [0.0, 0.0, 1.0] in the "]),
     ({"spacecraft.coils.lag_s": 3.0, "control.sample_s": 2.0},
      ["lag_s of 3 s is longer than the 2 s for which a command is held"]),
     ({"spacecraft.coils.lag_s": 3.0, "control.sample_s": 5.0}, []),
@@ -44,21 +52,34 @@ SLIPS = [
     ({"mission": {"rate_below_deg_s": 1e-9}}, ["mission.rate_below_deg_s of 1e-09 deg/s is less"]),
     ({"orbit.inclination_deg": 0.9}, ["a nearly equatorial orbit: or is it 51.6 deg in radians?"]),
     ({"orbit.inclination_deg": 0.0}, []),
+    (quaternion(1, 0, 0, 0), ["initial.quaternion of [1, 0, 0, 0] is half a turn about x: the "
+                              "scalar is last here, and [0, 0, 0, 1] is no rotation"]),
+    (quaternion(-1, 0, 0, 0), ["initial.quaternion of [-1, 0, 0, 0] is half a turn about x"]),
+    (quaternion(0.995, 0.0, math.sqrt(1 - 0.995**2), 0), ["is nearly half a turn about x: the"]),
+    (quaternion(0, 0, 0, 1), []),
+    (quaternion(0, 0, 0, -1), []),
+    (quaternion(0, 1, 0, 0), []),
+    (quaternion(0.6, 0, 0, 0.8), []),
     ({"simulation": {"duration_s": 4.0, "record_s": 2.0}, "control.sample_s": 2.0},
      ["simulation: the run of 4 s ends after 2 control steps of 2 s"]),
 ]  # fmt: skip
 
 
+def notes_of(scenario):
+    """Notes on numbers, on devices and on what actuators can do."""
+    return [*slip_notes(scenario), *device_notes(scenario), *reach_notes(scenario)]
+
+
 @pytest.mark.parametrize(("change", "expected"), SLIPS)
 def test_a_slip_is_reported(make, change, expected):
-    notes = slip_notes(make(change))
+    notes = notes_of(make(change))
     assert len(notes) == len(expected)
     assert all(part in note for part, note in zip(expected, notes, strict=True))
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda p: p.stem)
 def test_the_examples_have_no_slips(path):
-    assert slip_notes(load_scenario(path)) == []
+    assert notes_of(load_scenario(path)) == []
 
 
 @pytest.mark.parametrize(
@@ -78,4 +99,4 @@ control.law.kind = "off"
 simulation = {{ revolutions = 1 }}
 """
     )
-    assert slip_notes(scenario) == []
+    assert notes_of(scenario) == []

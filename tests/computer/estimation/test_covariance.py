@@ -8,10 +8,10 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.compile.engine import kernel
+from torquer.computer.estimation.channels import Sensing
 from torquer.computer.estimation.covariance import States, forget, state_slices, update
 from torquer.computer.estimation.kalman_gyro import GyroParameters, propagate_covariance
 from torquer.computer.estimation.measurements.measurement import (
-    Sensing,
     direction_measurement,
     vector_measurement,
 )

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.computer.estimation.isolation import CONTRADICTS, ODD, STUCK, USED
+from torquer.computer.estimation.isolation_states import CONTRADICTS, ODD, STUCK, USED
 from torquer.computer.estimation.starts import NOT_STARTED
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data

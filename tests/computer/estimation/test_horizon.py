@@ -12,7 +12,7 @@ from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.analysis.filters.observability import observability
 from torquer.compile import engine
-from torquer.computer.estimation.isolation import CONTRADICTS, STUCK
+from torquer.computer.estimation.isolation_states import CONTRADICTS, STUCK
 from torquer.computer.estimation.starts import NOT_STARTED
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data

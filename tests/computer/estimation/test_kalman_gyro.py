@@ -18,6 +18,7 @@ from torquer.analysis.filters.filter_statistics import autocorrelation, consiste
 from torquer.compile import engine
 from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.estimation.kalman_gyro import keep_reading
+from torquer.computer.inputs import Inputs, ReadingTimes
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.simulation.setup.run import prepare
@@ -263,9 +264,11 @@ def test_mistakes_are_reported(keys, message):
 
 def test_a_reading_is_kept_once():
     """However often the computer sees it before the next one."""
-    memory = SimpleNamespace(gyro_s=np.arange(1.0, 4.0), gyro_rad_s=np.arange(9.0).reshape(3, 3))
-    inputs = SimpleNamespace(omega_body_rad_s=(0.1, 0.2, 0.3), read_at=SimpleNamespace(gyro_s=4.0))
+    memory = SimpleNamespace(
+        gyro_s=np.arange(1.0, 4.0), gyro_rad_s=np.arange(9.0).reshape(3, 3), gyro_units=0.0
+    )
+    inputs = Inputs(4.0, omega_body_rad_s=(0.1, 0.2, 0.3), read_at=ReadingTimes(gyro_s=4.0))
     for _ in range(3):
-        plain_function(keep_reading)(inputs, memory)
+        plain_function(keep_reading)(inputs, None, memory)
         assert memory.gyro_s.tolist() == [2.0, 3.0, 4.0]
         assert memory.gyro_rad_s.tolist() == [[3.0, 4.0, 5.0], [6.0, 7.0, 8.0], [0.1, 0.2, 0.3]]

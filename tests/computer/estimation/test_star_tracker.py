@@ -14,7 +14,7 @@ from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.analysis.filters.observability import observability
 from torquer.analysis.filters.sensor_sets import sensor_sets
 from torquer.compile import engine
-from torquer.computer.estimation.isolation import CONTRADICTS, STUCK
+from torquer.computer.estimation.isolation_states import CONTRADICTS, STUCK
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.computer.estimation.measurements.star_tracker import measure_attitude
 from torquer.computer.estimation.starts import NOT_STARTED
@@ -66,10 +66,10 @@ def stated_deg(result):
 def test_the_measurement_is_the_turn_scaled_to_one_variance():
     """A turn about any axis: components over their standard deviations, as stated for the axes."""
     spec = KalmanGyro.model_validate(GYRO_ALONE)
-    sensing, boresight = spec.sensing(), np.array(STARS["star_tracker_boresight"])
+    own, boresight = spec.sensing().star_tracker, np.array(STARS["star_tracker_boresight"])
     q, turn = Rotation.from_rotvec([0.3, -1.2, 0.7]), np.array([0.002, -0.001, 0.0015])
     read = q * Rotation.from_rotvec(turn)
-    m = measure_attitude(tuple(q.as_quat()), tuple(read.as_quat()), sensing, 0.0, 0.0)
+    m = measure_attitude(tuple(q.as_quat()), tuple(read.as_quat()), own, 0.0, 0.0)
     along = boresight * (turn @ boresight)
     sigma = np.radians([0.02, 0.1])
     square = np.sum((turn - along) ** 2) / sigma[0] ** 2 + np.sum(along**2) / sigma[1] ** 2

@@ -12,9 +12,9 @@ from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees, nis
 from torquer.analysis.filters.linear_covariance import expected_accuracy
 from torquer.analysis.filters.observability import observability
-from torquer.analysis.notes.filter_notes import filter_notes
+from torquer.analysis.notes.assumption_notes import assumption_notes
 from torquer.compile import engine
-from torquer.computer.estimation.isolation import CONTRADICTS
+from torquer.computer.estimation.isolation_states import CONTRADICTS
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.computer.estimation.measurements.sun_cells import measure_cell
 from torquer.computer.estimation.starts import NOT_STARTED
@@ -61,7 +61,7 @@ def stated_deg(result):
 
 def test_the_measurement_is_the_derivative_of_the_signal():
     """By differences of attitudes; the Earth's light behind a cell counts for nothing."""
-    sensing = KalmanGyro.model_validate(WITH_GYRO | {"cell_albedo_error": 0.5}).sensing()
+    own = KalmanGyro.model_validate(WITH_GYRO | {"cell_albedo_error": 0.5}).sensing().sun_cells
     q, sun = Rotation.from_rotvec([0.4, -0.3, 0.9]), np.array([0.6, 0.0, 0.8])
     normal = q.inv().apply(np.array([0.8, 0.1, 0.6]))
     normal /= np.linalg.norm(normal)
@@ -73,7 +73,7 @@ def test_the_measurement_is_the_derivative_of_the_signal():
             return normal @ body.inv().apply(sun) + max(normal @ body.inv().apply(earth), 0.0)
 
         m = measure_cell(
-            tuple(q.as_quat()), row, signal(np.zeros(3)), tuple(sun), tuple(earth), sensing, 0.0
+            tuple(q.as_quat()), row, signal(np.zeros(3)), tuple(sun), tuple(earth), own, 0.0
         )
         assert m.z[0] == pytest.approx(0.0, abs=1e-15)
         steps = [(signal(1e-6 * e) - signal(-1e-6 * e)) / 2e-6 for e in np.eye(3)]
@@ -164,8 +164,8 @@ def test_mistakes_are_reported():
 
 
 def test_scenario_that_ignores_earth_light_is_noted():
-    assert filter_notes(scenario()) == []
-    (note,) = filter_notes(scenario(WITH_GYRO | {"cell_albedo": 0.0}))
+    assert assumption_notes(scenario()) == []
+    (note,) = assumption_notes(scenario(WITH_GYRO | {"cell_albedo": 0.0}))
     assert "see an Earth of albedo 0.3" in note
 
 

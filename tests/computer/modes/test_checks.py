@@ -27,6 +27,7 @@ from torquer.computer.modes.coil_check import (
 from torquer.computer.modes.sensor_check import ANGLE, SUN_TURN
 from torquer.computer.modes.spec import Modes
 from torquer.computer.modes.table import CHECKS_NOW
+from torquer.spacecraft.sensors.device import MOST_UNITS
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="a kernel called a thousand times")
 
@@ -79,14 +80,11 @@ class Flight:
                 "gyro": self.omega + np.radians(0.003) * self.rng.normal(size=3),
                 "sun_sensors": np.zeros(3) if umbra else self.to_body.apply(self.sun_read()),
             }
-            for sensor, name, read_s in (
-                ("magnetometer", "b", "b_s"),
-                ("gyro", "omega", "omega_s"),
-                ("sun_sensors", "sun", "sun_s"),
-            ):
+            for sensor, reading in sound.items():
                 if every[sensor] and t % every[sensor] == 0:
-                    put(k, name, readings.get(sensor, lambda v: v)(sound[sensor]))
-                    k[read_s] = t
+                    number = SENSORS.index(sensor)
+                    k["readings"][number, :3] = readings.get(sensor, lambda v: v)(reading)
+                    k["read_s"][number] = t
             put(k, "coils", dipole)
             put(k, "model_b", FIELD_T)
             put(k, "model_b_rate", (0.0, 0.0, 0.0))
@@ -181,7 +179,7 @@ def test_torques_are_those_of_the_present_between_two_readings(sensor):
 
 
 def oldest(**ages_s):
-    return [ages_s.get(name, 1.0) for name in SENSORS]
+    return [ages_s.get(name, 1.0) for name in SENSORS] + [1.0] * MOST_UNITS
 
 
 def test_a_sensor_is_silent_by_its_timetable():
@@ -206,13 +204,12 @@ def test_one_long_gap_does_not_hide_the_next():
 def test_blinded_star_tracker_is_not_suspected_but_infinite_reading_is():
     flight, nothing = Flight(), (np.nan, np.nan, np.nan, np.nan)
     for value in nothing * 25:
-        flight.known["q_s"] = flight.t_s
-        for name in ("q_x", "q_y", "q_z", "q_w"):
-            flight.known[name] = value
+        flight.known["read_s"][0, ATTITUDE_SENSOR] = flight.t_s
+        flight.known["readings"][0, ATTITUDE_SENSOR, :4] = value
         flight.fly(1)
     assert flight.suspected_since_s(ATTITUDE_SENSOR) == np.inf
-    flight.known["q_s"], flight.known["q_w"] = flight.t_s, np.inf
-    flight.known["q_x"] = flight.known["q_y"] = flight.known["q_z"] = 0.0
+    flight.known["read_s"][0, ATTITUDE_SENSOR] = flight.t_s
+    flight.known["readings"][0, ATTITUDE_SENSOR, :4] = (0.0, 0.0, 0.0, np.inf)
     flight.fly(1)
     assert flight.suspected_since_s(ATTITUDE_SENSOR) == 0.0
 

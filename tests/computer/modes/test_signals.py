@@ -11,7 +11,8 @@ import pytest
 from flown_modes import Flown, Z, reading, spinning
 from scipy.spatial.transform import Rotation
 
-from torquer.computer.interface import SENSORS, UNKNOWN_ESTIMATE, ReadingTimes
+from torquer.computer.inputs import ReadingTimes
+from torquer.computer.interface import SENSORS, UNKNOWN_ESTIMATE
 from torquer.computer.modes import signals
 from torquer.computer.modes.signals import NUMBER_OF, SIGNALS, UNITS, signal_value
 from torquer.maths.geometry.quaternion import rotate_inverse

@@ -163,8 +163,6 @@ def condition(**keys):
          "has the name 'slow' too; received rate_deg_s and 0.7"),
         (condition(signal="sensor_suspected", sensor="gyro", above=0.5),
          "noise: must be given for the signal sensor_suspected; received none"),
-        (condition(signal="reading_age_s", above=1.0, sensor="nose"),
-         "sensor: must be one of magnetometer, search_coil, gyro, sun_sensors, attitude_sensor,"),
         (condition(signal="spin_deg_s", above=1.0),
          "axis: must be given for the signal spin_deg_s; received none"),
         (condition(signal="momentum_to_target_deg", below=1.0),

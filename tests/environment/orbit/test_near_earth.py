@@ -42,6 +42,16 @@ def compared(satellite, row) -> tuple[float, int]:
     return worst, known
 
 
+@pytest.mark.parametrize("days", [3.78, -4.2])
+def test_a_satellite_that_has_come_down_does_not_rise_again(days):
+    """The package has a place for it, near the orbit that it had."""
+    satellite, row = both(15.92146194, 0.0014449, 98.5849, 110.9278, 269.2407, 90.7207, 0.044853)
+    code, r_km, _ = satellite.sgp4_tsince(1440.0 * days)
+    assert code == 0 and 0.8 < np.linalg.norm(r_km) / 6670.0 < 1.2
+    assert all(math.isnan(x) for part in sgp4_state(row[0], 86400.0 * days) for x in part)
+    assert all(math.isfinite(x) for part in sgp4_state(row[0], 43200.0) for x in part)
+
+
 def random_elements(seed: int):
     rng = np.random.default_rng(seed)
     perigee_km = rng.choice([rng.uniform(80, 230), rng.uniform(230, 900), rng.uniform(900, 3000)])

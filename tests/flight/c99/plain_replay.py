@@ -15,7 +15,8 @@ import torquer
 from torquer.compile.engine import records
 from torquer.computer import computer as on_board
 from torquer.flight.c99.computer import find_computer
-from torquer.flight.c99.recording import _PLACES, mark_numbers
+from torquer.flight.c99.interface import handed_in
+from torquer.flight.c99.recording import mark_numbers
 from torquer.flight.c99.tables import state_numbers
 
 
@@ -23,7 +24,8 @@ def computer_and_board(scenario):
     """What the control step takes, as plain Python sees it."""
     parts = find_computer(scenario)
     made = on_board.make_computer(
-        parts.blocks, parts.computer["estimator"], parts.computer["modes"]
+        parts.blocks,
+        *(parts.computer[key] for key in ("estimator", "modes", "selection")),
     )
     return records(made), records(parts.board)
 
@@ -35,7 +37,7 @@ def begun_anew(board, first):
 
 
 def numbers_in(board) -> list[np.ndarray]:
-    return [board.known, board.parameters, board.memory, *board.modes, board.chosen]
+    return [board.known, board.parameters, board.memory, *board.modes, board.chosen, board.selected]
 
 
 def replay(path: str, file: str) -> int:
@@ -43,6 +45,7 @@ def replay(path: str, file: str) -> int:
     scenario = torquer.load_scenario(path)
     computer, board = computer_and_board(scenario)
     _, first = computer_and_board(scenario)
+    places = [*handed_in(scenario.spacecraft.units()).values()]
     data = Path(file).read_bytes()
     _, steps, inputs, _ = struct.unpack_from("<8sQQQ", data)
     size, at = 8 * (inputs + 15), 32
@@ -51,7 +54,7 @@ def replay(path: str, file: str) -> int:
         (mark,) = struct.unpack_from("<Q", data, at + step * size + 8 * (inputs + 14))
         if row[0] > 0.0:
             begun_anew(board, first)
-        board.known.view(np.float64).reshape(-1)[_PLACES] = row[1 : 1 + inputs]
+        board.known.view(np.float64).reshape(-1)[places] = row[1 : 1 + inputs]
         command = on_board.control_step(computer, board)
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
         if (

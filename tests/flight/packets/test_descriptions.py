@@ -9,6 +9,7 @@ from packet_cases import CHIBIS, SATELLITE, some_bytes
 
 from torquer.flight.packets.codec import decoder
 from torquer.flight.packets.dbc import dbc
+from torquer.flight.packets.document import document
 from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Stream, Uplink
 from torquer.flight.packets.openmct import openmct
 from torquer.flight.packets.segments import Splitter
@@ -214,6 +215,30 @@ def test_open_mct_has_a_point_for_every_number():
     assert points["extended.omega_x"]["limits"] == {"WARNING": {"low": -30, "high": 30}}
     assert points["dump.data"]["values"][0]["format"] == "string"
     assert points["event.argument"]["values"][0]["format"] == "integer"
+
+
+def test_names_of_bits_are_in_every_description():
+    isolated = ("magnetometer", "search_coil", "gyro")
+    root = etree.fromstring(xtce(CHIBIS).encode())
+    (kind,) = root.xpath("//*[@name='extended__isolated_type']")
+    names = {each.get("name"): each.text for each in kind.iter(f"{XTCE}AncillaryData")}
+    assert tuple(names[f"bit {place}"] for place in range(3)) == isolated
+    database = cantools.database.load_string(dbc(CHIBIS), "dbc")
+    signal = next(
+        signal
+        for message in database.messages
+        for signal in message.signals
+        if message.name.startswith("down_extended") and signal.name == "isolated"
+    )
+    assert {k: str(v) for k, v in signal.choices.items() if k < 5} == {
+        0: "none", 1: "magnetometer", 2: "search_coil", 4: "gyro",
+    }  # fmt: skip
+    assert "bits: 0 magnetometer, 1 search_coil, 2 gyro" in signal.comment
+    tree = openmct(CHIBIS)
+    points = {m["key"]: m for packet in tree["packets"] for m in packet["measurements"]}
+    value = points["extended.isolated"]["values"][0]
+    assert (value["format"], tuple(value["bits"][:3])) == ("integer", isolated)
+    assert "(bits: 0 magnetometer, 1 search_coil, 2 gyro" in document(CHIBIS)
 
 
 def test_names_of_the_header_are_free_for_packets_and_fields():

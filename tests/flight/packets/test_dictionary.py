@@ -5,7 +5,13 @@ import copy
 import pytest
 from packet_cases import CHIBIS
 
-from torquer.flight.packets.dictionary import MOST_BYTES, DictionaryError, load_dictionary
+from torquer.computer.interface import SENSORS
+from torquer.flight.packets.dictionary import (
+    MOST_BYTES,
+    Dictionary,
+    DictionaryError,
+    load_dictionary,
+)
 from torquer.flight.packets.frames import HEADER_BYTES
 
 #: Bytes of a CCSDS telecommand frame.
@@ -81,6 +87,19 @@ def test_further_files_add_modules_labels_and_packets(tmp_path):
     assert same.down["twin"].fields == same.down["house"].fields
 
 
+def test_bits_are_named_by_a_list_by_a_table_or_by_the_kinds_of_devices(tmp_path):
+    def bits_of(bits, more="", kind="u16"):
+        field = FIELD.replace('"u8"', f'"{kind}", bits = {bits}')
+        return load(tmp_path, HEAD + packet(field) + more).down["house"].fields[0].bits
+
+    assert bits_of('["heater", "lamp"]', kind="u8") == ("heater", "lamp")
+    assert bits_of('"parts"', '[labels]\nparts = ["heater"]') == ("heater",)
+    assert bits_of('"sensors"') == SENSORS
+    assert bits_of('"sensors"', '[labels]\nsensors = ["mine"]') == ("mine",)
+    assert CHIBIS.down["extended"].fields[5].bits == SENSORS
+    assert Dictionary.model_validate_json(CHIBIS.model_dump_json()) == CHIBIS
+
+
 MISTAKES = {
     "type": (changed('"u8"', '"u9"'), r"down\.house\.fields\[0\]\.type: must be 'u8', .*'u9'"),
     "no type": (changed(', type = "u8"', ""), r"fields\[0\]\.type: must be given; .* nothing"),
@@ -119,6 +138,33 @@ MISTAKES = {
     "many": (
         changed('"u8"', f'"u8", labels = {[str(k) for k in range(257)]}'),
         r"labels: must be at most 256 for the type u8; received 257",
+    ),
+    "bits": (
+        changed('"u8"', '"u8", bits = "sensor"'),
+        r"fields\[0\]\.bits: must be a list or a name in \[labels\]; received 'sensor' .*sensors\?",
+    ),
+    "signed bits": (
+        changed('"u8"', '"i8", bits = ["A"]'),
+        r"bits: must belong to an unsigned type without a scale; received type i8, scale 1",
+    ),
+    "scaled bits": (
+        changed('"u8"', '"u8", scale = 2, bits = ["A"]'),
+        r"bits: must belong to an unsigned type without a scale; received type u8, scale 2",
+    ),
+    "same bits": (changed('"u8"', '"u8", bits = ["A", "A"]'), r"bits: must differ from each other"),
+    "empty bit": (changed('"u8"', '"u8", bits = ["A", ""]'), r"bits\[1\]: must not be empty"),
+    "comma": (
+        changed('"u8"', '"u8", bits = ["A, B"]'),
+        r"bits: must have no commas, and not be numbers; received 'A, B'",
+    ),
+    "number": (changed('"u8"', '"u8", bits = ["7"]'), r"bits: must have no commas, .* '7'"),
+    "many bits": (
+        changed('"u8"', '"u8", bits = "sensors"'),
+        r"bits: must be at most 8 for the type u8; received 10",
+    ),
+    "both": (
+        changed('"u8"', '"u8", bits = ["A"], labels = ["B"]'),
+        r"bits: must be left out with labels; received both",
     ),
     "twice": (
         HEAD + packet(f"{FIELD}, {FIELD}"),

@@ -224,7 +224,7 @@ def test_truncated_dump_gives_back_the_frames_after_it():
 def test_cut_packet_of_bytes_gives_back_all_frames_in_it():
     """Behind its end a frame begins by chance, but one that lies across a number gives it away."""
     extended = Downlink(SATELLITE).frame("extended", 5, [0.0] * 43)
-    odd = Downlink(SATELLITE).frame("odd", 5, [0.0] * 2 + [b""] + [0.0] * 14)
+    odd = Downlink(SATELLITE).frame("odd", 5, [0.0] * 2 + [b""] + [0.0] * 15)
     rest = len(odd) - 19 - len(BEACON)
     found, stream = found_in(odd[:19] + BEACON + extended[:rest] + BEACON, "down")
     assert [frame.raw for frame in found] == [BEACON, BEACON]

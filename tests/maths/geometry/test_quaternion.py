@@ -44,6 +44,22 @@ def test_quarter_turn_about_z_takes_body_x_to_reference_y():
 
 
 @MANY
+@given(turns, st.floats(0.1, 10.0), st.booleans())
+def test_a_rotation_vector_is_that_of_the_shorter_turn(turn, size, is_negative):
+    q = tuple((-size if is_negative else size) * np.array(q_of(turn)))
+    assert quat.to_rotation_vector(q) == pytest.approx(turn.as_rotvec(), abs=1e-14)
+
+
+@MANY
+@given(vectors, st.floats(-160.0, 0.4))
+def test_a_rotation_vector_comes_back_at_any_size(v, power):
+    """From pi down to where squares are no numbers."""
+    phi = np.array(v) / max(np.linalg.norm(v), 1.0) * 10.0**power
+    back = quat.to_rotation_vector(quat.from_rotation_vector(tuple(phi.tolist())))
+    assert back == pytest.approx(phi, rel=1e-14, abs=1e-15 * 10.0**power)
+
+
+@MANY
 @given(turns, vectors)
 def test_derivative_is_that_of_a_turn_about_body_axes(q, omega):
     """q(t) = q exp(omega t): central difference of the exponential."""

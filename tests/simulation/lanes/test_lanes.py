@@ -18,8 +18,8 @@ from torquer.scenario.load import load_scenario, scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import law_in_lanes
 from torquer.simulation.lanes.packing import pack_member
+from torquer.simulation.loop.due import attitude_sensor_step, gyro_step, magnetometer_step
 from torquer.simulation.loop.members import END, STREAMS, Many, draw, each
-from torquer.simulation.loop.sensors import attitude_sensor_step, gyro_step, magnetometer_step
 from torquer.simulation.loop.step import drive_coils_step
 from torquer.simulation.propagate.interval import rk4_phase
 from torquer.simulation.setup.run import prepare
@@ -305,7 +305,7 @@ LOOPS = {
     "draw": lambda members: draw(members, 1.0, 0, 1),
     "magnetometer": lambda members: each(members, magnetometer_step, 0, ZERO, 0.0),
     "attitude sensor": lambda members: each(members, attitude_sensor_step, 0, SKY, 0.0),
-    "gyro": lambda members: each(members, gyro_step, 0, 0.0),
+    "gyro": lambda members: each(members, gyro_step, 0, 0.0, 0.0),
     "coils": lambda members: each(members, drive_coils_step),
     "rk4": lambda members: each(members, rk4_phase, LOCAL, LOCAL, LOCAL, ZERO, 0, 1.0),
 }

@@ -55,7 +55,7 @@ def timings(draw):
 @settings(max_examples=200, deadline=None)
 @given(timings(), st.integers(0, 10_000))
 def test_rows_are_what_is_due_at_each_step(timing, from_step):
-    table = make_timetable(*timing)
+    table = make_timetable(*timing, disturbed=(MAGNETOMETER, SEARCH_COIL))
     found, step = {}, from_step
     last = from_step + 2 * table.cycle_steps + 1
     while step < last:
@@ -71,7 +71,7 @@ def test_rows_are_what_is_due_at_each_step(timing, from_step):
 @settings(max_examples=100, deadline=None)
 @given(timings())
 def test_a_command_is_held_until_the_next_control_step(timing):
-    table = make_timetable(*timing)
+    table = make_timetable(*timing, disturbed=(MAGNETOMETER, SEARCH_COIL))
     controls = [
         step for step in range(3 * table.cycle_steps) if actions_at(step, *timing) & CONTROL
     ]
