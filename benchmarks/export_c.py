@@ -16,8 +16,7 @@ import numpy as np
 import torquer
 from torquer.compile.arguments import Arguments, Entry, record_at
 from torquer.computer.computer import Board, Computer
-from torquer.computer.interface import KNOWN
-from torquer.flight.c99.interface import HANDED_IN
+from torquer.flight.c99.interface import handed_in
 from torquer.flight.c99.recording import record_steps
 from torquer.flight.c99.tables import state_numbers
 from torquer.simulation.loop.computers import command_from
@@ -58,7 +57,7 @@ take = Entry(_take, 1)
 def measured(name: str) -> tuple[float, float, float]:
     """Microseconds of a control step in Python and in C, and the median of their ratios."""
     scenario = torquer.load_scenario(EXAMPLES / f"{name}.toml")
-    places = np.array([(KNOWN.names or ()).index(each) for each in HANDED_IN])
+    places = np.array([*handed_in().values()])
     with tempfile.TemporaryDirectory() as folder:
         torquer.export_c(scenario, folder, steps=1)
         library = Library(folder)
