@@ -1,6 +1,7 @@
 """A mode table evaluated reading by reading."""
 
 import numpy as np
+from known import record_of
 
 from torquer.computer.inputs import Inputs, ReadingTimes
 from torquer.computer.interface import UNKNOWN_ESTIMATE, Ephemeris
@@ -66,7 +67,7 @@ class Flown:
 
     def __call__(self, inputs):
         """Whether a state was entered."""
-        return bool(switch_modes(self.table, self.state, inputs))
+        return bool(switch_modes(self.table, self.state, record_of(inputs)))
 
     @property
     def now(self):

@@ -2,9 +2,17 @@
 
 import numpy as np
 
+from torquer.compile.engine import records
 from torquer.computer.blocks.adapter import flat
-from torquer.computer.interface import PLACES, SENSORS
+from torquer.computer.interface import PLACES, SENSORS, nothing_known
 from torquer.spacecraft.sensors.devices import DEVICES
+
+
+def record_of(inputs):
+    """The record as kernels see it."""
+    known = nothing_known()
+    put_known(known, inputs)
+    return records(known)[0]
 
 
 def put_known(known, inputs) -> None:

@@ -152,8 +152,9 @@ ADDITIONS = {
             "torquer/computer/modes/signals.py": [
                 before(
                     "@inlined\ndef nutation(",
-                    "@inlined\ndef rate_across(table, state, inputs, index):\n"
+                    "@inlined\ndef rate_across(table, state, k, index):\n"
                     '    """Rate across the axis."""\n'
+                    "    inputs = read_inputs(k)\n"
                     "    return norm(cross(table.axis, inputs.estimate.omega_body_rad_s))\n\n\n",
                 ),
                 before(

@@ -19,7 +19,6 @@ from torquer.compile import engine
 from torquer.computer import computer
 from torquer.computer.blocks import adapter
 from torquer.computer.estimation import RateFromField
-from torquer.computer.inputs import read_inputs
 from torquer.simulation.loop import computers, record, step
 from torquer.simulation.propagate import fixed_steps, interval
 from torquer.simulation.setup.run import prepare
@@ -237,7 +236,7 @@ def replacements(run):
 
     @cuda.jit(device=True)
     def call_switch(address, table, state, known):
-        return switch_modes(table, state, read_inputs(known[0]))
+        return switch_modes(table, state, known[0])
 
     @cuda.jit(device=True)
     def call_host(address, number):

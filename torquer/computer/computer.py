@@ -19,8 +19,8 @@ from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import KINDS, Law
 from torquer.computer.estimation.estimator import Estimator, call_estimator
-from torquer.computer.informed import Waits, is_informed, known_attitude, known_vector
-from torquer.computer.inputs import flags, read_inputs, unit_flags
+from torquer.computer.informed import is_informed, known_attitude, known_vector
+from torquer.computer.inputs import flags, unit_flags
 from torquer.computer.interface import (
     ATTITUDE_SENSOR,
     GYRO,
@@ -59,7 +59,7 @@ SENSOR_READINGS, NO_ESTIMATOR, OF_LAW = -1, -2, -3
 #: parameters and of its memory; place of the estimate that it states, -1 for none; what it waits
 #: for if it is a law.
 BLOCK = np.dtype(
-    [(name, np.int64) for name in ("function", "p0", "p1", "m0", "m1", "states", *Waits._fields)]
+    [(name, np.int64) for name in ("function", "p0", "p1", "m0", "m1", "states", "waits")]
 )
 #: What a host is called for, besides laws by their numbers: a control step begins; estimator
 #: number n is called for by FIRST_ESTIMATOR + n.
@@ -117,11 +117,11 @@ class Board(NamedTuple):
 
 
 def _switch_modes(table, state, known):
-    return switch_modes(table, state, read_inputs(known[0]))
+    return switch_modes(table, state, known[0])
 
 
 def _check(table, state, known):
-    check(table, state, read_inputs(known[0]))
+    check(table, state, known[0])
     return True
 
 
@@ -172,12 +172,8 @@ def estimate_step(computer, board, number):
 
 
 @inlined
-def take_readings(known):
-    """The estimate is what attitude sensor and gyro read; they state neither error nor bias.
-
-    What is no finite number is unknown. Those of an estimator that worked in an earlier mode are
-    dropped.
-    """
+def put_readings(known):
+    """Attitude and rate of the estimate are what sensor and gyro read, finite or unknown."""
     q, omega = known.readings[ATTITUDE_SENSOR], known.readings[GYRO]
     x, y, z = known_vector((omega[0], omega[1], omega[2]))
     known.estimate_omega_x, known.estimate_omega_y, known.estimate_omega_z = x, y, z
@@ -185,6 +181,15 @@ def take_readings(known):
     known.estimate_s = known.read_s[ATTITUDE_SENSOR]
     known.estimate_q_x, known.estimate_q_y = x, y
     known.estimate_q_z, known.estimate_q_w = z, w
+
+
+@inlined
+def take_readings(known):
+    """The estimate is what attitude sensor and gyro read; they state neither error nor bias.
+
+    Those of an estimator that worked in an earlier mode are dropped.
+    """
+    put_readings(known)
     known.estimate_bias_x, known.estimate_bias_y, known.estimate_bias_z = 0.0, 0.0, 0.0
     known.sigma_rad, known.sigma_rad_s = math.nan, math.nan
     for sensor in range(known.isolated.shape[0]):
@@ -279,7 +284,7 @@ def enter_modes(computer, board, t_s):
 def run_law(computer, board, number):
     """The command of a law; none, and nothing remembered, while it lacks what it waits for."""
     block = computer.law_blocks[number]
-    if not is_informed(block, board.known[0]):
+    if not is_informed(block.waits, board.known[0]):
         return NO_COMMAND
     if block.function < 0:
         call_host(computer.host, number)
@@ -356,12 +361,7 @@ def combine(computer, board):
 
 @inlined
 def control_step(computer, board):
-    """The command for what the computer knows; without modes that of all laws, added.
-
-    At a time that is no number nothing is done.
-    """
-    if not math.isfinite(board.known[0].t_s):
-        return NO_COMMAND
+    """The command for what the computer knows; without modes that of all laws, added."""
     if computer.host != 0:
         call_host(computer.host, BEGIN)
     combine(computer, board)
@@ -375,6 +375,14 @@ def control_step(computer, board):
         dipole = add(dipole, command.dipole_a_m2)
         torque = add(torque, command.torque_n_m)
     return Command(dipole, torque)
+
+
+@inlined
+def control_step_on_board(computer, board):
+    """A control step at a time that others state: nothing is done where it is no number."""
+    if not math.isfinite(board.known[0].t_s):
+        return NO_COMMAND
+    return control_step(computer, board)
 
 
 @inlined
@@ -444,8 +452,7 @@ def make_computer(
     rows["function"] = [*law_numbers, *numbers]
     split = len(blocks.laws)
     for row, law in zip(rows, blocks.laws.values(), strict=False):
-        for name, waits in law.waits._asdict().items():
-            row[name] = waits
+        row["waits"] = law.waits
     stated = np.array([law.states_at for law in blocks.laws.values()], dtype=np.int64)
     rows["states"] = -1
     rows["states"][:split] = np.where(stated < 0, -1, rows["m0"][:split] + stated)

@@ -6,7 +6,6 @@ A user's law sees what the sensors read.
 """
 
 import math
-from typing import NamedTuple
 
 from torquer.compile.engine import inlined
 from torquer.computer.interface import (
@@ -18,22 +17,14 @@ from torquer.computer.interface import (
 )
 from torquer.maths.geometry.vec3 import is_finite
 
-
-class Waits(NamedTuple):
-    """What a law waits for, of what it may need: 1 or 0."""
-
-    waits_attitude: int
-    waits_rate: int
-    waits_magnetometer: int
-    waits_search_coil: int
-    waits_sun: int
-    waits_tachometers: int
-    waits_coil_dipole: int
-    waits_place: int
-    waits_model_field: int
-    waits_model_sun: int
-
-
+#: What a law may need and wait for, a bit each: the usual ones first.
+NEEDS = (
+    *("attitude", "rate", "magnetometer", "sun", "search_coil", "tachometers"),
+    *("coil_dipole", "place", "model_field", "model_sun"),
+)
+_ATTITUDE, _RATE, _FIELD, _SUN, _SEARCH_COIL, _TACHOMETERS, _COILS, _PLACE, _MODEL, _MODEL_SUN = (
+    1 << bit for bit in range(len(NEEDS))
+)
 #: What a law needs that takes position and velocity, the model's field or its direction to the Sun
 #: from the ephemeris.
 PLACE, MODEL_FIELD, MODEL_SUN = (
@@ -41,9 +32,9 @@ PLACE, MODEL_FIELD, MODEL_SUN = (
 )
 
 
-def find_waits(needs: frozenset[str]) -> Waits:
-    """What a law waits for that is not called without these."""
-    return Waits(*(int(name.removeprefix("waits_") in needs) for name in Waits._fields))
+def find_waits(needs: frozenset[str]) -> int:
+    """What a law waits for that is not called without these: bits, see `NEEDS`."""
+    return sum((name in needs) << bit for bit, name in enumerate(NEEDS))
 
 
 @inlined
@@ -83,23 +74,58 @@ def known_attitude(q):
 
 
 @inlined
+def doubt_of(v):
+    """Zero for a vector of finite numbers, NaN for any other: a sum where a condition costs."""
+    return 0.0 * v[0] + 0.0 * v[1] + 0.0 * v[2]
+
+
+@inlined
+def doubt_of_row(k, sensor):
+    """Zero if a sensor's reading of three numbers in the record, and its time, are numbers."""
+    late = 0.0 if k.read_s[sensor] < math.inf else math.nan  # before the first reading: -inf
+    return doubt_of(reading3(k, sensor)) + late
+
+
+@inlined
+def doubt_of_rest(waits, k):
+    """What `doubt_of_law` adds for what few laws wait for."""
+    doubt = 0.0
+    if waits & _SEARCH_COIL:
+        doubt += doubt_of_row(k, SEARCH_COIL)
+    if waits & _TACHOMETERS:
+        doubt += doubt_of_row(k, TACHOMETERS)
+    if waits & _COILS:
+        doubt += doubt_of((k.coils_x, k.coils_y, k.coils_z))
+    if waits & _PLACE:
+        doubt += doubt_of((k.position_x, k.position_y, k.position_z))
+        doubt += doubt_of((k.velocity_x, k.velocity_y, k.velocity_z))
+    if waits & _MODEL:
+        doubt += doubt_of((k.model_b_x, k.model_b_y, k.model_b_z))
+        doubt += doubt_of((k.model_b_rate_x, k.model_b_rate_y, k.model_b_rate_z))
+    if waits & _MODEL_SUN:
+        doubt += doubt_of((k.to_sun_x, k.to_sun_y, k.to_sun_z))
+    return doubt
+
+
+@inlined
+def doubt_of_law(waits, k):
+    """Zero if the record has all that a law waits for, bits of `NEEDS`; else NaN."""
+    doubt = 0.0
+    if waits & _ATTITUDE:
+        doubt += doubt_of((k.estimate_q_x, k.estimate_q_y, k.estimate_q_z))
+        doubt += 0.0 * k.estimate_q_w
+    if waits & _RATE:
+        doubt += doubt_of((k.estimate_omega_x, k.estimate_omega_y, k.estimate_omega_z))
+    if waits & _FIELD:
+        doubt += doubt_of_row(k, MAGNETOMETER)
+    if waits & _SUN:
+        doubt += doubt_of_row(k, SUN_SENSORS)
+    if waits >= _SEARCH_COIL:
+        doubt += doubt_of_rest(waits, k)
+    return doubt
+
+
+@inlined
 def is_informed(waits, k):
-    """Whether the record of what is known has all that a law waits for; see `Waits`."""
-    q = (k.estimate_q_x, k.estimate_q_y, k.estimate_q_z, k.estimate_q_w)
-    omega = (k.estimate_omega_x, k.estimate_omega_y, k.estimate_omega_z)
-    coils, to_sun = (k.coils_x, k.coils_y, k.coils_z), (k.to_sun_x, k.to_sun_y, k.to_sun_z)
-    r, v = (k.position_x, k.position_y, k.position_z), (k.velocity_x, k.velocity_y, k.velocity_z)
-    field = (k.model_b_x, k.model_b_y, k.model_b_z)
-    field_rate = (k.model_b_rate_x, k.model_b_rate_y, k.model_b_rate_z)
-    return (
-        (waits.waits_attitude == 0 or is_known(q))
-        and (waits.waits_rate == 0 or is_finite(omega))
-        and (waits.waits_magnetometer == 0 or is_row(k, MAGNETOMETER))
-        and (waits.waits_search_coil == 0 or is_row(k, SEARCH_COIL))
-        and (waits.waits_sun == 0 or is_row(k, SUN_SENSORS))
-        and (waits.waits_tachometers == 0 or is_row(k, TACHOMETERS))
-        and (waits.waits_coil_dipole == 0 or is_finite(coils))
-        and (waits.waits_place == 0 or (is_finite(r) and is_finite(v)))
-        and (waits.waits_model_field == 0 or (is_finite(field) and is_finite(field_rate)))
-        and (waits.waits_model_sun == 0 or is_finite(to_sun))
-    )
+    """Whether the record of what is known has all that a law waits for, bits of `NEEDS`."""
+    return doubt_of_law(waits, k) == 0.0

@@ -144,6 +144,13 @@ def reading3(k, sensor):
 
 
 @inlined
+def read_six(k, row):
+    """Six numbers of a device's latest reading in the record."""
+    r = k.readings
+    return (r[row, 0], r[row, 1], r[row, 2], r[row, 3], r[row, 4], r[row, 5])
+
+
+@inlined
 def put_estimate(k, e):
     """Write an estimate into the record."""
     k.estimate_s, k.sigma_rad, k.sigma_rad_s = e.t_s, e.sigma_rad, e.sigma_rad_s

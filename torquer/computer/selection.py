@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
-from torquer.computer.interface import GYRO, ROWS
+from torquer.computer.interface import GYRO, ROWS, read_six
 from torquer.spacecraft.sensors.device import MOST_PARTS
 
 MEAN, VOTE, SPARE = range(3)
@@ -78,13 +78,6 @@ def nothing_kept(selection: Selection) -> np.ndarray:
         else:
             kept[row, [SINCE, SEEN, ANGLE_S, RATE_S]] = -math.inf
     return kept
-
-
-@inlined
-def read_six(k, row):
-    """Six numbers of a reading."""
-    r = k.readings
-    return (r[row, 0], r[row, 1], r[row, 2], r[row, 3], r[row, 4], r[row, 5])
 
 
 @kernel

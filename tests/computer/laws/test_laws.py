@@ -16,7 +16,7 @@ from torquer.compile.engine import kernel
 from torquer.computer.blocks.adapter import find_inputs_type
 from torquer.computer.blocks.law import Law
 from torquer.computer.computer import call_law
-from torquer.computer.informed import Waits
+from torquer.computer.informed import NEEDS
 from torquer.computer.interface import KNOWN, UNKNOWN_ESTIMATE, Ephemeris
 from torquer.computer.laws import LAWS, AnyLaw
 
@@ -208,7 +208,7 @@ def test_law_uses_exactly_the_inputs_it_declares(kind, example):
         pytest.skip("says nothing of what it takes from the estimate")
     law, rows = example(kind), readings()
     whole, _ = answers(compiled(law), law, rows)
-    tried = {"ephemeris", *(name.removeprefix("waits_") for name in Waits._fields)}
+    tried = {"ephemeris", *NEEDS}
     tried -= {"coil_dipole"}  # taken by a stage of a law that these readings do not lead to
     used = {
         need

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning
+from known import record_of
 from scipy.spatial.transform import Rotation
 
 from torquer.computer.inputs import ReadingTimes
@@ -32,7 +33,7 @@ def value(name, inputs, index=0, flown=None, **keys):
                               "flags": ["raised"], **keys},
                            states=STATES)  # fmt: skip
     flown.state.flags[:1] = 1.0
-    found = signal_value(NUMBER_OF[name], flown.table, flown.state, inputs, index)
+    found = signal_value(NUMBER_OF[name], flown.table, flown.state, record_of(inputs), index)
     return found / UNITS[SIGNALS[name].unit]
 
 
@@ -108,15 +109,20 @@ def test_the_checker_knows_what_a_signal_is_computed_from(name):
 WITH_ONE_MORE = """
 import importlib.util, sys
 from types import SimpleNamespace as N
+from torquer.compile.engine import records
+from torquer.computer.interface import SUN_SENSORS, nothing_known
 spec = importlib.util.spec_from_file_location("with_one_more", sys.argv[1])
 module = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(module)
-estimate = N(omega_body_rad_s=(0.1, 0.0, -0.3), q_body_to_inertial=(0.0, 0.0, 0.0, 1.0))
-inputs = N(estimate=estimate, sun_body=(0.0, 0.6, 0.8), t_s=7.0)
+known = records(nothing_known())[0]
+known.t_s, known.readings[SUN_SENSORS, :3] = 7.0, (0.0, 0.6, 0.8)
+known.estimate_omega_x, known.estimate_omega_y, known.estimate_omega_z = 0.1, 0.0, -0.3
+known.estimate_q_x, known.estimate_q_y, known.estimate_q_z = 0.0, 0.0, 0.0
+known.estimate_q_w = 1.0
 table = N(axis=(0.0, 0.0, 1.0), inertia_kg_m2=(1.0, 1.0, 2.0, 0.0, 0.0, 0.0),
           wheel_momentum_n_m_s=(0.0, 0.0, 0.0), target=(1.0, 0.0, 0.0), target_is_sun=0.0)
 for name in ("spin_deg_s", "nutation_deg", "axis_to_sun_deg", "spin_size_deg_s", "time_s"):
-    arguments = table, None, inputs, 0
+    arguments = table, None, known, 0
     by_number = module.signal_value(module.NUMBER_OF[name], *arguments)
     print(name, by_number, module.SIGNALS[name].function(*arguments))
 """
@@ -127,8 +133,8 @@ def test_a_signal_is_one_function_and_one_line(before, tmp_path):
     """Wherever its line stands: in the middle or at the end."""
     text = Path(signals.__file__).read_text(encoding="utf-8")
     function = (
-        "@inlined\ndef spin_size(table, state, inputs, index):\n"
-        "    return abs(dot(table.axis, inputs.estimate.omega_body_rad_s))\n\n\n"
+        "@inlined\ndef spin_size(table, state, k, index):\n"
+        "    return abs(dot(table.axis, read_inputs(k).estimate.omega_body_rad_s))\n\n\n"
     )
     line = '    "spin_size_deg_s": Signal(spin_size, "deg/s", ("axis",), estimated=_RATE),\n'
     assert text.count(before) == text.count("class Signal(") == 1
@@ -147,7 +153,7 @@ def test_a_signal_is_one_function_and_one_line(before, tmp_path):
 
 def test_a_signal_that_is_not_there_is_unknown():
     flown = Flown(states=STATES)
-    assert math.isnan(signal_value(len(SIGNALS), flown.table, flown.state, SEEN, 0))
+    assert math.isnan(signal_value(len(SIGNALS), flown.table, flown.state, record_of(SEEN), 0))
 
 
 def test_nutation_is_that_of_the_axis_line():

@@ -55,7 +55,7 @@ def replay(path: str, file: str) -> int:
         if row[0] > 0.0:
             begun_anew(board, first)
         board.known.view(np.float64).reshape(-1)[places] = row[1 : 1 + inputs]
-        command = on_board.control_step(computer, board)
+        command = on_board.control_step_on_board(computer, board)
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
         if (
             answer.tobytes() != row[1 + inputs : 7 + inputs].tobytes()

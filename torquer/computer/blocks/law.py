@@ -19,7 +19,7 @@ from torquer.compile.engine import inlined
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.plugin import attributes_read
-from torquer.computer.informed import Waits, find_waits
+from torquer.computer.informed import find_waits
 from torquer.computer.interface import NO_COMMAND, Command
 from torquer.spacecraft.sensors.devices import DEVICES
 
@@ -106,8 +106,8 @@ class Law(Block):
         return -1 if self.states is None else self.memory_places()[self.states][0]
 
     @property
-    def waits(self) -> Waits:
-        """What it is not called without."""
+    def waits(self) -> int:
+        """What it is not called without: bits, see `torquer.computer.informed.NEEDS`."""
         return find_waits(self.needs & self.waits_for)
 
     @property

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined
-from torquer.computer.inputs import latest_reading
+from torquer.computer.interface import read_six
 from torquer.spacecraft.sensors.devices import DEVICES
 
 #: Sensors that read zeros where they see nothing; NaN where they are blinded; the same for long.
@@ -33,10 +33,10 @@ SENSOR_NOW = np.dtype(
 
 
 @inlined
-def four_numbers(inputs, sensor):
+def four_numbers(k, sensor):
     """(Time of a sensor's latest reading, four numbers that change with it)."""
-    t_s, r = latest_reading(inputs, sensor)
-    return t_s, (r[0], r[1], r[2], r[3] + math.pi * (r[4] + math.pi * r[5]))
+    r = read_six(k, sensor)
+    return k.read_s[sensor], (r[0], r[1], r[2], r[3] + math.pi * (r[4] + math.pi * r[5]))
 
 
 @inlined
@@ -54,12 +54,12 @@ def is_number(kind, v):
 
 
 @inlined
-def fails_by_itself(now, sensor, kind, inputs, first_s, oldest_s):
+def fails_by_itself(now, sensor, kind, k, first_s, oldest_s):
     """Whether a sensor is silent, stuck, or reads what is not a number.
 
     `kind`: number of its kind; `oldest_s`: how old its readings become by the timetable.
     """
-    read_s, v = four_numbers(inputs, sensor)
+    read_s, v = four_numbers(k, sensor)
     now.is_read = now.is_new = 0.0
     if read_s > now.read_s:
         same = v[0] == now.x and v[1] == now.y and v[2] == now.z and v[3] == now.w
@@ -68,7 +68,7 @@ def fails_by_itself(now, sensor, kind, inputs, first_s, oldest_s):
         now.interval_s = read_s - now.read_s if now.read_s > -math.inf else 0.0
         now.read_s = read_s
         now.x, now.y, now.z, now.w = v
-    silent_s = inputs.t_s - max(now.read_s, first_s)
+    silent_s = k.t_s - max(now.read_s, first_s)
     is_silent = silent_s > max(_SILENT_S, _TIMES * oldest_s)
     is_stuck = now.read_s - now.same_since_s > _SAME_S
     return is_silent or is_stuck or not is_number(kind, v)

@@ -27,6 +27,7 @@ from torquer.computer.estimation.triad import (
     read_quaternion,
 )
 from torquer.computer.estimation.watch import WATCHED, watch
+from torquer.computer.inputs import read_inputs
 from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.computer.modes.coil_check import follow_coils, forget_coils, has_field_reversed
 from torquer.computer.modes.sensor_alone import fails_by_itself
@@ -286,14 +287,15 @@ def forget_turns(now):
 
 
 @kernel
-def check_sensors(table, state, inputs):
+def check_sensors(table, state, k):
     """Bring all suspicions up to date, once per control step, before the modes are switched."""
-    now, sensors, noise, t_s = state.checks[0], state.sensors, table.noise, inputs.t_s
+    now, sensors, noise, t_s = state.checks[0], state.sensors, table.noise, k.t_s
+    inputs = read_inputs(k)
     if now.first_s == -math.inf:
         now.first_s = t_s
     for i in range(len(sensors)):
         kind, oldest_s = table.kinds[i], table.oldest_s[i]
-        if fails_by_itself(sensors[i], i, kind, inputs, now.first_s, oldest_s):
+        if fails_by_itself(sensors[i], i, kind, k, now.first_s, oldest_s):
             sensors[i].failed_s = t_s
     if follow_gyro(now, sensors[GYRO], inputs):
         compare_turns(now, sensors, noise, inputs)

@@ -1,8 +1,9 @@
 """Signals: the quantities that conditions of a mode table look at.
 
-A signal is a function `(table, state, inputs, index) -> float`, in SI units; not a number where
-it is unknown. `index` is the number of the state, sensor or region that its condition names.
-Adding one: its function and its line in `SIGNALS`.
+A signal is a function `(table, state, k, index) -> float`, in SI units; not a number where it is
+unknown. `k` is the record of what is known (`KNOWN`), which `read_inputs` shows as the inputs of a
+law. `index` is the number of the state, sensor or region that its condition names. Adding one: its
+function and its line in `SIGNALS`.
 """
 
 import math
@@ -11,10 +12,8 @@ from typing import NamedTuple
 
 from torquer.compile.engine import inlined
 from torquer.computer.informed import known_vector
-from torquer.computer.inputs import latest_reading
-from torquer.computer.interface import (
-    MAGNETOMETER,
-)
+from torquer.computer.inputs import read_inputs
+from torquer.computer.interface import MAGNETOMETER
 from torquer.computer.laws.pointing import deviation, reference_motion, short_way
 from torquer.computer.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
 from torquer.computer.modes.sensor_check import SUSPECTED_S, is_field_doubtful
@@ -61,46 +60,53 @@ def target_body(table, inputs):
 
 
 @inlined
-def rate(table, state, inputs, index):
+def rate(table, state, k, index):
     """Absolute angular rate."""
+    inputs = read_inputs(k)
     return norm(inputs.estimate.omega_body_rad_s)
 
 
 @inlined
-def spin(table, state, inputs, index):
+def spin(table, state, k, index):
     """Rate about the axis."""
+    inputs = read_inputs(k)
     return dot(table.axis, inputs.estimate.omega_body_rad_s)
 
 
 @inlined
-def nutation(table, state, inputs, index):
+def nutation(table, state, k, index):
     """Angle between the line of the axis and the momentum: 0 for a spin either way."""
+    inputs = read_inputs(k)
     off = angle(table.axis, momentum(table, inputs))
     return math.pi - off if off > 0.5 * math.pi else off
 
 
 @inlined
-def momentum_rate(table, state, inputs, index):
+def momentum_rate(table, state, k, index):
     """Magnitude of the momentum over the mean moment of inertia: nutation does not change it."""
+    inputs = read_inputs(k)
     mean = (table.inertia_kg_m2[0] + table.inertia_kg_m2[1] + table.inertia_kg_m2[2]) / 3.0
     return norm(momentum(table, inputs)) / mean
 
 
 @inlined
-def axis_to_target(table, state, inputs, index):
+def axis_to_target(table, state, k, index):
     """Angle between axis and target."""
+    inputs = read_inputs(k)
     return angle(table.axis, target_body(table, inputs))
 
 
 @inlined
-def momentum_to_target(table, state, inputs, index):
+def momentum_to_target(table, state, k, index):
     """Angle between momentum and target."""
+    inputs = read_inputs(k)
     return angle(momentum(table, inputs), target_body(table, inputs))
 
 
 @inlined
-def axis_to_sun(table, state, inputs, index):
+def axis_to_sun(table, state, k, index):
     """Angle between axis and Sun, by the Sun sensors."""
+    inputs = read_inputs(k)
     return angle(table.axis, known_vector(inputs.sun_body))
 
 
@@ -111,112 +117,109 @@ def from_wanted(table, inputs):
 
 
 @inlined
-def attitude_error(table, state, inputs, index):
+def attitude_error(table, state, k, index):
     """Angle of the turn from the wanted attitude to the estimated one."""
+    inputs = read_inputs(k)
     error, _ = from_wanted(table, inputs)
     return 2.0 * math.atan2(norm(short_way(error)), abs(error[3]))
 
 
 @inlined
-def attitude_rate(table, state, inputs, index):
+def attitude_rate(table, state, k, index):
     """Angular rate relative to the frame of the wanted attitude."""
+    inputs = read_inputs(k)
     _, relative = from_wanted(table, inputs)
     return norm(relative)
 
 
 @inlined
-def sun_in_view(table, state, inputs, index):
+def sun_in_view(table, state, k, index):
     """1 while a Sun sensor sees the Sun, else 0."""
+    inputs = read_inputs(k)
     return 1.0 if norm(known_vector(inputs.sun_body)) > 0.0 else 0.0
 
 
 @inlined
-def sunlit_fraction(table, state, inputs, index):
+def sunlit_fraction(table, state, k, index):
     """Visible part of the Sun's disc, by the ephemeris."""
-    return inputs.ephemeris.sunlit_fraction
+    return k.sunlit_fraction
 
 
 @inlined
-def field(table, state, inputs, index):
+def field(table, state, k, index):
     """Magnitude of the field that the magnetometer reads."""
+    inputs = read_inputs(k)
     return norm(known_vector(inputs.b_body_t))
 
 
 @inlined
-def wheel_momentum(table, state, inputs, index):
+def wheel_momentum(table, state, k, index):
     """Magnitude of the wheels' momentum."""
+    inputs = read_inputs(k)
     return norm(known_vector(inputs.wheel_momentum_body_n_m_s))
 
 
 @inlined
-def estimate_age(table, state, inputs, index):
+def estimate_age(table, state, k, index):
     """Time since the estimate was made; infinite before the first."""
-    return inputs.t_s - inputs.estimate.t_s
+    return k.t_s - k.estimate_s
 
 
 @inlined
-def estimate_sigma(table, state, inputs, index):
+def estimate_sigma(table, state, k, index):
     """Standard deviation of the estimated attitude."""
-    return inputs.estimate.sigma_rad
+    return k.sigma_rad
 
 
 @inlined
-def estimate_doubts(table, state, inputs, index):
+def estimate_doubts(table, state, k, index):
     """1 while the estimator judges a sensor's readings to be wrong, else 0."""
-    isolated = inputs.estimate.isolated
-    value = isolated[0]
-    for k in range(1, len(isolated)):
-        value = isolated[k] if index == k else value
-    units = inputs.estimate.isolated_units
-    for k in range(len(units)):
-        value = units[k] if index == len(isolated) + k else value
-    return value
+    return k.isolated[index]
 
 
 @inlined
-def reading_age(table, state, inputs, index):
+def reading_age(table, state, k, index):
     """Time since a sensor's latest reading was taken; infinite before the first."""
-    read_s, _ = latest_reading(inputs, index)
-    return inputs.t_s - read_s
+    return k.t_s - k.read_s[index]
 
 
 @inlined
-def time(table, state, inputs, index):
+def time(table, state, k, index):
     """Time since the start of the run."""
-    return inputs.t_s
+    return k.t_s
 
 
 @inlined
-def time_in_state(table, state, inputs, index):
+def time_in_state(table, state, k, index):
     """How long a region has been in its state."""
-    return inputs.t_s - state.regions[index]["since_s"]
+    return k.t_s - state.regions[index]["since_s"]
 
 
 @inlined
-def entries(table, state, inputs, index):
+def entries(table, state, k, index):
     """How often a state has been entered, the present time included."""
     return state.states[index]["entries"]
 
 
 @inlined
-def in_state(table, state, inputs, index):
+def in_state(table, state, k, index):
     """1 while the state's region is in it, else 0."""
     region = table.states[index]["region"]
     return 1.0 if state.regions[region]["state"] == index else 0.0
 
 
 @inlined
-def sensor_suspected(table, state, inputs, index):
+def sensor_suspected(table, state, k, index):
     """1 while a sensor is suspected: silent, stuck, or in contradiction to others and models."""
     now = state.sensors[index]
     suspected_s = max(now.failed_s, now.blamed_s)
     if index == MAGNETOMETER and all_reversed(state.checks[0]):
         return 1.0
-    return 1.0 if inputs.t_s - suspected_s <= SUSPECTED_S else 0.0
+    return 1.0 if k.t_s - suspected_s <= SUSPECTED_S else 0.0
 
 
 @inlined
-def coil_suspected(table, state, inputs, index):
+def coil_suspected(table, state, k, index):
     """1 while the dipole along a body axis clearly does not do what is commanded, else 0.
 
     A field of the wrong sign, which makes all coils seem reversed, is not theirs.
@@ -227,7 +230,7 @@ def coil_suspected(table, state, inputs, index):
 
 
 @inlined
-def coils_reversed(table, state, inputs, index):
+def coils_reversed(table, state, k, index):
     """1 while the coils work against the command, all of them or by a field of the wrong sign.
 
     A law of differences brakes then with its sign changed.
@@ -236,7 +239,7 @@ def coils_reversed(table, state, inputs, index):
 
 
 @inlined
-def flag(table, state, inputs, index):
+def flag(table, state, k, index):
     """1 while the flag is raised from outside, by flight software or by command, else 0."""
     return state.flags[index]
 
@@ -345,16 +348,16 @@ def _chain() -> Callable:
     One function within another for each signal, instead, compiles for seconds.
     """
     functions = {f"_{number}": one.function for number, one in enumerate(SIGNALS.values())}
-    text = "def signal_value(signal, table, state, inputs, index):\n"
+    text = "def signal_value(signal, table, state, k, index):\n"
     for number, name in enumerate(functions):
         text += f"    if signal == {number}:\n"
-        text += f"        return {name}(table, state, inputs, index)\n"
+        text += f"        return {name}(table, state, k, index)\n"
     text += "    return nan\n"
     names: dict = {**functions, "nan": math.nan, "__name__": __name__}
     exec(compile(text, __file__, "exec"), names)
     return inlined(names["signal_value"])
 
 
-#: `signal_value(number, table, state, inputs, index)`: the signal of a number; unknown if there is
+#: `signal_value(number, table, state, k, index)`: the signal of a number; unknown if there is
 #: none.
 signal_value = _chain()

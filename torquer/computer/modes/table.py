@@ -164,10 +164,10 @@ def first_state(table: ModeTable, initial, flags: int = 0) -> ModeState:
 
 
 @inlined
-def evaluate_condition(table, state, inputs, place):
+def evaluate_condition(table, state, k, place):
     """Whether a condition is true; it remembers that it was (hysteresis)."""
     row, now = table.conditions[place], state.conditions[place]
-    value = signal_value(row["signal"], table, state, inputs, row["index"])
+    value = signal_value(row["signal"], table, state, k, row["index"])
     if math.isnan(value):
         return UNKNOWN
     if row["since_entry"] == 1:
@@ -181,31 +181,31 @@ def evaluate_condition(table, state, inputs, place):
 
 
 @inlined
-def held_for_s(table, state, inputs, place):
+def held_for_s(table, state, k, place):
     """How long the conditions of a transition have been true [s]; below zero if they are not."""
     row, now = table.transitions[place], state.transitions[place]
     truth = TRUE
     for condition in range(row["first_condition"], row["after_condition"]):
-        one = evaluate_condition(table, state, inputs, condition)
+        one = evaluate_condition(table, state, k, condition)
         truth = one if one < truth else truth  # Numba's `min` does not compile for CUDA
     if truth == FALSE:
         now["true_since_s"] = NEVER_S
     elif truth == UNKNOWN:
-        now["true_since_s"] += inputs.t_s - state.clock[0]["evaluated_s"]
+        now["true_since_s"] += k.t_s - state.clock[0]["evaluated_s"]
     elif now["true_since_s"] == NEVER_S:
-        now["true_since_s"] = inputs.t_s
-    return inputs.t_s - now["true_since_s"] if truth == TRUE else -1.0
+        now["true_since_s"] = k.t_s
+    return k.t_s - now["true_since_s"] if truth == TRUE else -1.0
 
 
 @inlined
-def next_state(table, state, inputs, region):
+def next_state(table, state, k, region):
     """The state that a region is to enter; -1: none.
 
     Transitions from any state are tried first, then the present state's own. One from any state is
     reset while the region is in the state that it leads to.
     """
     row, now = table.regions[region], state.regions[region]
-    own, spent_s = table.states[int(now["state"])], inputs.t_s - now["since_s"]
+    own, spent_s = table.states[int(now["state"])], k.t_s - now["since_s"]
     from_any = row["after_transition"] - row["first_transition"]
     own_ones = own["after_transition"] - own["first_transition"]
     to = -1.0
@@ -217,7 +217,7 @@ def next_state(table, state, inputs, region):
         if i < from_any and transition["to"] == now["state"]:
             reset(table, state, place)
             continue
-        held_s = held_for_s(table, state, inputs, place)
+        held_s = held_for_s(table, state, k, place)
         entries = state.states[int(now["state"])]["entries"]
         longer = transition["back_off"] ** (entries - 1.0)
         done = held_s >= transition["for_s"] and spent_s >= longer * transition["at_least_s"]
@@ -263,13 +263,13 @@ def obey(now, evaluated_s):
 
 
 @inlined
-def check(table, state, inputs):
+def check(table, state, k):
     """Bring suspicions of sensors and coils up to date."""
-    check_sensors(without_reference_counts(table), without_reference_counts(state), inputs)
+    check_sensors(without_reference_counts(table), without_reference_counts(state), k)
 
 
 @inlined
-def switch_modes(table, state, inputs):
+def switch_modes(table, state, k):
     """Whether a region has entered a state; the first evaluation enters the initial ones.
 
     All conditions see the states before this evaluation; those of a state are looked at from the
@@ -278,13 +278,13 @@ def switch_modes(table, state, inputs):
     table, state = without_reference_counts(table), without_reference_counts(state)
     if state.clock[0]["evaluated_s"] > NEVER_S:
         for region in range(len(table.regions)):
-            state.regions[region]["to"] = next_state(table, state, inputs, region)
+            state.regions[region]["to"] = next_state(table, state, k, region)
     for region in range(len(table.regions)):
         obey(state.regions[region], state.clock[0]["evaluated_s"])
     changed = False
     for region in range(len(table.regions)):
         if state.regions[region]["to"] >= 0.0:
-            enter_next(table, state, inputs.t_s, region)
+            enter_next(table, state, k.t_s, region)
             changed = True
-    state.clock[0]["evaluated_s"] = inputs.t_s
+    state.clock[0]["evaluated_s"] = k.t_s
     return changed

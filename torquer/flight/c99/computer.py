@@ -12,7 +12,7 @@ from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.plugin import plain_function
-from torquer.computer.computer import Blocks, control_step, first_board
+from torquer.computer.computer import Blocks, control_step_on_board, first_board
 from torquer.computer.interface import KNOWN
 from torquer.computer.modes import signals
 from torquer.computer.modes.table import ModeState
@@ -143,12 +143,12 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
     state = state_type(computer.board)
 
     def build(program: Program) -> None:
-        program.function(control_step, [of_computer, state])
+        program.function(control_step_on_board, [of_computer, state])
 
     program = translate_repeatedly(build, _replace(computer), again, _TIMES if is_single() else ())
     program.type_name(of_computer)
     program.type_name(state)
-    step = program.function(control_step, [of_computer, state])
+    step = program.function(control_step_on_board, [of_computer, state])
     return Export(program, step.name, of_computer, state)
 
 

@@ -84,7 +84,8 @@ def norm(a):
 @inlined
 def is_finite(a):
     """Whether all three components are finite numbers."""
-    return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
+    # zero times a number is zero: one comparison for three
+    return 0.0 * a[0] + 0.0 * a[1] + 0.0 * a[2] == 0.0
 
 
 @inlined

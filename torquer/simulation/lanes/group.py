@@ -11,7 +11,7 @@ from torquer.computer.computer import Computer, estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, pack_member
-from torquer.simulation.loop.computers import Boards, make_boards, same_computers
+from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
 from torquer.simulation.loop.due import read_units
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.loop.state import CELLS, LOCAL_CELLS
@@ -133,7 +133,8 @@ class Lanes:
         memory_at = parameters_at + len(board.parameters)
         parameters = numbers[:, parameters_at:memory_at]
         memory = numbers[:, memory_at : memory_at + len(board.memory)]
-        return make_boards(board, parameters.copy(), memory.copy())
+        sensed = sensed_places(self.plan.timetable)
+        return make_boards(board, parameters.copy(), memory.copy(), sensed)
 
     def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
         run, plan, count = self.run, self.plan, len(numbers)

@@ -21,7 +21,7 @@ from torquer.computer.blocks.adapter import (
     record_maker,
 )
 from torquer.computer.blocks.law import Law
-from torquer.computer.informed import Waits, is_informed
+from torquer.computer.informed import doubt_of_law, is_informed
 from torquer.computer.inputs import read_inputs
 from torquer.computer.interface import KNOWN
 from torquer.simulation.loop.computers import LANES_LAW
@@ -34,7 +34,7 @@ CELLS_AT = KNOWN.itemsize // 8
 def _plain_law(cells, count, first_parameter, first_memory):
     informed = 0
     for lane in range(count):
-        informed += is_informed(_waits, _known(cells, 0, lane))  # noqa: F821
+        informed += doubt_of_law(_waits, _known(cells, 0, lane)) == 0.0  # noqa: F821
     for lane in range(count):
         # all at once where all are informed: a condition of each keeps a loop from taking vectors
         if informed == count or is_informed(_waits, _known(cells, 0, lane)):  # noqa: F821
@@ -55,7 +55,7 @@ def law_in_lanes(law: Law):
 
 @functools.cache
 def _compile_lanes(
-    kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int, waits: Waits
+    kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int, waits: int
 ):
     plain = plugin.plain_function(function)
     own = engine.is_own(plain)
@@ -70,6 +70,7 @@ def _compile_lanes(
         "LANES": LANES,
         "CELLS_AT": CELLS_AT,
         "_waits": waits,
+        "doubt_of_law": doubt_of_law,
         "is_informed": is_informed,
         "read_inputs": read_inputs,
     }

@@ -15,18 +15,22 @@ from torquer.compile.engine import caller, inlined
 from torquer.compile.lanes import LANES
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.computer.computer import (
+    SENSOR_READINGS,
     Board,
     Computer,
     combine,
     control_step,
     estimate,
-    put_simple_estimate,
+    put_readings,
 )
-from torquer.computer.interface import KNOWN, SENSED, Command, put_ephemeris
+from torquer.computer.interface import KNOWN, PLACES, ROWS, Command, put_ephemeris
 from torquer.computer.modes.table import ModeState
 from torquer.maths.geometry.vec3 import is_finite
 from torquer.simulation.loop.members import One, each, member_in
 from torquer.simulation.loop.sensors import ephemeris_at
+from torquer.simulation.loop.timetable import READ, Timetable
+from torquer.spacecraft.sensors.device import MOST_PARTS
+from torquer.spacecraft.sensors.devices import DEVICES
 
 #: A law for all lanes: cells, how many, first place of its parameters and of its memory.
 LANES_LAW = types.void(types.float64[::1], *[types.int64] * 3)
@@ -36,14 +40,18 @@ call_law_in_lanes = caller(LANES_LAW)
 class Boards(NamedTuple):
     """What is on board of n members: the arrays of `Board` with an axis of members before.
 
-    `numbers` (n, k): what is known, as numbers. n = 0 where laws work in vectors.
+    `numbers` (n, k): what is known, as numbers; n = 0 where laws work in vectors. `sensed`: places
+    in it of what the loop tells the computers.
     """
 
     all: Board
     numbers: np.ndarray
+    sensed: np.ndarray
 
 
-def make_boards(board: Board, parameters: np.ndarray, memory: np.ndarray) -> Boards:
+def make_boards(
+    board: Board, parameters: np.ndarray, memory: np.ndarray, sensed: list[int]
+) -> Boards:
     """Boards like this one for members with parameters (n, p) and memory (n, m) of their own."""
 
     def many(array: np.ndarray) -> np.ndarray:
@@ -51,9 +59,22 @@ def make_boards(board: Board, parameters: np.ndarray, memory: np.ndarray) -> Boa
 
     modes, known = ModeState(*map(many, board.modes)), many(board.known)
     numbers = known.view(np.float64).reshape(len(known), KNOWN.itemsize // 8)
+    rest = many(board.chosen), many(board.selected)
     return Boards(
-        Board(known, parameters, memory, modes, many(board.chosen), many(board.selected)), numbers
+        Board(known, parameters, memory, modes, *rest), numbers, np.array(sensed, np.int64)
     )
+
+
+def sensed_places(timetable: Timetable) -> list[int]:
+    """Places in the record of what changes without the computer: time, coils, what is read."""
+    rows = [row for row in range(ROWS) if (timetable.rows["actions"] & (READ << row)).any()]
+    readings, read_s = PLACES["readings"].start, PLACES["read_s"].start
+    places = [*range(readings)]
+    for row in rows:
+        count = DEVICES[row].count if row < len(DEVICES) else MOST_PARTS
+        first = readings + MOST_PARTS * row
+        places += [*range(first, first + count), read_s + row]
+    return places
 
 
 def same_computers(one: Computer, other: Computer) -> bool:
@@ -84,8 +105,8 @@ def has_command(member):
 
 
 @inlined
-def _estimate_step(member, estimator):
-    put_simple_estimate(member.state.board.known[0], estimator)
+def _readings_step(member):
+    put_readings(member.state.board.known[0])
 
 
 @inlined
@@ -131,8 +152,12 @@ def command_from(computer, board):
 
 @inlined
 def _laws_in_vectors(members, computer):
-    """Computers with laws alone: those of all members at once."""
-    each(members, _estimate_step, computer.estimator)
+    """Computers with laws alone: those of all members at once.
+
+    Of an estimate they know at most what sensors read: the rest is unknown from the start.
+    """
+    if computer.estimator == SENSOR_READINGS:
+        each(members, _readings_step)
     each(members, _no_command_step)
     for number in range(computer.law_blocks.shape[0]):
         block = computer.law_blocks[number]
@@ -148,7 +173,7 @@ def _one_by_one(members, plan, tables, boards, step):
         for lane in range(members.lanes):
             put_ephemeris(boards.all.known[lane, 0], ephemeris)
     for lane in range(members.lanes):
-        for place in range(SENSED):
+        for place in boards.sensed:
             boards.numbers[lane, place] = members.cells[place * LANES + lane]
         command = command_from(plan.computer, select_board(boards, lane))
         accept(member_in(members, lane).state.cells, command)

@@ -27,10 +27,9 @@ from torquer.spacecraft.sensors.device import MOST_PARTS, Here
 @inlined
 def begin_reading(member, sensor, t):
     """Count a reading that is being taken; what the device is exposed to."""
-    state = member.state
-    state.sensors[sensor].count += 1.0
-    coils, own = member.constants.coils, state.sensors[sensor].own
-    return Here(read_motion(state.cells), coils, state.coils, own, t)
+    state, r = member.state, member.state.sensors[sensor]
+    r.count += 1.0
+    return Here(read_motion(state.cells), member.constants.coils, state.coils, r.own, t)
 
 
 @inlined
@@ -40,49 +39,45 @@ def choose(condition, a, b):
 
 
 @inlined
-def _send(member, sensor, is_late, k, value):
+def _send(under_way, readings, sensor, is_late, k, value):
     """Number k of a reading, sent on its way or given to the computer.
 
     Both are written in any case: stores under a condition keep a loop over members from being
     vectorised.
     """
-    under_way, readings = member.state.sensors[sensor].reading, member.state.board.known[0].readings
     under_way[k] = choose(is_late, value, under_way[k])
     readings[sensor, k] = choose(is_late, readings[sensor, k], value)
 
 
 @inlined
-def _send_time(member, sensor, late, t):
-    """Note when a reading was taken; whether it is late."""
-    is_late, read_s = late & (READ << sensor) != 0, member.state.board.known[0].read_s
-    r = member.state.sensors[sensor]
-    r.t_s = choose(is_late, t, r.t_s)
-    read_s[sensor] = choose(is_late, read_s[sensor], t)
-    return is_late
-
-
-@inlined
 def send3(member, sensor, late, t, v):
     """Send a reading of three numbers to the computer, now or late."""
-    is_late = _send_time(member, sensor, late, t)
-    _send(member, sensor, is_late, 0, v[0])
-    _send(member, sensor, is_late, 1, v[1])
-    _send(member, sensor, is_late, 2, v[2])
+    is_late = late & (READ << sensor) != 0
+    r, known = member.state.sensors[sensor], member.state.board.known[0]
+    r.t_s = choose(is_late, t, r.t_s)
+    known.read_s[sensor] = choose(is_late, known.read_s[sensor], t)
+    _send(r.reading, known.readings, sensor, is_late, 0, v[0])
+    _send(r.reading, known.readings, sensor, is_late, 1, v[1])
+    _send(r.reading, known.readings, sensor, is_late, 2, v[2])
 
 
 @inlined
 def send4(member, sensor, late, t, v):
     """Send a reading of four numbers to the computer, now or late."""
     send3(member, sensor, late, t, v)
-    _send(member, sensor, late & (READ << sensor) != 0, 3, v[3])
+    is_late = late & (READ << sensor) != 0
+    r, known = member.state.sensors[sensor], member.state.board.known[0]
+    _send(r.reading, known.readings, sensor, is_late, 3, v[3])
 
 
 @inlined
 def send6(member, sensor, late, t, v):
     """Send a reading of six numbers to the computer, now or late."""
     send4(member, sensor, late, t, v)
-    _send(member, sensor, late & (READ << sensor) != 0, 4, v[4])
-    _send(member, sensor, late & (READ << sensor) != 0, 5, v[5])
+    is_late = late & (READ << sensor) != 0
+    r, known = member.state.sensors[sensor], member.state.board.known[0]
+    _send(r.reading, known.readings, sensor, is_late, 4, v[4])
+    _send(r.reading, known.readings, sensor, is_late, 5, v[5])
 
 
 @inlined
