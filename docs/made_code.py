@@ -114,6 +114,8 @@ def due_text() -> str:
     return render(
         "due.py.jinja",
         devices=read,
+        usual=[row for row in read if not row.need],
+        seldom=[row for row in read if row.need],
         several=[row for row in read if row.several],
         count=len(DEVICES),
         first_stream=FIRST_UNIT_STREAM,

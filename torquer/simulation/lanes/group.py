@@ -12,10 +12,9 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, pack_member
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
-from torquer.simulation.loop.due import read_units
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.loop.state import CELLS, LOCAL_CELLS
-from torquer.simulation.loop.step import Loop, run_steps
+from torquer.simulation.loop.step import NO_READERS, Loop, run_steps, with_readers
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.setup.run import Piece, Run, make_environments, tabulate_piece
@@ -156,12 +155,10 @@ class Lanes:
             )
             compiled = propagate.address(problem)
             loop = Loop(
-                *(plan, piece.tables, members, boards, at, local, kept, 0, 0),
-                *(compiled, problem.address),
+                *(plan, piece.tables, members, boards, at, local, kept, NO_READERS),
+                *(0, compiled, problem.address),
             )
-            if any(plan.plant.unit_counts):
-                loop = loop._replace(read_units=read_units.address(Arguments(loop)))
-            run_steps(Arguments(loop), piece.last)
+            run_steps(Arguments(with_readers(loop)), piece.last)
         propagate(problem, run.steps, run.steps, LOOK_ONLY)
         ended = np.ascontiguousarray(
             cells.reshape(-1, LANES)[CELLS_AT : CELLS_AT + len(CELLS.names)].T

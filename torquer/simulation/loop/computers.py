@@ -28,7 +28,7 @@ from torquer.computer.modes.table import ModeState
 from torquer.maths.geometry.vec3 import is_finite
 from torquer.simulation.loop.members import One, each, member_in
 from torquer.simulation.loop.sensors import ephemeris_at
-from torquer.simulation.loop.timetable import READ, Timetable
+from torquer.simulation.loop.timetable import READ, Timetable, all_actions
 from torquer.spacecraft.sensors.device import MOST_PARTS
 from torquer.spacecraft.sensors.devices import DEVICES
 
@@ -67,7 +67,7 @@ def make_boards(
 
 def sensed_places(timetable: Timetable) -> list[int]:
     """Places in the record of what changes without the computer: time, coils, what is read."""
-    rows = [row for row in range(ROWS) if (timetable.rows["actions"] & (READ << row)).any()]
+    rows = [row for row in range(ROWS) if all_actions(timetable) & (READ << row)]
     readings, read_s = PLACES["readings"].start, PLACES["read_s"].start
     places = [*range(readings)]
     for row in rows:

@@ -8,7 +8,7 @@ from torquer.compile.engine import inlined
 from torquer.simulation.loop.members import draw, drawn_for, each
 from torquer.simulation.loop.readings import begin_reading, put3, send3, send4, send6
 from torquer.simulation.loop.state import local_in
-from torquer.simulation.loop.timetable import READ
+from torquer.simulation.loop.timetable import ANY_UNIT, READ
 from torquer.spacecraft.sensors import (
     attitude_sensor,
     fine_sun_sensor,
@@ -216,26 +216,14 @@ def read_fine_sun_sensor(members, plant, around, late):
 
 
 @inlined
-def read_due(members, plant, around, late, actions):
-    """Read the devices that are due, in the order of their numbers."""
+def read_usual(members, plant, around, late, actions):
+    """Read what every satellite has and what is due of it, in the order of the numbers."""
     if actions & (READ << 0):
         read_magnetometer(members, plant, around, late)
-    if actions & (READ << 1):
-        read_search_coil(members, plant, around, late)
     if actions & (READ << 2):
         read_gyro(members, plant, around, late)
-    if actions & (READ << 3):
-        read_sun_sensors(members, plant, around, late)
     if actions & (READ << 4):
         read_attitude_sensor(members, plant, around, late)
-    if actions & (READ << 6):
-        read_horizon_sensor(members, plant, around, late)
-    if actions & (READ << 7):
-        read_sun_cells(members, plant, around, late)
-    if actions & (READ << 8):
-        read_integrating_gyro(members, plant, around, late)
-    if actions & (READ << 9):
-        read_fine_sun_sensor(members, plant, around, late)
 
 
 @inlined
@@ -533,32 +521,171 @@ def read_fine_sun_sensors(members, plant, around, late, actions, first):
             each(members, fine_sun_sensors_step, unit, row, late, sky, around.t_s)
 
 
-def _read_units(address, actions, step):
-    """Read devices of which there are several, at this step."""
+@inlined
+def around_at(loop, step):
+    """What there is to sense at a step, which the loop has reached."""
+    tables, plan, b_inertial = loop.tables, loop.plan, local_in(loop.local)[0]
+    return Around(plan.plant.shadow, tables.orbit, tables.sun, b_inertial, step * plan.step_s)
+
+
+def _read_search_coil(address, actions, step):
+    """Read the search coil, if it is due at this step."""
     loop = record_at(address)
-    plan, tables, members = loop.plan, loop.tables, loop.members
-    plant, late, t = plan.plant, plan.timetable.late, step * plan.step_s
-    b_inertial = local_in(loop.local)[0]
-    around = Around(plant.shadow, tables.orbit, tables.sun, b_inertial, t)
-    row = 10
-    read_magnetometers(members, plant, around, late, actions, row)
-    row += plant.unit_counts.magnetometers
-    read_gyros(members, plant, around, late, actions, row)
-    row += plant.unit_counts.gyros
-    read_sun_heads(members, plant, around, late, actions, row)
-    row += plant.unit_counts.sun_heads
-    read_star_trackers(members, plant, around, late, actions, row)
-    row += plant.unit_counts.star_trackers
-    read_horizon_sensors(members, plant, around, late, actions, row)
-    row += plant.unit_counts.horizon_sensors
-    read_integrating_gyros(members, plant, around, late, actions, row)
-    row += plant.unit_counts.integrating_gyros
-    read_fine_sun_sensors(members, plant, around, late, actions, row)
-    row += plant.unit_counts.fine_sun_sensors
+    plant, late = loop.plan.plant, loop.plan.timetable.late
+    if actions & (READ << 1):
+        read_search_coil(loop.members, plant, around_at(loop, step), late)
     return 0
 
 
-#: `(address of a Loop, actions, step)`; called by its address: only satellites that have several
-#: devices of a kind compile it.
-read_units = Entry(_read_units, 2)
-call_read_units = entry_caller(2)
+def _read_sun_sensors(address, actions, step):
+    """Read the Sun sensors, if it is due at this step."""
+    loop = record_at(address)
+    plant, late = loop.plan.plant, loop.plan.timetable.late
+    if actions & (READ << 3):
+        read_sun_sensors(loop.members, plant, around_at(loop, step), late)
+    return 0
+
+
+def _read_horizon_sensor(address, actions, step):
+    """Read the horizon sensor, if it is due at this step."""
+    loop = record_at(address)
+    plant, late = loop.plan.plant, loop.plan.timetable.late
+    if actions & (READ << 6):
+        read_horizon_sensor(loop.members, plant, around_at(loop, step), late)
+    return 0
+
+
+def _read_sun_cells(address, actions, step):
+    """Read the Sun cells, if it is due at this step."""
+    loop = record_at(address)
+    plant, late = loop.plan.plant, loop.plan.timetable.late
+    if actions & (READ << 7):
+        read_sun_cells(loop.members, plant, around_at(loop, step), late)
+    return 0
+
+
+def _read_integrating_gyro(address, actions, step):
+    """Read the integrating gyro, if it is due at this step."""
+    loop = record_at(address)
+    plant, late = loop.plan.plant, loop.plan.timetable.late
+    if actions & (READ << 8):
+        read_integrating_gyro(loop.members, plant, around_at(loop, step), late)
+    return 0
+
+
+def _read_fine_sun_sensor(address, actions, step):
+    """Read the fine Sun sensor, if it is due at this step."""
+    loop = record_at(address)
+    plant, late = loop.plan.plant, loop.plan.timetable.late
+    if actions & (READ << 9):
+        read_fine_sun_sensor(loop.members, plant, around_at(loop, step), late)
+    return 0
+
+
+def _read_magnetometers(address, actions, step):
+    """Read those of several that are due at this step: magnetometer."""
+    loop = record_at(address)
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    around = around_at(loop, step)
+    read_magnetometers(loop.members, plant, around, late, actions, first)
+    return 0
+
+
+def _read_gyros(address, actions, step):
+    """Read those of several that are due at this step: gyro."""
+    loop = record_at(address)
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    first += plant.unit_counts.magnetometers
+    around = around_at(loop, step)
+    read_gyros(loop.members, plant, around, late, actions, first)
+    return 0
+
+
+def _read_sun_heads(address, actions, step):
+    """Read those of several that are due at this step: Sun sensors."""
+    loop = record_at(address)
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    first += plant.unit_counts.magnetometers
+    first += plant.unit_counts.gyros
+    around = around_at(loop, step)
+    read_sun_heads(loop.members, plant, around, late, actions, first)
+    return 0
+
+
+def _read_star_trackers(address, actions, step):
+    """Read those of several that are due at this step: attitude sensor."""
+    loop = record_at(address)
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    first += plant.unit_counts.magnetometers
+    first += plant.unit_counts.gyros
+    first += plant.unit_counts.sun_heads
+    around = around_at(loop, step)
+    read_star_trackers(loop.members, plant, around, late, actions, first)
+    return 0
+
+
+def _read_horizon_sensors(address, actions, step):
+    """Read those of several that are due at this step: horizon sensor."""
+    loop = record_at(address)
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    first += plant.unit_counts.magnetometers
+    first += plant.unit_counts.gyros
+    first += plant.unit_counts.sun_heads
+    first += plant.unit_counts.star_trackers
+    around = around_at(loop, step)
+    read_horizon_sensors(loop.members, plant, around, late, actions, first)
+    return 0
+
+
+def _read_integrating_gyros(address, actions, step):
+    """Read those of several that are due at this step: integrating gyro."""
+    loop = record_at(address)
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    first += plant.unit_counts.magnetometers
+    first += plant.unit_counts.gyros
+    first += plant.unit_counts.sun_heads
+    first += plant.unit_counts.star_trackers
+    first += plant.unit_counts.horizon_sensors
+    around = around_at(loop, step)
+    read_integrating_gyros(loop.members, plant, around, late, actions, first)
+    return 0
+
+
+def _read_fine_sun_sensors(address, actions, step):
+    """Read those of several that are due at this step: fine Sun sensor."""
+    loop = record_at(address)
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    first += plant.unit_counts.magnetometers
+    first += plant.unit_counts.gyros
+    first += plant.unit_counts.sun_heads
+    first += plant.unit_counts.star_trackers
+    first += plant.unit_counts.horizon_sensors
+    first += plant.unit_counts.integrating_gyros
+    around = around_at(loop, step)
+    read_fine_sun_sensors(loop.members, plant, around, late, actions, first)
+    return 0
+
+
+#: What reads devices that not every satellite has, `(address of a Loop, actions, step)`: called by
+#: its address, so that those compile it that have the device. By the device's number, or by the
+#: name of a kind of which there are several.
+READERS: dict[int | str, Entry] = {
+    1: Entry(_read_search_coil, 2),
+    3: Entry(_read_sun_sensors, 2),
+    6: Entry(_read_horizon_sensor, 2),
+    7: Entry(_read_sun_cells, 2),
+    8: Entry(_read_integrating_gyro, 2),
+    9: Entry(_read_fine_sun_sensor, 2),
+    "magnetometers": Entry(_read_magnetometers, 2),
+    "gyros": Entry(_read_gyros, 2),
+    "sun_heads": Entry(_read_sun_heads, 2),
+    "star_trackers": Entry(_read_star_trackers, 2),
+    "horizon_sensors": Entry(_read_horizon_sensors, 2),
+    "integrating_gyros": Entry(_read_integrating_gyros, 2),
+    "fine_sun_sensors": Entry(_read_fine_sun_sensors, 2),
+}
+call_reader = entry_caller(2)
+#: Readings of these.
+BY_READERS = (
+    ANY_UNIT | (READ << 1) | (READ << 3) | (READ << 6) | (READ << 7) | (READ << 8) | (READ << 9)
+)

@@ -7,13 +7,12 @@ from torquer.compile.arguments import record_at
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.interface import TACHOMETERS, Ephemeris, put_ephemeris
 from torquer.environment.table import lookup3, lookup6, rate_from
-from torquer.simulation.loop.due import call_read_units, read_due
+from torquer.simulation.loop.due import BY_READERS, around_at, call_reader, read_usual
 from torquer.simulation.loop.members import each, each_alone
 from torquer.simulation.loop.readings import change_readings, deliver_step, sensors_at_work
-from torquer.simulation.loop.state import local_in, read_motion
-from torquer.simulation.loop.timetable import ANY_DELIVERY, ANY_UNIT, READ
+from torquer.simulation.loop.state import read_motion
+from torquer.simulation.loop.timetable import ANY_DELIVERY, READ
 from torquer.spacecraft.actuators.reaction_wheels import read_tachometers
-from torquer.spacecraft.sensors.device import Around
 from torquer.spacecraft.sensors.sunlight import sun_and_light
 
 
@@ -37,17 +36,16 @@ def tachometers_step(member, t):
 def read_sensors(address, actions, step):
     """Read the sensors that are due, in this order; what their noise is, state and step decide."""
     loop = record_at(address)
-    members, plan, tables = loop.members, loop.plan, loop.tables
+    members, plan = loop.members, loop.plan
     t, late, plant = step * plan.step_s, plan.timetable.late, plan.plant
-    b_inertial = local_in(loop.local)[0]
     if actions & ANY_DELIVERY:
         each(members, deliver_step, actions)
     failures = plant.failures.sensors
     actions = sensors_at_work(members, failures, late, actions, t)
-    around = Around(plant.shadow, tables.orbit, tables.sun, b_inertial, t)
-    read_due(members, plant, around, late, actions)
-    if actions & ANY_UNIT:
-        call_read_units(loop.read_units, address, actions, step)
+    read_usual(members, plant, around_at(loop, step), late, actions)
+    if actions & BY_READERS:
+        for number in range(loop.readers.shape[0]):
+            call_reader(loop.readers[number], address, actions, step)
     if actions & (READ << TACHOMETERS):
         each_alone(members, tachometers_step, t)
     change_readings(members, failures, late, actions, t)

@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.compile.arguments import Entry, entry_caller, record_at
+from torquer.compile.arguments import Arguments, Entry, entry_caller, record_at
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.allocation import allocate_torque, switch_off_motors
 from torquer.computer.computer import restart
 from torquer.environment.table import lookup6
 from torquer.simulation.loop.computers import Boards, compute, estimate_for_outside, has_command
+from torquer.simulation.loop.due import BY_READERS, READERS
 from torquer.simulation.loop.members import (
     BAD_COMMAND,
     RUNNING,
@@ -33,6 +34,8 @@ from torquer.simulation.loop.timetable import (
     COILS_ON,
     COILS_STAY,
     CONTROL,
+    READ,
+    all_actions,
     row_from,
 )
 from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
@@ -56,8 +59,8 @@ class Loop(NamedTuple):
 
     `local`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
     `record`: of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
-    `drive_wheels`, `read_units`, `propagate`: addresses of these functions; `problem`: of what the
-    last takes.
+    `readers`: addresses of what reads the devices that not every satellite has; `drive_wheels`,
+    `propagate`: of these functions; `problem`: of what the last takes.
     """
 
     plan: Plan
@@ -67,10 +70,29 @@ class Loop(NamedTuple):
     at: np.ndarray
     local: np.ndarray
     record: Record | np.ndarray
+    readers: np.ndarray
     drive_wheels: Any
-    read_units: Any
     propagate: Any
     problem: Any
+
+
+def with_readers(loop: Loop) -> Loop:
+    """A loop with what reads the devices of its satellite."""
+    due, counts = all_actions(loop.plan.timetable), loop.plan.plant.unit_counts
+    if not due & BY_READERS:
+        return loop
+    arguments = Arguments(loop)
+    addresses = [
+        reader.address(arguments)
+        for key, reader in READERS.items()
+        if (due & (READ << key) if isinstance(key, int) else getattr(counts, key))
+    ]
+    # without the compiler they are the functions themselves
+    return loop._replace(readers=np.array(addresses))
+
+
+#: Of a loop that reads only what every satellite has.
+NO_READERS = np.zeros(0, np.int64)
 
 
 @inlined

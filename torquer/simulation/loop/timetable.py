@@ -43,6 +43,11 @@ class Timetable(NamedTuple):
     late: int
 
 
+def all_actions(timetable: Timetable) -> int:
+    """Bits of all actions that are ever due."""
+    return int(np.bitwise_or.reduce(timetable.rows["actions"]))
+
+
 class Sampling(NamedTuple):
     """A sensor's interval and delay in steps; interval 0: read at every control step."""
 

@@ -13,7 +13,6 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
 from torquer.environment.light import Light, shadow_edges
 from torquer.scenario.spec import Scenario
-from torquer.simulation.loop.due import read_units
 from torquer.simulation.loop.members import (
     BAD_STATE,
     COARSE_STEP,
@@ -25,7 +24,14 @@ from torquer.simulation.loop.members import (
 )
 from torquer.simulation.loop.record import Instant, record_instant
 from torquer.simulation.loop.state import LOCAL_CELLS, Dynamics, Plan, ReadingTables, Record, State
-from torquer.simulation.loop.step import SENSED, Loop, drive_wheels, run_steps
+from torquer.simulation.loop.step import (
+    NO_READERS,
+    SENSED,
+    Loop,
+    drive_wheels,
+    run_steps,
+    with_readers,
+)
 from torquer.simulation.loop.timetable import COILS_OFF, longest_interval, next_row
 from torquer.simulation.outside.host import Host, what_failed
 from torquer.simulation.outside.library import Library
@@ -195,16 +201,14 @@ def _ready_for(run: Run) -> _Ready:
         state.at,
         local,
         run.record,
-        0,
+        NO_READERS,
         0,
         propagate.address(problem),
         problem.address,
     )
     if len(plan.plant.rotors.rows):
         loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
-    if any(plan.plant.unit_counts):
-        loop = loop._replace(read_units=read_units.address(Arguments(loop)))
-    arguments = Arguments(loop)
+    arguments = Arguments(with_readers(loop))
     return _Ready(piece, run.record, run_steps.of(arguments), arguments, problem)
 
 
