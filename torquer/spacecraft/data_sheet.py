@@ -22,7 +22,8 @@ class DataSheet(NamedTuple):
     there is no reading; `by_coils`: what it reads of the coils' own dipole [unit per A m^2];
     `axes`: how it is mounted. `white`: of a rate, noise times the root of the interval between its
     readings, whatever this is; `instability`: floor of the Allan deviation, which a bias with a
-    `correlation` time [s] makes. `words`: for an error not called by the device and its own name;
+    `correlation` time [s] makes; `quantum`: of an accumulated angle, its unit that of the
+    readings' angle. `words`: for an error not called by the device and its own name;
     `factors`: by which the values of a key become of the unit of the others.
     """
 
@@ -45,6 +46,7 @@ class DataSheet(NamedTuple):
     white: str = ""
     instability: str = ""
     correlation: str = ""
+    quantum: str = ""
     words: Mapping[str, str] = {}
     factors: Mapping[str, float] = {}
 

@@ -342,3 +342,33 @@ def test_a_drift_that_the_white_noise_hides_is_left_alone():
         "rate_random_walk_deg_s_sqrt_s = 0.0001", "rate_random_walk_deg_s_sqrt_s = 0"
     )
     assert write_notes(scenario_from_text(text)) == []
+
+
+@pytest.mark.parametrize(("quantum_arcsec", "noted"), [(1.0, False), (1000.0, True)])
+def test_the_count_of_an_integrating_gyro_is_noise_of_its_rate(quantum_arcsec, noted):
+    """1000 arcsec a count, each second: 0.28/sqrt(6) deg/s, and the walk of 0.01 deg/sqrt(s)."""
+    text = f"""
+start = 2025-06-01T00:00:00Z
+orbit = {{ kind = "circular", altitude_km = 500, inclination_deg = 97.4 }}
+simulation = {{ duration_s = 300 }}
+spacecraft.body.inertia_kg_m2 = [0.03, 0.04, 0.02]
+spacecraft.coils.limit_a_m2 = 0.2
+spacecraft.magnetometer.noise_nt = 100
+spacecraft.attitude_sensor.noise_deg = 0.05
+spacecraft.integrating_gyro.angle_random_walk_deg_sqrt_h = 0.6
+spacecraft.integrating_gyro.quantum_arcsec = {quantum_arcsec}
+initial.rate_deg_s = [0.2, -0.15, 0.1]
+control.sample_s = 1.0
+control.law = {{ kind = "bdot", gain_a_m2_s_per_t = 1e4 }}
+[control.estimator]
+kind = "kalman_gyro"
+sensors = ["star_tracker"]
+star_tracker_noise_deg = 0.05
+angle_random_walk_deg_sqrt_s = 0.01
+rate_random_walk_deg_s_sqrt_s = 1e-5
+gyro_bias_sigma_deg_s = 0.1
+"""
+    found = [n for n in write_notes(scenario_from_text(text)) if "quantum_arcsec" in n]
+    assert len(found) == noted
+    if noted:
+        assert "must not be far below the 0.114 deg/sqrt(s)" in found[0]

@@ -112,11 +112,19 @@ def _actual(pair: Pair) -> tuple[float, float, str]:
     if what == "white":
         unit = sheet.unit.replace("/s", "/sqrt(s)")
         if white is not None:
-            return float(white), float(white), unit
+            low, high = (_white(pair, each_s) for each_s in (longest_s, shortest_s))
+            return low, high, unit
         return noise * math.sqrt(shortest_s), noise * math.sqrt(longest_s), unit
     if what == "noise" and white is not None:
-        return float(white) / math.sqrt(longest_s), float(white) / math.sqrt(shortest_s), sheet.unit
+        low, high = (_white(pair, s) / math.sqrt(s) for s in (longest_s, shortest_s))
+        return low, high, sheet.unit
     return noise, noise, sheet.unit
+
+
+def _white(pair: Pair, interval_s: float) -> float:
+    """Noise of the rate between two angles, times the root of their interval, with rounding."""
+    counted = _number(pair.of_device("quantum")) / math.sqrt(6.0 * interval_s)
+    return math.hypot(_number(pair.of_device("white")), counted)
 
 
 def _drift(pair: Pair) -> float:
@@ -165,6 +173,8 @@ def _says_noise(pair: Pair, value: float, unit: str) -> str:
     words = f"the {value:.3g}{' ' * bool(unit)}{unit} of {name}.{getattr(pair.sheet, key)}"
     if _number(pair.of_device("resolution")) and key == "noise":
         words += f" and {pair.sheet.resolution}"
+    if _number(pair.of_device("quantum")) and key == "white":
+        words += f" and {pair.sheet.quantum}"
     if _number(pair.of_device("instability")) and key == "drift":
         words += f" and {pair.sheet.instability}"
     if what == "white" and key != what:

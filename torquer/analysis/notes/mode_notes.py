@@ -1,9 +1,10 @@
 """What the author of a mode table should know before the run."""
 
-from torquer.computer.interface import SENSORS
+from torquer.computer.estimation.filter import Filter
 from torquer.computer.modes.check import faults, findings
 from torquer.computer.modes.finding import Facts, Finding
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.sensors.devices import DEVICES
 
 #: Kinds of estimators that do not state how good they are.
 _WITHOUT_SIGMA = ("attitude_sensor", "rate_from_field", "law", "none")
@@ -28,21 +29,33 @@ def mode_facts(scenario: Scenario) -> Facts:
     specs, laws = control.named().laws, control.named().known_laws()
     estimators = {"estimator": control.estimator, **control.estimators}
     gives = {name: _given_by(spec) for name, spec in estimators.items()}
-    needs = frozenset().union(*(law.needs for law in laws.values()))
-    sensors = set(SENSORS)
-    if "search_coil" not in needs and len(laws) == len(specs):
-        sensors.remove("search_coil")
-    if scenario.spacecraft.wheels is None:
-        sensors.remove("tachometers")
-    if scenario.spacecraft.sun_cells is None:
-        sensors.remove("sun_cells")
     return Facts(
         step_s=control.sample_s,
         kinds={name: spec.kind for name, spec in specs.items()},
         drives={name: _driven_by(law) for name, law in laws.items() if specs[name].kind != "off"},
         gives={"attitude_sensor": frozenset({"attitude", "rate"}), "none": frozenset(), **gives},
-        sensors=frozenset(sensors),
+        sensors=_sensors_read(scenario),
     )
+
+
+def _sensors_read(scenario: Scenario) -> frozenset[str]:
+    """Names of the sensors, and of the kinds, of which there are readings."""
+    craft, control = scenario.spacecraft, scenario.control
+    flown, units = craft.flown().values(), craft.units()
+    has = {name for each in flown for name in (each.device.name, each.device.kind)}
+    named = control.named()
+    laws = named.known_laws()
+    needs = frozenset().union(*(law.needs for law in laws.values()))
+    for spec in (control.estimator, *control.estimators.values()):
+        needs |= spec.needs if isinstance(spec, Filter) else frozenset()
+    for device in DEVICES:
+        # signals read the Sun sensors; what laws need that are not known cannot be told
+        may = device.need in {*needs, "sun"} or len(laws) < len(named.laws)
+        if device.stands_in and may:
+            has.add(device.name)
+    if craft.wheels is not None:
+        has.add("tachometers")
+    return frozenset(has | {each.name for each in units})
 
 
 def _driven_by(law) -> frozenset[str]:

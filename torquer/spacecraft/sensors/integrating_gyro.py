@@ -189,7 +189,9 @@ class IntegratingGyro(Sampled):
         white="angle_random_walk_deg_sqrt_h",
         instability="bias_instability_deg_h",
         correlation="bias_correlation_s",
+        quantum="quantum_arcsec",
         factors={
+            "quantum": 1.0 / 3600.0,
             "bias": 1.0 / _HOUR_S,
             "drift": 1.0 / _HOUR_S / _ROOT_HOUR,
             "white": 1.0 / _ROOT_HOUR,

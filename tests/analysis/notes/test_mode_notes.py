@@ -1,0 +1,39 @@
+"""What the checker of mode tables is told of the sensors that are read."""
+
+import pytest
+
+from torquer.analysis.notes.mode_notes import mode_notes
+from torquer.scenario.load import scenario_from_text
+
+CASE = """
+start = 2025-06-01T00:00:00Z
+orbit = { kind = "circular", altitude_km = 500, inclination_deg = 97.4 }
+simulation = { duration_s = 300 }
+spacecraft.body.inertia_kg_m2 = [0.03, 0.04, 0.02]
+spacecraft.coils.limit_a_m2 = 0.2
+spacecraft.magnetometers = { p = { noise_nt = 10 }, q = { noise_nt = 10 } }
+initial.rate_deg_s = [0.2, -0.15, 0.1]
+control.sample_s = 1.0
+control.laws.l = { kind = "bdot", gain_a_m2_s_per_t = 1e4 }
+[control.modes.regions.main.states.one]
+laws = ["l"]
+transitions = [{ to = "two", when = { signal = "reading_age_s", sensor = "SENSOR", above = 5 } }]
+[control.modes.regions.main.states.two]
+laws = ["l"]
+transitions = [{ to = "one", at_most_s = 50 }]
+"""
+
+
+@pytest.mark.parametrize("sensor", ["p", "q", "magnetometer", "gyro", "sun_sensors"])
+def test_a_sensor_that_is_read_may_fall_silent(sensor):
+    assert mode_notes(scenario_from_text(CASE.replace("SENSOR", sensor))) == []
+
+
+@pytest.mark.parametrize(
+    "sensor",
+    ["search_coil", "tachometers", "horizon_sensor", "sun_cells", "integrating_gyro",
+     "fine_sun_sensor"],
+)  # fmt: skip
+def test_of_a_sensor_that_is_not_there_no_reading_comes(sensor):
+    (note,) = mode_notes(scenario_from_text(CASE.replace("SENSOR", sensor)))
+    assert f"the computer has no readings of the {sensor.replace('_', ' ')}" in note
