@@ -38,6 +38,8 @@ GYRO = ["sample_s", "range_deg_s", "noise_deg_s", "bias_deg_s", "bias_drift_deg_
         ("rate_deg", ["rate_deg_s"], None),
         ("area_m", ["area_m2"], None),
         ("axis_m", ["axis"], None),
+        ("noise_deg_s", ["range_deg_s"], None),
+        ("range_rad_s", ["range_deg_s"], "range_deg_s? 1 rad/s is 57.2958 deg/s"),
     ],
 )  # fmt: skip
 def test_a_hint_has_the_same_unit_or_the_conversion(name, known, hint):

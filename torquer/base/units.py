@@ -92,8 +92,8 @@ UNITS = {
     "n_m_per_t2": Unit("N m/T^2", "gain on an angle across the field", 1.0),
 }
 _RANDOM_WALK, _NOISE = "angle random walk", "noise_deg_s"
-#: So many names are looked at.
-_MOST = 8
+#: So many names are looked at; alike before their units are names from this ratio on.
+_MOST, _ALIKE = 8, 0.5
 
 
 def unit_of(name: str) -> Unit | None:
@@ -144,7 +144,15 @@ def near_names(name: str, known: Collection[str], most: int, cutoff: float = 0.6
     near = difflib.get_close_matches(name, known, max(most, _MOST), cutoff)
     if (own := unit_of(name)) and own.measures == _RANDOM_WALK and _NOISE in known:
         near.append(_NOISE)
-    return list(dict.fromkeys(each for each in near if conversion(name, each) is not None))[:most]
+    near = [each for each in near if conversion(name, each) is not None and _says_same(name, each)]
+    return list(dict.fromkeys(near))[:most]
+
+
+def _says_same(name: str, known: str) -> bool:
+    """Whether two names are alike before their units: noise_deg_s is no slip for range_deg_s."""
+    one, two = ("_".join(_words(each)).removesuffix(_ending(each)) for each in (name, known))
+    alike = difflib.SequenceMatcher(None, one.strip("_"), two.strip("_")).ratio() >= _ALIKE
+    return alike or unit_of(name) is None or known == _NOISE
 
 
 def did_you_mean(name: str, known: Collection[str], cutoff: float = 0.6, dashes: str = "") -> str:
