@@ -249,7 +249,8 @@ def random_scenario(number: int, fixed_steps: bool | None = None) -> str:
     lines["initial"] = {"rate_deg_s": chance.vector(1.0), "euler_deg": chance.vector(60.0)}
     lines["seed"] = number
     for kind in chance.some(combined(units)):
-        how = chance.one("mean", "vote", "spare")
+        most = ("mean", "vote", "spare") if len(combined(units)[kind]) > 2 else ("mean", "spare")
+        how = chance.one(*most)
         warm = {"warm_up_s": chance.one(0.0, 5.0)} if how == "spare" else {}
         lines[f"control.select.{kind}"] = {"kind": how} | warm
     lines["control.estimator"] = estimator(chance, units)

@@ -364,11 +364,16 @@ class Scenario(Spec):
     def _check_selections(self) -> None:
         """What is selected is there several times."""
         combined = self.spacecraft.combined()
-        for name in self.control.select:
+        for name, how in self.control.select.items():
             if name not in combined:
                 raise ValueError(
                     f"control.select.{name}: must be a kind of sensor of which laws read one for "
                     f"several ({', '.join(combined) or 'none'}); received {name!r}"
+                )
+            if how.kind == "vote" and len(combined[name]) < 3:
+                raise ValueError(
+                    f"control.select.{name}.kind: must be 'mean' or 'spare' with fewer than three "
+                    f"sensors, of which none is outvoted; received 'vote' of {len(combined[name])}"
                 )
         modes = self.control.modes
         for place, state in modes.all_states() if modes else ():

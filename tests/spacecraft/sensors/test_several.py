@@ -109,6 +109,12 @@ WRONG = {
     craft("integrating_gyros.a.failures = [{ kind = 'swapped', axes = 'xy' }]"): "spacecraft."
     "integrating_gyros.a.failures[0].kind: must be one of silent, stuck, zeros, nan, infinite; "
     "received 'swapped'",
+    craft("magnetometers = []"): "spacecraft.magnetometers: must hold a table for each of several "
+    "sensors; received none",
+    craft("sun_sensors = []"): "spacecraft.sun_sensors: must hold a table for each of several "
+    "sensors; received none",
+    selecting('{ kind = "vote" }'): "control.select.magnetometer.kind: must be 'mean' or 'spare' "
+    "with fewer than three sensors, of which none is outvoted; received 'vote' of 2",
     LAW + 'control.select.magnetometer.kind = "vote"\n': "control.select.magnetometer: must be a "
     "kind of sensor of which laws read one for several (none); received 'magnetometer'",
     LAW + TWO + 'control.select.boom.kind = "vote"\n': "control.select.boom: must be a kind of "

@@ -104,6 +104,8 @@ SUN_HEADS_TWICE = "sun_heads: must be left out with a list of sun_sensors; recei
 
 def by_name(rows) -> dict:
     """A list of tables with a `name` each, as tables by name."""
+    if not rows:
+        raise ValueError(": must hold a table for each of several sensors; received none")
     found: dict = {}
     for k, row in enumerate(rows):
         name = row.get("name") if isinstance(row, dict) else None
