@@ -8,7 +8,8 @@ from hypothesis import given, settings, strategies as st
 from pydantic import ValidationError
 
 from torquer.spacecraft.aerodynamics import Aerodynamics, aerodynamic_force_and_torque, flow
-from torquer.spacecraft.parts import Cylinder, Plate, Sphere, box
+from torquer.spacecraft.disturbance.solar_pressure import SolarPressure
+from torquer.spacecraft.parts import Box, Cylinder, Plate, Sphere, box
 
 #: The satellite of WHEEL, section 3: cylinder and panels, centres on the first axis.
 FOTON = Aerodynamics(
@@ -83,6 +84,18 @@ def test_areas_are_those_that_rays_see(direction):
     for body, inside in ((cylinder, in_cylinder), (cube, in_box)):
         seen = shadow(inside, direction, 1.0, n=300)
         assert body.area_m2(direction) == pytest.approx(seen, rel=0.02)
+
+
+def test_a_box_is_its_six_faces():
+    keys = {"size_m": (1.0, 0.6, 0.4), "centre_m": (0.1, 0.0, -0.2), "drag_coefficient": 2.4}
+    faces = box(keys["size_m"], keys["centre_m"])
+    faces = [face.model_copy(update={"drag_coefficient": 2.4}) for face in faces]
+    whole, parted = Aerodynamics(parts=(Box(**keys),)), Aerodynamics(parts=tuple(faces))
+    assert whole.pack().rows.tolist() == parted.pack().rows.tolist()
+    lit, of_faces = SolarPressure().pack(whole.parts), SolarPressure().pack(parted.parts)
+    assert lit.rows.tolist() == of_faces.rows.tolist()
+    with pytest.raises(ValidationError, match="greater than 0"):
+        Box(size_m=(1.0, 0.0, 0.4))
 
 
 def test_centred_cylinder_and_box_feel_no_torque_along_axes():

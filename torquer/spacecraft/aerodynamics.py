@@ -67,25 +67,25 @@ def aerodynamic_force_and_torque(surface, flow_body):
     return scale(pressure * total, direction), scale(pressure, cross(moment, direction))
 
 
-def _row(part: AnyPart) -> np.ndarray:
-    """Row of `Surface`."""
-    row = np.array(part.shape())
-    row[:4] *= 0.5 * part.drag_coefficient
-    return row
+def _rows(part: AnyPart) -> np.ndarray:
+    """Rows of `Surface`."""
+    rows = np.array(part.shapes())
+    rows[:, :4] *= 0.5 * part.drag_coefficient
+    return rows
 
 
 class Aerodynamics(Spec):
     """The parts of the body exposed to the air, in body axes from the centre of mass."""
 
     parts: tuple[AnyPart, ...] = Field(min_length=1)
-    """Cylinders, plates and spheres that the body is made of; they do not shade each other."""
+    """Boxes, cylinders, plates and spheres that make up the body; they do not shade each other."""
 
     def pack(self) -> Surface:
         """Constants for kernels."""
-        return Surface(np.array([_row(part) for part in self.parts]))
+        return Surface(np.concatenate([_rows(part) for part in self.parts]))
 
     def area_m2(self, direction) -> float:
         """Projected area [m^2] for motion along a direction (body axes, any length)."""
         towards = validate.unit_rows("direction", direction)[0]
-        rows = (np.array(part.shape()) for part in self.parts)
+        rows = (np.array(row) for part in self.parts for row in part.shapes())
         return float(sum(projected_area(row, tuple(towards)) for row in rows))

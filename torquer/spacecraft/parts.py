@@ -1,4 +1,4 @@
-"""Parts of a body, as exposed to air and sunlight: cylinders, plates, spheres.
+"""Parts of a body, as exposed to air and sunlight: boxes, cylinders, plates, spheres.
 
 Parts do not shade each other.
 """
@@ -12,6 +12,7 @@ from torquer.base import validate
 from torquer.base.spec import Spec, Vector, unit_vector
 
 _Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+_Length = Annotated[float, Field(gt=0.0)]
 
 
 class _Part(Spec):
@@ -35,10 +36,12 @@ class _Part(Spec):
             )
         return self
 
-    def shape(self) -> list[float]:
-        """Areas [m^2] along, against, across the axis, and from anywhere; axis; centre [m]."""
+    def shapes(self) -> list[list[float]]:
+        """A row for each surface: areas [m^2] along, against, across its axis, and from anywhere;
+        axis; centre [m].
+        """
         axis = getattr(self, "axis", (0.0, 0.0, 1.0))
-        return [*self.areas_m2(), *axis, *self.centre_m]
+        return [[*self.areas_m2(), *axis, *self.centre_m]]
 
 
 class _Directed(_Part):
@@ -89,7 +92,19 @@ class Sphere(_Part):
         return (0.0, 0.0, 0.0, np.pi * self.radius_m**2)
 
 
-AnyPart = Annotated[Cylinder | Plate | Sphere, Field(discriminator="kind")]
+class Box(_Part):
+    """Box with its edges along the body axes: six plates."""
+
+    kind: Literal["box"] = "box"
+    size_m: tuple[_Length, _Length, _Length]
+    """Lengths of its edges along the body axes."""
+
+    def shapes(self) -> list[list[float]]:
+        """The rows of its faces."""
+        return [row for face in box(self.size_m, self.centre_m) for row in face.shapes()]
+
+
+AnyPart = Annotated[Box | Cylinder | Plate | Sphere, Field(discriminator="kind")]
 
 
 def box(size_m: Vector, centre_m: Vector = (0.0, 0.0, 0.0)) -> tuple[Plate, ...]:

@@ -91,7 +91,8 @@ class SolarPressure(Spec):
     def pack(self, parts: tuple[AnyPart, ...]) -> SunlitSurface:
         """Constants for kernels; `parts`: those of the body, if it has none of its own."""
         rows = [
-            [*part.shape(), part.specular_reflectivity, part.diffuse_reflectivity]
+            [*row, part.specular_reflectivity, part.diffuse_reflectivity]
             for part in self.parts or parts
+            for row in part.shapes()
         ]
         return SunlitSurface(np.array(rows))
