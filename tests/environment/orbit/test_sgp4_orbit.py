@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sgp4
+from pydantic import ValidationError
 from sgp4.api import Satrec, jday
 from skyfield.api import EarthSatellite, load
 
@@ -201,6 +202,23 @@ def test_archived_lines_without_a_checksum_are_right_with_the_digit_that_is_stat
     orbit = Sgp4(tle=[line + end for line, end in zip(archived, ends, strict=True)])
     height_km = np.linalg.norm(orbit.state([0.0], tle_epoch(orbit))[0]) / 1e3 - 6378.0
     assert 900.0 < height_km < 1300.0
+    unchecked = Sgp4(tle=archived, without_checksums=True)
+    assert unchecked.tle == orbit.tle
+    assert Sgp4.model_validate(unchecked.model_dump()) == unchecked
+
+
+@pytest.mark.parametrize("ends", [(67, 68), (68, 69), (60, 60)])
+def test_lines_without_checksums_end_before_them(ends):
+    lines = [line[:end] for line, end in zip(CHIBIS, ends, strict=True)]
+    received = f"received {ends[0]} and {ends[1]}"
+    with pytest.raises(ValidationError, match=f"lines of 68 columns .*; {received}"):
+        Sgp4(tle=lines, without_checksums=True)
+
+
+def test_slips_of_other_columns_are_found_without_checksums():
+    first, second = (line[:68] for line in CHIBIS)
+    with pytest.raises(ValidationError, match="columns 9-16 must hold the inclination"):
+        Sgp4(tle=(first, second[:8] + "x" + second[9:]), without_checksums=True)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import field_validator, model_validator
 from sgp4.api import SGP4_ERRORS, Satrec
 
 from torquer.base.conventions import MU_EARTH_M3_S2
@@ -149,6 +149,14 @@ def _extent(second: str) -> Extent:
     return Extent(axis * (1.0 - eccentricity), axis * (1.0 + eccentricity), tilt)
 
 
+def _lines(value) -> tuple[str, ...] | None:
+    """Lines of a text or a list that hold something; None for what are no lines of text."""
+    lines = value.splitlines() if isinstance(value, str) else value
+    if not isinstance(lines, list | tuple) or not all(isinstance(x, str) for x in lines):
+        return None
+    return tuple(line.rstrip() for line in lines if line.strip())
+
+
 class Sgp4(Orbit):
     """Orbit of a two-line element set by SGP4."""
 
@@ -156,14 +164,33 @@ class Sgp4(Orbit):
     frame: ClassVar = "TEME"
     tle: tuple[str, str]
     """The two lines, or three with a name before them."""
+    without_checksums: bool = False
+    """Whether the lines end before their checksums, in column 68: nothing then shows a slip."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _add_checksums(cls, data):
+        if not (isinstance(data, dict) and data.get("without_checksums") is True):
+            return data
+        lines = _lines(data.get("tle"))
+        if lines is None:
+            return data
+        ends = [len(line) for line in lines[-2:]]
+        if ends == [_LENGTH - 1] * 2:
+            return data | {"tle": [line + str(checksum(line)) for line in lines[-2:]]}
+        if ends != [_LENGTH] * 2:  # with checksums they come from a result
+            raise ValueError(
+                f"tle: must have lines of {_LENGTH - 1} columns with without_checksums; received "
+                f"{' and '.join(map(str, ends))}"
+            )
+        return data
 
     @field_validator("tle", mode="before")
     @classmethod
     def _two_lines(cls, value):
-        lines = value.splitlines() if isinstance(value, str) else value
-        if not isinstance(lines, (list, tuple)) or not all(isinstance(x, str) for x in lines):
+        lines = _lines(value)
+        if lines is None:
             raise ValueError(f"tle: must be lines of text; received {value!r}")
-        lines = tuple(line.rstrip() for line in lines if line.strip())
         if len(lines) not in (2, 3):
             raise ValueError(
                 f"tle: must have two lines, or three with a name; received {len(lines)}"
