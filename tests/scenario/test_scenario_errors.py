@@ -54,7 +54,7 @@ CASES = [
      "(did you mean radius_m?)"),
     # kinds
     ({"orbit.kind": None},
-     "orbit.kind: must be one of circular, kepler, sgp4, numerical, bench; received nothing"),
+     f"orbit.kind: must be one of {', '.join(ORBITS)}; received nothing"),
     ({"orbit.kind": "round"},
      f"orbit.kind: must be one of {', '.join(ORBITS)}; received 'round'"),
     ({"orbit": {"kind": "numerical"}, "orbit.start": {}},

@@ -153,7 +153,7 @@ def test_orbits_reach_as_far_as_the_earth_holds_them():
 def test_registry_names_each_kind():
     assert {kind: spec.model_fields["kind"].default for kind, spec in ORBITS.items()} == {
         "circular": "circular", "kepler": "kepler", "sgp4": "sgp4", "numerical": "numerical",
-        "bench": "bench",
+        "bench": "bench", "drifting": "drifting",
     }  # fmt: skip
     assert Kepler(**ECCENTRIC).frame == "J"
     assert Circular(altitude_km=500.0, inclination_deg=0.0).frame == "J"

@@ -75,10 +75,11 @@ def _precession_notes(scenario: Scenario) -> Iterator[str]:
 def _drag_notes(scenario: Scenario) -> Iterator[str]:
     """An orbit without drag over so many days that a satellite would descend."""
     orbit = scenario.orbit
-    is_free = orbit.drag is None if isinstance(orbit, Numerical) else _is_of_two_bodies(orbit)
-    if not is_free:
+    is_drawn = orbit.drag is not None if isinstance(orbit, Numerical) else isinstance(orbit, Sgp4)
+    extent = orbit.extent(scenario.start)
+    if is_drawn or extent is None:
         return
-    axis, eccentricity, _ = _elements(orbit.extent(scenario.start))
+    axis, eccentricity, _ = _elements(extent)
     if eccentricity > _OVAL:
         return
     height_km = 1e-3 * (axis - EARTH_RADIUS_M)

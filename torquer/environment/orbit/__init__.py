@@ -11,6 +11,7 @@ from pydantic import Field
 
 from torquer.environment.orbit.bench import Bench
 from torquer.environment.orbit.circular import Circular
+from torquer.environment.orbit.drifting import Drifting
 from torquer.environment.orbit.kepler import Kepler
 from torquer.environment.orbit.numerical import Numerical
 from torquer.environment.orbit.sgp4 import Sgp4
@@ -19,6 +20,7 @@ from torquer.environment.orbit.sgp4 import Sgp4
 ORBITS = {
     "circular": Circular,
     "kepler": Kepler,
+    "drifting": Drifting,
     "sgp4": Sgp4,
     "numerical": Numerical,
     "bench": Bench,
@@ -27,4 +29,4 @@ ORBITS = {
 #: Any orbit, discriminated by `kind`.
 AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]  # noqa: UP007
 
-__all__ = ["ORBITS", "AnyOrbit", "Bench", "Circular", "Kepler", "Numerical", "Sgp4"]
+__all__ = ["ORBITS", "AnyOrbit", "Bench", "Circular", "Drifting", "Kepler", "Numerical", "Sgp4"]

@@ -30,6 +30,18 @@ class Drift(NamedTuple):
     node: float
 
 
+class MeanElements(NamedTuple):
+    """Mean elements at an epoch: axis [m], angles [deg]; `j2` = 0: of two bodies."""
+
+    semi_major_axis_m: float
+    eccentricity: float
+    inclination_deg: float
+    raan_deg: float
+    argument_of_perigee_deg: float
+    mean_anomaly_deg: float
+    j2: float
+
+
 @kernel
 def secular_rates(semi_major_axis_m, eccentricity, inclination, j2):
     """Mean rates [rad/s] of an orbit (Brouwer, first order in J2); j2 = 0: of two bodies."""
@@ -44,11 +56,9 @@ def secular_rates(semi_major_axis_m, eccentricity, inclination, j2):
 
 @kernel
 def drifting_state(elements, t):
-    """Position [m] and velocity [m/s] at t seconds after the epoch of elements.
+    """Position [m] and velocity [m/s] at t seconds after the epoch of elements (`MeanElements`).
 
-    `elements`: `semi_major_axis_m`, `eccentricity`, `j2`, and angles [deg] `inclination_deg`,
-    `raan_deg`, `argument_of_perigee_deg`, `mean_anomaly_deg`. NaN unless the axis is positive and
-    0 <= eccentricity < 1.
+    NaN unless the axis is positive and 0 <= eccentricity < 1.
     """
     nowhere = ((math.nan, math.nan, math.nan), (math.nan, math.nan, math.nan))
     axis, eccentricity = elements.semi_major_axis_m, elements.eccentricity
@@ -75,6 +85,22 @@ def _fill(elements, t_s, r_out):
     for k in range(t_s.size):
         r, _ = drifting_state(elements[0], t_s[k])
         put_vector(r_out[k], r)
+
+
+@kernel
+def _fill_states(elements, t_s, r_out, v_out):
+    for k in range(t_s.size):
+        r, v = drifting_state(elements, t_s[k])
+        put_vector(r_out[k], r)
+        put_vector(v_out[k], v)
+
+
+def drifting_states(elements: MeanElements, t_s) -> tuple[np.ndarray, np.ndarray]:
+    """Positions [n, 3] m and velocities [n, 3] m/s at times [n] s after the epoch of elements."""
+    t_s = np.ascontiguousarray(np.atleast_1d(t_s), dtype=np.float64)
+    r, v = np.empty((len(t_s), 3)), np.empty((len(t_s), 3))
+    _fill_states(MeanElements(*map(float, elements)), t_s, r, v)
+    return r, v
 
 
 def drifting_positions(elements: np.ndarray, t_s: np.ndarray) -> np.ndarray:
