@@ -215,6 +215,10 @@ def test_two_months_on_two_body_orbits_are_noted_with_what_is_left_out():
     assert "a numerical orbit of degree 0" in note
     bench = {"kind": "bench", "latitude_deg": 50.0}
     assert long_runs(bench, "precess") == []
+    drifting = {"kind": "drifting", "altitude_km": 500.0, "ltan_h": 10.5}
+    assert long_runs(drifting, "precess") == []
+    (note,) = long_runs(drifting | {"altitude_km": 400.0}, "drag would take")
+    assert "an orbit of kind 'drifting' has no drag" in note
 
 
 @pytest.mark.parametrize(

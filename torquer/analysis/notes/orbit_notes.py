@@ -68,7 +68,7 @@ def _precession_notes(scenario: Scenario) -> Iterator[str]:
     if seen:
         yield (
             f"orbit: {_in_words(orbit)} does not precess; the Earth's flattening turns "
-            f"{', '.join(seen)}: kind 'sgp4', or 'numerical' of degree 2 or more, has it"
+            f"{', '.join(seen)}: kinds 'drifting', 'sgp4', and 'numerical' of degree 2 have it"
         )
 
 
