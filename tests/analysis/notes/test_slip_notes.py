@@ -77,6 +77,25 @@ def test_a_slip_is_reported(make, change, expected):
     assert all(part in note for part, note in zip(expected, notes, strict=True))
 
 
+#: Every way to type elements, but for the inclination.
+TYPED = [
+    {"kind": "circular", "altitude_km": 500.0},
+    {"kind": "kepler", "perigee_altitude_km": 500.0, "apogee_altitude_km": 600.0},
+    {"kind": "drifting", "altitude_km": 500.0},
+]
+
+
+@pytest.mark.parametrize("orbit", TYPED, ids=lambda orbit: orbit["kind"])
+def test_an_inclination_in_radians_is_reported_in_every_kind_of_elements(make, orbit):
+    (note,) = slip_notes(make({"orbit": orbit | {"inclination_deg": 0.9}}))
+    assert "or is it 51.6 deg in radians?" in note
+    assert slip_notes(make({"orbit": orbit | {"inclination_deg": 51.6}})) == []
+
+
+def test_a_derived_inclination_is_no_slip(make):
+    assert slip_notes(make({"orbit": TYPED[-1] | {"ltan_h": 10.5}})) == []
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda p: p.stem)
 def test_the_examples_have_no_slips(path):
     assert notes_of(load_scenario(path)) == []

@@ -7,7 +7,7 @@ import numpy as np
 
 from torquer.analysis.notes.assess import assess
 from torquer.base.conventions import EARTH_RADIUS_M
-from torquer.environment.orbit import AnyOrbit, Circular, Kepler, Numerical
+from torquer.environment.orbit import Numerical
 from torquer.scenario.spec import Scenario
 
 #: Heights [km] between which satellites fly; beyond, a unit may have been mistaken.
@@ -28,12 +28,6 @@ _UNHELD = 1e-5
 _FEW_STEPS = 10
 #: Height [km] up to which orbits near the equator are rare.
 _LOW_ORBIT_KM = 2000.0
-
-
-def typed_elements(orbit: AnyOrbit) -> Circular | Kepler | None:
-    """The elements that a user typed, of the orbit or of its start; None if there are none."""
-    given = orbit.start if isinstance(orbit, Numerical) else orbit
-    return given if isinstance(given, Circular | Kepler) else None
 
 
 def slip_notes(scenario: Scenario) -> list[str]:
@@ -95,10 +89,12 @@ def _inertia_notes(scenario: Scenario) -> Iterator[str]:
 
 def _inclination_notes(scenario: Scenario) -> Iterator[str]:
     """An inclination in radians: a low orbit that is nearly equatorial."""
-    given = typed_elements(scenario.orbit)
-    if given is None:
+    orbit = scenario.orbit
+    given = orbit.start if isinstance(orbit, Numerical) else orbit
+    angle = getattr(given, "inclination_deg", None)
+    if angle is None:  # of elements that nobody typed as numbers of their own
         return
-    extent, angle = given.extent(scenario.start), given.inclination_deg
+    extent = given.extent(scenario.start)
     is_low = extent.perigee_m < EARTH_RADIUS_M + 1e3 * _LOW_ORBIT_KM
     if is_low and 0.0 < angle <= math.pi:
         yield (
