@@ -15,7 +15,7 @@ from torquer.computer.interface import (
     TACHOMETERS,
     reading3,
 )
-from torquer.maths.geometry.vec3 import is_finite
+from torquer.maths.geometry.vec3 import doubt_of, is_finite
 
 #: What a law may need and wait for, a bit each: the usual ones first.
 NEEDS = (
@@ -38,21 +38,9 @@ def find_waits(needs: frozenset[str]) -> int:
 
 
 @inlined
-def is_reading(v, read_s):
-    """Whether a vector and the time at which it was read are numbers."""
-    return is_finite(v) and read_s < math.inf
-
-
-@inlined
-def is_row(k, sensor):
-    """Whether a sensor's reading of three numbers in the record, and its time, are numbers."""
-    return is_reading(reading3(k, sensor), k.read_s[sensor])
-
-
-@inlined
 def has_field(inputs):
-    """Whether the magnetometer reads a field."""
-    return is_reading(inputs.b_body_t, inputs.read_at.magnetometer_s)
+    """Whether the magnetometer reads a field: numbers, at a time that is one."""
+    return is_finite(inputs.b_body_t) and inputs.read_at.magnetometer_s < math.inf
 
 
 @inlined
@@ -71,12 +59,6 @@ def known_vector(v):
 def known_attitude(q):
     """A quaternion as it is; unknown, NaN, if a component is no finite number."""
     return q if is_known(q) else (math.nan, math.nan, math.nan, math.nan)
-
-
-@inlined
-def doubt_of(v):
-    """Zero for a vector of finite numbers, NaN for any other: a sum where a condition costs."""
-    return 0.0 * v[0] + 0.0 * v[1] + 0.0 * v[2]
 
 
 @inlined
