@@ -39,6 +39,7 @@ GYRO = ["sample_s", "range_deg_s", "noise_deg_s", "bias_deg_s", "bias_drift_deg_
         ("area_m", ["area_m2"], None),
         ("axis_m", ["axis"], None),
         ("noise_deg_s", ["range_deg_s"], None),
+        ("range_deg_s", ["noise_deg_s"], None),
         ("range_rad_s", ["range_deg_s"], "range_deg_s? 1 rad/s is 57.2958 deg/s"),
     ],
 )  # fmt: skip

@@ -142,17 +142,17 @@ def conversion(name: str, known: str) -> str | None:
 def near_names(name: str, known: Collection[str], most: int, cutoff: float = 0.6) -> list[str]:
     """Known names near a name, nearest first, but for those of another quantity."""
     near = difflib.get_close_matches(name, known, max(most, _MOST), cutoff)
+    near = [each for each in near if _says_same(name, each)]
     if (own := unit_of(name)) and own.measures == _RANDOM_WALK and _NOISE in known:
         near.append(_NOISE)
-    near = [each for each in near if conversion(name, each) is not None and _says_same(name, each)]
-    return list(dict.fromkeys(near))[:most]
+    return list(dict.fromkeys(each for each in near if conversion(name, each) is not None))[:most]
 
 
 def _says_same(name: str, known: str) -> bool:
     """Whether two names are alike before their units: noise_deg_s is no slip for range_deg_s."""
     one, two = ("_".join(_words(each)).removesuffix(_ending(each)) for each in (name, known))
     alike = difflib.SequenceMatcher(None, one.strip("_"), two.strip("_")).ratio() >= _ALIKE
-    return alike or unit_of(name) is None or known == _NOISE
+    return alike or unit_of(name) is None
 
 
 def did_you_mean(name: str, known: Collection[str], cutoff: float = 0.6, dashes: str = "") -> str:
