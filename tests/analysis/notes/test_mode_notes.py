@@ -3,7 +3,10 @@
 import pytest
 
 from torquer.analysis.notes.mode_notes import mode_notes
+from torquer.computer.interface import SENSORS
 from torquer.scenario.load import scenario_from_text
+from torquer.simulation.loop.timetable import READ, all_actions
+from torquer.simulation.setup.run import prepare
 
 CASE = """
 start = 2025-06-01T00:00:00Z
@@ -24,16 +27,30 @@ transitions = [{ to = "one", at_most_s = 50 }]
 """
 
 
-@pytest.mark.parametrize("sensor", ["p", "q", "magnetometer", "gyro", "sun_sensors"])
+@pytest.mark.parametrize("sensor", ["p", "q", "magnetometer", "gyro"])
 def test_a_sensor_that_is_read_may_fall_silent(sensor):
     assert mode_notes(scenario_from_text(CASE.replace("SENSOR", sensor))) == []
 
 
 @pytest.mark.parametrize(
     "sensor",
-    ["search_coil", "tachometers", "horizon_sensor", "sun_cells", "integrating_gyro",
+    ["search_coil", "tachometers", "horizon_sensor", "sun_cells", "sun_sensors", "integrating_gyro",
      "fine_sun_sensor"],
 )  # fmt: skip
 def test_of_a_sensor_that_is_not_there_no_reading_comes(sensor):
-    (note,) = mode_notes(scenario_from_text(CASE.replace("SENSOR", sensor)))
+    scenario = scenario_from_text(CASE.replace("SENSOR", sensor))
+    row = SENSORS.index(sensor)
+    assert not all_actions(prepare(scenario).plan.timetable) & (READ << row)
+    (note,) = mode_notes(scenario)
     assert f"the computer has no readings of the {sensor.replace('_', ' ')}" in note
+
+
+def test_an_ideal_sensor_is_read_where_a_law_or_an_estimator_needs_it():
+    text = CASE.replace("SENSOR", "sun_sensors")
+    pointing = '{ kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [0, 0, 1], target = "sun" }'
+    by_law = text.replace('{ kind = "bdot", gain_a_m2_s_per_t = 1e4 }', pointing)
+    keys = '{ kind = "triad", magnetometer_noise_nt = 100, sun_noise_deg = 1 }'
+    estimator = f"control.estimator = {keys}\n[control.modes"
+    by_estimator = text.replace("[control.modes", estimator, 1)
+    for changed in (by_law, by_estimator):
+        assert changed != text and mode_notes(scenario_from_text(changed)) == []

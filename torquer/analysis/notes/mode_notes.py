@@ -1,6 +1,5 @@
 """What the author of a mode table should know before the run."""
 
-from torquer.computer.estimation.filter import Filter
 from torquer.computer.modes.check import faults, findings
 from torquer.computer.modes.finding import Facts, Finding
 from torquer.scenario.spec import Scenario
@@ -40,22 +39,23 @@ def mode_facts(scenario: Scenario) -> Facts:
 
 def _sensors_read(scenario: Scenario) -> frozenset[str]:
     """Names of the sensors, and of the kinds, of which there are readings."""
-    craft, control = scenario.spacecraft, scenario.control
-    flown, units = craft.flown().values(), craft.units()
-    has = {name for each in flown for name in (each.device.name, each.device.kind)}
+    craft, flown = scenario.spacecraft, scenario.spacecraft.flown().values()
+    of_flown = {name for each in flown for name in (each.name, each.device.name, each.device.kind)}
+    ideal = {device.name for device in craft.standing_in(_needed(scenario))}
+    return frozenset(of_flown | ideal | ({"tachometers"} if craft.wheels else set()))
+
+
+def _needed(scenario: Scenario) -> frozenset[str]:
+    """What laws, estimators and signals read; anything where a law is not known."""
+    control, units = scenario.control, scenario.spacecraft.units()
     named = control.named()
     laws = named.known_laws()
-    needs = frozenset().union(*(law.needs for law in laws.values()))
-    for spec in (control.estimator, *control.estimators.values()):
-        needs |= spec.needs if isinstance(spec, Filter) else frozenset()
-    for device in DEVICES:
-        # signals read the Sun sensors; what laws need that are not known cannot be told
-        may = device.need in {*needs, "sun"} or len(laws) < len(named.laws)
-        if device.stands_in and may:
-            has.add(device.name)
-    if craft.wheels is not None:
-        has.add("tachometers")
-    return frozenset(has | {each.name for each in units})
+    if len(laws) < len(named.laws):
+        return frozenset(device.need for device in DEVICES)
+    specs = (control.estimator, *control.estimators.values())
+    estimators = [spec.estimator(units) for spec in specs if hasattr(spec, "estimator")]
+    own = named.modes.needs if named.modes is not None else frozenset()
+    return own.union(*(block.needs for block in (*laws.values(), *estimators)))
 
 
 def _driven_by(law) -> frozenset[str]:

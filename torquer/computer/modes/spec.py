@@ -388,6 +388,14 @@ class Modes(Spec):
             for name, state in own.states.items():
                 yield f"{self.key_of(region)}states.{name}", state
 
+    @property
+    def needs(self) -> frozenset[str]:
+        """What the signals of the conditions read that is not always read."""
+        signals = [SIGNALS[condition.signal] for _, condition in self.all_conditions()]
+        reads = frozenset().union(*(signal.reads for signal in signals))
+        sun = self.target == "sun" and any("target" in signal.needs for signal in signals)
+        return reads | {"sun"} if sun else reads
+
     def all_conditions(self) -> Iterator[tuple[str, Condition]]:
         """Conditions and the keys at which they stand."""
         for name, region in self.regions.items():

@@ -27,7 +27,6 @@ from torquer.computer.computer import (
 )
 from torquer.computer.interface import KNOWN, ROWS, TACHOMETERS
 from torquer.computer.laws import LAWS
-from torquer.computer.modes.signals import SIGNALS
 from torquer.computer.modes.table import (
     NO_MODES,
     ModeState,
@@ -154,12 +153,7 @@ def collect_needs(blocks: Blocks) -> frozenset[str]:
 def signals_need(scenario: Scenario) -> frozenset[str]:
     """What the conditions of the modes need."""
     modes = scenario.control.named().modes
-    if modes is None:
-        return frozenset()
-    signals = [SIGNALS[condition.signal] for _, condition in modes.all_conditions()]
-    reads = frozenset().union(*(signal.reads for signal in signals))
-    sun = modes.target == "sun" and any("target" in signal.needs for signal in signals)
-    return reads | {"sun"} if sun else reads
+    return frozenset() if modes is None else modes.needs
 
 
 def choose_integrator(scenario: Scenario) -> Auto | Rk4 | Splitting:
@@ -180,7 +174,7 @@ def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
     craft, control, step_s = scenario.spacecraft, scenario.control, scenario.grid_s
     flown = {each.row: (key, each) for key, each in craft.flown().items()}
     read = {row: _sampling(key, each.spec, step_s) for row, (key, each) in flown.items()}
-    read |= {number: Sampling() for number in _standing_in(craft, needs)}
+    read |= {DEVICES.index(device): Sampling() for device in craft.standing_in(needs)}
     if craft.wheels is not None:
         read[TACHOMETERS] = Sampling()
     return make_timetable(
@@ -198,16 +192,6 @@ def _device_of(craft: Spacecraft, row: int) -> Device:
     if row < len(DEVICES):
         return DEVICES[row]
     return next(each.device for each in craft.flown().values() if each.row == row)
-
-
-def _standing_in(craft: Spacecraft, needs: frozenset[str]) -> list[int]:
-    """Numbers of the devices that a satellite lacks, and of which an ideal one is read."""
-    has = {each.device.name for each in craft.flown().values()}
-    return [
-        number
-        for number, device in enumerate(DEVICES)
-        if device.name not in has and device.stands_in and device.need in needs
-    ]
 
 
 def _sampling(name: str, spec, step_s: float) -> Sampling:

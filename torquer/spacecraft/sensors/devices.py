@@ -232,6 +232,15 @@ class Sensors(Spec):
                 row += 1
         return found
 
+    def standing_in(self, needs: frozenset[str]) -> list[Device]:
+        """Devices that a satellite lacks, and of which an ideal one is read where it is needed."""
+        has = {each.device.name for each in self.flown().values()}
+        return [
+            device
+            for device in DEVICES
+            if device.name not in has and device.stands_in and device.need in needs
+        ]
+
     def one_of(self, name: str):
         """The device of a kind by which its readings are judged: of several the noisiest."""
         own = [each for each in self.flown().values() if each.device.name == name]
