@@ -110,8 +110,9 @@ class Drifting(Orbit):
 
 def sun_synchronous_rad(semi_major_axis_m: float, eccentricity: float) -> float | None:
     """Inclination [rad] at which the node follows the mean Sun; None where there is none."""
-    polar = secular_rates(semi_major_axis_m, eccentricity, 0.0, EARTH_J2)
-    cosine = _SUN_RAD_S / polar.node
+    # the drift of the node goes as the cosine of the inclination
+    over_equator = secular_rates(semi_major_axis_m, eccentricity, 0.0, EARTH_J2)
+    cosine = _SUN_RAD_S / over_equator.node
     return math.acos(cosine) if abs(cosine) <= 1.0 else None
 
 

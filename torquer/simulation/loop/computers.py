@@ -67,7 +67,8 @@ def make_boards(
 
 def sensed_places(timetable: Timetable) -> list[int]:
     """Places in the record of what changes without the computer: time, coils, what is read."""
-    rows = [row for row in range(ROWS) if all_actions(timetable) & (READ << row)]
+    due = all_actions(timetable)
+    rows = [row for row in range(ROWS) if due & (READ << row)]
     readings, read_s = PLACES["readings"].start, PLACES["read_s"].start
     places = [*range(readings)]
     for row in rows:
