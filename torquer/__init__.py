@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from torquer.analysis.citations import citations as citations
     from torquer.analysis.derived import derive as derive
     from torquer.analysis.filters.smoothing import smooth_run as smooth_run
-    from torquer.analysis.side_by_side import concat as concat, pick_run as pick_run
     from torquer.analysis.summary import summarise as summarise, summary_rows as summary_rows
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
@@ -39,6 +38,13 @@ if TYPE_CHECKING:
     from torquer.report import write_report as write_report
     from torquer.report.flight.compared import Comparison as Comparison, compare as compare
     from torquer.report.plot import plot as plot
+    from torquer.report.results import (
+        concat as concat,
+        load as load,
+        pick_run as pick_run,
+        resume as resume,
+        simulate as simulate,
+    )
     from torquer.scenario.explain import ScenarioError as ScenarioError
     from torquer.scenario.load import (
         load_scenario as load_scenario,
@@ -48,12 +54,8 @@ if TYPE_CHECKING:
     from torquer.scenario.spec import Scenario as Scenario
     from torquer.simulation.outside.flight import Flight as Flight
     from torquer.simulation.results.dataset import flown_laws as flown_laws
-    from torquer.simulation.results.file import load as load, save as save
-    from torquer.simulation.setup.simulate import (
-        RunStopped as RunStopped,
-        resume as resume,
-        simulate as simulate,
-    )
+    from torquer.simulation.results.file import save as save
+    from torquer.simulation.setup.simulate import RunStopped as RunStopped
     from torquer.simulation.setup.step_error import integration_error as integration_error
     from torquer.theory.slow.gains import (
         bdot_gain as bdot_gain,
@@ -66,7 +68,7 @@ __version__ = VERSION
 _imported, __dir__, __all__ = lazily(__name__, __file__)
 __all__ += ["__version__"]
 #: Names after whose use a result may be at hand: xarray then knows `result.torquer`.
-_GIVE_RESULTS = ("Flight", "compare", "concat", "load", "pick_run", "resume", "simulate")
+_GIVE_RESULTS = ("Flight", "compare")
 
 
 def __getattr__(name: str):

@@ -5,9 +5,10 @@ A spec is checked once, on creation; `pack()`, where a spec has it, gives the tu
 """
 
 import copy
+import functools
 import math
 from collections.abc import Mapping
-from typing import Annotated, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler
@@ -148,8 +149,11 @@ class Spec(BaseModel):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic checks, and that numbers are numbers and booleans are booleans."""
-        return _with_checks(handler(source))
+        """What pydantic checks; that numbers are numbers, booleans booleans, specs our own."""
+        schema = _with_checks(handler(source))
+        # the name under which other schemas refer to it is that of the whole
+        ref = schema.pop("ref", None)
+        return no_info_before_validator_function(_is_our_own, schema, ref=ref)
 
     def model_copy(self, *, update: Mapping | None = None, deep: bool = False) -> Self:
         """A copy with some keys changed, checked as on creation (`ValidationError`).
@@ -163,9 +167,40 @@ class Spec(BaseModel):
         return type(self).model_validate(values)
 
 
+def by_kind(union) -> dict[str, type[Any]]:
+    """The specs of a union by the `kind` that a table names: the registry of that union."""
+    return {get_args(spec.model_fields["kind"].annotation)[0]: spec for spec in get_args(union)}
+
+
+def _is_our_own(value):
+    """The value, unless it is a subclass of the user's own: as data it would become its base."""
+    if isinstance(value, Spec) and (base := _derived_from(type(value))):
+        raise ValueError(
+            "must be of a class of the package, or of kind 'user' where there is one; received "
+            f"{type(value).__name__}, a subclass of {base}, as which it would be flown"
+        )
+    return value
+
+
+@functools.cache
+def _derived_from(spec: type) -> str:
+    """The spec of the package that a class from outside it derives from; "" if it does not."""
+    if _is_own(spec):
+        return ""
+    bases = (base for base in spec.__mro__ if base is not Spec and issubclass(base, Spec))
+    return next((base.__name__ for base in bases if _is_own(base)), "")
+
+
+def _is_own(spec: type) -> bool:
+    return spec.__module__.partition(".")[0] == __name__.partition(".")[0]
+
+
 def as_data(value):
-    """A value with every spec in it, however deep, as plain data, to be checked again."""
-    if isinstance(value, BaseModel):
+    """A value with every spec in it, however deep, as plain data, to be checked again.
+
+    A subclass of the user's own stays as it is: the check then refuses it.
+    """
+    if isinstance(value, BaseModel) and not _derived_from(type(value)):
         return {name: as_data(part) for name, part in value.__dict__.items()}
     if isinstance(value, Mapping):
         return {name: as_data(part) for name, part in value.items()}

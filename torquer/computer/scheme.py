@@ -4,13 +4,13 @@ It is a short way to write a chain of modes (`torquer.computer.modes.scheme`). C
 from what the computer knows; the momentum is J omega of the estimated rate.
 """
 
-from typing import Annotated, Literal, Union
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from torquer.base.spec import Inertia, Spec, unit_vector
-from torquer.computer.laws.built_in import BUILT_IN
+from torquer.computer.laws.built_in import BUILT_IN, BuiltIn
 
 
 def _known_kind(value):
@@ -26,7 +26,7 @@ def _known_kind(value):
 
 #: A law of a stage. (Its keys may stand in the scheme: the schema of files asks for none here.)
 Part = Annotated[
-    Annotated[Union[tuple(BUILT_IN.values())], Field(discriminator="kind")],  # noqa: UP007
+    Annotated[BuiltIn, Field(discriminator="kind")],
     BeforeValidator(_known_kind),
     WithJsonSchema(
         {"type": "object", "required": ["kind"], "properties": {"kind": {"enum": [*BUILT_IN]}}}

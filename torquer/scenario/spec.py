@@ -557,10 +557,11 @@ class Scenario(Spec):
                 )
             steps = math.ceil(duration / s.record_s - 1e-9) * per_record
         except ArithmeticError:  # an orbit or a duration beyond the range of floats
-            steps = math.inf
+            steps = 0
         if not 0 < steps <= MOST_STEPS:
+            received = f"{steps:.3g}" if steps else "more than can be counted"
             raise ValueError(
-                f"simulation: a run must have 1 to {MOST_STEPS:.0e} steps; received {steps:.3g}"
+                f"simulation: a run must have 1 to {MOST_STEPS:.0e} steps; received {received}"
             )
         return steps
 

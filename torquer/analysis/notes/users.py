@@ -50,12 +50,12 @@ def estimators_at_start(control: Control) -> set[str]:
 def parts_on_board(control: Control) -> Iterator[tuple[str, Any]]:
     """Estimators, laws, mode table and its noise, with their keys."""
     yield "control.estimator", control.estimator
-    for name, spec in control.estimators.items():
-        yield f"control.estimators.{name}", spec
+    for name, estimator in control.estimators.items():
+        yield f"control.estimators.{name}", estimator
     if control.law is not None:
         yield "control.law", control.law
-    for name, spec in control.laws.items():
-        yield f"control.laws.{name}", spec
+    for name, law in control.laws.items():
+        yield f"control.laws.{name}", law
     if control.modes is not None:
         yield "control.modes", control.modes
         yield "control.modes.noise", control.modes.noise

@@ -1,9 +1,10 @@
 """Estimators, one file each; adding one is one file and its line in `ESTIMATORS`."""
 
-from typing import Annotated, Union
+from typing import Annotated
 
 from pydantic import Field
 
+from torquer.base.spec import by_kind
 from torquer.computer.estimation.estimator import Estimator as Estimator
 from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
@@ -11,15 +12,11 @@ from torquer.computer.estimation.rate_from_field import RateFromField
 from torquer.computer.estimation.sensors import LawEstimate, NoEstimator, SensorReadings
 from torquer.computer.estimation.triad import Triad
 
-#: Estimators by the kind that a scenario names.
-ESTIMATORS = {
-    "attitude_sensor": SensorReadings,
-    "law": LawEstimate,
-    "none": NoEstimator,
-    "rate_from_field": RateFromField,
-    "triad": Triad,
-    "kalman_gyro": KalmanGyro,
-    "kalman_dynamics": KalmanDynamics,
-}
+_Estimators = (
+    SensorReadings | LawEstimate | NoEstimator | RateFromField | Triad | KalmanGyro | KalmanDynamics
+)
 
-AnyEstimator = Annotated[Union[tuple(ESTIMATORS.values())], Field(discriminator="kind")]  # noqa: UP007
+#: Estimators by the kind that a scenario names.
+ESTIMATORS = by_kind(_Estimators)
+
+AnyEstimator = Annotated[_Estimators, Field(discriminator="kind")]

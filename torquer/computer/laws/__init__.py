@@ -3,19 +3,19 @@
 A law answers with a command: a dipole for the coils, a torque on the body for the wheels, or both.
 """
 
-from typing import Annotated, Union
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from torquer.computer.blocks.user import GivenLaw, UserLaw
 from torquer.computer.laws.bdot import Bdot as Bdot
-from torquer.computer.laws.built_in import BUILT_IN
+from torquer.computer.laws.built_in import BUILT_IN, BuiltIn
 from torquer.computer.scheme import Scheme
 
 #: Laws by the kind that a scenario names.
-LAWS = {**BUILT_IN, "user": UserLaw}
+LAWS: dict[str, type[Any]] = {**BUILT_IN, "user": UserLaw}
 
 #: A law in a scenario: one of `LAWS`; in a result also a law that was given in Python.
-AnyLaw = Annotated[Union[(*LAWS.values(), GivenLaw)], Field(discriminator="kind")]
+AnyLaw = Annotated[BuiltIn | UserLaw | GivenLaw, Field(discriminator="kind")]
 #: The only law of a scenario: any law, or a scheme.
-OnlyLaw = Annotated[Union[(*LAWS.values(), GivenLaw, Scheme)], Field(discriminator="kind")]
+OnlyLaw = Annotated[BuiltIn | UserLaw | GivenLaw | Scheme, Field(discriminator="kind")]

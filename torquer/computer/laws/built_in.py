@@ -1,5 +1,6 @@
 """Laws that come with the package: each has its line here."""
 
+from torquer.base.spec import by_kind
 from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
 from torquer.computer.laws.bias_momentum import BiasMomentum
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
@@ -26,32 +27,35 @@ from torquer.computer.laws.wheel_lyapunov import WheelLyapunov
 from torquer.computer.laws.wheel_one_axis import WheelOneAxis
 from torquer.computer.laws.wheel_pd import WheelPd
 
-BUILT_IN = {
-    "off": Off,
-    "bdot": Bdot,
-    "bdot_rate": BdotRate,
-    "bdot_derivative": BdotDerivative,
-    "bdot_model": BdotModel,
-    "sdot": Sdot,
-    "sdot_rate": SdotRate,
-    "sun_cross": SunCross,
-    "spin_to_sun": SpinToSun,
-    "panel_tracking": PanelTracking,
-    "nutation_damping": NutationDamping,
-    "nutation_damping_rate": NutationDampingRate,
-    "nutation_damping_derivative": NutationDampingDerivative,
-    "spin_up": SpinUp,
-    "reorientation": Reorientation,
-    "preliminary_1": Preliminary1,
-    "preliminary_2": Preliminary2,
-    "three_axis": ThreeAxis,
-    "periodic_gains": PeriodicGains,
-    "projected_pd": ProjectedPd,
-    "sliding_mode": SlidingMode,
-    "unloading": Unloading,
-    "wheel_pd": WheelPd,
-    "wheel_lyapunov": WheelLyapunov,
-    "wheel_one_axis": WheelOneAxis,
-    "bias_momentum": BiasMomentum,
-    "magneto_gyro": MagnetoGyro,
-}
+BuiltIn = (
+    Off
+    | Bdot
+    | BdotRate
+    | BdotDerivative
+    | BdotModel
+    | Sdot
+    | SdotRate
+    | SunCross
+    | SpinToSun
+    | PanelTracking
+    | NutationDamping
+    | NutationDampingRate
+    | NutationDampingDerivative
+    | SpinUp
+    | Reorientation
+    | Preliminary1
+    | Preliminary2
+    | ThreeAxis
+    | PeriodicGains
+    | ProjectedPd
+    | SlidingMode
+    | Unloading
+    | WheelPd
+    | WheelLyapunov
+    | WheelOneAxis
+    | BiasMomentum
+    | MagnetoGyro
+)
+
+#: Laws that come with the package, by kind.
+BUILT_IN = by_kind(BuiltIn)

@@ -7,6 +7,7 @@ import numpy as np
 
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.spec import Campaign
+from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.scenario.mission import Mission
 from torquer.scenario.spec import Scenario
 
@@ -95,7 +96,8 @@ def campaign_table(scenario: Scenario, tip_off_deg_s: float) -> dict:
     uniform = {"uniform": [0.0, 360.0]}
     day = [time.isoformat() for time in (scenario.start, scenario.start + timedelta(days=1))]
     # the form of the text knows where the Earth is at the start: that must not vary
-    is_fixed = scenario.control.laws[LAW].form == "text"
+    law = scenario.control.laws[LAW]
+    is_fixed = isinstance(law, MagnetoGyro) and law.form == "text"
     places = {
         "circular": {"orbit.raan_deg": uniform, "orbit.argument_of_latitude_deg": uniform},
         "kepler": {"orbit.raan_deg": uniform, "orbit.mean_anomaly_deg": uniform},

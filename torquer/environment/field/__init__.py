@@ -8,6 +8,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from torquer.base.spec import by_kind
 from torquer.environment.field.averaged import Averaged
 from torquer.environment.field.direct_dipole import DirectDipole
 from torquer.environment.field.gauss import Gauss, Igrf14, Wmm2025
@@ -16,21 +17,13 @@ from torquer.environment.field.helmholtz_coils import HelmholtzCoils
 from torquer.environment.field.model import FieldModel
 from torquer.environment.field.tilted_dipole import TiltedDipole
 
+_Fields = Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged | HelmholtzCoils
+
 #: Every field model by its `kind`.
-FIELDS = {
-    "igrf14": Igrf14,
-    "wmm2025": Wmm2025,
-    "tilted_dipole": TiltedDipole,
-    "direct_dipole": DirectDipole,
-    "averaged": Averaged,
-    "helmholtz_coils": HelmholtzCoils,
-}
+FIELDS = by_kind(_Fields)
 
 #: Any field model, discriminated by `kind`.
-AnyField = Annotated[
-    Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged | HelmholtzCoils,
-    Field(discriminator="kind"),
-]
+AnyField = Annotated[_Fields, Field(discriminator="kind")]
 
 __all__ = [
     "FIELDS",

@@ -5,10 +5,11 @@ the inertial frame that its `frame` names, `rate_rad_s(start_utc)` and `period_s
 UTC at the start, matters for numerical orbits only, whose forces depend on the Earth's rotation.
 """
 
-from typing import Annotated, Union
+from typing import Annotated
 
 from pydantic import Field
 
+from torquer.base.spec import by_kind
 from torquer.environment.orbit.bench import Bench
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.drifting import Drifting
@@ -16,17 +17,12 @@ from torquer.environment.orbit.kepler import Kepler
 from torquer.environment.orbit.numerical import Numerical
 from torquer.environment.orbit.sgp4 import Sgp4
 
+_Orbits = Circular | Kepler | Drifting | Sgp4 | Numerical | Bench
+
 #: Every orbit by its `kind`.
-ORBITS = {
-    "circular": Circular,
-    "kepler": Kepler,
-    "drifting": Drifting,
-    "sgp4": Sgp4,
-    "numerical": Numerical,
-    "bench": Bench,
-}
+ORBITS = by_kind(_Orbits)
 
 #: Any orbit, discriminated by `kind`.
-AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]  # noqa: UP007
+AnyOrbit = Annotated[_Orbits, Field(discriminator="kind")]
 
 __all__ = ["ORBITS", "AnyOrbit", "Bench", "Circular", "Drifting", "Kepler", "Numerical", "Sgp4"]

@@ -157,9 +157,11 @@ def _filter_in(path: Path) -> Filter:
     table = data.get("control")
     table = table.get("estimator") if isinstance(table, dict) else None
     kinds = ", ".join(kind for kind, each in ESTIMATORS.items() if issubclass(each, Filter))
-    if not isinstance(table, dict) or table.get("kind") not in kinds.split(", "):
-        raise ValueError(f"must hold a table [control.estimator] of kind {kinds}; received {path}")
-    return validate_tables(_Tables, {"control": {"estimator": table}}).control.estimator
+    if isinstance(table, dict) and table.get("kind") in kinds.split(", "):
+        found = validate_tables(_Tables, {"control": {"estimator": table}}).control.estimator
+        if isinstance(found, Filter):
+            return found
+    raise ValueError(f"must hold a table [control.estimator] of kind {kinds}; received {path}")
 
 
 def estimate_attitude(data: xr.Dataset, spec: Filter, along: OrbitEnvironment) -> Attitude:

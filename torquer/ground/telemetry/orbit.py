@@ -59,10 +59,11 @@ def _load(path: Path, at: datetime):
     text = read_text(path, "orbit")
     lines = [line.rstrip() for line in text.splitlines() if _LINE.match(line)]
     if len(lines) >= 2 and path.suffix.lower() != ".toml":
-        sets = [
+        read = (
             _read_orbit({"kind": "sgp4", "tle": lines[k : k + 2]})
             for k in range(0, len(lines) - 1, 2)
-        ]
+        )
+        sets = [each for each in read if isinstance(each, Sgp4)]
         return _describe(min(sets, key=lambda each: abs(tle_epoch(each) - at)), at)
     data = parse_toml(text, "orbit")
     if not isinstance(data.get("orbit"), dict):

@@ -1,11 +1,11 @@
 """Arrays as specified in files: a layout by its kind and angles, or by axes, and limits."""
 
-from typing import Annotated, Literal, Union
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, Vector, by_kind
 from torquer.spacecraft.wheel_array.layout import (
     Limit,
     WheelArray,
@@ -96,19 +96,11 @@ class Free(Spec):
         return np.array(self.axes)
 
 
+_Layouts = FourSided | Regular | Orthogonal | OrthogonalAndSkew | Icosahedral | Free
+
 #: Every layout by its `kind`.
-LAYOUTS = {
-    "four_sided_pyramid": FourSided,
-    "regular_pyramid": Regular,
-    "orthogonal": Orthogonal,
-    "orthogonal_and_skew": OrthogonalAndSkew,
-    "icosahedral": Icosahedral,
-    "axes": Free,
-}
-AnyLayout = Annotated[
-    Union[tuple(LAYOUTS.values())],  # noqa: UP007
-    Field(discriminator="kind"),
-]
+LAYOUTS = by_kind(_Layouts)
+AnyLayout = Annotated[_Layouts, Field(discriminator="kind")]
 
 
 class Wheels(Spec):
