@@ -225,7 +225,8 @@ def line_of(place: str, name: str) -> str:
     for node in tree.body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name:
             return (ast.get_docstring(node) or "").split("\n")[0].replace("|", "\\|")
-        if isinstance(node, ast.Assign) and name in (getattr(t, "id", "") for t in node.targets):
+        named = getattr(node, "targets", [getattr(node, "target", None)])
+        if name in (getattr(target, "id", "") for target in named):
             return _comment_above(source, node.lineno)
     return ""
 

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, ParamSpec
 
 import torquer.report.accessor  # registers itself
-from torquer.analysis import side_by_side
-from torquer.simulation.results import file
-from torquer.simulation.setup import simulate as flying
+from torquer.analysis.side_by_side import concat as _concat, pick_run as _pick_run
+from torquer.simulation.results.file import load as _load
+from torquer.simulation.setup.simulate import resume as _resume, simulate as _simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,8 +30,8 @@ def _with_methods(function: Callable[P, xr.Dataset]) -> Callable[P, Result]:
     return function  # type: ignore[return-value]
 
 
-simulate = _with_methods(flying.simulate)
-resume = _with_methods(flying.resume)
-load = _with_methods(file.load)
-concat = _with_methods(side_by_side.concat)
-pick_run = _with_methods(side_by_side.pick_run)
+simulate = _with_methods(_simulate)
+resume = _with_methods(_resume)
+load = _with_methods(_load)
+concat = _with_methods(_concat)
+pick_run = _with_methods(_pick_run)
