@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import torquer
+from torquer.base.user_source import plain_function
 from torquer.computer import interface
-from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.estimation.channels import isolate, isolate_units
 from torquer.computer.estimation.filter import NO_UNITS
 from torquer.computer.estimation.isolation_states import STUCK, USED

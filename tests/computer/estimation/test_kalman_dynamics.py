@@ -13,8 +13,8 @@ from slow_cases import slow_after
 from torquer import simulate
 from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import consistency, nees, nis
+from torquer.base.user_source import plain_function
 from torquer.compile import engine
-from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.estimation.kalman_dynamics import linearise
 from torquer.maths.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from torquer import resume, simulate
 from torquer.analysis.filters.filter_check import fly_filter, make_members
 from torquer.analysis.filters.filter_statistics import autocorrelation, consistency, nees, nis
+from torquer.base.user_source import plain_function
 from torquer.compile import engine
-from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.estimation.kalman_gyro import keep_reading
 from torquer.computer.inputs import Inputs, ReadingTimes
 from torquer.maths.geometry.quaternion import angle_between

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.computer.blocks.plugin import plain_function
+from torquer.base.user_source import plain_function
 from torquer.flight.c99.precision import computing_in
 from torquer.flight.c99.print_c import INCLUDES, function_text, program_text
 from torquer.flight.c99.program import Program, translate_repeatedly

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.user_source import cache_beside, plain_function, source_file
 from torquer.compile import engine
 from torquer.computer.blocks import plugin, reasons
 from torquer.computer.inputs import Inputs, read_inputs
@@ -211,7 +212,7 @@ def compile_block(
 def _compile_block(
     kind: Kind, function: Callable, shape: Shape, names: tuple | None, in_loop: bool
 ):
-    plain = plugin.plain_function(function)
+    plain = plain_function(function)
     own = engine.is_own(plain)
     must = f"{kind.name} {plain.__name__}: must compile as (inputs, parameters, memory) -> "
     must += kind.returns
@@ -229,9 +230,9 @@ def _compile_block(
     signature = kind.in_loop if in_loop else kind.signature
     plugin.check_arguments(plain, 3, must)
     parts["_function"] = inner = make_inner(function, own, shape)
-    file = plugin.source_file(plain)
+    file = source_file(plain)
     known = file is not None and plain.__closure__ is None
-    with plugin.cache_beside(file if known and not own else None):
+    with cache_beside(file if known and not own else None):
         place = place_adapter(adapter, plain, shape, names, parts)
         try:
             made = plugin.compile_plugin(place, signature, must, keep=known, error_model="numpy")
@@ -249,7 +250,7 @@ def make_inner(function: Callable, own: bool, shape: Shape):
     On its own it is kept on disk only where that can be found again: a record of parameters that
     is made on the spot is another type in each process.
     """
-    plain = plugin.plain_function(function)
+    plain = plain_function(function)
     if own and shape.fixed:
         return function if function is not plain else engine.kernel(plain)
     import numba
@@ -264,7 +265,7 @@ def _explain(inner, shape: Shape, names, must: str, plainly: str) -> None:
 
     memory = _numba_types()[0] if names is None else numba.from_dtype(memory_layout(names))
     parameters = numba.typeof(floats(shape.example))
-    own = plugin.plain_function(inner)
+    own = plain_function(inner)
     alone = plugin.compile_plugin(
         own, (find_inputs_type(), parameters, memory), must, plainly=plainly
     )
@@ -299,7 +300,7 @@ def place_adapter(
     """
     own = plain.__code__
     records = [(c.__qualname__, c._fields) for _, c in shape.classes]
-    answer = plugin.plain_function(parts["_unify"]).__name__
+    answer = plain_function(parts["_unify"]).__name__
     structure = f"{shape.source} {records} {names} {answer} {form}"
     numbers = repr([c for c in own.co_consts if isinstance(c, int | float)])
     mark = hashlib.sha256(own.co_code + numbers.encode() + structure.encode())

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from torquer.base.user_source import plain_function
 from torquer.base.validate import storable_name, storable_text
-from torquer.computer.blocks import plugin
 from torquer.computer.blocks.adapter import (
     Kind,
     compile_block,
@@ -203,7 +203,7 @@ class Block:
         """
         parameters = self.parameters if parameters is None else parameters
         memory = self.record_of(self.first_memory()) if memory is None else memory
-        return plugin.plain_function(self.function)(inputs, parameters, memory)
+        return plain_function(self.function)(inputs, parameters, memory)
 
 
 def _places(values: Mapping) -> dict[str, tuple[int, int]]:

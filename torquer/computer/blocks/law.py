@@ -15,10 +15,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from torquer.base.user_source import attributes_read
 from torquer.compile.engine import inlined
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
-from torquer.computer.blocks.plugin import attributes_read
 from torquer.computer.informed import find_waits
 from torquer.computer.interface import NO_COMMAND, Command
 from torquer.spacecraft.sensors.devices import DEVICES

@@ -1,7 +1,5 @@
 """Laws of the user's own in a scenario: from a Python file next to it, or given in Python."""
 
-import hashlib
-import importlib.util
 import sys
 from collections.abc import Collection
 from dataclasses import replace
@@ -13,7 +11,13 @@ import numpy as np
 from pydantic import Field
 
 from torquer.base.spec import Spec
-from torquer.computer.blocks import plugin
+from torquer.base.user_source import (
+    cache_beside,
+    import_file,
+    plain_function,
+    source_file,
+    source_text,
+)
 from torquer.computer.blocks.law import Law, as_law
 
 #: A value of a parameter: a number, a vector, or a record of these.
@@ -81,10 +85,10 @@ def _in_a_file(law: Law, parameters: dict[str, Parameter]) -> UserLaw | None:
     The file must have been imported as a module of its own (a script would run again, a package's
     module need not load by itself), and not been edited since.
     """
-    function = plugin.plain_function(law.function)
-    if not isinstance(function, FunctionType) or not plugin.source_text(function):
+    function = plain_function(law.function)
+    if not isinstance(function, FunctionType) or not source_text(function):
         return None
-    file, module = plugin.source_file(function), sys.modules.get(function.__module__)
+    file, module = source_file(function), sys.modules.get(function.__module__)
     if file is None or function.__module__ == "__main__" or getattr(module, "__package__", "-"):
         return None
     for name, value in vars(module).items():
@@ -114,7 +118,7 @@ def _differ_in_numbers_only(known: Law, law: Law) -> bool:
 
 def _same_function(a, b) -> bool:
     """Whether two functions are one, or the same text imported twice."""
-    a, b = plugin.plain_function(a), plugin.plain_function(b)
+    a, b = plain_function(a), plain_function(b)
     closed = getattr(a, "__closure__", None) or getattr(b, "__closure__", None)
     return a is b or (not closed and getattr(a, "__code__", None) == b.__code__)
 
@@ -126,32 +130,11 @@ def load_law(file: Path, name: str | None = None) -> Law:
     says so). Code compiled from the file is cached under a hash of all Python files in its folder,
     so that an edit is always noticed.
     """
-    if not file.is_file():
-        raise ValueError(f"law file: must be an existing file; received {file}")
-    if file.suffix != ".py":
-        raise ValueError(f"law file: must be a Python file (.py); received {file}")
-    with plugin.cache_beside(file):
-        found = _find(_import_file(file), file, name)
+    with cache_beside(file):
+        found = _find(import_file(file, "law"), file, name)
         if found.compiled:
             found.in_loop()
     return found
-
-
-def _import_file(file: Path):
-    """The file as a module of its own, with the files next to it importable."""
-    mark = hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:8]
-    spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}_{mark}", file)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    sys.path.insert(0, str(file.resolve().parent))
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        received = plugin.printable(error) + plugin.error_place(error, Path(spec.origin))
-        raise ValueError(f"law file {file}: must import; received {received}") from None
-    finally:
-        sys.path.pop(0)
-    return module
 
 
 def _find(module, file: Path, name: str | None) -> Law:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torquer.computer.blocks.plugin import plain_function
+from torquer.base.user_source import plain_function
 from torquer.flight.c99 import arithmetic
 from torquer.flight.c99.evaluate import (
     at_hand,

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from torquer.base.user_source import plain_function
 from torquer.computer import computer as on_board
 from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
 from torquer.computer.blocks.block import Block
-from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.computer import Blocks, control_step_on_board, first_board
 from torquer.computer.interface import KNOWN
 from torquer.computer.modes import signals

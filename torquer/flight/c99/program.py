@@ -3,7 +3,7 @@
 import ast
 from collections.abc import Callable, Iterable
 
-from torquer.computer.blocks.plugin import plain_function
+from torquer.base.user_source import plain_function
 from torquer.flight.c99 import calls, expressions, places  # noqa: F401  register what they translate
 from torquer.flight.c99.lines import Line, count_words, without_unread
 from torquer.flight.c99.scope import Scope, Variable

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.user_source import plain_function
 from torquer.compile.engine import with_attributes
-from torquer.computer.blocks.plugin import plain_function
 from torquer.computer.interface import PLACES
 from torquer.flight.c99.interface import handed_in
 from torquer.flight.c99.precision import is_single

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator
 from types import FunctionType
 from typing import TypeGuard
 
+from torquer.base.user_source import plain_function, source_text
 from torquer.compile.sources import is_own
-from torquer.computer.blocks.plugin import plain_function, source_text
 from torquer.flight.c99.refusal import refuse
 
 #: Statements that hold further statements.

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import cast
 
+from torquer.base.user_source import cache_beside, plain_function, source_file
 from torquer.compile import engine
 from torquer.compile.lanes import LANES, Fields, Rows, lane_maker, record_fields
 from torquer.compile.overloads import FirstClass
@@ -57,7 +58,7 @@ def law_in_lanes(law: Law):
 def _compile_lanes(
     kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int, waits: int
 ):
-    plain = plugin.plain_function(function)
+    plain = plain_function(function)
     own = engine.is_own(plain)
     parts = {
         "_function": make_inner(function, own, shape),
@@ -74,11 +75,11 @@ def _compile_lanes(
         "is_informed": is_informed,
         "read_inputs": read_inputs,
     }
-    file = plugin.source_file(plain)
+    file = source_file(plain)
     known = file is not None and plain.__closure__ is None
     must = f"{kind.name} {plain.__name__}: must compile for members in lanes"
     form, loop = f"lanes {LANES} {cells} {waits}", cast(FunctionType, _plain_law)
-    with plugin.cache_beside(file if known and not own else None):
+    with cache_beside(file if known and not own else None):
         law = place_adapter(loop, plain, shape, names, parts, form)
         made = plugin.compile_plugin(law, LANES_LAW, must, keep=known, error_model="numpy")
     return FirstClass(made, LANES_LAW)

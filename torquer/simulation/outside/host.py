@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from torquer.base.user_source import error_place, plain_function, printable, source_file
 from torquer.compile.arguments import Callback
-from torquer.computer.blocks import plugin
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import Law
@@ -130,10 +130,9 @@ def ask(block: Block, row, board: Board):
     try:
         answer = block(inputs_from(board.known.view(np.float64)), parameters, cells)
     except (Exception, SystemExit) as error:
-        place = plugin.error_place(error, plugin.source_file(plugin.plain_function(block.function)))
+        place = error_place(error, source_file(plain_function(block.function)))
         raise HostFailed(
-            f"{block.kind.name} {block.name}: must not raise; received "
-            f"{plugin.printable(error)}{place}"
+            f"{block.kind.name} {block.name}: must not raise; received {printable(error)}{place}"
         ) from error
     return _unify(block, answer)
 
@@ -182,11 +181,11 @@ def _unify(block: Block, answer):
             f"received one that answers {block.answers!r}"
         )
     try:
-        unified = plugin.plain_function(kind.unify)(answer)
+        unified = plain_function(kind.unify)(answer)
     except (TypeError, ValueError, AttributeError, IndexError):
         must = "three numbers" if kind.returns.startswith("(") else kind.returns
         raise HostFailed(
-            f"{kind.name} {block.name}: must return {must}; received {plugin.printable(answer)}"
+            f"{kind.name} {block.name}: must return {must}; received {printable(answer)}"
         ) from None
     if isinstance(block, Law):
         for what, part in (("dipole", unified.dipole_a_m2), ("torque", unified.torque_n_m)):

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from torquer.base.user_source import plain_function, source_mark, source_text
 from torquer.base.version import VERSION
 from torquer.compile import sources
 from torquer.compile.c_library import build_library
 from torquer.compile.engine import COMPILED
-from torquer.computer.blocks.plugin import plain_function, source_mark, source_text
 from torquer.computer.computer import Blocks, Board, Computer, parameter_places
 
 #: Files of an export that make up the library, and those that they include.

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from torquer.base.time import utc_at
+from torquer.base.user_source import source_mark, source_text
 from torquer.base.version import VERSION
 from torquer.compile.ready import processor
 from torquer.computer.blocks.block import Block, Logged
-from torquer.computer.blocks.plugin import source_mark, source_text
 from torquer.computer.computer import estimates
 from torquer.computer.interface import SENSORS
 from torquer.environment.along_orbit import OrbitEnvironment

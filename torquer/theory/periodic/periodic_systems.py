@@ -13,6 +13,7 @@ import numpy as np
 from numba import types
 
 from torquer.base import validate
+from torquer.base.user_source import plain_function
 from torquer.computer.blocks import plugin
 
 SIGNATURE = types.void(types.float64, types.float64[::1], types.float64[:, ::1])
@@ -71,7 +72,7 @@ class PeriodicSystem:
     def matrix(self, t: float) -> np.ndarray:
         """A(t) by the plain Python function, for trying it by hand."""
         out = np.full((self.order, self.order), np.nan)
-        plugin.plain_function(self.function)(float(t), self.pack(), out)
+        plain_function(self.function)(float(t), self.pack(), out)
         return out
 
 
@@ -89,6 +90,6 @@ def periodic_system(*, order: int, period: float, parameters: Mapping | None = N
 @functools.cache
 def compile_matrix(function: Callable):
     """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not."""
-    name = plugin.plain_function(function).__name__
+    name = plain_function(function).__name__
     must = f"system {name}: must compile as A(t, parameters, out)"
     return plugin.first_class(function, SIGNATURE, must)

@@ -10,6 +10,7 @@ import numpy as np
 from numba import types
 
 from torquer.base import validate
+from torquer.base.user_source import plain_function
 from torquer.computer.blocks import plugin
 from torquer.maths.geometry.vec3 import as_vector
 from torquer.theory.slow.spinner import Spinner
@@ -163,5 +164,5 @@ class Evolution:
 @functools.cache
 def compile_rates(rates: Callable):
     """Averaged equations compiled against `SIGNATURE`; plain without the compiler."""
-    name = plugin.plain_function(rates).__name__
+    name = plain_function(rates).__name__
     return plugin.first_class(rates, SIGNATURE, f"rates {name}: must compile as (slow, case)")
