@@ -46,15 +46,10 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
 
 def find_code(scenario: Scenario, campaign: Campaign | None = None) -> dict[str, Path]:
     """Python files that a run of the scenario, or any member of a campaign, executes, by key."""
-    from torquer.computer.blocks.user import UserLaw
+    from torquer.base.user_code import own_files
 
-    control = scenario.control
-    laws = {control.key_of(name): law for name, law in control.named().laws.items()}
-    named = {
-        f"control.{key}.file": Path(law.file)
-        for key, law in laws.items()
-        if isinstance(law, UserLaw)
-    }
+    parts = own_files(scenario).items()
+    named = {f"{key}.file": part.file for key, part in parts if part.executes}
     if campaign is None:
         return named
     from torquer.campaign.load import code_named

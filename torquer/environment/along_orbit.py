@@ -1,5 +1,6 @@
 """The environment along an orbit: position, geomagnetic field, Sun and shadow."""
 
+import math
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
@@ -101,7 +102,11 @@ class OrbitEnvironment:
         return self._field(t_s, r, v)
 
     def check_dates(self, *times_s: float) -> None:
-        """ValueError (a warning if the model extrapolates) for a time outside its validity."""
+        """ValueError for a time outside the validity of the orbit or the field model.
+
+        (A warning if the field model extrapolates.)
+        """
+        self.orbit.check_span(self.start, *times_s)
         try:
             check_span(self.environment.field, self.start, *times_s)
         except ValueError as error:
@@ -151,8 +156,12 @@ class OrbitEnvironment:
 
     @property
     def segment_s(self) -> float:
-        """Initial length of the segments of the orbit's table [s]."""
-        return self.orbit.period_s / 100.0
+        """Initial length of the segments of the orbit's table [s].
+
+        Between known positions a whole number of segments: polynomials meet where two segments do.
+        """
+        wanted, step_s = self.orbit.period_s / 100.0, self.orbit.step_s
+        return wanted if step_s is None else step_s / math.ceil(step_s / wanted)
 
     def air_table(self, duration_s: float, start_s: float = 0.0):
         """Table of `flow`, without error bound: density models may have discontinuities."""
@@ -170,6 +179,8 @@ class OrbitEnvironment:
         tolerance = self.environment.table_tolerance
         groups = (_POSITION, _FIELD, _GRAVITY_GRADIENT)
         bends = bends_s(self.environment.field, self.start, start_s, end_s)
+        if self.orbit.step_s is not None:
+            bends = np.append(self.orbit.knot_s(self.start), bends)
         try:
             return build_proven(
                 self.sample, duration_s, self.segment_s, tolerance, groups, start_s, bends

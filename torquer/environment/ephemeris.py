@@ -109,6 +109,19 @@ class Displaced:
         """Time of a revolution [s]."""
         return self.orbit.period_s
 
+    @property
+    def step_s(self) -> float | None:
+        """Interval between known positions [s]; None for an orbit in closed form."""
+        return self.orbit.step_s
+
+    def knot_s(self, start_utc) -> float:
+        """Time of the first known position [s]."""
+        return self.orbit.knot_s(start_utc)
+
+    def check_span(self, start_utc, *times_s: float) -> None:
+        """ValueError for times [s] after the start at which the orbit is not known well enough."""
+        self.orbit.check_span(start_utc, *times_s)
+
     def state(self, t_s, start_utc, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s at times [n] s after the start."""
         r, v = self.orbit.state(t_s, start_utc, dut1_s)
@@ -142,6 +155,7 @@ class OnBoardEnvironment:
         """ValueError (a warning if the model extrapolates) for a time outside its validity."""
         model, start = self.own.environment.field, self.own.start
         try:
+            self.own.orbit.check_span(start, *map(self.clock, times_s))
             check_span(model, start, *map(self.clock, times_s))
         except ValueError as error:
             raise ValueError(f"control.ephemeris: {error}") from None

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.base.user_code import admit
 from torquer.scenario.explain import ScenarioError, key_name, validate_tables
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml, read_text
@@ -39,8 +40,10 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
     if {"wheels", "body"} <= data.keys() and "spacecraft" not in data:
         raise ScenarioError("spacecraft: must be given; received a file of `torquer wheels`")
     data = with_presets(_without_campaign(data))
-    _find_law_files(data, folder)
-    return validate_tables(Scenario, data)
+    _find_files(data, folder, "")
+    scenario = validate_tables(Scenario, data)
+    admit(scenario)
+    return scenario
 
 
 def _without_campaign(data: dict) -> dict:
@@ -117,14 +120,19 @@ def _fits(place: tuple) -> str:
     return place[-1] if place else ""
 
 
-def _find_law_files(data: dict, folder: Path) -> None:
+#: Kinds of parts that files give.
+_OF_FILES = ("user", "file")
+
+
+def _find_files(data: dict, folder: Path, place: str) -> None:
     """Absolute paths in place of those relative to the folder."""
-    control = data.get("control") if isinstance(data.get("control"), dict) else {}
-    laws = control.get("laws") if isinstance(control.get("laws"), dict) else {}
-    named = {f"laws.{name}": law for name, law in laws.items()}
-    for key, law in {"law": control.get("law"), **named}.items():
-        if isinstance(law, dict) and isinstance(law.get("file"), str):
-            law["file"] = whole_path(f"control.{key}.file", folder / law["file"])
+    for name, value in data.items():
+        if not isinstance(value, dict):
+            continue
+        key = f"{place}.{name}".lstrip(".")
+        if value.get("kind") in _OF_FILES and isinstance(value.get("file"), str):
+            value["file"] = whole_path(f"{key}.file", folder / value["file"])
+        _find_files(value, folder, key)
 
 
 def whole_path(key: str, path: Path) -> str:

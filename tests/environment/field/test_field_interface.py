@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from own_parts import field_of
 from pydantic import TypeAdapter
 
 from torquer.environment.field import (
@@ -38,8 +39,8 @@ def orbit(n, seed=1):
 
 
 @EVERY
-def test_kind_is_the_key_and_specs_survive_json(kind):
-    model = FIELDS[kind]()
+def test_kind_is_the_key_and_specs_survive_json(kind, tmp_path):
+    model = field_of(kind, tmp_path)
     assert model.kind == kind
     adapter = TypeAdapter(AnyField)
     again = adapter.validate_json(adapter.dump_json(model))
@@ -51,8 +52,8 @@ def test_kind_is_the_key_and_specs_survive_json(kind):
 
 
 @NATURAL
-def test_field_is_about_as_strong_as_the_earths(kind):
-    model = FIELDS[kind]()
+def test_field_is_about_as_strong_as_the_earths(kind, tmp_path):
+    model = field_of(kind, tmp_path)
     r, v, dcm = orbit(200)
     kept = r.copy()
     b = model.b_inertial(model.prepare(2026.0), r, v, dcm)
@@ -64,8 +65,8 @@ def test_field_is_about_as_strong_as_the_earths(kind):
 
 
 @EVERY
-def test_points_do_not_depend_on_each_other(kind):
-    model = FIELDS[kind]()
+def test_points_do_not_depend_on_each_other(kind, tmp_path):
+    model = field_of(kind, tmp_path)
     packed = model.prepare(2026.0)
     r, v, dcm = orbit(70)
     b = model.b_inertial(packed, r, v, dcm)
@@ -77,9 +78,9 @@ def test_points_do_not_depend_on_each_other(kind):
 
 
 @EVERY
-def test_field_turns_with_earth_and_orbit_about_the_axis(kind):
+def test_field_turns_with_earth_and_orbit_about_the_axis(kind, tmp_path):
     """All models keep the Earth's axis: turn orbit and Earth about it, and the field turns."""
-    model = FIELDS[kind]()
+    model = field_of(kind, tmp_path)
     packed = model.prepare(2026.0)
     r, v, dcm = orbit(50)
     c, s = np.cos(0.8), np.sin(0.8)
@@ -90,7 +91,7 @@ def test_field_turns_with_earth_and_orbit_about_the_axis(kind):
 
 
 @NATURAL
-def test_simple_models_resemble_igrf(kind):
+def test_simple_models_resemble_igrf(kind, tmp_path):
     """On a 500 km orbit all stay within 40 % of IGRF, by component (root mean square)."""
     n = 400
     u, raan = np.linspace(0.0, 20.0, n), 0.4
@@ -99,15 +100,17 @@ def test_simple_models_resemble_igrf(kind):
     r = 6.87e6 * (np.cos(u)[:, None] * node + np.sin(u)[:, None] * across)
     v = 7.6e3 * (-np.sin(u)[:, None] * node + np.cos(u)[:, None] * across)
     dcm = np.tile(np.eye(3), (n, 1, 1))
-    fields = [m.b_inertial(m.prepare(2026.0), r, v, dcm) for m in (FIELDS[kind](), Igrf14())]
+    fields = [
+        m.b_inertial(m.prepare(2026.0), r, v, dcm) for m in (field_of(kind, tmp_path), Igrf14())
+    ]
     error = np.sqrt(np.mean((fields[0] - fields[1]) ** 2, axis=0))
     size = np.sqrt(np.mean(np.sum(fields[1] ** 2, axis=1)))
     assert (error < 0.4 * size).all()
 
 
 @EVERY
-def test_shapes_are_checked_before_compiled_code_runs(kind):
-    model = FIELDS[kind]()
+def test_shapes_are_checked_before_compiled_code_runs(kind, tmp_path):
+    model = field_of(kind, tmp_path)
     packed = model.prepare(2026.0)
     r, v, dcm = orbit(3)
     with pytest.raises(ValueError, match=r"r_inertial: must have shape \(n, 3\); received shape"):

@@ -1,6 +1,7 @@
 """Two-body orbits: Kepler's equation, invariants, element geometry, errors."""
 
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -151,10 +152,11 @@ def test_orbits_reach_as_far_as_the_earth_holds_them():
 
 
 def test_registry_names_each_kind():
-    assert {kind: spec.model_fields["kind"].default for kind, spec in ORBITS.items()} == {
-        "circular": "circular", "kepler": "kepler", "sgp4": "sgp4", "numerical": "numerical",
-        "bench": "bench", "drifting": "drifting",
+    assert set(ORBITS) == {
+        "circular", "kepler", "sgp4", "numerical", "bench", "drifting", "file", "user",
     }  # fmt: skip
+    for kind, spec in ORBITS.items():
+        assert get_args(spec.model_fields["kind"].annotation) == (kind,)
     assert Kepler(**ECCENTRIC).frame == "J"
     assert Circular(altitude_km=500.0, inclination_deg=0.0).frame == "J"
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from torquer.base.limits import RequestError
 from torquer.base.text_files import limited_text
 from torquer.base.time import parse_utc
+from torquer.base.user_code import OwnFile
 from torquer.environment.field import FIELDS
 from torquer.environment.field.coefficients import check_date, max_degree
 from torquer.environment.field.drift import coefficients_name
@@ -50,6 +51,10 @@ def file_text(path: Path, key: str) -> str:
         raise RequestError(key, must) from None
 
 
+#: Models that a name says all of.
+NAMED = {name: model for name, model in FIELDS.items() if not issubclass(model, OwnFile)}
+
+
 def stamp(utc: datetime) -> str:
     """A date and time as text."""
     return f"{utc:%Y-%m-%d %H:%M} UTC"
@@ -58,22 +63,22 @@ def stamp(utc: datetime) -> str:
 def find_model(text: str, degree: int | None = None):
     """The field model of `name` or `name:degree`."""
     name, _, digits = text.partition(":")
-    if name not in FIELDS:
-        raise RequestError("model", f"must be one of {', '.join(FIELDS)}; received {name!r}")
+    if name not in NAMED:
+        raise RequestError("model", f"must be one of {', '.join(NAMED)}; received {name!r}")
     if digits or text.endswith(":"):
         if not re.fullmatch(r"\d{1,4}", digits):
             must = f"must end with a degree, as in igrf14:6; received {text!r}"
             raise RequestError("model", must)
         degree = int(digits)
     if degree is None:
-        return FIELDS[name]()
-    if not issubclass(FIELDS[name], Gauss):
+        return NAMED[name]()
+    if not issubclass(NAMED[name], Gauss):
         raise RequestError("degree", f"must go with igrf14 or wmm2025; received it with {name}")
     if not 1 <= degree <= max_degree(name):
         raise RequestError(
             "degree", f"must lie within 1..{max_degree(name)} for {name}; received {degree}"
         )
-    return FIELDS[name](degree=degree)
+    return NAMED[name](degree=degree)
 
 
 def model_at_points(text: str, degree: int | None, extrapolate: bool = False):
@@ -87,7 +92,7 @@ def model_at_points(text: str, degree: int | None, extrapolate: bool = False):
             )
         model = model.model_copy(update={"extrapolate": True})
     if not hasattr(model, "b_earth_fixed"):
-        others = ", ".join(k for k, v in FIELDS.items() if hasattr(v, "b_earth_fixed"))
+        others = ", ".join(k for k, v in NAMED.items() if hasattr(v, "b_earth_fixed"))
         raise RequestError(
             "model", f"{model.kind} is defined along an orbit only; must be one of {others}"
         )
@@ -110,7 +115,7 @@ def label(model) -> str:
     """A model's name in tables and pictures, marked where it is not the plain model."""
     if getattr(model, "extrapolate", False):
         model = model.model_copy(update={"extrapolate": False})
-    if model == FIELDS[model.kind]():
+    if model.kind in NAMED and model == NAMED[model.kind]():
         return model.kind
     if isinstance(model, Gauss) and model == FIELDS[model.kind](degree=model.degree):
         whole = model.degree == max_degree(model.kind)

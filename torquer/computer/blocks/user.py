@@ -5,12 +5,13 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from types import FunctionType
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from torquer.base.spec import Spec
+from torquer.base.user_code import OwnFile
 from torquer.base.user_source import (
     cache_beside,
     import_file,
@@ -24,8 +25,10 @@ from torquer.computer.blocks.law import Law, as_law
 Parameter = float | tuple[float | tuple[float, ...], ...]
 
 
-class UserLaw(Spec):
+class UserLaw(OwnFile):
     """A law of your own, from a Python file."""
+
+    executes: ClassVar[bool] = True
 
     kind: Literal["user"]
     file: Path

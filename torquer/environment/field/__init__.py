@@ -16,8 +16,9 @@ from torquer.environment.field.globe import Elements, at_geodetic, elements
 from torquer.environment.field.helmholtz_coils import HelmholtzCoils
 from torquer.environment.field.model import FieldModel
 from torquer.environment.field.tilted_dipole import TiltedDipole
+from torquer.environment.field.user import UserField
 
-_Fields = Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged | HelmholtzCoils
+_Fields = Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged | HelmholtzCoils | UserField
 
 #: Every field model by its `kind`.
 FIELDS = by_kind(_Fields)
@@ -36,6 +37,7 @@ __all__ = [
     "HelmholtzCoils",
     "Igrf14",
     "TiltedDipole",
+    "UserField",
     "Wmm2025",
     "at_geodetic",
     "elements",

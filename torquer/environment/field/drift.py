@@ -50,6 +50,8 @@ def b_inertial_along(
     """
     points = (r_inertial, v_inertial, dcm_inertial_to_ecef)
     source = coefficients_name(model)
+    if hasattr(model, "prepare_along") and len(t_s):
+        return model.b_inertial(model.prepare_along(start, t_s), *points)
     if source is None or len(t_s) == 0:
         return model.b_inertial(_prepare(model, decimal_year(start)), *points)
     years = decimal_years(start, t_s)

@@ -13,11 +13,13 @@ from torquer.base.spec import by_kind
 from torquer.environment.orbit.bench import Bench
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.drifting import Drifting
+from torquer.environment.orbit.from_file import FileOrbit
 from torquer.environment.orbit.kepler import Kepler
 from torquer.environment.orbit.numerical import Numerical
 from torquer.environment.orbit.sgp4 import Sgp4
+from torquer.environment.orbit.user import UserOrbit
 
-_Orbits = Circular | Kepler | Drifting | Sgp4 | Numerical | Bench
+_Orbits = Circular | Kepler | Drifting | Sgp4 | Numerical | FileOrbit | UserOrbit | Bench
 
 #: Every orbit by its `kind`.
 ORBITS = by_kind(_Orbits)
@@ -25,4 +27,15 @@ ORBITS = by_kind(_Orbits)
 #: Any orbit, discriminated by `kind`.
 AnyOrbit = Annotated[_Orbits, Field(discriminator="kind")]
 
-__all__ = ["ORBITS", "AnyOrbit", "Bench", "Circular", "Drifting", "Kepler", "Numerical", "Sgp4"]
+__all__ = [
+    "ORBITS",
+    "AnyOrbit",
+    "Bench",
+    "Circular",
+    "Drifting",
+    "FileOrbit",
+    "Kepler",
+    "Numerical",
+    "Sgp4",
+    "UserOrbit",
+]

@@ -17,7 +17,8 @@ from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.base.time import DAY_S
 from torquer.environment.earth.rotation import teme_to_gcrf
 from torquer.environment.orbit.kepler import TWO_PI
-from torquer.environment.orbit.numerical import Numerical, semi_major_axis
+from torquer.environment.orbit.numerical import Numerical
+from torquer.environment.orbit.osculating import semi_major_axis
 from torquer.environment.orbit.sgp4 import Sgp4
 
 #: The orbit is fitted over so long before the epoch [s], at so many instants. A span of one day

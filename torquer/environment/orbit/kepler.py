@@ -113,6 +113,8 @@ class Orbit(Spec):
     """What all orbits share; `frame`: that of their `state`."""
 
     frame: ClassVar[str] = "J"
+    #: Interval between known positions [s] that are interpolated; None for an orbit in closed form.
+    step_s: ClassVar[float | None] = None
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean orbital rate [rad/s]."""
@@ -121,6 +123,9 @@ class Orbit(Spec):
     def extent(self, start_utc=None) -> Extent | None:
         """Perigee, apogee and inclination at the start; None of a place that orbits nothing."""
         raise NotImplementedError
+
+    def check_span(self, start_utc, *times_s: float) -> None:
+        """ValueError for times [s] after the start at which the orbit is not known well enough."""
 
     @property
     def period_s(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base import validate
-from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.base.spec import Spec, Vector
 from torquer.base.time import leap_seconds_between, parse_utc, seconds_between
 from torquer.compile.when_compiling import plainly
@@ -20,6 +20,7 @@ from torquer.environment.earth.atmosphere.nrlmsis import NOT_COMPILED
 from torquer.environment.earth.rotation_table import teme_to_gcrf_at
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.kepler import Extent, Kepler, Orbit, check_farthest, mean_motion
+from torquer.environment.orbit.osculating import extent_of, semi_major_axis
 from torquer.environment.orbit.point_mass import Forces, Trajectory
 from torquer.environment.orbit.sgp4 import Sgp4
 
@@ -55,22 +56,11 @@ class StateVector(Spec):
     def extent(self, start_utc=None) -> Extent:
         """Perigee, apogee and inclination of the osculating orbit."""
         r, v = (x[0] for x in self.state(None))
-        axis, normal = semi_major_axis(r, v), np.cross(r, v)
-        parameter = normal @ normal / MU_EARTH_M3_S2  # a (1 - e^2)
-        eccentricity = math.sqrt(max(0.0, 1.0 - parameter / axis))
-        tilt = math.atan2(math.hypot(normal[0], normal[1]), normal[2])
-        return Extent(axis * (1.0 - eccentricity), axis * (1.0 + eccentricity), tilt)
+        return extent_of(r, v)
 
     def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
         """Position [1, 3] m and velocity [1, 3] m/s at the start."""
         return 1e3 * np.array([self.position_km]), 1e3 * np.array([self.velocity_km_s])
-
-
-def semi_major_axis(r, v) -> float:
-    """Osculating semi-major axis [m] of a state; not positive beyond escape."""
-    r, v = np.ravel(r), np.ravel(v)
-    with np.errstate(over="ignore"):  # far beyond escape
-        return float(1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2))
 
 
 class Drag(Spec):

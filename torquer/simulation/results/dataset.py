@@ -255,6 +255,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
     return {
         "scenario": run.scenario.model_dump_json(),
         **law_attributes(run),
+        **part_attributes(run),
         "seed": str(run.scenario.seed),
         "how_it_ended": how,
         "ended": ended,
@@ -281,6 +282,7 @@ def digest_result(result: xr.Dataset) -> str:
     digest = hashlib.sha256(np.ascontiguousarray(result["checkpoint"].values).tobytes())
     for name in ("scenario", "laws", "seed", "how_it_ended", "ended", "table_relative_error"):
         digest.update(str(result.attrs[name]).encode())
+    digest.update(str(result.attrs.get("parts", "")).encode())
     return digest.hexdigest()
 
 
@@ -301,6 +303,11 @@ def law_attributes(run: Run) -> dict[str, str]:
         for key, block in run.blocks.by_key().items()
     }
     return {"laws": json.dumps(said)}
+
+
+def part_attributes(run: Run) -> dict[str, str]:
+    """What a result says of the files that give its parts, but for laws: by key, as JSON."""
+    return {"parts": json.dumps(run.files)} if run.files else {}
 
 
 def _runs_as(run: Run, block: Block) -> str:

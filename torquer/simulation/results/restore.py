@@ -41,6 +41,7 @@ def restore(run: Run, result: xr.Dataset) -> None:
     """
     check_version(result)
     _check_laws(run, result)
+    _check_files(run, result)
     cells = result["checkpoint"].values
     _check_state(run, cells)
     if result.attrs.get("digest") != digest_result(result):
@@ -127,6 +128,16 @@ def _check_laws(run: Run, result: xr.Dataset) -> None:
             raise ValueError(
                 f"{key} {law['name']}: must be the one with which the run began; its file, or one "
                 "that it imports from its folder, has been edited since"
+            )
+
+
+def _check_files(run: Run, result: xr.Dataset) -> None:
+    began = json.loads(result.attrs.get("parts", "{}"))
+    for key, now in run.files.items():
+        if now["source"] != began.get(key, {}).get("source"):
+            raise ValueError(
+                f"{key}.file: must be the one with which the run began; it, or one that it imports "
+                "from its folder, has been edited since"
             )
 
 

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.user_code import admit, own_files
 from torquer.compile.arguments import Arguments
 from torquer.computer.blocks.law import Law
+from torquer.computer.blocks.user import UserLaw
 from torquer.computer.computer import Blocks
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
@@ -97,6 +99,7 @@ class Run:
     keep: Callable = field(default=lambda run: None)
     host: Host | None = None
     library: Library | None = None
+    files: dict[str, dict[str, str]] = field(default_factory=dict)
     _ready: "_Ready | None" = None
 
     @property
@@ -128,9 +131,19 @@ class Run:
             # the rows kept are views of the other
             inputs = self.scenario.simulation.record_inputs
             self.record = empty_record(self.plan, len(self.record.rows), inputs)
+        self._check_files()
         self.piece = self._ready = None  # two pieces' tables need not be in memory at once
         self.piece = tabulate_piece(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
+
+    def _check_files(self) -> None:
+        """ValueError if a file that gives a part of the run has been changed since it began."""
+        for key, now in describe_files(self.scenario).items():
+            if now["source"] != self.files[key]["source"]:
+                raise ValueError(
+                    f"{key}.file: must be the one with which the run began; it, or one that it "
+                    "imports from its folder, has been edited since"
+                )
 
     def make_ready(self) -> None:
         """Make tables, and compile what is not in the cache: up to a minute before the first step.
@@ -229,6 +242,7 @@ def prepare(
     of the scenario works. `library`: the computer in C that works in place of laws, estimators and
     modes; `OtherComputer`, a ValueError, unless it is one of these.
     """
+    admit(scenario)
     scenario, given = with_given(scenario, law, laws)
     blocks, environment = make_blocks(scenario, given), scenario.orbit_environment()
     for each in make_environments(scenario):
@@ -265,7 +279,16 @@ def _without_tables(
     steps, size = scenario.steps(), piece_steps(scenario)
     rows, inputs = min(steps, size) // plan.record_steps + 1, scenario.simulation.record_inputs
     record, integrator = empty_record(plan, rows, inputs), choose_integrator(scenario)
-    return Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size)
+    files = describe_files(scenario)
+    return Run(
+        scenario, blocks, plan, dynamics, integrator, state, record, steps, size, files=files
+    )
+
+
+def describe_files(scenario: Scenario) -> dict[str, dict[str, str]]:
+    """What a result keeps of the files that give parts of a run, but for laws, by key."""
+    parts = {k: each for k, each in own_files(scenario).items() if not isinstance(each, UserLaw)}
+    return {key: part.described() for key, part in parts.items()}
 
 
 def tabulate_piece(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:

@@ -12,8 +12,9 @@ from torquer.base.spec import by_kind
 from torquer.environment.earth.atmosphere.exponential import Exponential
 from torquer.environment.earth.atmosphere.gost import Gost, mean_f107
 from torquer.environment.earth.atmosphere.nrlmsis import Nrlmsis
+from torquer.environment.earth.atmosphere.user import UserAtmosphere
 
-_Atmospheres = Gost | Exponential | Nrlmsis
+_Atmospheres = Gost | Exponential | Nrlmsis | UserAtmosphere
 
 #: Every density model by its `kind`.
 ATMOSPHERES = by_kind(_Atmospheres)
@@ -21,4 +22,12 @@ ATMOSPHERES = by_kind(_Atmospheres)
 #: Any density model, discriminated by `kind`.
 AnyAtmosphere = Annotated[_Atmospheres, Field(discriminator="kind")]
 
-__all__ = ["ATMOSPHERES", "AnyAtmosphere", "Exponential", "Gost", "Nrlmsis", "mean_f107"]
+__all__ = [
+    "ATMOSPHERES",
+    "AnyAtmosphere",
+    "Exponential",
+    "Gost",
+    "Nrlmsis",
+    "UserAtmosphere",
+    "mean_f107",
+]

@@ -1,0 +1,45 @@
+"""A density of the air by a function of the user's own."""
+
+import math
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from torquer.base.time import decimal_years
+from torquer.base.user_code import UserCode
+from torquer.environment.earth.atmosphere.model import Atmosphere
+
+
+class UserAtmosphere(UserCode, Atmosphere):
+    """A density of your own: a function `(r_ecef_m, years, **parameters)` in a Python file.
+
+    It gets Earth-fixed positions (n, 3) in metres and decimal years (n,) and returns the density
+    (n,) in kg/m^3. It is called for many points at once and tabulated. Where the orbit is
+    integrated (kind 'numerical') it cannot be called.
+    """
+
+    kind: Literal["user"]
+    what = "atmosphere"
+    returns = "a function (r_ecef_m, years) that returns densities (n,) kg/m^3"
+    heights_km: ClassVar = (0.0, math.inf)
+
+    def _densities(self, t_s, start_utc, r, dut1_s) -> np.ndarray:
+        found = np.asarray(self.call(r, decimal_years(start_utc, t_s)), dtype=np.float64)
+        if found.shape != (t_s.size,):
+            raise ValueError(f"{self.must}; received shape {found.shape} for n = {t_s.size}")
+        if not (found >= 0.0).all() or not np.isfinite(found).all():
+            row = np.flatnonzero(~((found >= 0.0) & np.isfinite(found)))[0]
+            raise ValueError(
+                f"{self.must}, not negative; received {found[row]} at t = {t_s[row]:g} s"
+            )
+        return found
+
+    def pack(self):
+        """No constants: this model is not compiled (ValueError)."""
+        raise ValueError(NOT_COMPILED)
+
+
+NOT_COMPILED = (
+    "atmosphere: must be one that compiles (gost, exponential) where the orbit is integrated; "
+    "received a user's function"
+)

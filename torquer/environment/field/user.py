@@ -1,0 +1,50 @@
+"""A geomagnetic field by a function of the user's own."""
+
+from typing import Literal
+
+import numpy as np
+
+from torquer.base.time import decimal_years
+from torquer.base.user_code import UserCode
+from torquer.environment.field.model import rows
+
+
+class UserField(UserCode):
+    """A field of your own: a function `(r_ecef_m, years, **parameters)` in a Python file.
+
+    It gets Earth-fixed positions (n, 3) in metres and decimal years (n,) and returns the flux
+    density (n, 3) in tesla, in the same axes. It is called for many points at once and tabulated:
+    it need not be fast, but smooth.
+    """
+
+    kind: Literal["user"]
+    what = "field"
+    returns = "a function (r_ecef_m, years) that returns flux densities (n, 3) T"
+
+    def prepare(self, decimal_year: float) -> tuple:
+        """The date."""
+        return (decimal_year,)
+
+    def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
+        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
+        r_ecef = rows("r_ecef", r_ecef, 3)
+        return self._at(r_ecef, np.broadcast_to(packed[0], len(r_ecef)))
+
+    def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
+        """Flux density [T] in the inertial frame; the velocities are not used."""
+        r_ecef = np.einsum("nij,nj->ni", dcm_inertial_to_ecef, r_inertial)
+        b = self.b_earth_fixed(packed, r_ecef)
+        return np.einsum("nji,nj->ni", dcm_inertial_to_ecef, b)
+
+    def prepare_along(self, start_utc, t_s) -> tuple:
+        """The dates at times (n,) [s] after the start."""
+        return (decimal_years(start_utc, t_s),)
+
+    def _at(self, r_ecef, years) -> np.ndarray:
+        found = np.ascontiguousarray(self.call(r_ecef, years), dtype=np.float64)
+        if found.shape != r_ecef.shape:
+            raise ValueError(f"{self.must}; received shape {found.shape} for n = {len(r_ecef)}")
+        if not np.isfinite(found).all():
+            row = np.flatnonzero(~np.isfinite(found).all(axis=1))[0]
+            raise ValueError(f"{self.must}, finite; received none at {r_ecef[row].tolist()} m")
+        return found

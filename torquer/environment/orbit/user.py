@@ -1,0 +1,69 @@
+"""An orbit by a function of the user's own."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from torquer.base.conventions import EARTH_RATE_RAD_S
+from torquer.base.time import parse_utc
+from torquer.base.user_code import UserCode
+from torquer.environment.earth.rotation import dcm_inertial_to_ecef
+from torquer.environment.orbit.kepler import TWO_PI, Extent, Orbit
+from torquer.environment.orbit.osculating import extent_of
+
+
+class UserOrbit(UserCode, Orbit):
+    """An orbit of your own: a function `(t_s, start, **parameters)` in a Python file.
+
+    It gets the times `t_s` (n,) in seconds after `start`, a `datetime` in UTC, and returns
+    positions (n, 3) in metres and velocities (n, 3) in m/s. It is called for many instants at once
+    and tabulated: it need not be fast, but smooth.
+    """
+
+    kind: Literal["user"]
+    axes: Literal["GCRF", "TEME", "ECEF", "J"] = "GCRF"
+    """Axes of positions and velocities: 'GCRF', 'TEME', 'ECEF' (turning with the Earth, velocities
+    relative to it) or 'J' (the inertial axes of the run, whichever `environment.earth_rotation`
+    makes them).
+    """
+    revolution_s: float = Field(gt=0.0)
+    """Time of a revolution: the unit of `simulation.revolutions` and of reports."""
+    what = "orbit"
+    returns = "a function (t_s, start) that returns positions (n, 3) m and velocities (n, 3) m/s"
+
+    @property
+    def frame(self) -> str:
+        """Frame of `state`."""
+        return "GCRF" if self.axes == "ECEF" else self.axes
+
+    def rate_rad_s(self, start_utc=None) -> float:
+        """Mean orbital rate [rad/s]."""
+        return TWO_PI / self.revolution_s
+
+    def extent(self, start_utc=None) -> Extent:
+        """Perigee, apogee and inclination of the osculating orbit at the start."""
+        r, v = self.state(np.zeros(1), start_utc)
+        return extent_of(r[0], v[0])
+
+    def state(self, t_s, start_utc, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Position [n, 3] m and velocity [n, 3] m/s at times [n] s after the start."""
+        t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
+        found = self.call(t_s, parse_utc(start_utc, "start"))
+        if not isinstance(found, tuple | list) or len(found) != 2:
+            raise ValueError(f"{self.must}; received {type(found).__name__}")
+        r, v = (self._checked(each, t_s) for each in found)
+        if self.axes != "ECEF":
+            return r, v
+        to_gcrf = np.swapaxes(dcm_inertial_to_ecef(t_s, start_utc, "precise", dut1_s), -1, -2)
+        v = v + np.cross((0.0, 0.0, EARTH_RATE_RAD_S), r)
+        return tuple(np.einsum("nij,nj->ni", to_gcrf, each) for each in (r, v))
+
+    def _checked(self, value, t_s) -> np.ndarray:
+        array = np.ascontiguousarray(value, dtype=np.float64)
+        if array.shape != (t_s.size, 3):
+            raise ValueError(f"{self.must}; received shape {array.shape} for n = {t_s.size}")
+        if not (finite := np.isfinite(array).all(axis=1)).all():
+            at = t_s[np.flatnonzero(~finite)[0]]
+            raise ValueError(f"{self.must}, finite; received none at t = {at:g} s")
+        return array
