@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from torquer.campaign.load import load_campaign as load_campaign
     from torquer.computer.blocks.law import Law as Law, law as law
     from torquer.computer.estimation import ESTIMATORS as ESTIMATORS
+    from torquer.computer.estimation.estimator import estimator as estimator
     from torquer.computer.inputs import Inputs as Inputs
     from torquer.computer.interface import Command as Command, Estimate as Estimate
     from torquer.computer.laws import LAWS as LAWS

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from torquer.computer.laws import LAWS, AnyLaw
 from torquer.simulation.outside.host import Host
 from torquer.simulation.setup.run import prepare
 
+DATA = Path(__file__).parents[2] / "data"
 #: Keys of an example of each estimator. The filters' are of the kind that tests of them fly.
 NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.5}
 KEYS = {
@@ -45,6 +47,7 @@ KEYS = {
         "record_covariance": True,
     },
 }
+KEYS["user"] = {"file": DATA / "own_estimator.py", "parameters": {"share": 0.3}}
 WORKING = [kind for kind, spec in ESTIMATORS.items() if hasattr(spec, "estimator")]
 EVERY = pytest.mark.parametrize("kind", WORKING)
 SPECS = TypeAdapter(AnyEstimator)

@@ -1,5 +1,6 @@
 """What the author of a mode table should know before the run."""
 
+from torquer.base.user_code import OwnFile
 from torquer.computer.modes.check import faults, findings
 from torquer.computer.modes.finding import Facts, Finding
 from torquer.scenario.spec import Scenario
@@ -53,7 +54,11 @@ def _needed(scenario: Scenario) -> frozenset[str]:
     if len(laws) < len(named.laws):
         return frozenset(device.need for device in DEVICES)
     specs = (control.estimator, *control.estimators.values())
-    estimators = [spec.estimator(units) for spec in specs if hasattr(spec, "estimator")]
+    estimators = [
+        spec.estimator(units)
+        for spec in specs
+        if hasattr(spec, "estimator") and not isinstance(spec, OwnFile)
+    ]
     own = named.modes.needs if named.modes is not None else frozenset()
     return own.union(*(block.needs for block in (*laws.values(), *estimators)))
 

@@ -1,11 +1,11 @@
-"""Laws of the user's own in a scenario: from a Python file next to it, or given in Python."""
+"""Laws of the user's own in a scenario, from a Python file or given in Python; blocks of files."""
 
 import sys
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from types import FunctionType
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -19,31 +19,40 @@ from torquer.base.user_source import (
     source_file,
     source_text,
 )
+from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import Law, as_law
 
+AnyBlock = TypeVar("AnyBlock", bound=Block)
 #: A value of a parameter: a number, a vector, or a record of these.
 Parameter = float | tuple[float | tuple[float, ...], ...]
 
 
-class UserLaw(OwnFile):
-    """A law of your own, from a Python file."""
+class UserBlock(OwnFile):
+    """A block of the on-board computer of your own, from a Python file."""
 
     executes: ClassVar[bool] = True
 
-    kind: Literal["user"]
-    file: Path
-    """Python file of the law, relative to the scenario file."""
     function: str | None = None
-    """Law in the file; may be left out if the file holds one only."""
+    """Its name in the file; may be left out if the file holds one only."""
     parameters: dict[str, Parameter] = Field(default_factory=dict)
-    """Parameters by name, in place of the law's defaults."""
+    """Parameters by name, in place of its defaults."""
     memory: tuple[float, ...] | None = None
-    """Initial memory, in place of the law's own."""
+    """Initial memory, in place of its own."""
+
+    def with_keys(self, block: AnyBlock) -> AnyBlock:
+        """The block of the file with these parameters and this memory."""
+        changed = block.with_parameters(**self.parameters)
+        return changed if self.memory is None else changed.with_memory(self.memory)
+
+
+class UserLaw(UserBlock):
+    """A law of your own, from a Python file."""
+
+    kind: Literal["user"]
 
     def law(self) -> Law:
         """The law, compiled if it is decorated with `@torquer.law`."""
-        law = load_law(self.file, self.function).with_parameters(**self.parameters)
-        return law if self.memory is None else law.with_memory(self.memory)
+        return self.with_keys(load_law(self.file, self.function))
 
 
 class GivenLaw(Spec):
@@ -134,24 +143,25 @@ def load_law(file: Path, name: str | None = None) -> Law:
     so that an edit is always noticed.
     """
     with cache_beside(file):
-        found = _find(import_file(file, "law"), file, name)
+        found = find_block(import_file(file, "law"), file, name, Law, "law")
+        if not isinstance(found, Law):
+            found = replace(as_law(found), name=name)
         if found.compiled:
             found.in_loop()
     return found
 
 
-def _find(module, file: Path, name: str | None) -> Law:
-    laws = {k: v for k, v in vars(module).items() if isinstance(v, Law)}
+def find_block(module, file: Path, name: str | None, of: type, what: str):
+    """The block of a class in a module, or another callable of that name."""
+    blocks = {k: v for k, v in vars(module).items() if isinstance(v, of)}
     if name is None:
-        if len(laws) != 1:
-            names = ", ".join(laws) or "none"
+        if len(blocks) != 1:
+            names = ", ".join(blocks) or "none"
             raise ValueError(
-                f"law file {file}: must hold one @torquer.law, or name one; received {names}"
+                f"{what} file {file}: must hold one @torquer.{what}, or name one; received {names}"
             )
-        return next(iter(laws.values()))
+        return next(iter(blocks.values()))
     chosen = getattr(module, name, None)
-    if isinstance(chosen, Law):
-        return chosen
-    if not callable(chosen):
-        raise ValueError(f"law file {file}: must define {name}; received no such function")
-    return replace(as_law(chosen), name=name)
+    if not isinstance(chosen, of) and not callable(chosen):
+        raise ValueError(f"{what} file {file}: must define {name}; received no such function")
+    return chosen

@@ -11,9 +11,18 @@ from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.computer.estimation.rate_from_field import RateFromField
 from torquer.computer.estimation.sensors import LawEstimate, NoEstimator, SensorReadings
 from torquer.computer.estimation.triad import Triad
+from torquer.computer.estimation.user import UserEstimator
 
 _Estimators = (
-    SensorReadings | LawEstimate | NoEstimator | RateFromField | Triad | KalmanGyro | KalmanDynamics
+    SensorReadings
+    | LawEstimate
+    | NoEstimator
+    | RateFromField
+    | Triad
+    | KalmanGyro
+    | KalmanDynamics
+    | UserEstimator
+    | UserEstimator
 )
 
 #: Estimators by the kind that a scenario names.

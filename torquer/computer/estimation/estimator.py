@@ -4,13 +4,17 @@ An estimator is a function `(inputs, parameters, memory)` that returns a `torque
 inputs hold the previous estimate. Parameters and memory: see `torquer.computer.blocks.law`.
 """
 
+import functools
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any, cast
 
 from torquer.compile.engine import caller, inlined
 from torquer.compile.when_compiling import when_compiling
 from torquer.computer.blocks.adapter import Kind
 from torquer.computer.blocks.block import Block
+from torquer.computer.blocks.law import needed_readings
 from torquer.computer.inputs import flags, unit_flags
 from torquer.computer.interface import (
     NO_UNITS_ISOLATED,
@@ -84,3 +88,41 @@ class Estimator(Block):
     def kind(self) -> Kind:
         """It must return an estimate."""
         return ESTIMATE
+
+
+def estimator(
+    function: Callable | None = None,
+    *,
+    parameters: Mapping | None = None,
+    memory: int | tuple | Mapping = 0,
+    log: Mapping[str, str] | None = None,
+    needs: tuple[str, ...] = (),
+    compiled: bool = True,
+):
+    """Decorator that makes a plain function an estimator.
+
+    Its options are those of `torquer.law`; of `needs` an estimator has "ephemeris" alone.
+
+        @torquer.estimator(parameters={"share": 0.1}, memory={"q": (0, 0, 0, 1)})
+        def my_estimator(inputs, parameters, memory):
+            ...
+            return torquer.Estimate(inputs.t_s, q, omega, (0, 0, 0), sigma_rad, sigma_rad_s)
+    """
+    options: dict[str, Any] = {
+        "parameters": parameters,
+        "memory": memory,
+        "log": log,
+        "needs": needs,
+    }
+    if function is None:
+        return functools.partial(estimator, **options, compiled=compiled)
+    for need in needs:
+        if need != "ephemeris":
+            raise ValueError(
+                f"estimator {function.__name__}: needs must be of ephemeris; received {need!r}"
+            )
+    read = frozenset(needs) | needed_readings(function)
+    cells = cast(Any, memory)
+    return Estimator(
+        function.__name__, function, parameters or (), cells, log or {}, read, compiled
+    )

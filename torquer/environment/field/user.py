@@ -32,9 +32,10 @@ class UserField(UserCode):
 
     def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
         """Flux density [T] in the inertial frame; the velocities are not used."""
-        r_ecef = np.einsum("nij,nj->ni", dcm_inertial_to_ecef, r_inertial)
-        b = self.b_earth_fixed(packed, r_ecef)
-        return np.einsum("nji,nj->ni", dcm_inertial_to_ecef, b)
+        r = rows("r_inertial", r_inertial, 3)
+        dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(r))
+        b = self.b_earth_fixed(packed, np.einsum("nij,nj->ni", dcm, r))
+        return np.einsum("nji,nj->ni", dcm, b)
 
     def prepare_along(self, start_utc, t_s) -> tuple:
         """The dates at times (n,) [s] after the start."""

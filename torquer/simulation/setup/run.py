@@ -9,7 +9,7 @@ import numpy as np
 from torquer.base.user_code import admit, own_files
 from torquer.compile.arguments import Arguments
 from torquer.computer.blocks.law import Law
-from torquer.computer.blocks.user import UserLaw
+from torquer.computer.blocks.user import UserBlock
 from torquer.computer.computer import Blocks
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
@@ -287,7 +287,7 @@ def _without_tables(
 
 def describe_files(scenario: Scenario) -> dict[str, dict[str, str]]:
     """What a result keeps of the files that give parts of a run, but for laws, by key."""
-    parts = {k: each for k, each in own_files(scenario).items() if not isinstance(each, UserLaw)}
+    parts = {k: each for k, each in own_files(scenario).items() if not isinstance(each, UserBlock)}
     return {key: part.described() for key, part in parts.items()}
 
 
