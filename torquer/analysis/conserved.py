@@ -44,7 +44,8 @@ def _has_no_torque_but_gravity(scenario: Scenario, result: xr.Dataset) -> bool:
     coils_off = craft.coils is None or (
         float(result["peak_coil_dipole"]) == 0.0 and not any(craft.coils.residual_dipole_a_m2)
     )
-    return coils_off and craft.aerodynamics is None and scenario.disturbance is None
+    passive = craft.aerodynamics is None and not craft.has_magnets()
+    return coils_off and passive and scenario.disturbance is None
 
 
 def _energy(result: xr.Dataset) -> np.ndarray:

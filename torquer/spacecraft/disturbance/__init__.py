@@ -19,6 +19,7 @@ from torquer.spacecraft.disturbance.eddy_currents import (
     eddy_current_torque,
 )
 from torquer.spacecraft.disturbance.held import FOR_EVER, HeldTorque
+from torquer.spacecraft.disturbance.magnets import Magnets
 from torquer.spacecraft.disturbance.residual_dipole import (
     NO_DIPOLE,
     ResidualDipole,
@@ -91,18 +92,24 @@ class Disturbance(Spec):
         steps = hold_steps if self.random_torque_n_m > 0.0 else FOR_EVER
         return HeldTorque(constant, self.random_torque_n_m, steps)
 
-    def pack(self, parts: tuple[AnyPart, ...], hung: Hung | None = None) -> tuple:
+    def pack(
+        self,
+        parts: tuple[AnyPart, ...],
+        hung: Hung | None = None,
+        magnets: Magnets | tuple[()] = (),
+    ) -> tuple:
         """Constants of the torques of `TORQUES`, in its order, for kernels; () for none of them.
 
         `parts`: of the body. One type for all satellites that have any: a loop is compiled once.
-        `hung`: constants of the suspension, which stand before the last: they make another type,
-        and what is compiled for satellites does not know of them.
+        `hung`, `magnets`: constants of the suspension and of magnets, which stand before the last:
+        they make another type, and what is compiled for other satellites does not know of them.
         """
         given = {name: getattr(self, name) for name in TORQUES}
-        if not any(given.values()) and hung is None:
+        rare = (*(() if hung is None else (hung,)), *((magnets,) if magnets else ()))
+        if not any(given.values()) and not rare:
             return ()
         packed = tuple(
             torque.none if given[name] is None else given[name].pack(parts)
             for name, torque in TORQUES.items()
         )
-        return packed if hung is None else (*packed[:-1], hung, packed[-1])
+        return (*packed[:-1], *rare, packed[-1])
