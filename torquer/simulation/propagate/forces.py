@@ -172,8 +172,6 @@ def forces_now(member, tables):
     if dynamics.coils.lag_s > 0.0:
         way = sub(present_dipole(dynamics.coils, state.coils), target)
     path = DipolePath(target, way, dynamics.coils.lag_s)
-    rigid = with_present(
-        dynamics.rigid, dynamics.rigid.acting, state.coefficients, state.rods
-    )
+    rigid = with_present(dynamics.rigid, dynamics.rigid.acting, state.coefficients, state.rods)
     held = (state.held[0], state.held[1], state.held[2])
     return Forces(rigid, tables, path, held, as_wheels(dynamics.rotors, state))

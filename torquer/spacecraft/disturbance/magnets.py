@@ -33,6 +33,8 @@ ROD = np.dtype(
 ROD_STATE = np.dtype([("field_a_m", np.float64), ("lag", np.float64)])
 #: Substeps with an exponent p other than 2, for which there is no closed form.
 _SUBSTEPS = 8
+#: Share of the way to the limiting curve from where on it is followed as that curve is.
+_NEXT_TO_ONE = 1.0 - 1e-12
 
 
 class Magnets(NamedTuple):
@@ -49,9 +51,12 @@ class Magnets(NamedTuple):
 
 
 @inlined
-def _slope_share(rod, share):
-    """Share of the way between the limiting curves that is made per 2 Hc of field, less q."""
-    return 1.0 - share**rod.power
+def _pace(rod, y):
+    """dy/dx of the share tanh y, which is smooth up to the limiting curve: (1 - s^p)/(1 - s^2)."""
+    share = math.tanh(y)
+    if share > _NEXT_TO_ONE:
+        return 0.5 * rod.power
+    return (1.0 - share**rod.power) / (1.0 - share * share)
 
 
 @inlined
@@ -65,14 +70,14 @@ def share_after(rod, share, way):
     if rod.power == 2.0:
         t = math.tanh(x)
         return min((share + t) / (1.0 + share * t), 1.0)
-    h = x / _SUBSTEPS
+    y, h = math.atanh(min(max(share, 0.0), _NEXT_TO_ONE)), x / _SUBSTEPS
     for _ in range(_SUBSTEPS):
-        k1 = _slope_share(rod, share)
-        k2 = _slope_share(rod, share + 0.5 * h * k1)
-        k3 = _slope_share(rod, share + 0.5 * h * k2)
-        k4 = _slope_share(rod, share + h * k3)
-        share = min(share + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4), 1.0)
-    return share
+        k1 = _pace(rod, y)
+        k2 = _pace(rod, y + 0.5 * h * k1)
+        k3 = _pace(rod, y + 0.5 * h * k2)
+        k4 = _pace(rod, y + h * k3)
+        y += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    return math.tanh(y)
 
 
 @inlined
