@@ -76,5 +76,5 @@ def _jacobi_integral(result: xr.Dataset) -> np.ndarray:
 
 def _form(result: xr.Dataset, v: np.ndarray) -> np.ndarray:
     """v.J v of vectors (n, 3) in body axes."""
-    inertia = np.asarray(flown_scenario(result).spacecraft.body.inertia_kg_m2)
+    inertia = np.asarray(flown_scenario(result).spacecraft.body.inertia)
     return np.sum(v * (v @ inertia), axis=1)

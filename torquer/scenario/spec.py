@@ -27,6 +27,7 @@ from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.disturbance import TORQUES, Disturbance
+from torquer.spacecraft.disturbance.energy_sink import damper_tensor
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.magnets import MagnetKeys, Magnets
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
@@ -69,7 +70,7 @@ class Spacecraft(Sensors, MagnetKeys, Platform):
             return self
         # a rotor that its bearing holds follows the body's rate a step late: no real wheel is so
         # heavy that this matters, and one that is would drive the body
-        body, rotors = np.array(self.body.inertia_kg_m2), self.wheels.rotor_tensor_kg_m2()
+        body, rotors = np.array(self.body.inertia), self.wheels.rotor_tensor_kg_m2()
         share = np.linalg.eigvals(np.linalg.solve(body, rotors)).real.max()
         if share >= 0.5:
             raise ValueError(
@@ -291,10 +292,28 @@ class Scenario(Spec):
                 "disturbance.solar_pressure.parts: must be given without spacecraft.aerodynamics, "
                 "whose parts they would be; received none"
             )
+        self._check_sink()
         self.unmodelled_torque()
         turning = [key for key in TORQUES if TORQUES[key].depends_on_rate and getattr(given, key)]
         if turning:
             self._check_not_splitting(f"disturbance.{turning[0]}")
+
+    def _check_sink(self) -> None:
+        """The energy sink is a part of the body, whose momentum is its own."""
+        sink, craft = self.disturbance and self.disturbance.energy_sink, self.spacecraft
+        if not sink:
+            return
+        if craft.wheels is not None:
+            raise ValueError(
+                "disturbance.energy_sink: must be left out with spacecraft.wheels, whose momentum "
+                "it does not know; received both"
+            )
+        rest = np.array(craft.body.inertia) - damper_tensor(sink.damper_kg_m2)
+        if (least := float(np.linalg.eigvalsh(rest)[0])) <= 0.0:
+            raise ValueError(
+                "disturbance.energy_sink.damper_kg_m2: must be below the body's inertia, of which "
+                f"it is a part, about any axis; received one that leaves {least:.3g} kg m^2"
+            )
 
     def _check_bench(self) -> None:
         """What belongs to a test bench is given for a bench, and complete."""
@@ -311,7 +330,7 @@ class Scenario(Spec):
                 "disturbance.suspension: must be left out unless orbit.kind is 'bench'; received "
                 f"it with {self.orbit.kind!r}"
             )
-        if self.spacecraft.body.mass_kg is None:
+        if self.spacecraft.body.total_mass_kg() is None:
             raise ValueError(
                 "spacecraft.body.mass_kg: must be given with disturbance.suspension, for the "
                 "weight; received none"
@@ -450,8 +469,10 @@ class Scenario(Spec):
         """Constants of the torques of `torquer.spacecraft.disturbance`, () for none."""
         air, given, packed = self.spacecraft.aerodynamics, self.disturbance or Disturbance(), None
         if given.suspension is not None:
-            packed = given.suspension.pack(self.spacecraft.body.mass_kg, *self._angle_and_rate())
-        return given.pack(air.parts if air else (), packed, self.magnets())
+            packed = given.suspension.pack(
+                self.spacecraft.body.total_mass_kg(), *self._angle_and_rate()
+            )
+        return given.pack(air.parts if air else (), packed, self.magnets(), self.spacecraft.body)
 
     def magnets(self) -> Magnets | tuple[()]:
         """Permanent magnets and hysteresis rods for kernels, () for none."""

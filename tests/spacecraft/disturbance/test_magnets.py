@@ -1,6 +1,7 @@
 """Permanent magnets and hysteresis rods: the published curve, its energy, runs, mistakes."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -85,7 +86,7 @@ def test_curve_obeys_the_published_equation(power, least_slope):
         return [limiting * (least_slope + (1.0 - least_slope) * part)]
 
     turns, b = [0.0, 25.0, -18.0, 7.0, 3.0, 30.0, -30.0], [0.0]
-    for h0, h1 in zip(turns[:-1], turns[1:], strict=True):
+    for h0, h1 in pairwise(turns):
         done = solve_ivp(slope, (h0, h1), [b[-1]], args=(np.sign(h1 - h0),),
                          method="DOP853", rtol=1e-11, atol=1e-15)  # fmt: skip
         b.append(done.y[0, -1])
@@ -224,10 +225,8 @@ def test_motion_is_that_of_a_naive_twin():
         part = (np.sign(h_rate) * (h - np.tan(0.5 * math.pi * b / bs) / k) + hc) / (2.0 * hc)
         m = np.array([0.0, *(VOLUME * b / MU_0_H_M)])
         torque = np.cross(m, here) - np.cross(omega, inertia * omega)
-        x, y_, z, w = q
-        wx, wy, wz = omega
-        q_rate = 0.5 * np.array([w * wx + y_ * wz - z * wy, w * wy + z * wx - x * wz,
-                                 w * wz + x * wy - y_ * wx, -x * wx - y_ * wy - z * wz])  # fmt: skip
+        v, w = q[:3], q[3]
+        q_rate = 0.5 * np.array([*(w * omega + np.cross(v, omega)), -v @ omega])
         return np.concatenate((q_rate, torque / inertia, limiting * part**2 * h_rate))
 
     first = result["q_body_to_inertial"].values[0]
