@@ -4,7 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from torquer.base import validate
 from torquer.base.spec import Inertia, Spec, Vector
@@ -27,6 +27,8 @@ from torquer.spacecraft.disturbance.acting import with_acting
 from torquer.spacecraft.masses import AnyMass, BoxMass, mass_properties
 
 _Length = Annotated[float, Field(gt=0.0)]
+#: Keys of which one set gives the inertia.
+_SOURCES = (("inertia_kg_m2",), ("box_m", "mass_kg"), ("parts",))
 
 
 class Rigid(NamedTuple):
@@ -95,6 +97,10 @@ def motion_rates(rigid, local, dipole_body_a_m2, motion, held):
 class Body(Spec):
     """Inertia, mass and fixed wheel momentum of the body."""
 
+    model_config = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": list(keys)} for keys in _SOURCES]}
+    )
+
     inertia_kg_m2: Inertia | None = None
     """Inertia tensor in body axes about the centre of mass: three moments or 3x3. The elements off
     the diagonal are minus the products of inertia: J_xy = -sum m x y. Many CAD programs print the
@@ -113,7 +119,7 @@ class Body(Spec):
 
     @model_validator(mode="after")
     def _inertia_has_one_source(self):
-        given = [key for key in ("inertia_kg_m2", "box_m", "parts") if getattr(self, key)]
+        given = [keys[0] for keys in _SOURCES if getattr(self, keys[0])]
         if len(given) != 1:
             received = " and ".join(given) or "none of them"
             raise ValueError(
