@@ -160,17 +160,17 @@ def test_loops_within_the_limiting_ones_settle_later():
 
 @pytest.mark.slow
 def test_a_long_body_that_turns_about_the_field_stands_off_it():
-    """With six rods: cos = m B/((J_t - J) w^2), where the torques of magnet and rotation balance."""
-    scenario = with_rods(6)
+    """With six rods m B = (J_t - J) w^2 cos(angle): torques of magnet and rotation balance."""
+    scenario, late = with_rods(6), slice(-10 * REVOLUTION, None)
     result = simulate(scenario)
-    late = slice(-10 * REVOLUTION, None)
-    field = np.linalg.norm(result["b_inertial"].values[late], axis=1)
-    found = angle(result["q_body_to_inertial"].values, result["b_inertial"].values)[late]
+    b = result["b_inertial"].values[late]
+    found = angle(result["q_body_to_inertial"].values[late], b)
     rate = np.linalg.norm(result["omega_body"].values[late], axis=1)
     along, *across = np.diag(scenario.spacecraft.body.inertia)
-    pull = scenario.spacecraft.permanent_magnet_a_m2[0] * field
-    stands = np.degrees(np.arccos(pull / ((np.mean(across) - along) * rate**2)))
-    assert np.median(found) == pytest.approx(np.median(stands), abs=5.0)
+    pull = scenario.spacecraft.permanent_magnet_a_m2[0] * np.linalg.norm(b, axis=1)
+    outward = (np.mean(across) - along) * rate**2 * np.cos(np.radians(found))
+    assert np.mean(outward) == pytest.approx(np.mean(pull), rel=0.1)
+    assert np.median(found) > 30.0
 
 
 def test_rods_calm_the_example_from_the_first_day_on():
