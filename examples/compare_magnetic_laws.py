@@ -131,7 +131,7 @@ def design() -> None:
     scenario, _ = torquer.load_campaign(SCENARIO)
     task = task_of(scenario)
     quick, found = coarser(task.sampled), {}
-    for name, (make, unit) in kinds(quick, scenario.spacecraft.body.inertia_kg_m2).items():
+    for name, (make, unit) in kinds(quick, scenario.spacecraft.body.inertia).items():
         found[name] = tuned(task, quick, make, unit)
     found["static output feedback"] = static(found["(4.1.5)"])
     found["periodic regulator"] = design_gains(task).regulator.law.spec.model_dump(mode="json")

@@ -44,13 +44,13 @@ def hold(inclination_deg: float, inertia=INERTIA, gravity_gradient: bool = False
 def factors(held: AttitudeHold) -> np.ndarray:
     """Factors of the averaged channels [T^2/(kg m^2)]."""
     b = held.free(np.linspace(0.0, held.period, 16, endpoint=False)).b_body_t
-    return channel_factors(held.body.inertia_kg_m2, mean_damping(b))
+    return channel_factors(held.body.inertia, mean_damping(b))
 
 
 def strength_unit(held: AttitudeHold) -> float:
     """The text's k [N m/T^2] for K = 1: A omega0^2/((p + q) B0^2)."""
     b = held.free(np.linspace(0.0, held.period, 16, endpoint=False)).b_body_t
-    return held.body.inertia_kg_m2[0][0] * held.rate_rad_s**2 / mean_damping(b)[0, 0]
+    return held.body.inertia[0][0] * held.rate_rad_s**2 / mean_damping(b)[0, 0]
 
 
 def edge(held: AttitudeHold, k) -> np.ndarray:

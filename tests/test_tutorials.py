@@ -117,6 +117,7 @@ TOML = {
     ("modes", 16): ("changes", "examples/sun_pointing.toml", "guarded.toml"),
     ("modes", 17): ("changes", "examples/sun_pointing.toml", "checked.toml"),
     ("modes", 18): ("shows", "examples/chibis_m_day.toml"),
+    ("passive", 0): ("shows", "examples/passive_magnet.toml"),
     ("several-sensors", 0): ("shows", "examples/several_sensors.toml"),
     ("smoothing", 1): ("changes", "my_satellite.toml", "my_satellite.toml"),
     ("steps", 0): ("changes", "examples/chibis_m_detumble.toml", "tolerant.toml"),

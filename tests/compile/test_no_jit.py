@@ -58,6 +58,13 @@ scenario = torquer.Scenario.model_validate(
                 "residual_dipole_a_m2": [0.01, 0.0, -0.02],
                 "power_at_limit_w": 0.5,
             },
+            "permanent_magnet_a_m2": [0.1, 0.0, -0.2],
+            "hysteresis_rods": [
+                {"axis": [0, 1, 0], "volume_m3": 1e-6, "coercive_a_m": 12.0,
+                 "remanence_t": 0.004, "saturation_t": 0.025},
+                {"axis": [1, 1, 0], "volume_m3": 2e-6, "coercive_a_m": 9.0, "power": 4.75,
+                 "least_slope": 0.1, "remanence_t": 0.004, "saturation_t": 0.025},
+            ],
             "magnetometer": {
                 "noise_nt": 50.0,
                 "bias_nt": [100, -200, 50],
@@ -86,6 +93,7 @@ scenario = torquer.Scenario.model_validate(
                 ]
             },
             "residual_dipole": {"amplitude_a_m2": [0.1, 0, 0], "phase_deg": 50.0},
+            "energy_sink": {"damper_kg_m2": 0.1, "time_constant_s": 0.2},
             "eddy_currents": {"damping_n_m_s_per_t2": [1e5, 2e5, 3e5]},
             "unmodelled": {"constant_n_m": 1e-6, "harmonic_1_n_m": 1e-6, "hold_s": 3.0},
         },

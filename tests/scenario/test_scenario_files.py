@@ -105,6 +105,8 @@ def test_the_schema_knows_every_key_without_the_package():
     assert set(definitions["Coils"]["properties"]) >= {"limit_a_m2", "axes", "lag_s", "preset"}
     assert definitions["Body"]["anyOf"] == [
         {"required": ["inertia_kg_m2"]},
+        {"required": ["box_m", "mass_kg"]},
+        {"required": ["parts"]},
         {"required": ["preset"]},
     ]
 

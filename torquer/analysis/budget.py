@@ -13,6 +13,7 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES
+from torquer.spacecraft.disturbance.acting import hung_in, magnets_in
 from torquer.spacecraft.disturbance.along import (
     Along,
     acting_along,
@@ -21,6 +22,7 @@ from torquer.spacecraft.disturbance.along import (
     dipole_along,
     gravity_along,
     held_along,
+    magnets_along,
 )
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE
 from torquer.spacecraft.disturbance.unmodelled import harmonic_torque
@@ -30,6 +32,7 @@ NAMES = {
     "gravity_gradient": "gravity gradient",
     "aerodynamic": "aerodynamic",
     **{key: key.replace("_", " ") for key in TORQUES if key != "unmodelled"},
+    "magnets": "magnets and rods",
     "suspension": "bench: weight, friction",
     "unmodelled": "unmodelled",
     "constant_and_random": "constant, random",
@@ -122,10 +125,12 @@ def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray
     if craft.aerodynamics:
         found["aerodynamic"] = air_along(packed.surface, along)
     for name, constants in zip(TORQUES, packed.acting, strict=False):
-        if getattr(scenario.disturbance, name) is not None and name != "unmodelled":
+        if getattr(scenario.disturbance, name, None) is not None and name != "unmodelled":
             found[name] = acting_along(constants, along)
     if scenario.disturbance and scenario.disturbance.suspension:
-        found["suspension"] = acting_along(packed.acting[-2], along)
+        found["suspension"] = acting_along(hung_in(packed.acting), along)
+    if craft.has_magnets():
+        found["magnets"] = magnets_along(magnets_in(packed.acting), along)
     if scenario.disturbance and scenario.disturbance.unmodelled:
         found["unmodelled"] = _unmodelled_torque(scenario, steps, along)
     if craft.coils and any(craft.coils.residual_dipole_a_m2):

@@ -44,7 +44,8 @@ def _has_no_torque_but_gravity(scenario: Scenario, result: xr.Dataset) -> bool:
     coils_off = craft.coils is None or (
         float(result["peak_coil_dipole"]) == 0.0 and not any(craft.coils.residual_dipole_a_m2)
     )
-    return coils_off and craft.aerodynamics is None and scenario.disturbance is None
+    passive = craft.aerodynamics is None and not craft.has_magnets()
+    return coils_off and passive and scenario.disturbance is None
 
 
 def _energy(result: xr.Dataset) -> np.ndarray:
@@ -75,5 +76,5 @@ def _jacobi_integral(result: xr.Dataset) -> np.ndarray:
 
 def _form(result: xr.Dataset, v: np.ndarray) -> np.ndarray:
     """v.J v of vectors (n, 3) in body axes."""
-    inertia = np.asarray(flown_scenario(result).spacecraft.body.inertia_kg_m2)
+    inertia = np.asarray(flown_scenario(result).spacecraft.body.inertia)
     return np.sum(v * (v @ inertia), axis=1)

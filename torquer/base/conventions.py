@@ -61,6 +61,8 @@ MU_EARTH_M3_S2 = 3.986004415e14
 #: Equatorial radius of WGS84 [m] and its flattening.
 EARTH_RADIUS_M = 6378137.0
 EARTH_FLATTENING = 1.0 / 298.257223563
+#: Magnetic constant [H/m].
+MU_0_H_M = 1.25663706212e-6
 #: Reference radius of geomagnetic field models [m].
 FIELD_RADIUS_M = 6371200.0
 #: Sidereal rotation rate of the Earth [rad/s].

@@ -11,12 +11,11 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from torquer.base.conventions import MU_0_H_M
 from torquer.base.limits import RequestError
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.design.requests import CoilRequest
 
-#: Permeability of free space [H/m].
-_MU_0 = 1.25663706212e-6
 #: Finest and thickest wire gauge of the table (AWG).
 GAUGES = range(10, 41)
 #: Density of the current [A/mm^2] above which a wire in a winding melts.
@@ -115,7 +114,7 @@ def inductance_h(turns: int, diameter_m: float, bundle_m: float) -> float:
     F. W. Grover, 'Inductance Calculations' (1946), chapter 16.
     """
     radius, section = 0.5 * diameter_m, 0.5 * bundle_m
-    return turns**2 * _MU_0 * radius * (math.log(8.0 * radius / section) - 1.75)
+    return turns**2 * MU_0_H_M * radius * (math.log(8.0 * radius / section) - 1.75)
 
 
 def wind_coil(

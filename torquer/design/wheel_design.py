@@ -35,7 +35,7 @@ _VECTORS = 20_000
 
 def analyse(design: WheelDesign) -> dict:
     """All results; parts that were not requested are None."""
-    array, inertia = design.wheels.array(), np.array(design.body.inertia_kg_m2)
+    array, inertia = design.wheels.array(), np.array(design.body.inertia)
     growth = design.accumulation and design.accumulation.growth(inertia)
     return {
         "name": design.name,
@@ -192,7 +192,7 @@ def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
     found = [("given", label, np.array(array.axes))]
     if _only_given(array):
         return found
-    moments, turn = _principal(np.array(design.body.inertia_kg_m2))
+    moments, turn = _principal(np.array(design.body.inertia))
     found.append(("balanced rates", *_turn(_pyramid(count, _balance(count, moments)), turn)))
     best = search.find_layout(
         lambda p: _pyramid(count, p)[1], search.greatest_worst_rate(moments),

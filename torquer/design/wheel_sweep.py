@@ -58,7 +58,7 @@ def sweep_angle(design: WheelDesign, key: str, values_deg: Sequence[float]) -> S
 
     The angle of the highest rate is added as a point.
     """
-    inertia = np.array(design.body.inertia_kg_m2)
+    inertia = np.array(design.body.inertia)
     held = design.accumulation
     growth = None if held is None else held.growth(inertia)
     points = [_point(design, key, value, inertia, growth) for value in values_deg]

@@ -26,6 +26,7 @@ UNITS = {
     "arcsec": "arcsec", "rad_s": "rad/s", "rpm": "rpm", "s": "s", "per_s": "1/s",
     "kg_m2": "kg m²", "kg": "kg", "kg_m3": "kg/m³", "m": "m", "m2": "m²", "km": "km",
     "km_s": "km/s", "n_m": "N m", "n_m_s": "N m s", "n_m_sqrt_s": "N m √s", "a_m2": "A m²",
+    "m3": "m³", "a_m": "A/m",
     "t": "T", "nt": "nT", "nt_per_a_m2": "nT/(A m²)", "t_km3": "T km³", "w": "W",
     "ppm": "ppm", "h": "h", "days": "days",
     "a_m2_s": "A m² s", "a_m2_s_per_t": "A m² s/T", "a_m2_per_t": "A m²/T",

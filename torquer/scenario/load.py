@@ -214,4 +214,6 @@ def _let_preset_stand(table: dict, fitting: list[str]) -> None:
         "description": "Shipped preset; keys given next to it take precedence.",
     }
     if required := table.pop("required", None):
-        table["anyOf"] = [{"required": required}, {"required": ["preset"]}]
+        table["anyOf"] = [{"required": required}]
+    if "anyOf" in table:
+        table["anyOf"] = [*table["anyOf"], {"required": ["preset"]}]

@@ -29,7 +29,7 @@ class Speeds(NamedTuple):
 def momentum_at_start(spacecraft, omega) -> np.ndarray:
     """Momentum [N m s, body] of a `Spacecraft` and its wheels that starts at a rate [rad/s]."""
     body, wheels = spacecraft.body, spacecraft.wheels
-    momentum = np.array(body.inertia_kg_m2) @ omega + body.wheel_momentum_n_m_s
+    momentum = np.array(body.inertia) @ omega + body.wheel_momentum_n_m_s
     if wheels is None:
         return momentum
     own = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
@@ -38,7 +38,7 @@ def momentum_at_start(spacecraft, omega) -> np.ndarray:
 
 def speeds_at_start(spacecraft, initial) -> Speeds:
     """Speeds of a `Spacecraft` with an `InitialMotion`; the orbital rate is left out."""
-    omega, turning = np.radians(initial.rate_deg_s), np.array(spacecraft.body.inertia_kg_m2)
+    omega, turning = np.radians(initial.rate_deg_s), np.array(spacecraft.body.inertia)
     momentum = momentum_at_start(spacecraft, omega)
     if spacecraft.wheels is not None:
         turning = turning - spacecraft.wheels.rotor_tensor_kg_m2()

@@ -27,7 +27,9 @@ from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.disturbance import TORQUES, Disturbance
+from torquer.spacecraft.disturbance.energy_sink import damper_tensor
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
+from torquer.spacecraft.disturbance.magnets import MagnetKeys, Magnets
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
 from torquer.spacecraft.failures import Interval
 from torquer.spacecraft.sensors.devices import Sensors
@@ -41,6 +43,8 @@ _TOLERANCE_DEG = 1e-4
 _MOST_INSTANTS = 100_000
 #: Instants of a run at which the models on board are compared with the truth.
 _INSTANTS_OF_MODELS = 2000
+#: Interval of the memory of hysteresis rods with adaptive steps.
+_HYSTERESIS_STEP_S = 1.0
 
 
 class Platform(Spec):
@@ -54,7 +58,7 @@ class Platform(Spec):
     """Reaction wheels; left out: none."""
 
 
-class Spacecraft(Sensors, Platform):
+class Spacecraft(Sensors, MagnetKeys, Platform):
     """Body, coils, wheels and sensors; sensors that are left out are ideal."""
 
     aerodynamics: Aerodynamics | None = None
@@ -66,7 +70,7 @@ class Spacecraft(Sensors, Platform):
             return self
         # a rotor that its bearing holds follows the body's rate a step late: no real wheel is so
         # heavy that this matters, and one that is would drive the body
-        body, rotors = np.array(self.body.inertia_kg_m2), self.wheels.rotor_tensor_kg_m2()
+        body, rotors = np.array(self.body.inertia), self.wheels.rotor_tensor_kg_m2()
         share = np.linalg.eigvals(np.linalg.solve(body, rotors)).real.max()
         if share >= 0.5:
             raise ValueError(
@@ -277,6 +281,7 @@ class Scenario(Spec):
     def _check_disturbance(self) -> None:
         """Torques have what they need: parts, whole steps, an integrator that supports them."""
         self._check_bench()
+        self.magnets()
         given = self.disturbance
         if given is None:
             return
@@ -287,10 +292,28 @@ class Scenario(Spec):
                 "disturbance.solar_pressure.parts: must be given without spacecraft.aerodynamics, "
                 "whose parts they would be; received none"
             )
+        self._check_sink()
         self.unmodelled_torque()
         turning = [key for key in TORQUES if TORQUES[key].depends_on_rate and getattr(given, key)]
         if turning:
             self._check_not_splitting(f"disturbance.{turning[0]}")
+
+    def _check_sink(self) -> None:
+        """The energy sink is a part of the body, whose momentum is its own."""
+        sink, craft = self.disturbance and self.disturbance.energy_sink, self.spacecraft
+        if not sink:
+            return
+        if craft.wheels is not None:
+            raise ValueError(
+                "disturbance.energy_sink: must be left out with spacecraft.wheels, whose momentum "
+                "it does not know; received both"
+            )
+        rest = np.array(craft.body.inertia) - damper_tensor(sink.damper_kg_m2)
+        if (least := float(np.linalg.eigvalsh(rest)[0])) <= 0.0:
+            raise ValueError(
+                "disturbance.energy_sink.damper_kg_m2: must be below the body's inertia, of which "
+                f"it is a part, about any axis; received one that leaves {least:.3g} kg m^2"
+            )
 
     def _check_bench(self) -> None:
         """What belongs to a test bench is given for a bench, and complete."""
@@ -307,7 +330,7 @@ class Scenario(Spec):
                 "disturbance.suspension: must be left out unless orbit.kind is 'bench'; received "
                 f"it with {self.orbit.kind!r}"
             )
-        if self.spacecraft.body.mass_kg is None:
+        if self.spacecraft.body.total_mass_kg() is None:
             raise ValueError(
                 "spacecraft.body.mass_kg: must be given with disturbance.suspension, for the "
                 "weight; received none"
@@ -444,19 +467,32 @@ class Scenario(Spec):
 
     def acting_torques(self) -> tuple:
         """Constants of the torques of `torquer.spacecraft.disturbance`, () for none."""
-        if self.disturbance is None:
-            return ()
-        air, hung = self.spacecraft.aerodynamics, self.disturbance.suspension
-        packed = None
-        if hung is not None:
-            packed = hung.pack(self.spacecraft.body.mass_kg, *self._angle_and_rate())
-        return self.disturbance.pack(air.parts if air else (), packed)
+        air, given, packed = self.spacecraft.aerodynamics, self.disturbance or Disturbance(), None
+        if given.suspension is not None:
+            packed = given.suspension.pack(
+                self.spacecraft.body.total_mass_kg(), *self._angle_and_rate()
+            )
+        return given.pack(air.parts if air else (), packed, self.magnets(), self.spacecraft.body)
+
+    def magnets(self) -> Magnets | tuple[()]:
+        """Permanent magnets and hysteresis rods for kernels, () for none."""
+        craft, step_s = self.spacecraft, self.grid_s
+        wanted_s = self._hysteresis_step_s() or step_s
+        steps = whole_steps("spacecraft.hysteresis_step_s", wanted_s, step_s)
+        return craft.pack_magnets(steps)
+
+    def _hysteresis_step_s(self) -> float | None:
+        """Interval of the rods' memory; None without rods, and for that of fixed steps."""
+        craft = self.spacecraft
+        if not craft.hysteresis_rods or craft.hysteresis_step_s is not None:
+            return craft.hysteresis_step_s
+        return _HYSTERESIS_STEP_S if self.simulation.step_s is None else None
 
     def unmodelled_torque(self) -> Unmodelled | tuple[()]:
         """Sizes and jumps of the unmodelled torque; () where none of `acting_torques` acts."""
         if not self.acting_torques():
             return ()
-        torque = self.disturbance.unmodelled
+        torque = None if self.disturbance is None else self.disturbance.unmodelled
         if torque is None:
             return NONE_UNMODELLED
         key = "disturbance.unmodelled.hold_s"
@@ -526,6 +562,7 @@ class Scenario(Spec):
             "control.measure_s": control.measure_s,
             "control.actuate_s": control.actuate_s,
             "simulation.record_s": self.simulation.record_s,
+            "spacecraft.hysteresis_step_s": self._hysteresis_step_s(),
         }
         if self.disturbance is not None:
             times["disturbance.random_hold_s"] = self.disturbance.random_hold_s

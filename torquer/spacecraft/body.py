@@ -1,11 +1,12 @@
 """The body: a rigid satellite, or a gyrostat whose wheels keep a fixed momentum."""
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
+from torquer.base import validate
 from torquer.base.spec import Inertia, Spec, Vector
 from torquer.base.validate import quantity_range
 from torquer.compile.engine import inlined
@@ -23,6 +24,11 @@ from torquer.maths.geometry.vec3 import (
 )
 from torquer.spacecraft.aerodynamics import Aerodynamics, Surface, aerodynamic_force_and_torque
 from torquer.spacecraft.disturbance.acting import with_acting
+from torquer.spacecraft.masses import AnyMass, BoxMass, mass_properties
+
+_Length = Annotated[float, Field(gt=0.0)]
+#: Keys of which one set gives the inertia.
+_SOURCES = (("inertia_kg_m2",), ("box_m", "mass_kg"), ("parts",))
 
 
 class Rigid(NamedTuple):
@@ -91,12 +97,43 @@ def motion_rates(rigid, local, dipole_body_a_m2, motion, held):
 class Body(Spec):
     """Inertia, mass and fixed wheel momentum of the body."""
 
-    inertia_kg_m2: Inertia
-    """Inertia tensor in body axes: three moments or 3x3."""
+    model_config = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": list(keys)} for keys in _SOURCES]}
+    )
+
+    inertia_kg_m2: Inertia | None = None
+    """Inertia tensor in body axes about the centre of mass: three moments or 3x3. The elements off
+    the diagonal are minus the products of inertia: J_xy = -sum m x y. Many CAD programs print the
+    sum itself; with Pxy = 0.002 kg m^2 the tensor has -0.002. Left out: from `box_m` or `parts`."""
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
     """Fixed momentum of a wheel in body axes."""
     mass_kg: float | None = Field(default=None, gt=0.0)
-    """Mass, for the record: attitude motion does not depend on it."""
+    """Mass: attitude motion depends on it only through an inertia from `box_m`. Left out: not
+    known, or that of `parts`."""
+    box_m: tuple[_Length, _Length, _Length] | None = None
+    """Edges along the body axes of a box of uniform density, whose inertia with `mass_kg` is the
+    body's, in place of `inertia_kg_m2`."""
+    parts: tuple[AnyMass, ...] = ()
+    """Masses of which the body is made, in place of `inertia_kg_m2`: their centre of mass is that
+    of the body, and the inertia is about it."""
+
+    @model_validator(mode="after")
+    def _inertia_has_one_source(self):
+        given = [keys[0] for keys in _SOURCES if getattr(self, keys[0])]
+        if len(given) != 1:
+            received = " and ".join(given) or "none of them"
+            raise ValueError(
+                "inertia_kg_m2: either it, or box_m with mass_kg, or parts must be given; received "
+                f"{received}"
+            )
+        if self.box_m and self.mass_kg is None:
+            raise ValueError("mass_kg: must be given with box_m, for the inertia; received none")
+        if self.parts and self.mass_kg is not None:
+            raise ValueError(
+                f"mass_kg: must be left out with parts, whose sum it is; received {self.mass_kg:g}"
+            )
+        validate.inertia_tensor(given[0], np.array(self.inertia))
+        return self
 
     @model_validator(mode="after")
     def _nutation_can_be_followed(self):
@@ -111,9 +148,36 @@ class Body(Spec):
             )
         return self
 
+    @property
+    def inertia(self) -> tuple[Vector, Vector, Vector]:
+        """Inertia tensor [kg m^2], given or that of the box or the parts."""
+        if self.inertia_kg_m2 is not None:
+            return self.inertia_kg_m2
+        return tuple(map(tuple, mass_properties(self._masses()).inertia.tolist()))
+
+    def keys_with_inertia(self, inertia) -> dict:
+        """Keys to change for another tensor (3, 3): it takes the place of a box or parts."""
+        keys = {"inertia_kg_m2": np.asarray(inertia).tolist()}
+        if self.inertia_kg_m2 is not None:
+            return keys
+        return keys | {"box_m": None, "parts": (), "mass_kg": self.total_mass_kg()}
+
+    def _masses(self) -> tuple[AnyMass, ...]:
+        """The parts, or the box as the only one; () for neither."""
+        box = self.box_m
+        return self.parts if box is None else (BoxMass(mass_kg=self.mass_kg, size_m=box),)
+
+    def total_mass_kg(self) -> float | None:
+        """Mass, also of parts; None if it is not known."""
+        return mass_properties(self.parts).mass_kg if self.parts else self.mass_kg
+
+    def centre_of_mass_m(self) -> np.ndarray:
+        """Centre of mass [3], from the origin of `parts`; zeros for a body without."""
+        return mass_properties(self.parts).centre_m if self.parts else np.zeros(3)
+
     def principal(self) -> tuple[np.ndarray, np.ndarray]:
         """Principal moments [kg m^2], ascending, and their axes: the columns of a rotation."""
-        moments, axes = np.linalg.eigh(np.array(self.inertia_kg_m2))
+        moments, axes = np.linalg.eigh(np.array(self.inertia))
         axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
         return moments, axes
 
@@ -126,7 +190,7 @@ class Body(Spec):
         it can spin by itself: that of the wheels' rotors about their axes. `acting`: constants of
         disturbance torques.
         """
-        inertia, rotors = np.array(self.inertia_kg_m2), rotors_kg_m2
+        inertia, rotors = np.array(self.inertia), rotors_kg_m2
         inverse = np.linalg.inv(inertia if rotors is None else inertia - rotors)
         return Rigid(
             as_symmetric(inertia),

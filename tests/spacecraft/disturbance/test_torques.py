@@ -10,9 +10,11 @@ from scipy.spatial.transform import Rotation
 from torquer.base import noise
 from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
+from torquer.spacecraft.body import Body
 from torquer.spacecraft.disturbance import TORQUES, Disturbance
 from torquer.spacecraft.disturbance.acting import add_torques
 from torquer.spacecraft.disturbance.eddy_currents import EddyCurrents
+from torquer.spacecraft.disturbance.energy_sink import EnergySink
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE
 from torquer.spacecraft.disturbance.residual_dipole import ResidualDipole
 from torquer.spacecraft.disturbance.solar_pressure import SolarPressure
@@ -83,6 +85,15 @@ def eddies(turn):
     return EddyCurrents(damping_n_m_s_per_t2=tensor).pack(())
 
 
+def sink(turn):
+    tensors = [turn.as_matrix() @ np.diag(each) @ turn.as_matrix().T
+               for each in ([3e-4, 1e-4, 2e-4], [1e-5, 3e-5, 2e-5])]  # fmt: skip
+    inertia, damper = (tuple(map(tuple, (0.5 * (m + m.T)).tolist())) for m in tensors)
+    momentum = turned(turn, (1e-6, -2e-6, 5e-7))[0]
+    body = Body(inertia_kg_m2=inertia, wheel_momentum_n_m_s=momentum)
+    return EnergySink(damper_kg_m2=damper, time_constant_s=0.5).pack((), body)
+
+
 def harmonics(turn):
     return Harmonics(1.0, *turned(turn, *HARMONICS))
 
@@ -92,6 +103,7 @@ EXAMPLES = {
     "solar_pressure": solar,
     "residual_dipole": dipole,
     "eddy_currents": eddies,
+    "energy_sink": sink,
     "unmodelled": harmonics,
 }
 STRAIGHT = Rotation.identity()
@@ -128,6 +140,7 @@ def test_without_its_cause_there_is_no_torque(name):
         "solar_pressure": here((2e-5, -3e-5, 1e-5)),
         "residual_dipole": here(light=(P, 0.0, 0.0)),
         "eddy_currents": sunlit_fraction,
+        "energy_sink": sunlit_fraction,
         "unmodelled": None,
     }
     if causes[name]:
@@ -158,7 +171,7 @@ def test_a_table_of_disturbances_packs_what_it_has():
     one = Disturbance(eddy_currents={"damping_n_m_s_per_t2": 1.0}).pack(())
     others = [*TORQUES.values()][1:]
     kept = [packed == torque.none for packed, torque in zip(one[1:], others, strict=True)]
-    assert kept == [True, False, True]
+    assert kept == [True, False, True, True]
     given_parts = Disturbance(solar_pressure={}).pack((Sphere(radius_m=0.5, centre_m=(1, 0, 0)),))
     assert len(given_parts[0].rows) == 1
 

@@ -66,7 +66,7 @@ def _turn(scenario: Scenario, law) -> _Turn:
     if isinstance(law, BDOT):
         rate = float(np.linalg.norm(omega))
         return _Turn(rate, "the initial rate", "B-dot", "rotation")
-    inertia, axis = np.array(scenario.spacecraft.body.inertia_kg_m2), np.array(law.axis)
+    inertia, axis = np.array(scenario.spacecraft.body.inertia), np.array(law.axis)
     momentum = momentum_at_start(scenario.spacecraft, omega)
     transverse = 0.5 * (np.trace(inertia) - axis @ inertia @ axis)
     rate = float(np.linalg.norm(momentum) / transverse)
@@ -137,7 +137,7 @@ def as_flown(scenario: Scenario, law) -> Tumbling:
 def _tumbling(scenario: Scenario, law, span_s: float) -> Tumbling:
     control, craft = scenario.control, scenario.spacecraft
     fields = _fields_t(scenario, span_s)
-    inertia = float(np.trace(np.array(craft.body.inertia_kg_m2))) / 3.0
+    inertia = float(np.trace(np.array(craft.body.inertia))) / 3.0
     return Tumbling(inertia, fields, craft.coils, law_sampling(scenario, law), control.coil_duty)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from torquer.analysis.budget import coil_reach
 from torquer.analysis.notes.assess import assess
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.disturbance.energy_sink import damper_tensor
 from torquer.spacecraft.sensors.sun_sensor import BlindZone, SunSensors
 
 #: Strength of the field in low orbits [T], about.
@@ -16,6 +17,9 @@ _FIELD_T = 4e-5
 _COSINE_DEG = 75.0
 #: A turn of readings [deg] that is no longer small.
 _LARGE_BIAS_DEG = 5.0
+#: Turn [rad] within the time constant of an energy sink, and part of the inertia that it has, from
+#: where on it is no fast and small damper.
+_LATE, _LARGE_DAMPER = 0.3, 0.2
 
 
 def disturbance_notes(scenario: Scenario) -> list[str]:
@@ -82,6 +86,31 @@ def _eddy_notes(scenario: Scenario) -> Iterator[str]:
         )
 
 
+def _sink_notes(scenario: Scenario) -> Iterator[str]:
+    """A damper that is not fast, or not small."""
+    sink, body = scenario.disturbance.energy_sink, scenario.spacecraft.body
+    if sink is None:
+        return
+    damper = float(np.linalg.eigvalsh(damper_tensor(sink.damper_kg_m2))[-1])
+    if damper == 0.0:
+        yield "disturbance.energy_sink has no effect: its damper has no inertia"
+        return
+    moments, omega = body.principal()[0], scenario.motion_at_start()[4:]
+    momentum = np.array(body.inertia) @ omega + body.wheel_momentum_n_m_s
+    late = float(np.linalg.norm(momentum)) / float(moments[0]) * sink.time_constant_s
+    if late > _LATE:
+        yield (
+            f"disturbance.energy_sink is for a damper that follows at once: at the start the body "
+            f"turns by up to {late:.2g} rad within its time_constant_s of "
+            f"{sink.time_constant_s:g} s, and the damping is overstated"
+        )
+    if damper > _LARGE_DAMPER * float(moments[0]):
+        yield (
+            f"disturbance.energy_sink is for a small damper: its {damper:.3g} kg m^2 are "
+            f"{100.0 * damper / float(moments[0]):.0f} % of the body's least moment of inertia"
+        )
+
+
 def _unmodelled_notes(scenario: Scenario) -> Iterator[str]:
     torque = scenario.disturbance.unmodelled
     if torque is None:
@@ -138,5 +167,6 @@ _CHECKS = {
     "the residual dipole": _dipole_notes,
     "the pressure of sunlight": _light_notes,
     "the eddy currents": _eddy_notes,
+    "the energy sink": _sink_notes,
     "the unmodelled torque": _unmodelled_notes,
 }

@@ -39,7 +39,7 @@ def _wheel_notes(scenario: Scenario, law: MagnetoGyro) -> Iterator[str]:
     if scenario.spacecraft.wheels is not None:
         return
     turn = np.array(to_dcm(law.q_wanted()))
-    inertia = np.diag(turn @ np.array(scenario.spacecraft.body.inertia_kg_m2) @ turn.T).tolist()
+    inertia = np.diag(turn @ np.array(scenario.spacecraft.body.inertia) @ turn.T).tolist()
     wheel = float((turn @ np.array(scenario.spacecraft.body.wheel_momentum_n_m_s))[1])
     rate = scenario.orbit.rate_rad_s(scenario.start)
     craft, known = GyroCraft(tuple(inertia), wheel, rate), law.bias_momentum_n_m_s

@@ -160,7 +160,7 @@ def _law(case: GyroCase, first: Stage1Design, second: Stage2Design, form: str) -
     g = [float(f"{x:.5g}") for x in second.gains]
     keys = {
         "kind": "magneto_gyro",
-        "inertia_kg_m2": np.array(scenario.spacecraft.body.inertia_kg_m2).tolist(),
+        "inertia_kg_m2": np.array(scenario.spacecraft.body.inertia).tolist(),
         "bias_momentum_n_m_s": craft.wheel_n_m_s,
         "orbital_rate_rad_s": craft.orbital_rate_rad_s,
         "capture_angle_gain": first.angle_gain,

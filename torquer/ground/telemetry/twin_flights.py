@@ -113,13 +113,14 @@ def twin_inertia(scenario: Scenario, physical: np.ndarray) -> np.ndarray:
     half[_ROWS, _COLUMNS] = half[_COLUMNS, _ROWS] = 0.5 * physical[OF_INERTIA]
     values, vectors = np.linalg.eigh(half)
     change = (vectors * np.exp(values)) @ vectors.T
-    found = change @ np.array(scenario.spacecraft.body.inertia_kg_m2) @ change
+    found = change @ np.array(scenario.spacecraft.body.inertia) @ change
     return 0.5 * (found + found.T)
 
 
 def change_scenario(scenario: Scenario, physical: np.ndarray) -> Scenario:
     """The scenario with the physical parameters [10] of a twin."""
-    values: dict = {"spacecraft.body.inertia_kg_m2": twin_inertia(scenario, physical).tolist()}
+    own = scenario.spacecraft.body.keys_with_inertia(twin_inertia(scenario, physical))
+    values: dict = {f"spacecraft.body.{key}": value for key, value in own.items()}
     if scenario.spacecraft.coils:
         values["spacecraft.coils.residual_dipole_a_m2"] = twin_dipole(scenario, physical).tolist()
     if gain_key(scenario) is not None:

@@ -29,8 +29,8 @@ def scene(spacecraft: Spacecraft) -> dict:
 
 def size_m(spacecraft: Spacecraft) -> list[float]:
     """Edges of a uniform box with the moments of inertia of the body [m]; of 1 kg without mass."""
-    x, y, z = np.diagonal(np.array(spacecraft.body.inertia_kg_m2)).tolist()
-    mass = spacecraft.body.mass_kg or 1.0
+    x, y, z = np.diagonal(np.array(spacecraft.body.inertia)).tolist()
+    mass = spacecraft.body.total_mass_kg() or 1.0
     squares = (y + z - x, z + x - y, x + y - z)
     longest = max(squares)
     return [math.sqrt(6.0 * max(square, 1e-3 * longest) / mass) for square in squares]

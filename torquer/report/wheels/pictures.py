@@ -39,7 +39,7 @@ _METHOD_NAMES = {"minimax": "minimax", "least_squares": "pseudo-inverse"}
 def needed_momenta(design, report: dict) -> tuple[Ellipsoid, float]:
     """Momenta of the required rate, or of the largest guaranteed one, and that rate."""
     rate = design.demand.rate_deg_s or report["momentum"]["worst_rate_deg_s"]
-    return required_momenta(np.array(design.body.inertia_kg_m2), math.radians(rate)), rate
+    return required_momenta(np.array(design.body.inertia), math.radians(rate)), rate
 
 
 def draw_all(design, report: dict, folder: Path) -> list[Path]:
@@ -186,7 +186,7 @@ def draw_accumulation(design, report: dict, path: Path) -> Path:
     Over a long time the oscillation is drawn as a band.
     """
     array = design.wheels.array()
-    growth = design.accumulation.growth(np.array(design.body.inertia_kg_m2))
+    growth = design.accumulation.growth(np.array(design.body.inertia))
     ends = [report["accumulation"][f"saturation_{m}_h"] for m in METHODS]
     end_s = 1.15 * max([3600.0 * e for e in ends if e] or [0.0]) or 5.0 * _DAY
     last = max(2, math.ceil(end_s / growth.held.period_s))

@@ -76,6 +76,7 @@ def pack_member(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
     of_dynamics = {name: of_loop[name] for name in ("cells", "coils")} | {
         "held": packing.rows(state.held),
         "coefficients": packing.rows(state.coefficients),
+        "rods": packing.rows(state.rods),
     }
     moving = packing.part(dynamics)
     parameters_at = packing.put(board.parameters)

@@ -147,7 +147,7 @@ class State(NamedTuple):
 
     `at`: steps done, and 1 while a host is to answer; `cells`: one record; `sensors`, `coils`,
     `rotors`: state of each; `held`: present constant and random torque; `coefficients`: present
-    ones of the unmodelled torque [N m].
+    ones of the unmodelled torque [N m]; `rods`: what hysteresis rods remember.
     """
 
     at: np.ndarray
@@ -157,6 +157,7 @@ class State(NamedTuple):
     rotors: np.ndarray
     held: np.ndarray
     coefficients: np.ndarray
+    rods: np.ndarray
     allocation: AllocationState
     board: Board
 

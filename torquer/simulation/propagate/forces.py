@@ -17,7 +17,7 @@ from torquer.simulation.loop.state import goal_dipole
 from torquer.spacecraft.actuators.coils import present_dipole, remaining
 from torquer.spacecraft.actuators.rotors import Rotors, carried_momentum, reaction, step_rotors
 from torquer.spacecraft.body import Rigid, motion_rates
-from torquer.spacecraft.disturbance.acting import with_coefficients
+from torquer.spacecraft.disturbance.acting import with_coefficients, with_memory
 
 
 class DipolePath(NamedTuple):
@@ -92,11 +92,14 @@ def with_reaction(held, spin):
 
 
 @inlined
-def with_drawn(rigid, acting, coefficients):
-    """The body with the present coefficients of the unmodelled torque; `acting`: its torques."""
+def with_present(rigid, acting, coefficients, rods):
+    """The body with what its torques `acting` are at present.
+
+    `coefficients`: of the unmodelled torque; `rods`: what hysteresis rods remember.
+    """
     if len(acting) == 0:
         return rigid
-    present = with_coefficients(acting, coefficients)
+    present = with_memory(with_coefficients(acting, coefficients), rods)
     return Rigid(rigid.inertia, rigid.inverse_inertia, rigid.wheel_momentum, rigid.surface, present)
 
 
@@ -169,6 +172,6 @@ def forces_now(member, tables):
     if dynamics.coils.lag_s > 0.0:
         way = sub(present_dipole(dynamics.coils, state.coils), target)
     path = DipolePath(target, way, dynamics.coils.lag_s)
-    rigid = with_drawn(dynamics.rigid, dynamics.rigid.acting, state.coefficients)
+    rigid = with_present(dynamics.rigid, dynamics.rigid.acting, state.coefficients, state.rods)
     held = (state.held[0], state.held[1], state.held[2])
     return Forces(rigid, tables, path, held, as_wheels(dynamics.rotors, state))

@@ -14,6 +14,7 @@ from torquer.compile.arguments import Entry, entry_caller, record_at, whole
 from torquer.compile.engine import inlined, kernel
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.environment.table import lookup6
+from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import dot
 from torquer.simulation.loop.members import (
     BAD_STATE,
@@ -45,8 +46,9 @@ from torquer.simulation.propagate.forces import (
     forces_now,
 )
 from torquer.spacecraft.actuators.coils import advance_coils
-from torquer.spacecraft.disturbance.acting import leaves_bearing
+from torquer.spacecraft.disturbance.acting import leaves_bearing, magnets_in
 from torquer.spacecraft.disturbance.held import draw_held, hold_end
+from torquer.spacecraft.disturbance.magnets import next_memory, remember_field
 from torquer.spacecraft.disturbance.unmodelled import draw_coefficients, next_jump
 
 #: Whether `propagate` looks if the step follows the motion before it starts: no; yes, and adds up
@@ -91,11 +93,12 @@ def _choose_steps(integrator, forces, cells, x, local, first, last, h):
 
 @inlined
 def next_draw(dynamics, step, last):
-    """The step at which a random torque jumps next, `last` at the latest.
+    """The step at which a random torque jumps next, or rods look at the field; at most `last`.
 
     The interval up to it is propagated by itself: every integrator meets a torque that is smooth.
     """
-    return next_jump(dynamics.unmodelled, step, hold_end(dynamics.held, step, last))
+    jump = next_jump(dynamics.unmodelled, step, hold_end(dynamics.held, step, last))
+    return next_memory(magnets_in(dynamics.rigid.acting), step, jump)
 
 
 @inlined
@@ -104,6 +107,13 @@ def draw_torques_step(member, step):
     state, dynamics = member.state, member.constants
     draw_held(dynamics.held, member.seed, step, state.held)
     draw_coefficients(dynamics.unmodelled, member.seed, step, state.coefficients)
+
+
+@inlined
+def remember_step(member, b_inertial):
+    """Let the rods of a member, if it has any, remember the field where it stands."""
+    b_body = rotate_inverse(read_motion(member.state.cells).q, b_inertial)
+    remember_field(magnets_in(member.constants.rigid.acting), member.state.rods, b_body)
 
 
 @inlined
@@ -226,7 +236,9 @@ def _propagate(address, step, last, look):
     if ended != RUNNING:
         return -ended
     each(members, actuators_step, (until - step) * h)
-    put_local(problem.local, lookup6(problem.tables.orbit, until * h, 3))
+    found = lookup6(problem.tables.orbit, until * h, 3)
+    each(members, remember_step, found[0])
+    put_local(problem.local, found)
     return until
 
 

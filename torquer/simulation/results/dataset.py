@@ -175,7 +175,7 @@ def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
     to_inertial = dcm_body_to_reference(q)
     to_body = to_inertial.transpose(0, 2, 1)
     body = run.scenario.spacecraft.body
-    momentum = omega @ np.array(body.inertia_kg_m2) + np.array(body.wheel_momentum_n_m_s)
+    momentum = omega @ np.array(body.inertia) + np.array(body.wheel_momentum_n_m_s)
     if len(run.plan.plant.rotors.rows):
         axes = np.array(run.scenario.spacecraft.wheels.array().axes)
         momentum = momentum + total_momentum(axes, data["wheel_momentum"].values)

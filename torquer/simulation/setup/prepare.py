@@ -33,6 +33,7 @@ from torquer.computer.modes.table import (
     ModeTable,
     first_state as first_mode_state,
 )
+from torquer.maths.geometry.attitudes import to_body
 from torquer.maths.integrate.dop853 import workspace
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.control import whole_steps
@@ -56,6 +57,8 @@ from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, coil_target
 from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
 from torquer.spacecraft.actuators.turning import WORK_ROWS
 from torquer.spacecraft.disturbance import unmodelled
+from torquer.spacecraft.disturbance.acting import magnets_in
+from torquer.spacecraft.disturbance.magnets import first_memory
 from torquer.spacecraft.failures import (
     COIL_FAILURE,
     COMPUTER_FAILURE,
@@ -338,10 +341,17 @@ def first_state(
         rotors=rotors,
         held=np.array(dynamics.held.constant_n_m),
         coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
+        rods=first_memory(magnets_in(dynamics.rigid.acting), field_at_start(scenario, motion)),
         allocation=allocation,
         board=first_board(blocks, modes, plan.computer.estimator, plan.computer.selection),
     )
     return records(state)
+
+
+def field_at_start(scenario: Scenario, motion: np.ndarray) -> np.ndarray:
+    """Field [T] in the body at the start of a run."""
+    t_s, environment = np.zeros(1), scenario.orbit_environment()
+    return to_body(motion[None, :4], environment.field(t_s, *environment.state(t_s)))[0]
 
 
 def empty_record(plan: Plan, rows: int, inputs: bool) -> Record:

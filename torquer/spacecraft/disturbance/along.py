@@ -7,10 +7,17 @@ import numpy as np
 from torquer.compile.engine import kernel
 from torquer.environment.earth.gravity import gravity_gradient_torque
 from torquer.environment.local import LocalEnvironment, in_body
+from torquer.maths.geometry.attitudes import to_body
 from torquer.maths.geometry.vec3 import cross, put_vector, read_vector
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque
 from torquer.spacecraft.disturbance.acting import acting_torque
 from torquer.spacecraft.disturbance.held import torque_held
+from torquer.spacecraft.disturbance.magnets import (
+    Magnets,
+    first_memory,
+    magnet_torque,
+    remember_field,
+)
 from torquer.spacecraft.disturbance.unmodelled import draw_coefficients
 
 
@@ -80,6 +87,14 @@ def _fill_held(held, seed, steps, out):
 
 
 @kernel
+def _magnets(magnets, along, out):
+    for k in range(out.shape[0]):
+        b_body = _look_at(along, k).b_t
+        remember_field(magnets, magnets.memory, b_body)
+        put_vector(out[k], magnet_torque(magnets, _look_at(along, k), (0.0, 0.0, 0.0)))
+
+
+@kernel
 def _coefficients(unmodelled, seed, steps, out):
     for k in range(out.shape[0]):
         step = steps[k] - steps[k] % unmodelled.hold_steps
@@ -95,6 +110,13 @@ def _fill(fill, count: int, *arguments, columns: int = 3) -> np.ndarray:
 def acting_along(constants, along: Along) -> np.ndarray:
     """Torque [n, 3] N m, body, by constants of `TORQUES`."""
     return _fill(_acting, len(along.q), constants, along)
+
+
+def magnets_along(magnets: Magnets, along: Along) -> np.ndarray:
+    """Torque [n, 3] N m, body, of magnets, whose rods know the field at these instants alone."""
+    (b_body,) = to_body(along.q[:1], along.b_t[:1])
+    present = magnets._replace(memory=first_memory(magnets, b_body))
+    return _fill(_magnets, len(along.q), present, along)
 
 
 def gravity_along(inertia: tuple, along: Along) -> np.ndarray:

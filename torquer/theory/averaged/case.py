@@ -86,7 +86,7 @@ def case_from_scenario(scenario: Scenario) -> AveragedCase:
     field = scenario.environment.field
     known = field if isinstance(field, Averaged) else Averaged()
     b0_t = mean_strength(known.prepare(0.0), orbit["radius_m"], orbit["inclination"])
-    tensor = validate.inertia_tensor("inertia_kg_m2", scenario.spacecraft.body.inertia_kg_m2)
+    tensor = validate.inertia_tensor("inertia_kg_m2", scenario.spacecraft.body.inertia)
     state = scenario.initial.motion(r, v)
     axis = _axis(kind, spec, tensor)
     inclination_deg = math.degrees(orbit["inclination"])

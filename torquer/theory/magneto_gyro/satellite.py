@@ -28,7 +28,7 @@ def make_craft(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
         raise ValueError("spacecraft.coils: must be given for magnetic control; received none")
     held = held_attitude(scenario)
     turn = dcm_body_to_reference(np.array(held.q_wanted() if held else (0, 0, 0, 1.0)))
-    inertia = turn @ np.array(craft.body.inertia_kg_m2) @ turn.T
+    inertia = turn @ np.array(craft.body.inertia) @ turn.T
     wheel = turn @ momentum_at_start(craft, np.zeros(3))
     if np.abs(inertia - np.diag(np.diag(inertia))).max() > 1e-9 * inertia.max():
         notes.append("products of inertia are left out of the design")

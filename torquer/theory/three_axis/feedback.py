@@ -125,7 +125,7 @@ def best_feedback(
 def _usual_starts(hold: AttitudeHold, size: float) -> list[np.ndarray]:
     """Scalar gains on the plateau's edge and with four times its k_a; a regulator's constant F."""
     b = hold.free(np.linspace(0.0, hold.period, 64 * hold.revolutions, endpoint=False)).b_body_t
-    mu = channel_factors(hold.body.inertia_kg_m2, mean_damping(b))
+    mu = channel_factors(hold.body.inertia, mean_damping(b))
     k = hold.rate_rad_s / mu.max()
     edge, one = 2.0 * float(plateau_edge(mu, k)) / (hold.rate_rad_s * k), np.eye(3)
     error = 0.1

@@ -174,7 +174,7 @@ class _Scales:
 def _scales(task: DesignTask, b_body) -> _Scales:
     hold = task.sampled.hold
     duty = task.sampled.cycle.hold_s / sum(task.sampled.cycle)
-    mu = duty * channel_factors(hold.body.inertia_kg_m2, mean_damping(b_body))
+    mu = duty * channel_factors(hold.body.inertia, mean_damping(b_body))
     field = np.linalg.norm(b_body, axis=1).max()
     allowed = task.limit_a_m2 / (field * math.radians(task.linear_range_deg))
     return _Scales(mu, hold.rate_rad_s, allowed, float(plateau_edge(mu, 1.0)))

@@ -125,7 +125,7 @@ class AttitudeHold:
 
     def with_inertia(self, inertia_kg_m2) -> "AttitudeHold":
         """The satellite with another inertia tensor; the law keeps its own."""
-        body = self.body.model_copy(update={"inertia_kg_m2": np.asarray(inertia_kg_m2).tolist()})
+        body = self.body.model_copy(update=self.body.keys_with_inertia(inertia_kg_m2))
         return replace(self, body=body)
 
     @property
@@ -217,7 +217,7 @@ class AttitudeHold:
     @cached_property
     def inverse_inertia(self) -> np.ndarray:
         """Inverse of the inertia tensor [1/(kg m^2)]."""
-        return np.linalg.inv(np.array(self.body.inertia_kg_m2))
+        return np.linalg.inv(np.array(self.body.inertia))
 
     def to_body(self, at: Instants, vectors) -> np.ndarray:
         """Inertial vectors `[n, 3]` in the axes of a body that is held exactly."""
