@@ -33,6 +33,22 @@ def dipole(r_ecef_m, years, scale=1.0):
 def air(r_ecef_m, years, density=5e-13):
     """The same density everywhere."""
     return np.full(len(r_ecef_m), density)
+
+
+def leak(here, size=1e-6, damping=0.0, growth=0.0):
+    """A jet along x, a torque against the rate, and one that grows about z."""
+    x, y, z = here.omega_body_rad_s
+    return (size - damping * x, -damping * y, growth * here.t_s - damping * z)
+
+
+def all_of_it(here, share=1e-9):
+    """What depends on all that there is."""
+    b, up, light, flow = here.b_body_t, here.up_body, here.light_body_pa, here.flow_body
+    return (
+        share * (up[0] + 1e5 * light[1]),
+        share * (flow[1] + 1e4 * b[0]),
+        share * here.argument_of_latitude_rad,
+    )
 '''
 
 

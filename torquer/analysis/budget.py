@@ -11,6 +11,7 @@ from torquer.environment.light import light_along
 from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
+from torquer.simulation.setup.own_torques import needs_of_own, own_torques
 from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.acting import hung_in, magnets_in
@@ -33,6 +34,7 @@ NAMES = {
     "aerodynamic": "aerodynamic",
     **{key: key.replace("_", " ") for key in TORQUES if key != "unmodelled"},
     "magnets": "magnets and rods",
+    "own": "of your own",
     "suspension": "bench: weight, friction",
     "unmodelled": "unmodelled",
     "constant_and_random": "constant, random",
@@ -102,11 +104,13 @@ def _along(scenario: Scenario, t_s, r, b, q, omega) -> Along:
     """The given motion, field and position, and the other quantities that torques depend on."""
     environment, none = scenario.orbit_environment(), np.zeros((len(t_s), 3))
     angle = scenario.orbit_angle() or (0.0, 0.0)
+    of_own = needs_of_own(scenario)
     pushes = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
+    pushes = pushes or "light" in of_own
     parts = (
         b,
         gravity_gradient_vector(np.ascontiguousarray(r)),
-        environment.flow(t_s) if scenario.spacecraft.aerodynamics else none,
+        environment.flow(t_s) if scenario.spacecraft.aerodynamics or "air" in of_own else none,
         light_along(environment.shadow, r, environment.sun(t_s)) if pushes else none,
         angle[0] + angle[1] * t_s,
         q,
@@ -127,6 +131,8 @@ def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray
     for name, constants in zip(TORQUES, packed.acting, strict=False):
         if getattr(scenario.disturbance, name, None) is not None and name != "unmodelled":
             found[name] = acting_along(constants, along)
+    if own := own_torques(scenario):
+        found["own"] = np.sum([acting_along(torque, along) for torque in own], axis=0)
     if scenario.disturbance and scenario.disturbance.suspension:
         found["suspension"] = acting_along(hung_in(packed.acting), along)
     if craft.has_magnets():

@@ -20,7 +20,7 @@ from torquer.campaign.contents import outcome_unit, signal_unit
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import evaluate_success
 from torquer.scenario.keys import key_unit
-from torquer.simulation.results.dataset import law_attributes, versions
+from torquer.simulation.results.dataset import law_attributes, part_attributes, versions
 from torquer.simulation.results.file import explain_errors, load, own_folder, save
 from torquer.simulation.results.restore import are_one_run, check_version, scenario_in
 
@@ -87,12 +87,17 @@ def campaign_attributes(fleet: Fleet) -> dict[str, str]:
         "campaign": fleet.campaign.model_dump_json(exclude_none=True),
         "versions": json.dumps(versions()),
         **law_attributes(fleet.base),
+        **part_attributes(fleet.base),
     }
 
 
 def chunks_folder(path: Path) -> Path:
     """Folder of the chunks of an unfinished campaign."""
     return path.with_name(path.name + ".chunks")
+
+
+#: What all files of a campaign say alike.
+_ALIKE = ("campaign", "scenario", "versions", "laws", "parts")
 
 
 def is_there(path: Path) -> bool:
@@ -132,7 +137,9 @@ def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
         data = load(file)
         if "member" not in data.coords or not data.sizes["member"] or "campaign" not in data.attrs:
             raise ValueError(f"to: must be the file of a campaign; received {file}")
-        said = [data.attrs.get(key) for key in ("campaign", "scenario", "versions", "laws")]
+        said = [
+            data.attrs.get(key) for key in ("campaign", "scenario", "versions", "laws", "parts")
+        ]
         if said != alike:  # else it has been checked with a file before it
             with explain_errors(file):
                 _check_same(file, data, fleet)
@@ -205,7 +212,8 @@ def _check_same(path: Path, began: xr.Dataset, fleet: Fleet) -> None:
         raise ValueError(f"scenario: must be the one {path} was started with; received another")
     now = campaign_attributes(fleet)
     _check_table(path, *(json.loads(each["campaign"]) for each in (began.attrs, now)))
-    _check_laws(path, *(json.loads(each.get("laws", "{}")) for each in (began.attrs, now)))
+    for key, check in (("laws", _check_laws), ("parts", _check_files)):
+        check(path, *(json.loads(each.get(key, "{}")) for each in (began.attrs, now)))
 
 
 def _check_table(path: Path, began: dict, now: dict) -> None:
@@ -229,4 +237,13 @@ def _check_laws(path: Path, began: dict, now: dict) -> None:
             raise ValueError(
                 f"{key} {law['name']}: must be the one {path} was started with; its file, or "
                 "one that it imports from its folder, has been edited since"
+            )
+
+
+def _check_files(path: Path, began: dict, now: dict) -> None:
+    for key, file in now.items():
+        if file["source"] != began.get(key, {}).get("source"):
+            raise ValueError(
+                f"{key}.file: must be the one {path} was started with; it, or one that it imports "
+                "from its folder, has been edited since"
             )

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc
+from torquer.base.validate import storable_name
 from torquer.computer.blocks.law import Law
 from torquer.computer.estimation.filter import MAGNETOMETER_ERRORS, Filter
 from torquer.computer.modes.packing import check_choice
@@ -294,7 +295,10 @@ class Scenario(Spec):
             )
         self._check_sink()
         self.unmodelled_torque()
+        for name in given.own:
+            storable_name("disturbance.own", name)
         turning = [key for key in TORQUES if TORQUES[key].depends_on_rate and getattr(given, key)]
+        turning += [f"own.{name}" for name in given.own]
         if turning:
             self._check_not_splitting(f"disturbance.{turning[0]}")
 

@@ -56,6 +56,8 @@ class Principal(NamedTuple):
 def _with_air(torque, surface, flow, q):
     if len(flow) == 0:
         return torque
+    if len(surface) == 0:  # the air is known for another torque
+        return torque
     _, drag = aerodynamic_force_and_torque(surface, rotate_inverse(q, flow))
     return add(torque, drag)
 

@@ -60,10 +60,15 @@ def why_not_in_lanes(run: Run) -> str:
         (run.scenario.spacecraft.wheels is not None, "wheels"),
         (run.library is None and not run.blocks.compiled, "a law in plain Python"),
         (run.scenario.control.restarts(), "a computer that restarts"),
+        (_has_own_torques(run), "torques of the user's own"),
     ):
         if has:
             return f"they have {what}"
     return ""
+
+
+def _has_own_torques(run: Run) -> bool:
+    return run.scenario.disturbance is not None and bool(run.scenario.disturbance.own)
 
 
 class Lanes:

@@ -52,6 +52,7 @@ from torquer.simulation.loop.state import (
 from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, make_timetable
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
+from torquer.simulation.setup.own_torques import own_torques
 from torquer.simulation.setup.several import make_selection, unit_rows
 from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, coil_targets
 from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
@@ -269,8 +270,9 @@ def make_dynamics(scenario: Scenario, plant: Plant) -> Dynamics:
     """Constants of what moves the body for `propagate`."""
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
     tensor = wheels.rotor_tensor_kg_m2() if wheels else None
+    acting = own_torques(scenario) + scenario.acting_torques()
     dynamics = Dynamics(
-        rigid=craft.body.pack(craft.aerodynamics, tensor, scenario.acting_torques()),
+        rigid=craft.body.pack(craft.aerodynamics, tensor, acting),
         coils=plant.coils,
         rotors=plant.rotors if wheels else (),
         held=scenario.held_torque(),

@@ -41,6 +41,7 @@ from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
+from torquer.simulation.setup.own_torques import needs_of_own
 from torquer.simulation.setup.prepare import (
     choose_integrator,
     empty_record,
@@ -340,8 +341,10 @@ def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
     """What is read besides the orbit's table: the Sun, the air, light that pushes, the place on the
     orbit, an ephemeris that is not the truth."""
     light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
+    of_own = needs_of_own(scenario)
+    light = light or "light" in of_own
     sun = plan.needs_ephemeris or light or _looks_for_sun(scenario, plan)
-    air = bool(scenario.spacecraft.aerodynamics)
+    air = bool(scenario.spacecraft.aerodynamics) or "air" in of_own
     angle = bool(scenario.acting_torques())
     own = plan.needs_ephemeris and scenario.believed_environment() != scenario.orbit_environment()
     needed = {"sun": sun, "air": air, "light": light, "orbit angle": angle, "ephemeris": own}

@@ -42,6 +42,7 @@ from torquer.spacecraft.disturbance.unmodelled import (
     UnmodelledTorque,
     unmodelled_torque,
 )
+from torquer.spacecraft.disturbance.user import UserTorque
 from torquer.spacecraft.parts import AnyPart
 
 
@@ -97,6 +98,8 @@ class Disturbance(Spec):
     """Eddy currents; left out: none."""
     energy_sink: EnergySink | None = None
     """Liquid or a flexible part that damps a nutation from within; left out: none."""
+    own: dict[str, UserTorque] = Field(default_factory=dict)
+    """Torques of your own under names of your choice."""
     unmodelled: UnmodelledTorque | None = None
     """Torque of unknown nature with harmonics of the orbit; left out: none."""
     suspension: Suspension | None = None
@@ -124,7 +127,7 @@ class Disturbance(Spec):
         """
         given = {name: getattr(self, name) for name in TORQUES}
         rare = (*(() if hung is None else (hung,)), *((magnets,) if magnets else ()))
-        if not any(given.values()) and not rare:
+        if not any(given.values()) and not rare and not self.own:
             return ()
         packed = tuple(
             torque.none if given[name] is None else _packed(torque, given[name], parts, body)

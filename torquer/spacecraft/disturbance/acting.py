@@ -8,9 +8,10 @@ from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.magnets import Magnets, magnet_torque, with_rods
 from torquer.spacecraft.disturbance.suspension import Hung, is_tilted, suspension_torque
 from torquer.spacecraft.disturbance.unmodelled import harmonic_torque
+from torquer.spacecraft.disturbance.user import OwnTorque, own_torque
 
 _KERNELS = {type(torque.none): torque.kernel for torque in TORQUES.values()}
-_KERNELS |= {Hung: suspension_torque, Magnets: magnet_torque}
+_KERNELS |= {Hung: suspension_torque, Magnets: magnet_torque, OwnTorque: own_torque}
 
 
 def acting_torque(constants, local_body, omega_body):

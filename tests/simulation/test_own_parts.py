@@ -1,0 +1,238 @@
+"""Parts of the user's own are flown like built-in ones: resumed, in campaigns, refused, hashed."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from own_parts import TEXT, write
+
+from torquer.analysis.budget import budget_along_run
+from torquer.campaign.fly import fly_campaign
+from torquer.campaign.load import campaign_from_data
+from torquer.cli.loading import check_code, find_code
+from torquer.cli.options import CodeOptions
+from torquer.compile import engine
+from torquer.scenario.explain import ScenarioError
+from torquer.scenario.load import check_orbit_environment, scenario_from_text
+from torquer.simulation.results.file import load, save
+from torquer.simulation.setup.simulate import resume, simulate
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+START = """
+start = 2025-07-01T00:00:00Z
+spacecraft.body.inertia_kg_m2 = [0.03, 0.03, 0.01]
+spacecraft.coils.limit_a_m2 = 0.2
+initial.rate_deg_s = [1, -2, 0.5]
+simulation = { duration_s = 900, record_s = 5.0 }
+"""
+OFF = 'control = { law = { kind = "off" }, sample_s = 1.0 }\n'
+RING = (
+    'orbit = { kind = "user", file = "own.py", function = "ring", axes = "J", revolution_s = 5740 }'
+)
+CIRCULAR = 'orbit = { kind = "circular", radius_km = 6928.137, inclination_deg = 97.6 }'
+FIELD = 'environment.field = { kind = "user", file = "own.py", function = "dipole" }'
+AIR = 'environment.atmosphere = { kind = "user", file = "own.py", function = "air" }'
+DRAG = "spacecraft.aerodynamics.parts = [{ kind = 'box', size_m = [0.1, 0.1, 0.3], "
+DRAG += "centre_m = [0.0, 0.01, 0.02] }]"
+LEAK = 'disturbance.own.leak = { kind = "user", file = "own.py", function = "leak" }'
+WHOLE = 'disturbance.own.all = { kind = "user", file = "own.py", function = "all_of_it" }'
+ESTIMATOR = """
+control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 2e4 }, sample_s = 1.0 }
+control.estimator = { kind = "user", file = "estimate.py" }
+"""
+EVERY = {
+    "orbit": [RING],
+    "environment.field": [FIELD],
+    "environment.atmosphere": [AIR, DRAG],
+    "disturbance.own.leak": [LEAK],
+    "control.estimator": [],
+}
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """A function that makes the scenario of some lines, beside a file of parts."""
+    write(tmp_path)
+    estimate = os.path.join(os.path.dirname(__file__), "..", "data", "own_estimator.py")
+    shutil.copy(estimate, tmp_path / "estimate.py")
+
+    def make(*lines, control=OFF):
+        lines = lines if any("orbit = " in line for line in lines) else (CIRCULAR, *lines)
+        text = "\n".join((START, *lines)) + "\n" + control
+        return scenario_from_text(_in_order(text), folder=tmp_path)
+
+    return make
+
+
+def _in_order(text: str) -> str:
+    return text.replace("control = {", "control = {", 1)
+
+
+def of_key(scenario, key):
+    """The scenario with the part of a key."""
+    if key == "control.estimator":
+        control = ESTIMATOR.strip().replace(" }\ncontrol.estimator = ", ", estimator = ") + " }"
+        return scenario(control=control)
+    return scenario(*EVERY[key])
+
+
+def all_parts(scenario):
+    control = ESTIMATOR.strip().replace(" }\ncontrol.estimator = ", ", estimator = ") + " }"
+    return scenario(RING, FIELD, AIR, DRAG, LEAK, WHOLE, control=control)
+
+
+def test_an_orbit_of_a_function_is_the_built_in_one(scenario):
+    own, other = simulate(scenario(RING)), simulate(scenario(CIRCULAR))
+    assert np.abs(own["position_inertial"] - other["position_inertial"]).max() < 0.05
+    assert np.abs(own["q_body_to_inertial"] - other["q_body_to_inertial"]).max() < 1e-7
+
+
+def test_a_torque_of_a_function_is_the_built_in_one(scenario):
+    own = simulate(scenario(LEAK))
+    other = simulate(scenario("disturbance.constant_torque_n_m = [1e-6, 0.0, 0.0]"))
+    none = simulate(scenario())
+    apart = np.abs(own["omega_body"] - other["omega_body"]).max()
+    assert apart < 1e-8 * np.abs(none["omega_body"] - other["omega_body"]).max() + 1e-12
+
+
+def test_a_torque_in_time_and_by_the_rate_is_that_of_euler_equations(scenario):
+    """About z of a body at rest: J w' = g t - d w, in closed form."""
+    lines = LEAK.replace(" }", ", parameters = { size = 0.0, damping = 1e-5, growth = 1e-9 } }")
+    still = scenario(lines, "environment.gravity_gradient = false").replace(
+        "initial.rate_deg_s", (0.0, 0.0, 0.0)
+    )
+    found = simulate(still)
+    t, rate, force = found["time"].values, 1e-5 / 0.01, 1e-9 / 0.01
+    expected = force / rate * (t - (1.0 - np.exp(-rate * t)) / rate)
+    assert found["omega_body"].values[:, 2] == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
+def test_everything_that_a_torque_reads_is_there(scenario):
+    base = scenario(WHOLE, AIR)
+    size = budget_along_run(simulate(base)).disturbance["own"]
+    assert (np.abs(size).max(axis=0) > 1e-11).all()
+    assert (np.abs(size).max(axis=0) < 1e-6).all()
+    for key, value, message in (
+        ("environment.atmosphere", None, r"environment\.atmosphere: must be given for disturbance\."
+         r"own\.all, which reads flow_body; received none"),
+        ("environment.gravity_gradient", False, r"environment\.gravity_gradient: must be true for "
+         r"disturbance\.own\.all, which reads up_body; received false"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=message):
+            simulate(base.replace(key, value))
+
+
+@pytest.mark.parametrize("key", [*EVERY, "all"])
+def test_a_resumed_run_is_equal_to_the_bit(scenario, tmp_path, key):
+    made = all_parts(scenario) if key == "all" else of_key(scenario, key)
+    whole, part = simulate(made), simulate(made, until_s=400.0)
+    save(part, tmp_path / "part.nc")
+    again = resume(load(tmp_path / "part.nc"))
+    for name in ("q_body_to_inertial", "omega_body", "checkpoint"):
+        assert np.array_equal(whole[name], again[name], equal_nan=True)
+
+
+@pytest.mark.parametrize("key", EVERY)
+def test_a_run_goes_on_with_the_same_file_only(scenario, tmp_path, key):
+    made = of_key(scenario, key)
+    part = simulate(made, until_s=400.0)
+    name = "estimate.py" if key == "control.estimator" else "own.py"
+    file = tmp_path / name
+    file.write_text(file.read_text() + "\n# another\n")
+    with pytest.raises(ValueError, match=r"with which the run began.*edited since"):
+        resume(part)
+
+
+@pytest.mark.parametrize("key", EVERY)
+def test_no_user_code_is_executed_where_none_may(scenario, tmp_path, key):
+    made = of_key(scenario, key)
+    assert set(find_code(made)) == {f"{key}.file"}
+    with pytest.raises(ValueError, match=rf"^{key}\.file: must not be given with --no-user-code"):
+        check_code(made, tmp_path / "s.toml", CodeOptions(no_user_code=True))
+    with pytest.raises(ValueError, match=rf"^{key}\.file: must lie in the scenario's folder"):
+        check_code(made, tmp_path / "other" / "s.toml", CodeOptions())
+
+
+def test_a_look_at_a_result_executes_nothing(scenario, tmp_path):
+    """In a process that has loaded no scenario which names the file."""
+    save(simulate(all_parts(scenario)), tmp_path / "result.nc")
+    (tmp_path / "own.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'w')\n{TEXT}")
+    text = (
+        "import sys, torquer\n"
+        "from torquer.analysis.budget import budget_along_run\n"
+        "result = torquer.load(sys.argv[1])\n"
+        "print(len(torquer.summarise(result)))\n"
+        "try:\n"
+        "    budget_along_run(result)\n"
+        "except ValueError as error:\n"
+        "    print(error)\n"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", text, str(tmp_path / "result.nc")], capture_output=True, text=True
+    )
+    assert "must be of a scenario that is loaded or flown" in found.stdout, found
+    assert not (tmp_path / "executed").exists()
+
+
+WRONG = (
+    ("return a * r, a * n * v", "return a * r", RING, r"received ndarray"),
+    ("return a * r, a * n * v", "return r[:2], v", RING, r"received shape \(2, 3\) for n = "),
+    ("return a * r, a * n * v", "return r / 0 * np.nan, v", RING, r"finite; received none at t = "),
+    ("return a * r, a * n * v", "return nothing", RING, r"name 'nothing' is not.*own\.py, l"),
+    ("- moment) / distance**3", "- moment)[0]", FIELD, r"received shape \(3,\) for n = "),
+    ("- moment) / distance**3", "- moment) * np.inf", FIELD, r"finite; received none at"),
+    ("np.full(len(r_ecef_m), density)", "-1.0", AIR, r"received shape \(\) for n = "),
+    ("np.full(len(r_ecef_m), density)", "-np.ones(len(r_ecef_m))", AIR, "negative; received -1"),
+    ("return (size -", "return [size -", LEAK, "must import"),
+    ("x, y, z = here.omega_body_rad_s", "x, y, z = here.omega", LEAK, "its function|leak must be"),
+    ("return (size -", "return (0.0 * size) + (size -", LEAK, "which cannot be compiled|received"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "by", "line", "message"), WRONG)
+def test_what_a_function_does_wrong_is_one_line(scenario, tmp_path, text, by, line, message):
+    made = scenario(line, DRAG) if line == AIR else scenario(line)
+    assert text in TEXT
+    write(tmp_path, TEXT.replace(text, by))
+    with pytest.raises(ValueError, match=message) as error:
+        simulate(made)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    (
+        (RING.replace("ring", "square"), r"own\.py: must define square; received no such"),
+        (RING.replace('function = "ring", ', ""), "must define one function, or name one"),
+        (RING.replace("axes =", "parameters = { high = 1.0 }, axes ="),
+         r"orbit parameters\.high: must be one of the function's \(radius_km, tilt_deg\)"),
+        (RING.replace("own.py", "none.py"), "orbit file: must be an existing file"),
+    ),
+)  # fmt: skip
+def test_a_function_that_is_not_there_is_one_line(scenario, line, message):
+    with pytest.raises(ValueError, match=message):
+        check_orbit_environment(scenario(line))
+
+
+def test_an_own_torque_excludes_the_splitting_integrator(scenario):
+    with pytest.raises(ScenarioError, match=r"with disturbance\.own\.leak; received 'splitting'"):
+        scenario(LEAK).replace(
+            "simulation", {"duration_s": 900.0, "step_s": 1.0, "integrator": "splitting"}
+        )
+
+
+def test_own_parts_fly_in_campaigns_with_varied_parameters(scenario, tmp_path):
+    """Each member has its own parameters, and the same bits on any number of workers."""
+    made = all_parts(scenario)
+    sizes = {"disturbance.own.leak.parameters": {"values": [{"size": 1e-6}, {"size": 3e-6}]}}
+    campaign = campaign_from_data({"runs": 4, "vary": sizes}, made)
+    found = [fly_campaign(made, campaign, workers=k, to=tmp_path / f"{k}.nc") for k in (1, 2)]
+    rates = [each["final_rate_deg_s"].values for each in found]
+    assert np.array_equal(*rates) and len(set(rates[0])) > 1
+    write(tmp_path, TEXT + "# another")
+    with pytest.raises(ValueError, match=r"\.file: must be the one .* has been edited since"):
+        fly_campaign(made, campaign, to=tmp_path / "1.nc", resume=True)

@@ -1,0 +1,110 @@
+"""Torques of the user's own, compiled for a run."""
+
+import functools
+from collections.abc import Callable
+from types import FunctionType
+from typing import cast
+
+from torquer.base.user_source import cache_beside, plain_function, source_file, source_mark
+from torquer.compile import engine
+from torquer.computer.blocks import plugin
+from torquer.computer.blocks.adapter import Shape, make_inner, place_adapter
+from torquer.scenario.spec import Scenario
+from torquer.spacecraft.disturbance.user import (
+    MOST_PARAMETERS,
+    OwnTorque,
+    UserTorque,
+    as_torque,
+    no_torque,
+    signature,
+)
+
+
+def own_torques(scenario: Scenario) -> tuple[OwnTorque, ...]:
+    """Constants of the torques of a scenario that are functions of the user's own.
+
+    ValueError for one that cannot be compiled, or that reads what the scenario does not have.
+    """
+    if scenario.disturbance is None or not scenario.disturbance.own:
+        return ()
+    start_rad, rate_rad_s = scenario.orbit_angle()
+    made = []
+    for name, spec in scenario.disturbance.own.items():
+        _check(f"disturbance.own.{name}", spec, scenario)
+        numbers = [*spec.all_parameters().values()]
+        padded = (*map(float, numbers), *(0.0 for _ in range(MOST_PARAMETERS - len(numbers))))
+        compiled = compile_torque(spec.plain(), len(numbers), source_mark(spec.plain()), spec.must)
+        address = compiled.address if engine.COMPILED else compiled
+        made.append(OwnTorque(address, start_rad, 1.0 / rate_rad_s, padded))
+    return tuple(made)
+
+
+def needs_of_own(scenario: Scenario) -> frozenset[str]:
+    """What is tabulated for torques of the user's own: of "light", "air", "up"."""
+    own = scenario.disturbance.own if scenario.disturbance else {}
+    return frozenset().union(*(spec.needs() for spec in own.values()))
+
+
+def _check(key: str, spec: UserTorque, scenario: Scenario) -> None:
+    needs, count = spec.needs(), len(spec.all_parameters())
+    if count > MOST_PARAMETERS:
+        raise ValueError(
+            f"{key}: its function must have {MOST_PARAMETERS} or fewer parameters; received {count}"
+        )
+    if "air" in needs and scenario.environment.atmosphere is None:
+        raise ValueError(
+            f"environment.atmosphere: must be given for {key}, which reads flow_body; received none"
+        )
+    if "up" in needs and not scenario.environment.gravity_gradient:
+        raise ValueError(
+            f"environment.gravity_gradient: must be true for {key}, which reads up_body; received "
+            "false"
+        )
+
+
+def _plain_adapter(here, parameters):
+    return _unify(_spread(here, parameters))  # type: ignore[name-defined]  # noqa: F821
+
+
+def _guarded_adapter(here, parameters):
+    try:
+        return _unify(_spread(here, parameters))  # type: ignore[name-defined]  # noqa: F821
+    except Exception:
+        return _failed()  # type: ignore[name-defined]  # noqa: F821
+
+
+#: Adapters; what they call is put into the globals of each copy.
+_PLAIN, _GUARDED = cast(FunctionType, _plain_adapter), cast(FunctionType, _guarded_adapter)
+
+
+@functools.lru_cache(maxsize=32)
+def compile_torque(function: Callable, count: int, mark: str, must: str):
+    """The function for `OwnTorque.address`; `count`: of its parameters."""
+    plain, shape = plain_function(function), Shape((0.0,) * count)
+    arguments = "".join(f", p[{k}]" for k in range(count))
+    inner = make_inner(function, engine.is_own(plain), shape) if engine.COMPILED else plain
+    spread = {"_function": inner}
+    exec(f"def spread(here, p):\n    return _function(here{arguments})", spread)
+    parts = {
+        "_spread": _inlined(spread["spread"]),
+        "_unify": as_torque,
+        "_failed": no_torque,
+    }
+    if not engine.COMPILED:
+        return place_adapter(_PLAIN, plain, shape, None, parts)
+    with cache_beside(source_file(plain)):
+        adapter = place_adapter(_GUARDED, plain, shape, None, parts, "torque")
+        made = plugin.compile_plugin(adapter, signature(), must, keep=True, error_model="numpy")
+    from torquer.compile.overloads import FirstClass
+
+    return FirstClass(made, signature())
+
+
+def _inlined(function: Callable) -> Callable:
+    if not engine.COMPILED:
+        return function
+    import numba
+
+    from torquer.compile.numba_private import INLINED_OPTIONS
+
+    return numba.njit(**INLINED_OPTIONS)(function)
