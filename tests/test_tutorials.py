@@ -82,7 +82,7 @@ FAILING = {("ground", 8), ("telemetry", 3)}
 
 # Commands of whose output the page shows nothing: what counts is what they write.
 UNSHOWN = {
-    *(("bench", 2), ("campaign", 1), ("campaign", 2)),
+    *(("bring-your-own", 2), ("bench", 2), ("campaign", 1), ("campaign", 2)),
     *(("detumble", 2), ("detumble", 3), ("detumble", 4)),
     *(
         ("field", 6),
@@ -102,6 +102,7 @@ UNSHOWN = {
 # What becomes of a block of TOML: it is a part of a file ("shows"), a whole file ("writes"), the
 # rest of the file that block 0 begins ("ends"), or changes a file, written to another ("changes").
 TOML = {
+    ("bring-your-own", 0): ("shows", "examples/own_parts.toml"),
     ("campaign", 0): ("shows", "examples/tip_off_campaign.toml"),
     ("campaign", 5): ("changes", "examples/tip_off_campaign.toml", "indices.toml"),
     ("campaign", 6): ("changes", "examples/tip_off_campaign.toml", "double_gain.toml"),

@@ -18,7 +18,7 @@ from torquer.compile import engine
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import check_orbit_environment, scenario_from_text
 from torquer.simulation.results.file import load, save
-from torquer.simulation.setup.simulate import resume, simulate
+from torquer.simulation.setup.simulate import RunStopped, resume, simulate
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -109,6 +109,15 @@ def test_a_torque_in_time_and_by_the_rate_is_that_of_euler_equations(scenario):
     t, rate, force = found["time"].values, 1e-5 / 0.01, 1e-9 / 0.01
     expected = force / rate * (t - (1.0 - np.exp(-rate * t)) / rate)
     assert found["omega_body"].values[:, 2] == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
+def test_a_torque_that_jumps_needs_fixed_steps(scenario, tmp_path):
+    write(tmp_path, TEXT.replace("size - damping * x", "size if here.t_s < 400.0 else 0.0"))
+    steps = {"duration_s": 900.0, "record_s": 5.0, "step_s": 1.0}
+    found = simulate(scenario(LEAK).replace("simulation", steps))
+    assert found.attrs["how_it_ended"] == "complete"
+    with pytest.raises(RunStopped, match=r"if disturbance\.own\.leak jumps, fixed steps"):
+        simulate(scenario(LEAK))
 
 
 def test_everything_that_a_torque_reads_is_there(scenario):
@@ -229,7 +238,7 @@ def test_own_parts_fly_in_campaigns_with_varied_parameters(scenario, tmp_path):
     """Each member has its own parameters, and the same bits on any number of workers."""
     made = all_parts(scenario)
     sizes = {"disturbance.own.leak.parameters": {"values": [{"size": 1e-6}, {"size": 3e-6}]}}
-    campaign = campaign_from_data({"runs": 4, "vary": sizes}, made)
+    campaign = campaign_from_data({"runs": 8, "vary": sizes}, made)
     found = [fly_campaign(made, campaign, workers=k, to=tmp_path / f"{k}.nc") for k in (1, 2)]
     rates = [each["final_rate_deg_s"].values for each in found]
     assert np.array_equal(*rates) and len(set(rates[0])) > 1

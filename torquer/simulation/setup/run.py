@@ -372,6 +372,15 @@ def next_event(plan: Plan, step: int) -> int:
     return min(next_row(plan.timetable, step)[0], step + -step % plan.record_steps)
 
 
+def _jumps(run: Run) -> str:
+    """What else makes steps vanish."""
+    own = run.scenario.disturbance.own if run.scenario.disturbance else {}
+    return "".join(
+        f"; if disturbance.own.{name} jumps, fixed steps (simulation.step_s) take it"
+        for name in own
+    )
+
+
 def reason(run: Run, ended: int) -> str:
     """What made the loop stop, with the time and the state: one line."""
     t, cells = run.now_s, run.state.cells.view(np.float64)
@@ -380,7 +389,7 @@ def reason(run: Run, ended: int) -> str:
         return (
             f"the motion is too fast for adaptive steps after t = {t:g} s: they became shorter "
             f"than {LEAST_STEP_S:g} s, or more than {MOST_STEPS} to the next event; last "
-            f"quaternion and rate: {shown}"
+            f"quaternion and rate: {shown}{_jumps(run)}"
         )
     if ended == BAD_STATE:
         return (
