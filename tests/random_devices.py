@@ -98,6 +98,8 @@ def errors(chance, key) -> dict:
         own = {"noise_nt": c.size(1, 300), "bias_nt": c.vector(100.0),
                "resolution_nt": c.size(1, 100), "scale_error": c.vector(0.01),
                "coil_disturbance_nt_per_a_m2": c.size(1, 100),
+               "coil_offset_nt": c.vector(50.0),
+               "soft_iron": [[1.0, c.size(1e-3, 0.1), 0.0], [0.0, 0.98, 0.0], [0.01, 0.0, 1.0]],
                "range_nt": c.size(1e4, 1e6)}  # fmt: skip
     elif key == "gyros":
         own = {"noise_deg_s": c.size(1e-4, 1e-1), "bias_deg_s": c.vector(0.1),

@@ -75,6 +75,18 @@ class Spacecraft(Sensors, Platform):
             )
         return self
 
+    @model_validator(mode="after")
+    def _couplings_fit(self):
+        count = len(self.coils.axes) if self.coils else 0
+        for name, each in self.flown().items():
+            coupling = getattr(each.spec, "coil_coupling_nt_per_a_m2", None)
+            if coupling is not None and len(coupling) != count:
+                raise ValueError(
+                    f"{name}.coil_coupling_nt_per_a_m2: must have a vector for each of the coils "
+                    f"({count}); received {len(coupling)}"
+                )
+        return self
+
     def sensors_that_may_fail(self) -> dict[str, Sampled]:
         """The sensors that are described, by their keys: ideal stand-ins do not fail.
 

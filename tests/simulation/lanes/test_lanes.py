@@ -46,7 +46,9 @@ ERRORS = """
 spacecraft.coils = { axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], limit_a_m2 = 1.0, \
 saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0, failures = [COILS] }
 spacecraft.magnetometer = { noise_nt = 50, bias_nt = [100, 0, -50], resolution_nt = 20, \
-sample_s = 1.5, delay_s = 0.5, coil_disturbance_nt_per_a_m2 = 30, misalignment_deg = [1, 2, 3], \
+sample_s = 1.5, delay_s = 0.5, misalignment_deg = [1, 2, 3], \
+coil_coupling_nt_per_a_m2 = [[30, 2, 1], [-2, 40, 3], [5, 6, 50], [10, -20, 30]], \
+coil_offset_nt = [5, -6, 7], soft_iron = [[1.02, 0, 0.01], [0, 1, 0], [0.03, 0, 0.99]], \
 failures = [MAGNETOMETER] }
 spacecraft.gyro = { noise_deg_s = 0.01, bias_deg_s = [0.1, 0, 0], bias_drift_deg_s_sqrt_s = 1e-3, \
 range_deg_s = 20, resolution_deg_s = 1e-3 }
@@ -193,6 +195,7 @@ def tip_off():
     """The example of a campaign, whose sensors have errors: flights of twins compile it, too."""
     scenario = load_scenario(EXAMPLES / "tip_off_campaign.toml")
     times = {"duration_s": 900.0, "record_s": 20.0, "step_s": 1.0}
+    scenario = scenario.replace("spacecraft.magnetometer.coil_disturbance_nt_per_a_m2", 30.0)
     return scenario.replace("simulation", times).replace("initial.rate_deg_s", [1.0, -0.6, 0.8])
 
 

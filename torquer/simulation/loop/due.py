@@ -240,6 +240,21 @@ def magnetometers_of(rows, unit):
         rows[unit, 13],
         rows[unit, 14],
         rows[unit, 15],
+        rows[unit, 16],
+        (
+            (rows[unit, 17], rows[unit, 18], rows[unit, 19]),
+            (rows[unit, 20], rows[unit, 21], rows[unit, 22]),
+            (rows[unit, 23], rows[unit, 24], rows[unit, 25]),
+        ),
+        (
+            (rows[unit, 26], rows[unit, 27], rows[unit, 28]),
+            (rows[unit, 29], rows[unit, 30], rows[unit, 31]),
+            (rows[unit, 32], rows[unit, 33], rows[unit, 34]),
+            (rows[unit, 35], rows[unit, 36], rows[unit, 37]),
+            (rows[unit, 38], rows[unit, 39], rows[unit, 40]),
+            (rows[unit, 41], rows[unit, 42], rows[unit, 43]),
+        ),
+        (rows[unit, 44], rows[unit, 45], rows[unit, 46]),
     )
 
 

@@ -18,10 +18,11 @@ MODES = {"scale": SCALE, "clip": CLIP, "relay": RELAY}
 
 
 #: Constants of a coil: axis, with its polarity, the axis that the computer believes, share of a
-#: commanded vector, limit [A m^2] and 1 over it, power per square of the dipole [W/(A m^2)^2].
+#: commanded vector, polarity, limit [A m^2] and 1 over it, power per square of the dipole
+#: [W/(A m^2)^2].
 COIL = np.dtype(
     [(f"{name}_{c}", np.float64) for name in ("axis", "believed", "share") for c in "xyz"]
-    + [(name, np.float64) for name in ("limit_a_m2", "per_limit", "power")]
+    + [(name, np.float64) for name in ("sense", "limit_a_m2", "per_limit", "power")]
 )
 #: State of a coil [A m^2]: its dipole, the one it goes to, the one it is commanded to have.
 COIL_STATE = np.dtype([(f"{name}_a_m2", np.float64) for name in ("dipole", "target", "command")])
@@ -120,6 +121,23 @@ def present_dipole(coils, state):
         coil, dipole = coils.rows[i], state[i].dipole_a_m2
         x, y, z = x + coil.axis_x * dipole, y + coil.axis_y * dipole, z + coil.axis_z * dipole
     return (x, y, z)
+
+
+@inlined
+def flowing_dipole(coils, state, i):
+    """Dipole [A m^2] along its axis as given of coil i, polarity included; 0 of one too many."""
+    if i < coils.rows.shape[0]:
+        return coils.rows[i].sense * state[i].dipole_a_m2
+    return 0.0
+
+
+@inlined
+def are_driven(coils, state):
+    """1 while any coil is driven, else 0."""
+    total = 0.0
+    for i in range(coils.rows.shape[0]):
+        total += abs(state[i].target_a_m2)
+    return 1.0 if total > 0.0 else 0.0
 
 
 @inlined
@@ -242,14 +260,19 @@ class Coils(Spec):
         """Limit of each coil (n,) [A m^2]."""
         return np.full(len(self.axes), self.limit_a_m2, dtype=np.float64)
 
+    def shares(self) -> np.ndarray:
+        """Dipole of each coil (n, 3) per component of a commanded vector: the pseudo-inverse."""
+        return np.linalg.pinv(np.array(self.axes).T)
+
     def pack(self) -> CoilSet:
         """Constants for kernels."""
         axes = np.array(self.axes)
-        rows, shares = np.zeros(len(axes), COIL), np.linalg.pinv(axes.T)
+        rows, shares = np.zeros(len(axes), COIL), self.shares()
         polarity = np.ones(len(axes)) if self.polarity is None else np.array(self.polarity)
         for k, c in enumerate("xyz"):
             rows[f"axis_{c}"], rows[f"share_{c}"] = polarity * axes[:, k], shares[:, k]
             rows[f"believed_{c}"] = axes[:, k]
+        rows["sense"] = polarity
         rows["limit_a_m2"] = limits = self.limits_a_m2()
         rows["per_limit"] = 1.0 / limits
         rows["power"] = polarity**2 * (self.power_at_limit_w or 1.0) / limits / limits
