@@ -50,6 +50,8 @@ RANGES = {
     "n_m": Range(1e-15, 1e9),  # a micrometre's weight of dust; 100 000 t at a metre
     "n_m_s": Range(1e-15, 1e12),
     "a_m2": Range(1e-12, 1e9),  # a loop of 1 uA and 1 mm^2; an MRI magnet has 1e7
+    "a": Range(1e-12, 1e6),
+    "ohm": Range(1e-9, 1e12),
     "t": Range(1e-15, 1e3),
     "nt": Range(1e-9, 1e12),  # 1e-18 T is below any magnetometer; 1000 T is above any field
     "nt_per_a_m2": Range(1e-9, 1e12),

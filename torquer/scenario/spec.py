@@ -256,6 +256,7 @@ class Scenario(Spec):
             )
         self._check_sampling()
         self._check_actuators()
+        self._check_switching()
         if self.spacecraft.aerodynamics and self.environment.atmosphere is None:
             raise ValueError(
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
@@ -438,6 +439,23 @@ class Scenario(Spec):
             check_stated(laws.values(), self.control)
         if self.spacecraft.wheels is not None:
             self._check_not_splitting("spacecraft.wheels")
+
+    def _check_switching(self) -> None:
+        """Coils are switched faster than they are commanded, in an environment between steps."""
+        coils, control = self.spacecraft.coils, self.control
+        if coils is None or coils.pwm_period_s is None:
+            return
+        held_s = control.actuate_s or control.sample_s
+        if coils.pwm_period_s > held_s * (1.0 + 1e-9):
+            raise ValueError(
+                f"spacecraft.coils.pwm_period_s: must not exceed the {held_s:g} s for which a "
+                f"command is held; received {coils.pwm_period_s:g} s"
+            )
+        if self.environment.table_tolerance == 0.0:
+            raise ValueError(
+                "environment.table_tolerance: must be above 0 with spacecraft.coils.pwm_period_s, "
+                "whose switchings fall between the steps; received 0"
+            )
 
     def _check_not_splitting(self, key: str) -> None:
         """What stands at the key acts by the rate: only other integrators support it."""

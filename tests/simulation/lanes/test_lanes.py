@@ -44,7 +44,8 @@ simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
 #: A satellite with all that members in lanes may have: two scenarios have it, compiled once.
 ERRORS = """
 spacecraft.coils = { axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], limit_a_m2 = 1.0, \
-saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0, failures = [COILS] }
+saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0, failures = [COILS], \
+resolution_a_m2 = 0.05, dead_band_a_m2 = [0.05, 0.1, 0.02, 0], random_error = 0.02 }
 spacecraft.magnetometer = { noise_nt = 50, bias_nt = [100, 0, -50], resolution_nt = 20, \
 sample_s = 1.5, delay_s = 0.5, misalignment_deg = [1, 2, 3], \
 coil_coupling_nt_per_a_m2 = [[30, 2, 1], [-2, 40, 3], [5, 6, 50], [10, -20, 30]], \

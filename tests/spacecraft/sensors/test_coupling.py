@@ -33,7 +33,7 @@ def seen(dipoles, coils=None, target=None, **keys):
     packed = (coils or Coils(limit_a_m2=9.0)).pack()
     state = records(np.zeros(len(packed.rows), COIL_STATE))
     state["dipole_a_m2"] = dipoles
-    state["target_a_m2"] = dipoles if target is None else target
+    state["mean_a_m2"] = dipoles if target is None else target
     return np.array(disturbed_field(Magnetometer(**keys).pack(), packed, state))
 
 

@@ -73,7 +73,8 @@ class Dynamics(NamedTuple):
     """What moves the body: its type is that of a compiled `propagate`.
 
     `rotors`: () for a satellite without wheels; `unmodelled`: sizes and jumps of that torque, ()
-    where none of `torquer.spacecraft.disturbance` acts.
+    where none of `torquer.spacecraft.disturbance` acts; `switching`: period [s] of the modulation
+    of coils, () for coils that are not switched.
     """
 
     rigid: Rigid
@@ -81,6 +82,7 @@ class Dynamics(NamedTuple):
     rotors: Rotors | tuple[()]
     held: HeldTorque
     unmodelled: Unmodelled | tuple[()]
+    switching: tuple[float, ...]
 
 
 class Plan(NamedTuple):
