@@ -9,6 +9,7 @@ from torquer import Law, ScenarioError, resume, simulate
 from torquer.compile import engine
 from torquer.simulation.lanes.group import why_not_in_lanes
 from torquer.simulation.setup.run import prepare
+from torquer.simulation.setup.size import estimate_size
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -195,6 +196,15 @@ def test_bits_do_not_depend_on_where_a_run_is_split(make, name, integrator):
     for until_s in (23.0, 71.0, 120.0):
         part = resume(part, until_s=until_s)
     assert part.identical(whole)
+
+
+def test_the_stated_computing_time_counts_the_switchings(make):
+    plain = estimate_size(make({"spacecraft.coils": COILS})).computing_s
+    for period_s in (0.1, 0.01):
+        coils = COILS | {"pwm_period_s": period_s}
+        more = estimate_size(make({"spacecraft.coils": coils})).computing_s - plain
+        length_s = make({"spacecraft.coils": COILS}).length_s
+        assert more == pytest.approx(1e-7 * 4 * length_s / period_s, rel=0.01)
 
 
 def test_switched_coils_are_not_flown_in_lanes(make):

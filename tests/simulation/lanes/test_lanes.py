@@ -54,7 +54,7 @@ failures = [MAGNETOMETER] }
 spacecraft.gyro = { noise_deg_s = 0.01, bias_deg_s = [0.1, 0, 0], bias_drift_deg_s_sqrt_s = 1e-3, \
 range_deg_s = 20, resolution_deg_s = 1e-3 }
 spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3], \
-boresight = [0, 3, 4], boresight_noise_deg = 0.3, sun_exclusion_deg = 40, \
+boresight = [0, 3, 4], boresight_noise_deg = 0.3, sun_exclusion_deg = 40, moon_exclusion_deg = 30, \
 earth_exclusion_deg = 20, rate_limit_deg_s = 8 }
 spacecraft.horizon_sensor = { axis = [0, 0, -1], half_field_deg = 80, noise_deg = 0.2, \
 bias_deg = [0.1, 0, 0.2], horizon_km = 8, rate_limit_deg_s = 8, sample_s = 2.0, delay_s = 0.5 }
@@ -303,7 +303,7 @@ def test_member_tumbling_too_fast_for_the_step_ends_alone():
 
 ZERO = (0.0, 0.0, 0.0)
 LOCAL = LocalEnvironment(ZERO, ZERO, ())
-SKY = Sky(ZERO, ZERO, 2.0)
+SKY = Sky(ZERO, ZERO, ZERO, 2.0)
 #: Loops over members by name.
 LOOPS = {
     "draw": lambda members: draw(members, 1.0, 0, 1),

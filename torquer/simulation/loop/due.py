@@ -369,6 +369,7 @@ def star_trackers_of(rows, unit):
         rows[unit, 9],
         rows[unit, 10],
         rows[unit, 11],
+        rows[unit, 12],
     )
 
 
@@ -540,7 +541,8 @@ def read_fine_sun_sensors(members, plant, around, late, actions, first):
 def around_at(loop, step):
     """What there is to sense at a step, which the loop has reached."""
     tables, plan, b_inertial = loop.tables, loop.plan, local_in(loop.local)[0]
-    return Around(plan.plant.shadow, tables.orbit, tables.sun, b_inertial, step * plan.step_s)
+    sky = plan.plant.shadow, tables.orbit, tables.sun, tables.moon
+    return Around(*sky, b_inertial, step * plan.step_s)
 
 
 def _read_search_coil(address, actions, step):

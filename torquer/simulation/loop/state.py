@@ -24,13 +24,15 @@ from torquer.spacecraft.sensors.devices import SensorSets, UnitCounts, UnitSets
 class ReadingTables(NamedTuple):
     """The tabulated environment that readings and ephemeris need.
 
-    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun [m].
+    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun [m];
+    `moon`: of the Moon [m].
     `believed_orbit`, `believed_sun`: the same by the computer's models, for its ephemeris; the
     very same tables where its models are the truth.
     """
 
     orbit: Table
     sun: Table
+    moon: Table
     believed_orbit: Table
     believed_sun: Table
 
