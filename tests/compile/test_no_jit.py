@@ -132,7 +132,7 @@ driven = torquer.simulate(with_values(scenario, {
         "coil_offset_nt": [5, -6, 7], "soft_iron": [[1.02, 0, 0], [0, 1, 0], [0.03, 0, 0.99]],
     },
     "spacecraft.attitude_sensor": {"boresight": [0, 0, 1], "moon_exclusion_deg": 60.0},
-    "control.measure_s": 0.0, "control.actuate_s": 0.0,
+    "control.measure_s": 0.0, "control.actuate_s": None,
 }))
 for name in NAMES:
     found[f"driven {name}"] = driven[name].values.ravel().tolist()

@@ -30,9 +30,9 @@ class DataSheet(NamedTuple):
     `name`: of one of them, in words; `senses`: its quantity, "" for one that no rule knows a size
     of; `unit`: that of noise, bias, range and resolution. `noise`: of each component of a reading;
     `noise_about`: about a boresight, where it is another; `drift`: random walk of the bias;
-    `scale`: relative errors; `misalignment`: turns [deg]; `albedo`: of the Earth whose light
-    misleads it; `height`: of the horizon [km]; `rate_limit`: rate of the body [deg/s] above which
-    there is no reading; `by_coils`: what it reads of the coils' own dipole [unit per A m^2],
+    `scale`: relative errors, `random_scale`: drawn each time; `misalignment`: turns [deg];
+    `albedo`: of the Earth whose light misleads it; `height`: of the horizon [km]; `rate_limit`:
+    rate of the body [deg/s] above which there is no reading; `by_coils`: what it reads of the coils' own dipole [unit per A m^2],
     `by_each_coil`: a vector for each, `by_driver`: of their driver; `soft_iron`: its matrix;
     `axes`: how it is mounted. `white`: of a rate, noise times the root of the interval between its
     readings, whatever this is; `instability`: floor of the Allan deviation, which a bias with a
@@ -51,6 +51,7 @@ class DataSheet(NamedTuple):
     range: str = ""
     resolution: str = ""
     scale: str = ""
+    random_scale: str = ""
     misalignment: str = ""
     albedo: str = ""
     height: str = ""

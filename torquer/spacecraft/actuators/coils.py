@@ -224,6 +224,8 @@ class Coils(Spec):
         unit="A m^2",
         bias="residual_dipole_a_m2",
         range="limit_a_m2",
+        resolution="resolution_a_m2",
+        random_scale="random_error",
         axes="axes",
         words={"bias": "residual dipole"},
     )
