@@ -23,6 +23,8 @@ REQUIRED = {
     "momentum_limit_n_m_s": 0.5,
     "torque_limit_n_m": 0.05,
 }
+#: Keys that must be given unless others are.
+_ONE_OF_TWO = ("limit_a_m2",)
 
 
 def spec_of(annotation):
@@ -42,6 +44,7 @@ DEVICES = {
 def least_keys(kind, name: str = "") -> dict:
     """The keys that must be given of a device; `name`: its own, which one of several has."""
     needed = [name for name, field in kind.model_fields.items() if field.is_required()]
+    needed += [key for key in _ONE_OF_TWO if key in kind.model_fields]
     one_axis = {"axes": DIRECTIONS[:1]} if name.startswith("sun_heads.") else {}
     return {key: (REQUIRED | one_axis)[key] for key in needed}
 

@@ -98,6 +98,8 @@ def errors(chance, key) -> dict:
         own = {"noise_nt": c.size(1, 300), "bias_nt": c.vector(100.0),
                "resolution_nt": c.size(1, 100), "scale_error": c.vector(0.01),
                "coil_disturbance_nt_per_a_m2": c.size(1, 100),
+               "coil_offset_nt": c.vector(50.0),
+               "soft_iron": [[1.0, c.size(1e-3, 0.1), 0.0], [0.0, 0.98, 0.0], [0.01, 0.0, 1.0]],
                "range_nt": c.size(1e4, 1e6)}  # fmt: skip
     elif key == "gyros":
         own = {"noise_deg_s": c.size(1e-4, 1e-1), "bias_deg_s": c.vector(0.1),
@@ -105,6 +107,7 @@ def errors(chance, key) -> dict:
                "misalignment_deg": c.vector(1.0), "range_deg_s": c.size(0.5, 100)}  # fmt: skip
     elif key == "star_trackers":
         own = {"noise_deg": c.size(1e-3, 1.0), "boresight": c.vector(1.0),
+               "moon_exclusion_deg": c.size(5, 60),
                "sun_exclusion_deg": c.size(5, 60), "earth_exclusion_deg": c.size(5, 60),
                "rate_limit_deg_s": c.size(0.5, 10), "error_deg": c.vector(0.1)}  # fmt: skip
     elif key == "horizon_sensors":
@@ -118,7 +121,7 @@ def errors(chance, key) -> dict:
     else:
         own = {"noise_deg": c.size(0.01, 1.0)}
     found = {name: value for name, value in own.items() if c.happens()}
-    if key == "star_trackers" and {"sun_exclusion_deg", "earth_exclusion_deg"} & {*found}:
+    if key == "star_trackers" and any("exclusion" in name for name in found):
         found["boresight"] = own["boresight"]
     if key == "integrating_gyros" and c.happens():
         found |= {"bias_instability_deg_h": c.size(0.01, 10.0), "bias_correlation_s": 100.0}

@@ -198,7 +198,8 @@ MISTAKES = [
      ["orbit.altitude_km: must be greater than 0; received -550"]),
     ("[1.0, 1.2, 1.5]", "[1.0, 1.2, -1.5]", ["spacecraft.body.inertia_kg_m2: must be positive "
      "definite; received principal moments -1.5, 1, 1.2 kg m^2"]),
-    ("limit_a_m2 = 3.0", "", ["spacecraft.coils.limit_a_m2: must be given; received nothing"]),
+    ("limit_a_m2 = 3.0", "", ["spacecraft.coils.limit_a_m2: must be given without "
+     "windings; received none"]),
     ("step_s = 1.0\nduration_s = 300", "duration = 300\nstep_s = 0",
      ["simulation.step_s: must be greater than 0; received 0",
       "simulation.duration: must be a known key; received 300 (did you mean duration_s?)"]),

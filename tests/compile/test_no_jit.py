@@ -129,6 +129,22 @@ failed = torquer.simulate(with_values(scenario, {
 }))
 for name in NAMES:
     found[f"failed {name}"] = failed[name].values.ravel().tolist()
+driven = torquer.simulate(with_values(scenario, {
+    "spacecraft.coils": {
+        "windings": {"turns": 400, "area_m2": 0.006, "current_a": 0.5, "resistance_ohm": 3.0},
+        "resolution_a_m2": 0.05, "dead_band_a_m2": 0.02, "random_error": 0.05,
+        "pwm_period_s": 0.3, "lag_s": 0.05,
+    },
+    "spacecraft.magnetometer": {
+        "coil_coupling_nt_per_a_m2": [[30, 2, 1], [-2, 40, 3], [5, 6, 50]],
+        "coil_offset_nt": [5, -6, 7], "soft_iron": [[1.02, 0, 0], [0, 1, 0], [0.03, 0, 0.99]],
+    },
+    "spacecraft.attitude_sensor": {"boresight": [0, 0, 1], "moon_exclusion_deg": 60.0},
+    "control.measure_s": 0.0, "control.actuate_s": None,
+}))
+for name in NAMES:
+    found[f"driven {name}"] = driven[name].values.ravel().tolist()
+found["driven coils"] = [float(driven["coil_energy"]), float(driven["peak_coil_dipole"])]
 NOISE = {"magnetometer_noise_nt": 500.0, "sun_noise_deg": 15.0}
 FILTERS = {
     "kalman_gyro": {

@@ -34,7 +34,7 @@ CASES = [
     ({"start": None}, "start: must be given; received nothing"),
     ({"orbit": None}, "orbit: must be given; received nothing"),
     ({"spacecraft.body": None}, "spacecraft.body: must be given; received nothing"),
-    ({LIMIT: None}, f"{LIMIT}: must be given; received nothing"),
+    ({LIMIT: None}, f"{LIMIT}: must be given without windings; received none"),
     ({"orbit.inclination_deg": None}, "orbit.inclination_deg: must be given; received nothing"),
     ({"control.law": {"kind": "bdot"}},
      "control.law.gain_a_m2_s_per_t: must be given; received nothing"),

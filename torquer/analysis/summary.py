@@ -160,7 +160,7 @@ def _summarise_coils(result, coils) -> dict:
     """Use of the coils, if there are any."""
     if coils is None:
         return {}
-    power_w, energy_j = coils.power_at_limit_w, float(result["coil_energy"])
+    power_w, energy_j = coils.power_w(), float(result["coil_energy"])
     return {
         "peak_coil_dipole_a_m2": float(result["peak_coil_dipole"]),
         "coil_energy_j": energy_j if power_w else None,

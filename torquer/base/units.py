@@ -87,6 +87,7 @@ UNITS = {
     "mv": Unit("mV", "voltage", 1e-3),
     "a": Unit("A", "current", 1.0),
     "ma": Unit("mA", "current", 1e-3),
+    "ohm": Unit("ohm", "resistance", 1.0),
     "ppm": Unit("ppm", "share", 1.0),
     "a_m2_s": Unit("A m^2 s", "gain on a rate", 1.0),
     "a_m2_s_per_t": Unit("A m^2 s/T", "gain on a field's rate", 1.0),

@@ -52,6 +52,8 @@ RANGES = {
     "a_m2": Range(1e-12, 1e9),  # a loop of 1 uA and 1 mm^2; an MRI magnet has 1e7
     "m3": Range(1e-18, 1e15),
     "a_m": Range(1e-9, 1e12),  # the greatest fields made are of 1e9
+    "a": Range(1e-12, 1e6),
+    "ohm": Range(1e-9, 1e12),
     "t": Range(1e-15, 1e3),
     "nt": Range(1e-9, 1e12),  # 1e-18 T is below any magnetometer; 1000 T is above any field
     "nt_per_a_m2": Range(1e-9, 1e12),

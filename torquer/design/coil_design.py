@@ -9,12 +9,15 @@ such coil.
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from torquer.base.conventions import MU_0_H_M
 from torquer.base.limits import RequestError
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.design.requests import CoilRequest
+
+if TYPE_CHECKING:
+    from torquer.spacecraft.actuators.winding import Winding
 
 #: Finest and thickest wire gauge of the table (AWG).
 GAUGES = range(10, 41)
@@ -207,6 +210,21 @@ class CoilSizes:
     def table(self) -> list[list[Row]]:
         """A line for each gauge, thickest wire first."""
         return [_row(coil) for coil in self.coils]
+
+    def windings(self) -> "list[Winding]":
+        """For each gauge what `spacecraft.coils.windings` of a scenario takes."""
+        from torquer.spacecraft.actuators.winding import Winding
+
+        area = 0.25 * math.pi * self.request.diameter_m**2
+        return [
+            Winding(
+                turns=each.turns,
+                area_m2=area,
+                current_a=each.current_a,
+                resistance_ohm=each.resistance_ohm,
+            )
+            for each in self.coils
+        ]
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""

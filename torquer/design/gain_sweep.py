@@ -191,7 +191,7 @@ class GainSweep:
             )
         if self.reads_rate and bias > 0.0:
             notes.append(f"the gyro's bias of {bias:.2g} deg/s is a rate that the law tends to")
-        if coils.power_at_limit_w is None:
+        if coils.powers_w() is None:
             notes.append("energies and powers are those of coils that take 1 W at their limit")
         if self.reads_rate and self.scenario.control.estimator is not None:
             notes.append("the law reads the sensors, not the scenario's estimator")

@@ -3,8 +3,6 @@
 import math
 from dataclasses import fields
 
-import numpy as np
-
 from torquer.base.limits import RequestError, given_values
 from torquer.campaign.capture import capture
 from torquer.computer.blocks.law import Law
@@ -132,7 +130,7 @@ def _task(scenario: Scenario, request: ThreeAxisRequest) -> tuple[DesignTask, tu
     offsets = Offsets(scale(degree, sensor.error_deg), scale(degree, gyro.bias_deg_s))
     task = DesignTask(
         SampledHold(hold, Cycle.of_control(control), craft.coils.residual_dipole_a_m2),
-        float(np.min(craft.coils.limit_a_m2)),
+        float(craft.coils.limits_a_m2().min()),
         request.linear_range_deg, request.gain_margin, torque, noise, offsets,
     )  # fmt: skip
     return task, (*notes, *_left_out(scenario))

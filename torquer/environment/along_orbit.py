@@ -17,6 +17,7 @@ from torquer.environment.earth.gravity import gravity_gradient_vector
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
+from torquer.environment.moon import moon_position
 from torquer.environment.orbit import AnyOrbit
 from torquer.environment.sun import Shadow, find_shadow, sun_position, sunlit_fraction
 from torquer.environment.table import (
@@ -123,6 +124,10 @@ class OrbitEnvironment:
             return np.tile(ASTRONOMICAL_UNIT_M * np.array(fixed), (len(t_s), 1))
         return sun_position(t_s, self.start, self.environment.earth_rotation)
 
+    def moon(self, t_s: np.ndarray) -> np.ndarray:
+        """Position of the Moon [n, 3] m from the Earth's centre."""
+        return moon_position(t_s, self.start, self.environment.earth_rotation)
+
     def sunlit_fraction(self, t_s: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Visible fraction of the Sun's disc [n]."""
         return sunlit_fraction(r, self.sun(t_s), self.shadow)
@@ -191,3 +196,7 @@ class OrbitEnvironment:
     def sun_table(self, duration_s: float, start_s: float = 0.0):
         """Table of the Sun's position; two days of its path are a smooth arc."""
         return build(self.sun, duration_s, min(duration_s, 2 * 86400.0), DEGREE, start_s)
+
+    def moon_table(self, duration_s: float, start_s: float = 0.0):
+        """Table of the Moon's position; a day of its path is a smooth arc."""
+        return build(self.moon, duration_s, min(duration_s, 86400.0), DEGREE, start_s)

@@ -80,6 +80,18 @@ class Spacecraft(Sensors, MagnetKeys, Platform):
             )
         return self
 
+    @model_validator(mode="after")
+    def _couplings_fit(self):
+        count = len(self.coils.axes) if self.coils else 0
+        for name, each in self.flown().items():
+            coupling = getattr(each.spec, "coil_coupling_nt_per_a_m2", None)
+            if coupling is not None and len(coupling) != count:
+                raise ValueError(
+                    f"{name}.coil_coupling_nt_per_a_m2: must have a vector for each of the coils "
+                    f"({count}); received {len(coupling)}"
+                )
+        return self
+
     def sensors_that_may_fail(self) -> dict[str, Sampled]:
         """The sensors that are described, by their keys: ideal stand-ins do not fail.
 
@@ -249,6 +261,7 @@ class Scenario(Spec):
             )
         self._check_sampling()
         self._check_actuators()
+        self._check_switching()
         if self.spacecraft.aerodynamics and self.environment.atmosphere is None:
             raise ValueError(
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
@@ -453,6 +466,23 @@ class Scenario(Spec):
             check_stated(laws.values(), self.control)
         if self.spacecraft.wheels is not None:
             self._check_not_splitting("spacecraft.wheels")
+
+    def _check_switching(self) -> None:
+        """Coils are switched faster than they are commanded, in an environment between steps."""
+        coils, control = self.spacecraft.coils, self.control
+        if coils is None or coils.pwm_period_s is None:
+            return
+        held_s = control.actuate_s or control.sample_s
+        if coils.pwm_period_s > held_s * (1.0 + 1e-9):
+            raise ValueError(
+                f"spacecraft.coils.pwm_period_s: must not exceed the {held_s:g} s for which a "
+                f"command is held; received {coils.pwm_period_s:g} s"
+            )
+        if self.environment.table_tolerance == 0.0:
+            raise ValueError(
+                "environment.table_tolerance: must be above 0 with spacecraft.coils.pwm_period_s, "
+                "whose switchings fall between the steps; received 0"
+            )
 
     def _check_not_splitting(self, key: str) -> None:
         """What stands at the key acts by the rate: only other integrators support it."""

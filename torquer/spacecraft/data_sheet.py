@@ -8,7 +8,20 @@ import numpy as np
 #: Of a Gauss-Markov process: greatest Allan deviation over its standard deviation.
 FLOOR = 0.6173642831444414
 #: Units of what has another unit than the readings.
-_UNITS = {"scale": "", "misalignment": "deg", "height": "km", "rate_limit": "deg/s"}
+_UNITS = {
+    "scale": "",
+    "soft_iron": "",
+    "misalignment": "deg",
+    "height": "km",
+    "rate_limit": "deg/s",
+}
+#: What errors are called that are not the device's own.
+_WORDS = {
+    "by_coils": "the coils' own dipole",
+    "by_each_coil": "the coils' own dipole",
+    "by_driver": "the coils' driver",
+    "soft_iron": "soft iron",
+}
 
 
 class DataSheet(NamedTuple):
@@ -17,10 +30,11 @@ class DataSheet(NamedTuple):
     `name`: of one of them, in words; `senses`: its quantity, "" for one that no rule knows a size
     of; `unit`: that of noise, bias, range and resolution. `noise`: of each component of a reading;
     `noise_about`: about a boresight, where it is another; `drift`: random walk of the bias;
-    `scale`: relative errors; `misalignment`: turns [deg]; `albedo`: of the Earth whose light
-    misleads it; `height`: of the horizon [km]; `rate_limit`: rate of the body [deg/s] above which
-    there is no reading; `by_coils`: what it reads of the coils' own dipole [unit per A m^2];
-    `axes`: how it is mounted. `white`: of a rate, noise times the root of the interval between its
+    `scale`: relative errors, `random_scale`: drawn each time; `misalignment`: turns [deg];
+    `albedo`: of the Earth whose light misleads it; `height`: of the horizon [km]; `rate_limit`:
+    rate of the body [deg/s] above which there is no reading; `by_coils`: what it reads of the
+    coils' own dipole [unit per A m^2], `by_each_coil`: a vector for each, `by_driver`: of their
+    driver; `soft_iron`: its matrix; `axes`: how it is mounted. `white`: of a rate, noise times the root of the interval between its
     readings, whatever this is; `instability`: floor of the Allan deviation, which a bias with a
     `correlation` time [s] makes; `quantum`: of an accumulated angle, its unit that of the
     readings' angle. `words`: for an error not called by the device and its own name;
@@ -37,11 +51,15 @@ class DataSheet(NamedTuple):
     range: str = ""
     resolution: str = ""
     scale: str = ""
+    random_scale: str = ""
     misalignment: str = ""
     albedo: str = ""
     height: str = ""
     rate_limit: str = ""
     by_coils: str = ""
+    by_each_coil: str = ""
+    by_driver: str = ""
+    soft_iron: str = ""
     axes: str = ""
     white: str = ""
     instability: str = ""
@@ -64,8 +82,8 @@ class DataSheet(NamedTuple):
 
     def in_words(self, what: str) -> str:
         """What an error of the device is called."""
-        if what == "by_coils":
-            return "the coils' own dipole"
+        if what in _WORDS:
+            return _WORDS[what]
         return self.words.get(what, f"{self.name} {what}")
 
 

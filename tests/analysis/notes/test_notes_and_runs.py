@@ -1,5 +1,7 @@
 """Notes are advice: none of them ends a run, and none needs more than the run itself does."""
 
+import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -219,6 +221,27 @@ def test_two_months_on_two_body_orbits_are_noted_with_what_is_left_out():
     assert long_runs(drifting, "precess") == []
     (note,) = long_runs(drifting | {"altitude_km": 400.0}, "drag would take")
     assert "an orbit of kind 'drifting' has no drag" in note
+
+
+def test_a_local_time_that_does_not_stay_is_noted_with_its_drift():
+    """An orbit at 51.6 deg: its node goes back 5 deg a day, and the Sun on by 1 deg, 4 min each."""
+    orbit = {"kind": "drifting", "altitude_km": 500.0, "ltan_h": 10.5}
+    assert about_orbit(orbit, "local time") == []
+    (note,) = about_orbit(orbit | {"inclination_deg": 51.6}, "local time")
+    node = 2.06474e14 * 6878.137**-3.5 * math.cos(math.radians(51.6))  # deg a day, a in km
+    a_day = -4.0 * (node + 0.985647)
+    found = re.search(r"drifts by (\S+) min a day, 30 min in (\S+) days", note)
+    assert float(found[1]) == pytest.approx(a_day, rel=0.003)
+    assert float(found[2]) == pytest.approx(30.0 / abs(a_day), rel=0.005)
+    assert note.endswith("left out, it is the 97.402 deg of a Sun-synchronous orbit")
+    assert about_orbit(orbit | {"inclination_deg": 97.4}, "local time") == []
+    (note,) = about_orbit(orbit | {"inclination_deg": 98.5}, "local time")
+    assert "drifts by +" in note
+    by_node = {"kind": "drifting", "altitude_km": 500.0, "raan_deg": 5.0, "inclination_deg": 51.6}
+    assert about_orbit(by_node, "local time") == []
+    high = orbit | {"altitude_km": 20000.0, "inclination_deg": 98.0}
+    (note,) = about_orbit(high, "local time")
+    assert note.endswith("no orbit of this height is Sun-synchronous")
 
 
 @pytest.mark.parametrize(

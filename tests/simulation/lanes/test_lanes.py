@@ -44,14 +44,17 @@ simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
 #: A satellite with all that members in lanes may have: two scenarios have it, compiled once.
 ERRORS = """
 spacecraft.coils = { axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], limit_a_m2 = 1.0, \
-saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0, failures = [COILS] }
+saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0, failures = [COILS], \
+resolution_a_m2 = 0.05, dead_band_a_m2 = [0.05, 0.1, 0.02, 0], random_error = 0.02 }
 spacecraft.magnetometer = { noise_nt = 50, bias_nt = [100, 0, -50], resolution_nt = 20, \
-sample_s = 1.5, delay_s = 0.5, coil_disturbance_nt_per_a_m2 = 30, misalignment_deg = [1, 2, 3], \
+sample_s = 1.5, delay_s = 0.5, misalignment_deg = [1, 2, 3], \
+coil_coupling_nt_per_a_m2 = [[30, 2, 1], [-2, 40, 3], [5, 6, 50], [10, -20, 30]], \
+coil_offset_nt = [5, -6, 7], soft_iron = [[1.02, 0, 0.01], [0, 1, 0], [0.03, 0, 0.99]], \
 failures = [MAGNETOMETER] }
 spacecraft.gyro = { noise_deg_s = 0.01, bias_deg_s = [0.1, 0, 0], bias_drift_deg_s_sqrt_s = 1e-3, \
 range_deg_s = 20, resolution_deg_s = 1e-3 }
 spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3], \
-boresight = [0, 3, 4], boresight_noise_deg = 0.3, sun_exclusion_deg = 40, \
+boresight = [0, 3, 4], boresight_noise_deg = 0.3, sun_exclusion_deg = 40, moon_exclusion_deg = 30, \
 earth_exclusion_deg = 20, rate_limit_deg_s = 8 }
 spacecraft.horizon_sensor = { axis = [0, 0, -1], half_field_deg = 80, noise_deg = 0.2, \
 bias_deg = [0.1, 0, 0.2], horizon_km = 8, rate_limit_deg_s = 8, sample_s = 2.0, delay_s = 0.5 }
@@ -193,6 +196,7 @@ def tip_off():
     """The example of a campaign, whose sensors have errors: flights of twins compile it, too."""
     scenario = load_scenario(EXAMPLES / "tip_off_campaign.toml")
     times = {"duration_s": 900.0, "record_s": 20.0, "step_s": 1.0}
+    scenario = scenario.replace("spacecraft.magnetometer.coil_disturbance_nt_per_a_m2", 30.0)
     return scenario.replace("simulation", times).replace("initial.rate_deg_s", [1.0, -0.6, 0.8])
 
 
@@ -299,7 +303,7 @@ def test_member_tumbling_too_fast_for_the_step_ends_alone():
 
 ZERO = (0.0, 0.0, 0.0)
 LOCAL = LocalEnvironment(ZERO, ZERO, ())
-SKY = Sky(ZERO, ZERO, 2.0)
+SKY = Sky(ZERO, ZERO, ZERO, 2.0)
 #: Loops over members by name.
 LOOPS = {
     "draw": lambda members: draw(members, 1.0, 0, 1),

@@ -269,7 +269,7 @@ def test_axes_are_scaled_to_length_one():
         ({"limit_a_m2": 1.0, "power_at_limit_w": 0.0}, "greater than 0"),
         ({"limit_a_m2": 1.0, "residual_dipole_a_m2": (0.0, 0.0, float("nan"))}, "finite"),
         ({"limit_a_m2": 1.0, "turns": 100}, "Extra inputs are not permitted"),
-        ({}, "Field required"),
+        ({}, "limit_a_m2: must be given without windings; received none"),
     ],
 )
 def test_what_cannot_be_is_reported(keys, expected):

@@ -56,6 +56,7 @@ TRACKER = AttitudeSensor(
     noise_deg=0.5,
     boresight_noise_deg=2.0,
     sun_exclusion_deg=30.0,
+    moon_exclusion_deg=12.0,
     earth_exclusion_deg=20.0,
     rate_limit_deg_s=1.0,
 )
@@ -75,15 +76,17 @@ def off_axis(angle_deg):
     return tuple(Rotation.from_rotvec([np.radians(angle_deg), 0, 0]).apply(AXIS))
 
 
-def blind(omega=(0.0, 0.0, 0.0), sun_deg=90.0, nadir_deg=180.0, altitude_m=600e3):
+def blind(omega=(0.0, 0.0, 0.0), sun_deg=90.0, moon_deg=90.0, nadir_deg=180.0, altitude_m=600e3):
     packed = TRACKER.pack()
     cosine = earth_cosine(packed, EARTH_RADIUS_M + altitude_m)
-    return is_blind(packed, omega, off_axis(sun_deg), off_axis(nadir_deg), cosine)
+    sun, moon, nadir = map(off_axis, (sun_deg, moon_deg, nadir_deg))
+    return is_blind(packed, omega, sun, moon, nadir, cosine)
 
 
-def test_sun_earth_and_its_own_rate_blind_a_tracker():
+def test_sun_moon_earth_and_its_own_rate_blind_a_tracker():
     assert not blind()
     assert blind(sun_deg=29.9) and not blind(sun_deg=30.1)
+    assert blind(moon_deg=11.9) and not blind(moon_deg=12.1)
     limb_deg = np.degrees(np.arcsin(EARTH_RADIUS_M / (EARTH_RADIUS_M + 600e3)))
     assert blind(nadir_deg=limb_deg + 19.9) and not blind(nadir_deg=limb_deg + 20.1)
     one = np.radians(1.0)
@@ -92,11 +95,14 @@ def test_sun_earth_and_its_own_rate_blind_a_tracker():
 
 def test_without_limits_nothing_blinds():
     packed = AttitudeSensor(boresight=(0.0, 0.0, 1.0)).pack()
-    assert not is_blind(packed, (9.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 2.0)
+    assert not is_blind(packed, (9.0, 0.0, 0.0), *[(0.0, 0.0, 1.0)] * 3, 2.0)
     assert earth_cosine(packed, 7e6) > 1.0
 
 
-@pytest.mark.parametrize("key", ["boresight_noise_deg", "sun_exclusion_deg", "earth_exclusion_deg"])
+@pytest.mark.parametrize(
+    "key",
+    ["boresight_noise_deg", "sun_exclusion_deg", "moon_exclusion_deg", "earth_exclusion_deg"],
+)
 def test_what_refers_to_a_boresight_needs_one(key):
     with pytest.raises(ValidationError, match=f"{key}: must be left out without boresight"):
         AttitudeSensor(**{key: 5.0})

@@ -41,6 +41,10 @@ _LASTING = 0.1
 _TURNED_DEG = 5.0
 #: Part by which a constant of the body may be known wrongly: the loop's gain halves or doubles.
 _BODY_KNOWN = 0.5
+#: Errors that stay and are not a device's own: of what is around it.
+_AROUND = ("by_coils", "by_each_coil", "by_driver", "soft_iron")
+#: Those that are matrices, of the errors of three components.
+_MATRICES = ("by_each_coil", "soft_iron")
 #: Keys of goals, and the quantity that shows whether they are met.
 _GOALS = {
     "rate_below_deg_s": "rate",
@@ -188,7 +192,7 @@ def _fixed_notes(pair: Pair, size: Size | None) -> Iterator[str]:
     states = {e.what: e for e in user.spec.assumes if e.device == assumed.device and e.sigmas}
     parts = {
         sheet.in_words(what): error
-        for what in (*FIXED, "by_coils")
+        for what in (*FIXED, *_AROUND)
         if what not in states and (error := _fixed_error(pair, what, size)) > 0.0
     }
     whole, noise = math.hypot(*parts.values()), pair.stated
@@ -211,12 +215,20 @@ def _fixed_error(pair: Pair, what: str, size: Size | None) -> float:
     value = pair.of_device(what)
     if value is None or size is None:
         return 0.0
-    mean = float(np.sqrt(np.mean(value**2)))
-    if what == "by_coils":
+    value = value - np.eye(3) if what == "soft_iron" else value
+    count = 3 if what in _MATRICES else np.size(value)
+    mean = float(np.sqrt(np.sum(value**2) / count))
+    if what in ("by_coils", "by_each_coil"):
         return mean * _dipole_while_read(pair.scenario)
+    if what == "by_driver" and _dipole_while_read(pair.scenario) == 0.0:
+        return 0.0
     if what == "height":
         return math.degrees(1e3 * mean / distance_m(pair.scenario)) * math.sqrt(0.5)
-    largest = {"scale": size.greatest, "misalignment": math.radians(1.0) * size.greatest}
+    largest = {
+        "scale": size.greatest,
+        "soft_iron": size.greatest,
+        "misalignment": math.radians(1.0) * size.greatest,
+    }
     return mean * largest.get(what, 1.0)
 
 

@@ -219,7 +219,9 @@ def _own_dipole_notes(scenario: Scenario, use: Use) -> Iterator[str]:
         return
     if not (use.at_start or isinstance(law, DIFFERENCES)):
         return
-    per_a_m2 = 1e-9 * abs(scenario.spacecraft.one_of("magnetometer").coil_disturbance_nt_per_a_m2)
+    craft = scenario.spacecraft
+    coupling = craft.one_of("magnetometer").coupling_to(craft.coils)
+    per_a_m2 = float(np.linalg.norm(coupling, 2))  # of the dipole that it hears best
     heard = use.gain(law.gain_a_m2_s_per_t or 0.0) * per_a_m2 * _rate_heard(scenario, law)
     if heard > _HEARD:
         yield (

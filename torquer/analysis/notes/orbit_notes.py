@@ -10,7 +10,8 @@ from torquer.analysis.notes.slip_notes import LOWEST_KM
 from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.base.time import DAY_S
 from torquer.environment.earth.atmosphere.exponential import TABLE
-from torquer.environment.orbit import AnyOrbit, Circular, Kepler, Numerical, Sgp4
+from torquer.environment.orbit import AnyOrbit, Circular, Drifting, Kepler, Numerical, Sgp4
+from torquer.environment.orbit.drifting import sun_synchronous_rad
 from torquer.environment.orbit.kepler import Extent
 from torquer.environment.orbit.numerical import tle_epoch
 from torquer.environment.orbit.secular import EARTH_J2, secular_rates
@@ -24,6 +25,8 @@ _TURNED_DEG = 10.0
 _OVAL = 0.01
 #: Cross-section times drag coefficient over mass [m^2/kg] of many small satellites.
 _DRAG_M2_KG = 0.02
+#: Change [min] of a local time that is meant to stay, and the days within which it shows.
+_OFF_MIN, _SHOWS_DAYS = 30.0, 365.25
 #: Loss of height [km] that a run without it would show.
 _LOST_KM = 20.0
 
@@ -70,6 +73,25 @@ def _precession_notes(scenario: Scenario) -> Iterator[str]:
             f"orbit: {_in_words(orbit)} does not precess; the Earth's flattening turns "
             f"{', '.join(seen)}: kinds 'drifting', 'sgp4', and 'numerical' of degree 2 have it"
         )
+
+
+def _local_time_notes(scenario: Scenario) -> Iterator[str]:
+    """A local time of the node that does not stay: of an inclination that is not the one for it."""
+    orbit = scenario.orbit
+    if not isinstance(orbit, Drifting) or orbit.ltan_h is None or orbit.inclination_deg is None:
+        return
+    a_day = DAY_S / 60.0 * orbit.local_time_rate()
+    if abs(a_day) * _SHOWS_DAYS < _OFF_MIN:
+        return
+    days, needed = _OFF_MIN / abs(a_day), sun_synchronous_rad(orbit.axis_m, orbit.eccentricity)
+    would = "no orbit of this height is Sun-synchronous"
+    if needed is not None:
+        would = f"left out, it is the {math.degrees(needed):.5g} deg of a Sun-synchronous orbit"
+    yield (
+        f"orbit.ltan_h of {orbit.ltan_h:g} h holds at the start only: with inclination_deg = "
+        f"{orbit.inclination_deg:g} the local time drifts by {a_day:+.3g} min a day, "
+        f"{_OFF_MIN:g} min in {days:.3g} days; {would}"
+    )
 
 
 def _drag_notes(scenario: Scenario) -> Iterator[str]:
@@ -126,5 +148,6 @@ def _descent_km_s(axis_m: float) -> float:
 _CHECKS = {
     "the age of the two-line elements": _age_notes,
     "the precession of the orbit": _precession_notes,
+    "the local time of the node": _local_time_notes,
     "the descent of the orbit": _drag_notes,
 }

@@ -72,7 +72,7 @@ def _inertia_notes(scenario: Scenario) -> Iterator[str]:
     coils, body = scenario.spacecraft.coils, scenario.spacecraft.body
     if coils is None:
         return
-    limit, moment = float(np.max(coils.limit_a_m2)), float(body.principal()[0].max())
+    limit, moment = float(coils.limits_a_m2().max()), float(body.principal()[0].max())
     a_day = math.degrees(limit * _STRONG_FIELD_T / moment) * _DAY_S
     if a_day > _MOST_DEG_S_A_DAY:
         yield (
@@ -120,7 +120,7 @@ def _residual_notes(scenario: Scenario) -> Iterator[str]:
     if coils is None:
         return
     residual = float(np.linalg.norm(coils.residual_dipole_a_m2))
-    limit = float(np.max(coils.limit_a_m2))
+    limit = float(coils.limits_a_m2().max())
     if residual > limit:
         yield (
             f"spacecraft.coils.residual_dipole_a_m2 of {residual:.3g} A m^2 exceeds the "

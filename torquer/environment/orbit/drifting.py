@@ -88,6 +88,11 @@ class Drifting(Orbit):
         axis, e = self.axis_m, self.eccentricity
         return Extent(axis * (1.0 - e), axis * (1.0 + e), self.inclination_rad)
 
+    def local_time_rate(self) -> float:
+        """Drift of the mean local time of the node: a share of time, 0 if Sun-synchronous."""
+        rates = secular_rates(self.axis_m, self.eccentricity, self.inclination_rad, EARTH_J2)
+        return (rates.node - _SUN_RAD_S) * DAY_S / TWO_PI
+
     def node_deg(self, start_utc) -> float:
         """Right ascension of the ascending node [deg] at the start."""
         if self.ltan_h is None:

@@ -104,7 +104,9 @@ def _missing_part(number: int, line: str) -> str:
     fields = {name: _columns(first, last) for name, first, last, _ in _FIELDS[number]
               if last > len(line)}  # fmt: skip
     parts = " and ".join(f"the {name} ({place})" for name, place in fields.items())
-    would = f", which would be {checksum(line)}" if len(line) == _LENGTH - 1 else ""
+    would = ""
+    if len(line) == _LENGTH - 1:
+        would = f", which would be {checksum(line)}; orbit.without_checksums = true does without"
     return f", without {parts}{would}"
 
 

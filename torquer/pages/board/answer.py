@@ -121,7 +121,7 @@ def key_numbers(flown: Flown) -> dict[str, float]:
     coils = flown.scenario.spacecraft.coils
     if coils is not None:
         energy_j = float(flown.totals["coil_energy_j"])
-        found["coil_full_power_s"] = energy_j / (coils.power_at_limit_w or 1.0)
+        found["coil_full_power_s"] = energy_j / (coils.power_w() or 1.0)
         found["peak_coil_dipole_a_m2"] = float(flown.totals["peak_dipole_a_m2"])
     return found
 

@@ -58,6 +58,7 @@ def why_not_in_lanes(run: Run) -> str:
         return "their steps are adaptive; RK4 with simulation.step_s lets them fly side by side"
     for has, what in (
         (run.scenario.spacecraft.wheels is not None, "wheels"),
+        (run.plan.plant.coils.pwm_period_s > 0.0, "coils driven by pulse-width modulation"),
         (run.library is None and not run.blocks.compiled, "a law in plain Python"),
         (run.scenario.control.restarts(), "a computer that restarts"),
         (_has_own_torques(run), "torques of the user's own"),

@@ -240,6 +240,21 @@ def magnetometers_of(rows, unit):
         rows[unit, 13],
         rows[unit, 14],
         rows[unit, 15],
+        rows[unit, 16],
+        (
+            (rows[unit, 17], rows[unit, 18], rows[unit, 19]),
+            (rows[unit, 20], rows[unit, 21], rows[unit, 22]),
+            (rows[unit, 23], rows[unit, 24], rows[unit, 25]),
+        ),
+        (
+            (rows[unit, 26], rows[unit, 27], rows[unit, 28]),
+            (rows[unit, 29], rows[unit, 30], rows[unit, 31]),
+            (rows[unit, 32], rows[unit, 33], rows[unit, 34]),
+            (rows[unit, 35], rows[unit, 36], rows[unit, 37]),
+            (rows[unit, 38], rows[unit, 39], rows[unit, 40]),
+            (rows[unit, 41], rows[unit, 42], rows[unit, 43]),
+        ),
+        (rows[unit, 44], rows[unit, 45], rows[unit, 46]),
     )
 
 
@@ -354,6 +369,7 @@ def star_trackers_of(rows, unit):
         rows[unit, 9],
         rows[unit, 10],
         rows[unit, 11],
+        rows[unit, 12],
     )
 
 
@@ -525,7 +541,8 @@ def read_fine_sun_sensors(members, plant, around, late, actions, first):
 def around_at(loop, step):
     """What there is to sense at a step, which the loop has reached."""
     tables, plan, b_inertial = loop.tables, loop.plan, local_in(loop.local)[0]
-    return Around(plan.plant.shadow, tables.orbit, tables.sun, b_inertial, step * plan.step_s)
+    sky = plan.plant.shadow, tables.orbit, tables.sun, tables.moon
+    return Around(*sky, b_inertial, step * plan.step_s)
 
 
 def _read_search_coil(address, actions, step):

@@ -24,13 +24,15 @@ from torquer.spacecraft.sensors.devices import SensorSets, UnitCounts, UnitSets
 class ReadingTables(NamedTuple):
     """The tabulated environment that readings and ephemeris need.
 
-    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun [m].
+    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun [m];
+    `moon`: of the Moon [m].
     `believed_orbit`, `believed_sun`: the same by the computer's models, for its ephemeris; the
     very same tables where its models are the truth.
     """
 
     orbit: Table
     sun: Table
+    moon: Table
     believed_orbit: Table
     believed_sun: Table
 
@@ -73,7 +75,8 @@ class Dynamics(NamedTuple):
     """What moves the body: its type is that of a compiled `propagate`.
 
     `rotors`: () for a satellite without wheels; `unmodelled`: sizes and jumps of that torque, ()
-    where none of `torquer.spacecraft.disturbance` acts.
+    where none of `torquer.spacecraft.disturbance` acts; `switching`: period [s] of the modulation
+    of coils, () for coils that are not switched.
     """
 
     rigid: Rigid
@@ -81,6 +84,7 @@ class Dynamics(NamedTuple):
     rotors: Rotors | tuple[()]
     held: HeldTorque
     unmodelled: Unmodelled | tuple[()]
+    switching: tuple[float, ...]
 
 
 class Plan(NamedTuple):

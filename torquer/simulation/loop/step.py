@@ -39,6 +39,7 @@ from torquer.simulation.loop.timetable import (
     row_from,
 )
 from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
+from torquer.spacecraft.actuators.coil_driver import drive_as_given
 from torquer.spacecraft.actuators.coils import (
     believed_dipole,
     command_coils,
@@ -110,6 +111,14 @@ def drive_coils_step(member):
     goal = command_coils(coils, (c.dipole_x, c.dipole_y, c.dipole_z), state.coils)
     put_goal(state.cells, goal)
     c.set_x, c.set_y, c.set_z = believed_dipole(coils, state.coils)
+
+
+@inlined
+def coil_driver_step(member, step):
+    """Let the coils' driver change what they are commanded to."""
+    state = member.state
+    goal = drive_as_given(member.constants.coils, state.coils, member.seed, step)
+    put_goal(state.cells, goal)
 
 
 @inlined
@@ -186,6 +195,8 @@ def actuate(address, row, step):
     members = loop.members
     if row.actions & COILS_ON:
         each(members, drive_coils_step)
+        if loop.plan.plant.coils.driver != 0:
+            each(members, coil_driver_step, step)
     elif row.actions & COILS_STAY == 0:
         each(members, leave_coils_off_step)
     fail_members_coils(members, loop.plan.plant, step * loop.plan.step_s)

@@ -207,7 +207,12 @@ def next_failure(wheels, step, last):
     """The step at which the next motor dies, `last` at the latest."""
     if len(wheels) == 0:
         return last
-    rows = wheels.rotors.rows
+    return next_death(wheels.rotors.rows, step, last)
+
+
+@inlined
+def next_death(rows, step, last):
+    """The step at which the next motor of these rotors dies, `last` at the latest."""
     for k in range(rows.shape[0]):
         if step < rows[k].dead_from < last:
             last = int(rows[k].dead_from)

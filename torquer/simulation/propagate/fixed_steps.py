@@ -84,7 +84,8 @@ def by_rk4(forces, x, local, first, last, h):
 
 
 @kernel
-def _kick(forces, x, t, since, h):
+def kick_at(forces, x, t, since, h):
+    """Motion after a kick of h seconds by the torque at t, `since` seconds after the event."""
     rigid, local = forces.rigid, environment_at(forces.tables, t)
     torque = torque_body(rigid, local, dipole_after(forces.path, since), x, forces.held)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
@@ -98,9 +99,9 @@ def by_splitting(forces, moments, axes, x, first, last, h):
         t, since = step * h, (step - first) * h
         sooner, later, half = early * h, late * h, 0.5 * h
         x = drift(moments, axes, x, sooner)
-        x = _kick(forces, x, t + sooner, since + sooner, half)
+        x = kick_at(forces, x, t + sooner, since + sooner, half)
         x = drift(moments, axes, x, later - sooner)
-        x = _kick(forces, x, t + later, since + later, half)
+        x = kick_at(forces, x, t + later, since + later, half)
         x = drift(moments, axes, x, sooner)
         x = Motion(normalise(x.q), x.omega)
     return x

@@ -28,7 +28,7 @@ from torquer.simulation.loop.members import (
     must_stop,
 )
 from torquer.simulation.loop.state import local_in, put_local, put_motion, read_motion
-from torquer.simulation.propagate.adaptive import Auto, by_auto
+from torquer.simulation.propagate.adaptive import Auto, by_auto, next_death
 from torquer.simulation.propagate.fixed_steps import (
     Rk4,
     Splitting,
@@ -45,6 +45,7 @@ from torquer.simulation.propagate.forces import (
     environment_with,
     forces_now,
 )
+from torquer.simulation.propagate.switched import by_switching
 from torquer.spacecraft.actuators.coils import advance_coils
 from torquer.spacecraft.disturbance.acting import leaves_bearing, magnets_in
 from torquer.spacecraft.disturbance.held import draw_held, hold_end
@@ -102,6 +103,25 @@ def next_draw(dynamics, step, last):
 
 
 @inlined
+def steps_or_switchings(switching, integrator, member, forces, local, step, until, h):
+    """Motion after steps step..until-1; of coils that are switched, with all that they do."""
+    cells = member.state.cells
+    if len(switching) == 0:
+        return steps_by(integrator, forces, cells[0], read_motion(cells), local, step, until, h)
+    return by_switching(integrator, member, forces, step, until, h)
+
+
+@inlined
+def next_dead_motor(switching, rotors, step, last):
+    """The step at which the next motor dies while coils are switched, `last` at the latest."""
+    if len(switching) == 0:
+        return last
+    if len(rotors) == 0:
+        return last
+    return next_death(rotors.rows, step, last)
+
+
+@inlined
 def draw_torques_step(member, step):
     """Draw the torques of a member that jump at a step."""
     state, dynamics = member.state, member.constants
@@ -156,7 +176,8 @@ def advance(members, problem, local, step, until):
     """Advance the motion; RUNNING, or how it ended: then the state keeps the motion before."""
     member, h = members.member, problem.step_s
     cells, forces = member.state.cells, forces_now(member, problem.tables)
-    x = steps_by(problem.integrator, forces, cells[0], read_motion(cells), local, step, until, h)
+    switching, by = member.constants.switching, problem.integrator
+    x = steps_or_switchings(switching, by, member, forces, local, step, until, h)
     if not is_finite(x):
         return BAD_STATE
     if strikes_ring(forces.rigid.acting, problem.tables, x, until * h):
@@ -187,8 +208,10 @@ def _advance(members, problem, local, step, until):
 
 @inlined
 def actuators_step(member, t_s):
-    """Let the coils go on to their targets, and add up what they take."""
+    """Let the coils go on to their targets, and add up what they take; switched ones have."""
     cells, coils = member.state.cells[0], member.constants.coils
+    if coils.pwm_period_s > 0.0:
+        return
     energy, greatest = cells.goal_power_w * t_s, cells.goal_greatest_a_m2
     if coils.lag_s > 0.0:
         energy, greatest = advance_coils(coils, member.state.coils, t_s)
@@ -230,7 +253,9 @@ def _propagate(address, step, last, look):
         return -COARSE_STEP
     if step == last:
         return step
-    until = next_draw(first_member(members).constants, step, last)
+    constants = first_member(members).constants
+    until = next_draw(constants, step, last)
+    until = next_dead_motor(constants.switching, constants.rotors, step, until)
     each(members, draw_torques_step, step)
     ended = advance(members, problem, local, step, until)
     if ended != RUNNING:

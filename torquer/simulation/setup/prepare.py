@@ -277,6 +277,7 @@ def make_dynamics(scenario: Scenario, plant: Plant) -> Dynamics:
         rotors=plant.rotors if wheels else (),
         held=scenario.held_torque(),
         unmodelled=scenario.unmodelled_torque(),
+        switching=(plant.coils.pwm_period_s,) if plant.coils.pwm_period_s > 0.0 else (),
     )
     return records(dynamics)
 

@@ -299,6 +299,7 @@ def tabulate_piece(scenario: Scenario, plan: Plan, first: int, last: int) -> Pie
     orbit = environment.orbit_table(duration_s, plan.step_s, start_s)
     needed = _tables_needed(scenario, plan)
     sun = environment.sun_table(duration_s, start_s) if "sun" in needed else orbit.table
+    moon = environment.moon_table(duration_s, start_s) if "moon" in needed else orbit.table
     air = environment.air_table(duration_s, start_s) if "air" in needed else ()
     light: Light | tuple[()] = ()
     if "light" in needed:
@@ -307,7 +308,7 @@ def tabulate_piece(scenario: Scenario, plan: Plan, first: int, last: int) -> Pie
         light = Light(sun, shadow, edges_s)
     gravity = 1.0 if scenario.environment.gravity_gradient else 0.0
     moving = EnvironmentTables(orbit.table, air, gravity, light, scenario.orbit_angle())
-    tables, error = ReadingTables(orbit.table, sun, orbit.table, sun), orbit.relative_error
+    tables, error = ReadingTables(orbit.table, sun, moon, orbit.table, sun), orbit.relative_error
     if "ephemeris" in needed:
         own = believed.orbit_table(duration_s, plan.step_s, start_s)
         own_sun = believed.sun_table(duration_s, start_s)
@@ -331,28 +332,30 @@ def _check_shared(piece: Piece, run: Run) -> None:
             f"received steps {piece.first} to {piece.last} of {piece.step_s:g} s"
         )
     needed = _tables_needed(run.scenario, run.plan)
-    if not needed <= piece.has or (needed ^ piece.has) - {"sun", "ephemeris"}:
+    if not needed <= piece.has or (needed ^ piece.has) - {"sun", "moon", "ephemeris"}:
         raise ValueError(
-            "piece: must have the Sun and the air that this run needs; received others"
+            "piece: must have the Sun, the Moon and the air that this run needs; received others"
         )
 
 
 def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
-    """What is read besides the orbit's table: the Sun, the air, light that pushes, the place on the
+    """What is read besides the orbit's table: Sun, Moon, air, light that pushes, the place on the
     orbit, an ephemeris that is not the truth."""
     light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
     of_own = needs_of_own(scenario)
     light = light or "light" in of_own
-    sun = plan.needs_ephemeris or light or _looks_for_sun(scenario, plan)
+    sun = plan.needs_ephemeris or light or _looks_for("by_sunlight", scenario, plan)
+    moon = _looks_for("by_moon", scenario, plan)
     air = bool(scenario.spacecraft.aerodynamics) or "air" in of_own
     angle = bool(scenario.acting_torques())
     own = plan.needs_ephemeris and scenario.believed_environment() != scenario.orbit_environment()
-    needed = {"sun": sun, "air": air, "light": light, "orbit angle": angle, "ephemeris": own}
+    needed = {"sun": sun, "moon": moon, "air": air, "light": light, "orbit angle": angle}
+    needed["ephemeris"] = own
     return frozenset(name for name, wanted in needed.items() if wanted)
 
 
-def _looks_for_sun(scenario: Scenario, plan: Plan) -> bool:
-    """Whether a device that is read looks for the Sun."""
+def _looks_for(what: str, scenario: Scenario, plan: Plan) -> bool:
+    """Whether a device that is read looks for the Sun ('by_sunlight') or the Moon ('by_moon')."""
     read = [number for number in range(len(DEVICES)) if longest_interval(plan.timetable, number)]
     found = [
         (DEVICES[number], getattr(plan.plant.sensors, DEVICES[number].name))
@@ -360,7 +363,8 @@ def _looks_for_sun(scenario: Scenario, plan: Plan) -> bool:
         if DEVICES[number].read
     ]
     found += [(each.device, each.device.to_unit(each.spec)) for each in scenario.spacecraft.units()]
-    return any(device.by_sunlight(constants) for device, constants in found if device.by_sunlight)
+    asked = [(getattr(device, what), constants) for device, constants in found]
+    return any(looks(constants) for looks, constants in asked if looks)
 
 
 def next_event(plan: Plan, step: int) -> int:

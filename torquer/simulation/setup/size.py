@@ -111,6 +111,8 @@ def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> f
     # adaptive steps: one for each reading, more for a fast rotation
     turns = duration_s * math.radians(float(np.linalg.norm(scenario.initial.rate_deg_s)))
     taken = max(readings, turns / _AUTO_TURN) if simulation.integrator == "auto" else steps
+    if craft.coils is not None and craft.coils.pwm_period_s is not None:
+        taken += (len(craft.coils.axes) + 1) * duration_s / craft.coils.pwm_period_s
     step_s = _STEP_S[simulation.integrator]
     disturbed = craft.aerodynamics or scenario.acting_torques()
     step_s += _WHEELS_S if craft.wheels or disturbed else 0.0

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from torquer.base.spec import Spec, Vector, unit_vectors
 from torquer.compile.engine import inlined, kernel, records
 from torquer.maths.geometry.vec3 import as_vector
+from torquer.spacecraft.actuators.winding import Winding, greatest_multiple
 from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import CoilFailure, failed_dipole
 
@@ -18,26 +19,38 @@ MODES = {"scale": SCALE, "clip": CLIP, "relay": RELAY}
 
 
 #: Constants of a coil: axis, with its polarity, the axis that the computer believes, share of a
-#: commanded vector, limit [A m^2] and 1 over it, power per square of the dipole [W/(A m^2)^2].
+#: commanded vector, polarity, limit [A m^2] and 1 over it, power per square of the dipole
+#: [W/(A m^2)^2]; of its driver: greatest dipole, step, dead band [A m^2], relative error.
 COIL = np.dtype(
     [(f"{name}_{c}", np.float64) for name in ("axis", "believed", "share") for c in "xyz"]
-    + [(name, np.float64) for name in ("limit_a_m2", "per_limit", "power")]
+    + [(name, np.float64) for name in ("sense", "limit_a_m2", "per_limit", "power")]
+    + [(name, np.float64) for name in ("most_a_m2", "step_a_m2", "dead_band_a_m2", "error")]
 )
-#: State of a coil [A m^2]: its dipole, the one it goes to, the one it is commanded to have.
-COIL_STATE = np.dtype([(f"{name}_a_m2", np.float64) for name in ("dipole", "target", "command")])
+#: State of a coil [A m^2]: its dipole; the one it goes to now, and on average; the one that its
+#: driver makes of the command; the one it is commanded to have.
+COIL_STATE = np.dtype(
+    [(f"{name}_a_m2", np.float64) for name in ("dipole", "target", "mean", "given", "command")]
+)
 
 
 class CoilSet(NamedTuple):
-    """Constants of the coils for kernels; `rows`: `COIL`, one per coil."""
+    """Constants of the coils for kernels; `rows`: `COIL`, one per coil.
+
+    `driver`: 1 for one that does not give each command as it is, else 0; `errs`: 1 for one with
+    random errors, else 0; `pwm_period_s`: 0 for coils that are not switched.
+    """
 
     rows: np.ndarray
     residual_a_m2: tuple
     mode: int
     lag_s: float
+    driver: int
+    errs: int
+    pwm_period_s: float
 
 
 #: A satellite without coils.
-NO_COILS = CoilSet(np.zeros(0, COIL), (0.0, 0.0, 0.0), SCALE, 0.0)
+NO_COILS = CoilSet(np.zeros(0, COIL), (0.0, 0.0, 0.0), SCALE, 0.0, 0, 0, 0.0)
 
 
 class Goal(NamedTuple):
@@ -77,7 +90,7 @@ def command_coils(coils, command_a_m2, state):
             wanted, limit = part * state[i].target_a_m2, rows[i].limit_a_m2
             state[i].target_a_m2 = min(max(wanted, -limit), limit)
     for i in range(rows.shape[0]):
-        state[i].command_a_m2 = state[i].target_a_m2
+        state[i].command_a_m2 = state[i].given_a_m2 = state[i].target_a_m2
     return coil_targets(coils, state)
 
 
@@ -85,7 +98,7 @@ def command_coils(coils, command_a_m2, state):
 def switch_off_coils(coils, state):
     """Set the targets of all coils to zero."""
     for i in range(state.shape[0]):
-        state[i].target_a_m2 = state[i].command_a_m2 = 0.0
+        state[i].target_a_m2 = state[i].given_a_m2 = state[i].command_a_m2 = 0.0
     return coil_targets(coils, state)
 
 
@@ -93,13 +106,26 @@ def switch_off_coils(coils, state):
 def fail_coils(coils, failures, state, t_s):
     """Let failures change the targets of the coils at t_s; `failures`: rows of `COIL_FAILURE`."""
     for i in range(state.shape[0]):
-        state[i].target_a_m2 = failed_dipole(failures, i, state[i].command_a_m2, t_s)
+        state[i].target_a_m2 = failed_dipole(failures, i, state[i].given_a_m2, t_s)
     return coil_targets(coils, state)
 
 
 @inlined
 def coil_targets(coils, state):
-    """The coils' targets; without lag they are reached at once."""
+    """The coils' targets; without lag they are reached at once.
+
+    Coils that are switched only go off at once: `torquer.simulation.propagate` switches them on.
+    """
+    for i in range(coils.rows.shape[0]):
+        target = state[i].mean_a_m2 = state[i].target_a_m2
+        if coils.lag_s == 0.0 and (coils.pwm_period_s == 0.0 or target == 0.0):
+            state[i].dipole_a_m2 = target
+    return find_goal(coils, state)
+
+
+@inlined
+def find_goal(coils, state):
+    """What the coils go to now."""
     x, y, z = coils.residual_a_m2
     power = greatest = 0.0
     for i in range(coils.rows.shape[0]):
@@ -107,8 +133,6 @@ def coil_targets(coils, state):
         x, y, z = x + coil.axis_x * dipole, y + coil.axis_y * dipole, z + coil.axis_z * dipole
         power += coil.power * dipole * dipole
         greatest = max(greatest, abs(dipole))
-        if coils.lag_s == 0.0:
-            state[i].dipole_a_m2 = dipole
     return Goal((x, y, z), power, greatest)
 
 
@@ -120,6 +144,23 @@ def present_dipole(coils, state):
         coil, dipole = coils.rows[i], state[i].dipole_a_m2
         x, y, z = x + coil.axis_x * dipole, y + coil.axis_y * dipole, z + coil.axis_z * dipole
     return (x, y, z)
+
+
+@inlined
+def flowing_dipole(coils, state, i):
+    """Dipole [A m^2] along its axis as given of coil i, polarity included; 0 of one too many."""
+    if i < coils.rows.shape[0]:
+        return coils.rows[i].sense * state[i].dipole_a_m2
+    return 0.0
+
+
+@inlined
+def are_driven(coils, state):
+    """1 while any coil is driven, else 0."""
+    total = 0.0
+    for i in range(coils.rows.shape[0]):
+        total += abs(state[i].mean_a_m2)
+    return 1.0 if total > 0.0 else 0.0
 
 
 @inlined
@@ -170,6 +211,10 @@ def advance_coils(coils, state, t_s):
     return energy, greatest
 
 
+_Size, _SizeOrZero = Annotated[float, Field(gt=0.0)], Annotated[float, Field(ge=0.0)]
+_Sizes, _SizesOrZero = _Size | tuple[_Size, ...], _SizeOrZero | tuple[_SizeOrZero, ...]
+
+
 class Coils(Spec):
     """Coils (magnetorquers). Default: three along the body axes."""
 
@@ -179,11 +224,15 @@ class Coils(Spec):
         unit="A m^2",
         bias="residual_dipole_a_m2",
         range="limit_a_m2",
+        resolution="resolution_a_m2",
+        random_scale="random_error",
         axes="axes",
         words={"bias": "residual dipole"},
     )
-    limit_a_m2: Annotated[float, Field(gt=0.0)] | tuple[Annotated[float, Field(gt=0.0)], ...]
-    """Greatest dipole, one number or one per coil."""
+    limit_a_m2: _Sizes | None = None
+    """Greatest dipole, one number or one per coil; left out: that of `windings`."""
+    windings: Winding | tuple[Winding, ...] | None = None
+    """Turns, area and greatest current, one table or one per coil, in place of `limit_a_m2`."""
     axes: unit_vectors("axes") = (
         (1.0, 0.0, 0.0),
         (0.0, 1.0, 0.0),
@@ -203,22 +252,73 @@ class Coils(Spec):
     residual_dipole_a_m2: Vector = (0.0, 0.0, 0.0)
     """Constant residual dipole in body axes."""
     power_at_limit_w: float | None = Field(default=None, gt=0.0)
-    """Electrical power of a coil at its limit; left out: energies are those of 1 W coils."""
+    """Electrical power of a coil at its limit; left out: that of `windings` with a resistance, else
+    energies are those of 1 W coils.
+    """
+    resolution_a_m2: _SizesOrZero = 0.0
+    """Step to a multiple of which the driver rounds each command, one number or one per coil; 0:
+    none.
+    """
+    dead_band_a_m2: _SizesOrZero = 0.0
+    """Size of a command below which a coil stays off, one number or one per coil; 0: none."""
+    random_error: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Standard deviation of each coil's dipole over its command, drawn at every command."""
+    pwm_period_s: float | None = Field(default=None, gt=0.0)
+    """Period of pulse-width modulation, counted from the start of the run: in each a coil is fully
+    on for the share that the command is of the limit, then off. `lag_s` is how the dipole rises and
+    falls. Readings see the dipole of their instant: of one that is switched then, that before. Left
+    out: coils have the commanded dipole all the time.
+    """
     failures: tuple[CoilFailure, ...] = ()
     """Failures in flight."""
 
     @model_validator(mode="after")
-    def _one_limit_per_coil(self):
-        if isinstance(self.limit_a_m2, tuple) and len(self.limit_a_m2) != len(self.axes):
+    def _limits_given_once(self):
+        if (self.limit_a_m2 is None) == (self.windings is None):
+            must = "given without" if self.windings is None else "left out with"
+            received = "none" if self.windings is None else "both"
+            raise ValueError(f"limit_a_m2: must be {must} windings; received {received}")
+        given = self.each_winding()
+        missing = [k for k, each in enumerate(given) if each.resistance_ohm is None]
+        if missing and len(missing) < len(given):
             raise ValueError(
-                f"limit_a_m2: must be one number or one per coil ({len(self.axes)} axes); "
-                f"received {len(self.limit_a_m2)} numbers"
+                f"windings[{missing[0]}].resistance_ohm: must be given for all coils or for none; "
+                "received none"
             )
+        if given and not missing and self.power_at_limit_w is not None:
+            raise ValueError(
+                "power_at_limit_w: must be left out with windings that have resistance_ohm; "
+                f"received {self.power_at_limit_w:g}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _one_of_each_per_coil(self):
+        keys = ("limit_a_m2", "windings", "resolution_a_m2", "dead_band_a_m2")
+        for key in (key for key in keys if isinstance(getattr(self, key), tuple)):
+            what, count = "table" if key == "windings" else "number", len(getattr(self, key))
+            if count != len(self.axes):
+                raise ValueError(
+                    f"{key}: must be one {what} or one per coil ({len(self.axes)} axes); "
+                    f"received {count} {what}s"
+                )
         if self.polarity is not None and len(self.polarity) != len(self.axes):
             raise ValueError(
                 f"polarity: must have one number per coil ({len(self.axes)} axes); "
                 f"received {len(self.polarity)} numbers"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _driver_gives_something(self):
+        limits = self.limits_a_m2()
+        for key in ("resolution_a_m2", "dead_band_a_m2"):
+            sizes = self.per_coil(key)
+            for k in np.flatnonzero(sizes > limits):
+                raise ValueError(
+                    f"{key}: must not exceed the limit of coil {k}, {limits[k]:g} A m^2, or it "
+                    f"has no dipole at all; received {sizes[k]:g} A m^2"
+                )
         return self
 
     @model_validator(mode="after")
@@ -238,20 +338,61 @@ class Coils(Spec):
                 )
         return self
 
+    def each_winding(self) -> tuple[Winding, ...]:
+        """The windings as given, one or one per coil; () for coils given by their limits."""
+        given = self.windings
+        return given if isinstance(given, tuple) else (given,) if given is not None else ()
+
+    def per_coil(self, key: str) -> np.ndarray:
+        """The numbers of a key (n,), which may be one for all."""
+        return np.full(len(self.axes), getattr(self, key), dtype=np.float64)
+
     def limits_a_m2(self) -> np.ndarray:
-        """Limit of each coil (n,) [A m^2]."""
-        return np.full(len(self.axes), self.limit_a_m2, dtype=np.float64)
+        """Limit of each coil (n,) [A m^2], given or of its winding."""
+        limits = [each.limit_a_m2() for each in self.each_winding()] or self.limit_a_m2
+        return np.full(len(self.axes), limits, dtype=np.float64)
+
+    def powers_w(self) -> np.ndarray | None:
+        """Electrical power of each coil at its limit (n,) [W]; None if it is not known."""
+        powers = [each.power_w() for each in self.each_winding()]
+        if not powers or None in powers:
+            powers = self.power_at_limit_w
+        return None if powers is None else np.full(len(self.axes), powers, dtype=np.float64)
+
+    def power_w(self) -> float | None:
+        """Mean of the coils' electrical powers at their limits [W]; None if they are not known."""
+        powers = self.powers_w()
+        return None if powers is None else float(powers.mean())
+
+    def shares(self) -> np.ndarray:
+        """Dipole of each coil (n, 3) per component of a commanded vector: the pseudo-inverse."""
+        return np.linalg.pinv(np.array(self.axes).T)
 
     def pack(self) -> CoilSet:
         """Constants for kernels."""
         axes = np.array(self.axes)
-        rows, shares = np.zeros(len(axes), COIL), np.linalg.pinv(axes.T)
+        rows, shares = np.zeros(len(axes), COIL), self.shares()
         polarity = np.ones(len(axes)) if self.polarity is None else np.array(self.polarity)
         for k, c in enumerate("xyz"):
             rows[f"axis_{c}"], rows[f"share_{c}"] = polarity * axes[:, k], shares[:, k]
             rows[f"believed_{c}"] = axes[:, k]
+        rows["sense"] = polarity
         rows["limit_a_m2"] = limits = self.limits_a_m2()
         rows["per_limit"] = 1.0 / limits
-        rows["power"] = polarity**2 * (self.power_at_limit_w or 1.0) / limits / limits
-        residual = as_vector(self.residual_dipole_a_m2)
-        return CoilSet(records(rows), residual, MODES[self.saturation], self.lag_s)
+        powers = self.powers_w()
+        rows["power"] = polarity**2 * (1.0 if powers is None else powers) / limits / limits
+        rows["step_a_m2"] = step = self.per_coil("resolution_a_m2")
+        rows["most_a_m2"] = greatest_multiple(limits, step)
+        rows["dead_band_a_m2"] = self.per_coil("dead_band_a_m2")
+        rows["error"] = self.random_error
+        errs = self.random_error > 0.0
+        driver = errs or bool(np.any(rows["step_a_m2"]) or np.any(rows["dead_band_a_m2"]))
+        return CoilSet(
+            records(rows),
+            as_vector(self.residual_dipole_a_m2),
+            MODES[self.saturation],
+            self.lag_s,
+            int(driver),
+            int(errs),
+            self.pwm_period_s or 0.0,
+        )

@@ -11,7 +11,7 @@ from torquer.base.spec import Vector, unit_vector
 from torquer.compile.engine import inlined, kernel
 from torquer.environment.table import lookup3
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, rotate_inverse
-from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale, unit
+from torquer.maths.geometry.vec3 import add_scaled, as_vector, dot, norm, scale, sub, unit
 from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.failures import DirectionFailure
 from torquer.spacecraft.sensors.device import XYZW, Device
@@ -27,8 +27,9 @@ class AttitudeSensorSet(NamedTuple):
     """Constants of the attitude sensor for kernels.
 
     `boresight`: zeros where it has none; `noise_rad`, `boresight_noise_rad`: standard deviations
-    about axes across the boresight and about it; `sun_cosine`: of the exclusion angle, 2 for none;
-    `earth_rad`: exclusion angle from the limb, -1 for none; `rate_limit_rad_s`: infinite for none.
+    about axes across the boresight and about it; `sun_cosine`, `moon_cosine`: of the exclusion
+    angles, 2 for none; `earth_rad`: exclusion angle from the limb, -1 for none;
+    `rate_limit_rad_s`: infinite for none.
     """
 
     q_error: tuple
@@ -36,6 +37,7 @@ class AttitudeSensorSet(NamedTuple):
     noise_rad: float
     boresight_noise_rad: float
     sun_cosine: float
+    moon_cosine: float
     earth_rad: float
     rate_limit_rad_s: float
 
@@ -43,11 +45,12 @@ class AttitudeSensorSet(NamedTuple):
 class Sky(NamedTuple):
     """What may blind an attitude sensor, seen from the satellite (inertial).
 
-    Directions to the Sun and to the Earth's centre; cosine of the angle from the latter within
+    Directions to Sun, Moon and the Earth's centre; cosine of the angle from the latter within
     which the sensor is blinded, 2 for none.
     """
 
     sun: tuple
+    moon: tuple
     nadir: tuple
     earth_cosine: float
 
@@ -56,6 +59,12 @@ class Sky(NamedTuple):
 def excludes_sun(sensor):
     """Whether the Sun may blind a sensor."""
     return sensor.sun_cosine < _NO_ZONE
+
+
+@inlined
+def excludes_moon(sensor):
+    """Whether the Moon may blind a sensor."""
+    return sensor.moon_cosine < _NO_ZONE
 
 
 @inlined
@@ -68,12 +77,13 @@ def earth_cosine(sensor, distance_m):
 
 
 @inlined
-def is_blind(sensor, omega_body, sun_body, nadir_body, earth_cosine):
-    """Whether the sensor finds no stars: it turns too fast, or Sun or Earth are too near."""
+def is_blind(sensor, omega_body, sun_body, moon_body, nadir_body, earth_cosine):
+    """Whether the sensor finds no stars: it turns too fast, or Sun, Moon or Earth are too near."""
     too_fast = dot(omega_body, omega_body) > sensor.rate_limit_rad_s * sensor.rate_limit_rad_s
     by_sun = dot(sensor.boresight, sun_body) > sensor.sun_cosine
+    by_moon = dot(sensor.boresight, moon_body) > sensor.moon_cosine
     by_earth = dot(sensor.boresight, nadir_body) > earth_cosine
-    return too_fast or by_sun or by_earth
+    return too_fast or by_sun or by_moon or by_earth
 
 
 @inlined
@@ -104,13 +114,15 @@ def _turn(phi):
 def sky_around(sensor, around):
     """What may blind the sensor."""
     nothing, t = (0.0, 0.0, 0.0), around.t_s
-    sun, nadir, cosine = nothing, nothing, earth_cosine(sensor, EARTH_RADIUS_M)
+    sun, moon, nadir, cosine = nothing, nothing, nothing, earth_cosine(sensor, EARTH_RADIUS_M)
     if excludes_sun(sensor):
         sun, _ = sun_and_light(around.shadow, around.orbit, around.sun, t)
+    if excludes_moon(sensor):
+        moon = unit(sub(lookup3(around.moon, t), lookup3(around.orbit, t)))
     if sensor.earth_rad >= 0.0:
         r = lookup3(around.orbit, t)
         nadir, cosine = scale(-1.0, unit(r)), earth_cosine(sensor, norm(r))
-    return Sky(sun, nadir, cosine)
+    return Sky(sun, moon, nadir, cosine)
 
 
 @inlined
@@ -118,7 +130,8 @@ def read(sensor, here, sky, noise_sample):
     """What the sensor reads under this sky; NaN where it is blinded."""
     x = here.motion
     sun_body, nadir_body = rotate_inverse(x.q, sky.sun), rotate_inverse(x.q, sky.nadir)
-    blind = is_blind(sensor, x.omega, sun_body, nadir_body, sky.earth_cosine)
+    moon_body = rotate_inverse(x.q, sky.moon)
+    blind = is_blind(sensor, x.omega, sun_body, moon_body, nadir_body, sky.earth_cosine)
     qx, qy, qz, qw = read_attitude(sensor, x.q, noise_sample)
     return (
         math.nan if blind else qx,
@@ -135,7 +148,7 @@ class AttitudeSensor(Sampled):
     """Attitude sensor; ideal by default.
 
     A star tracker reads no attitude (not a number) while it turns faster than `rate_limit_deg_s`
-    and while Sun or Earth are within their exclusion angles from its boresight.
+    and while Sun, Moon or Earth are within their exclusion angles from its boresight.
     """
 
     sheet: ClassVar = DataSheet(
@@ -165,6 +178,10 @@ class AttitudeSensor(Sampled):
     """Angle between boresight and Sun below which there is no reading, in eclipse, too; left out:
     none.
     """
+    moon_exclusion_deg: _Exclusion | None = None
+    """Angle between boresight and Moon, at whatever phase, below which there is no reading; left
+    out: none. The Moon's place is good to 0.4 deg.
+    """
     earth_exclusion_deg: _Exclusion | None = None
     """Angle between boresight and the Earth's limb below which there is no reading; the Earth's
     disc itself is excluded, too. Left out: none.
@@ -174,7 +191,8 @@ class AttitudeSensor(Sampled):
 
     @model_validator(mode="after")
     def _boresight_given(self):
-        for key in ("boresight_noise_deg", "sun_exclusion_deg", "earth_exclusion_deg"):
+        zones = (f"{body}_exclusion_deg" for body in ("sun", "moon", "earth"))
+        for key in ("boresight_noise_deg", *zones):
             value = getattr(self, key)
             if value is not None and self.boresight is None:
                 raise ValueError(f"{key}: must be left out without boresight; received {value:g}")
@@ -184,6 +202,7 @@ class AttitudeSensor(Sampled):
         """Constants for kernels."""
         error = scale(math.radians(1.0), as_vector(self.error_deg))
         about_deg = self.noise_deg if self.boresight_noise_deg is None else self.boresight_noise_deg
+        moon = self.moon_exclusion_deg
         sun, earth, limit = self.sun_exclusion_deg, self.earth_exclusion_deg, self.rate_limit_deg_s
         return AttitudeSensorSet(
             from_rotation_vector(error),
@@ -191,6 +210,7 @@ class AttitudeSensor(Sampled):
             math.radians(self.noise_deg),
             math.radians(about_deg),
             _NO_ZONE if sun is None else math.cos(math.radians(sun)),
+            _NO_ZONE if moon is None else math.cos(math.radians(moon)),
             -1.0 if earth is None else math.radians(earth),
             math.inf if limit is None else math.radians(limit),
         )
@@ -210,6 +230,7 @@ DEVICE = Device(
     sky=sky_around,
     draws=((STREAM, ("noise_rad", "boresight_noise_rad")),),
     by_sunlight=lambda sensor: sensor.sun_cosine < _NO_ZONE,
+    by_moon=lambda sensor: sensor.moon_cosine < _NO_ZONE,
     nothing="nan",
     turned=True,
     measurement="star_tracker",

@@ -22,13 +22,14 @@ MOST_UNITS = 12
 class Around(NamedTuple):
     """What there is to sense where the satellite is, the same for all members in lanes.
 
-    `shadow`: model of it; `orbit`, `sun`: tables of position, field and so on, and of the Sun's
-    position; `b_inertial`: field there [T].
+    `shadow`: model of it; `orbit`, `sun`, `moon`: tables of position, field and so on, and of the
+    Sun's and the Moon's position; `b_inertial`: field there [T].
     """
 
     shadow: Any
     orbit: Any
     sun: Any
+    moon: Any
     b_inertial: tuple
     t_s: float
 
@@ -75,7 +76,7 @@ class Device:
     `read(constants, here, sky, *drawn) -> reading`: the kernel of its errors; `sky(constants,
     around)`: what it needs of its surroundings; `draws`: for each three random numbers, their
     stream and the constants whose greatest says whether any are needed. `by_sunlight(constants)`:
-    whether it looks for the Sun; None for one that never does.
+    whether it looks for the Sun, `by_moon(constants)`: for the Moon; None for one that never does.
 
     `several`: key of scenarios under which a satellite has several of it, by names; "" for a device
     of which there is one. `to_unit(spec)`: constants of one of several, numbers and tuples of such;
@@ -109,6 +110,7 @@ class Device:
     sky: Callable | None = None
     draws: tuple[tuple[int, tuple[str, ...]], ...] = ()
     by_sunlight: Callable[[Any], bool] | None = None
+    by_moon: Callable[[Any], bool] | None = None
     several: str = ""
     to_unit: Callable[[Any], tuple] = packed
     read_unit: Callable | None = None

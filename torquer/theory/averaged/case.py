@@ -220,7 +220,7 @@ def _gain(key: str, spec, control) -> tuple[float, tuple]:
 
 def _saturation(scenario, spec, kind, spinner) -> tuple:
     """A note if B-dot or S-dot may initially command more than the coils can produce."""
-    limit = np.max(scenario.spacecraft.coils.limit_a_m2)
+    limit = scenario.spacecraft.coils.limits_a_m2().max()
     if kind not in _ANY_AXIS:
         return ()
     rate = spinner.momentum_n_m_s / spinner.transverse_kg_m2
