@@ -37,6 +37,8 @@ OF_KEYS: dict[str, Any] = {
     "ut1_minus_utc_s": 0.1,
     "axes": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
     "boresight": [0, 0, 1],
+    "edge": [1, -1, 0],
+    "remanence_t": 0.004,
     "up": [1, 0, 0],
     "sun_heads": {"one": {"axes": [[1, 0, 0]], "half_field_deg": 60.0}},
 }
@@ -44,6 +46,7 @@ OF_KEYS: dict[str, Any] = {
 OF_UNITS = {
     "s": 10.0, "km": 500.0, "deg": 5.0, "kg": 10.0, "m": 0.1, "m2": 0.1, "deg/s": 0.1, "nT": 50.0,
     "rpm": 3000.0, "N m": 1e-3, "N m s": 0.05, "A m²": 0.1, "days": 3.0, "W": 1.0,
+    "A/m": 12.0, "m³": 1e-7,
 }  # fmt: skip
 #: So many keys at most must be added to those that are required.
 _MOST = 4

@@ -17,6 +17,7 @@ from torquer.simulation.loop.state import CELLS, LOCAL_CELLS
 from torquer.simulation.loop.step import NO_READERS, Loop, run_steps, with_readers
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
+from torquer.simulation.setup.prepare import first_rods
 from torquer.simulation.setup.run import Piece, Run, make_environments, tabulate_piece
 from torquer.simulation.setup.signals import noted_signals
 
@@ -100,7 +101,15 @@ class Lanes:
         """Numbers (n, size) of members that differ by their motion (n, 7) at the start."""
         numbers = np.tile(self.packed.numbers, (len(motion), 1))
         numbers[:, CELLS_AT : CELLS_AT + _MOTION] = motion
+        if count := 2 * len(self.run.state.rods):
+            # the field in the body at the start is each member's own
+            at = self.packed.rods_at
+            for row, rods in zip(numbers, self._first_rods(motion), strict=True):
+                row[at : at + count] = rods.view(np.float64)
         return numbers
+
+    def _first_rods(self, motion: np.ndarray) -> list[np.ndarray]:
+        return first_rods(self.run.scenario, self.run.dynamics, np.asarray(motion))
 
     def takes(self, other: Run) -> Packed | None:
         """A run's numbers if it can be flown in this group; None if it cannot."""

@@ -16,7 +16,8 @@ class Packed(NamedTuple):
     """A member as numbers: those of its lane, and what is not a number.
 
     `of_loop`, `of_dynamics`: where the numbers stand that the loop and `propagate` use;
-    `parameters_at`: place of the parameters of laws and estimators, which their memory follows.
+    `parameters_at`: place of the parameters of laws and estimators, which their memory follows;
+    `rods_at`: of what hysteresis rods remember.
     """
 
     numbers: np.ndarray
@@ -24,6 +25,7 @@ class Packed(NamedTuple):
     of_loop: LaneLayout
     of_dynamics: LaneLayout
     parameters_at: int
+    rods_at: int
 
 
 class _Packing:
@@ -88,6 +90,7 @@ def pack_member(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
         LaneLayout(Fields(_fields(of_loop)), devices),
         LaneLayout(Fields(_fields(of_dynamics)), moving),
         parameters_at,
+        of_dynamics["rods"][0],
     )
 
 

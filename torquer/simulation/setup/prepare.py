@@ -59,7 +59,7 @@ from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
 from torquer.spacecraft.actuators.turning import WORK_ROWS
 from torquer.spacecraft.disturbance import unmodelled
 from torquer.spacecraft.disturbance.acting import magnets_in
-from torquer.spacecraft.disturbance.magnets import first_memory
+from torquer.spacecraft.disturbance.magnets import ROD_STATE, first_memory
 from torquer.spacecraft.failures import (
     COIL_FAILURE,
     COMPUTER_FAILURE,
@@ -344,17 +344,22 @@ def first_state(
         rotors=rotors,
         held=np.array(dynamics.held.constant_n_m),
         coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
-        rods=first_memory(magnets_in(dynamics.rigid.acting), field_at_start(scenario, motion)),
+        rods=first_rods(scenario, dynamics, motion[None])[0],
         allocation=allocation,
         board=first_board(blocks, modes, plan.computer.estimator, plan.computer.selection),
     )
     return records(state)
 
 
-def field_at_start(scenario: Scenario, motion: np.ndarray) -> np.ndarray:
-    """Field [T] in the body at the start of a run."""
+def first_rods(scenario: Scenario, dynamics: Dynamics, motions: np.ndarray) -> list[np.ndarray]:
+    """What hysteresis rods remember at the start, for each of the motions (n, 7)."""
+    magnets = magnets_in(dynamics.rigid.acting)
+    if not magnets:
+        return [records(np.zeros(0, ROD_STATE)) for _ in motions]
     t_s, environment = np.zeros(1), scenario.orbit_environment()
-    return to_body(motion[None, :4], environment.field(t_s, *environment.state(t_s)))[0]
+    b = environment.field(t_s, *environment.state(t_s))
+    b_body = to_body(np.ascontiguousarray(motions[:, :4]), np.repeat(b, len(motions), axis=0))
+    return [first_memory(magnets, each) for each in b_body]
 
 
 def empty_record(plan: Plan, rows: int, inputs: bool) -> Record:
