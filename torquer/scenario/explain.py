@@ -105,8 +105,8 @@ def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
             union, member = keys, part
         elif isinstance(data, dict):
             is_kind = not skipped and part == data.get("kind")
-            if part not in data and (i + 1 < len(loc) or is_kind):
-                skipped = True  # a table has one kind: the same word again is a missing key
+            if is_kind or (part not in data and i + 1 < len(loc)):
+                skipped = True  # a table has one kind: the same word again is a key
                 continue
             skipped = False
             keys, data = (*keys, part), data.get(part)
@@ -196,7 +196,6 @@ def _known_kinds() -> tuple[dict, dict]:
         "law": (*BUILT_IN, "scheme", "user"),
         "estimator": ESTIMATORS,
         "layout": LAYOUTS,
-        "parts": ("cylinder", "plate", "sphere"),
     }
 
 

@@ -43,6 +43,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         data = {"scenario": checked.name, "valid": True, "notes": notes, "size": size._asdict()}
         data["compiles_first"] = compiling.is_cold()
         data["executes"] = sorted(map(str, executed))
+        data["interpolation_error_m"] = _interpolation_error_m(checked)
         if campaign:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
         data["unnoticed_faults"] = unnoticed._asdict()
@@ -56,7 +57,17 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     return 0
 
 
+def _interpolation_error_m(scenario) -> float | None:
+    """Stated error of an orbit from a file; None of any other."""
+    from torquer.environment.orbit import FileOrbit
+
+    if not isinstance(scenario.orbit, FileOrbit):
+        return None
+    return scenario.orbit.interpolation_error_m(scenario.start, 0.0, scenario.length_s)
+
+
 def _show(scenario, campaign, size, executed: dict, found: list) -> None:
+    from torquer.environment.orbit import FileOrbit
     from torquer.simulation.setup.size import bytes_text, time_text
 
     length = time_text(scenario.length_s)
@@ -65,6 +76,8 @@ def _show(scenario, campaign, size, executed: dict, found: list) -> None:
         f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
         f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"
     )
+    if isinstance(scenario.orbit, FileOrbit):
+        print(scenario.orbit.in_words(scenario.start, scenario.length_s))
     if compiling.is_cold():
         print(compiling.AHEAD)
     if campaign:

@@ -106,6 +106,19 @@ class FileOrbit(OwnFile, Orbit):
         known, since = self._at(np.array(times_s), start_utc, 0.0)
         return float(known.polynomials.error_m[slice(*_intervals(known, since))].max())
 
+    def in_words(self, start_utc, length_s: float) -> str:
+        """What the file gives for a run of a length, in a line."""
+        error_m = self.interpolation_error_m(start_utc, 0.0, length_s)
+        if error_m is None:
+            epoch = tle_epoch(self._elements(start_utc))
+            return (
+                f"orbit: SGP4 with the elements of {epoch:%Y-%m-%d %H:%M} UTC in {self.file.name}"
+            )
+        return (
+            f"orbit: positions every {self.step_s:g} s in {self.file.name}, known between them to "
+            f"{error_m:.2g} m"
+        )
+
     @property
     def step_s(self) -> float | None:
         """Usual interval between two positions [s]; None of SGP4."""
@@ -152,11 +165,12 @@ class FileOrbit(OwnFile, Orbit):
         end = known.states.t_s[-1]
         early, late = float(np.min(since)), float(np.max(since))
         if early < -margin_s or late > end + margin_s:
-            first, last = (known.states.tai[k] for k in (0, -1))
+            lacks = [f"{-early:g} s at its start"] if early < -margin_s else []
+            lacks += [f"{late - end:g} s at its end"] if late > end + margin_s else []
+            first, last = (str(known.states.tai[k])[:19] for k in (0, -1))
             raise ValueError(
-                f"orbit.file: {self.file.name}: must cover the run; received positions from "
-                f"{-early:g} s after its start to {late - end:g} s before its end "
-                f"({first} to {last} TAI)"
+                f"orbit.file: {self.file.name}: must cover the run; received positions that lack "
+                f"{' and '.join(lacks)} (they are from {first} to {last} TAI)"
             )
 
 

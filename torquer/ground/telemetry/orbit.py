@@ -1,4 +1,4 @@
-"""The orbit of a session from a file: two-line elements, or a table `[orbit]` as scenarios have."""
+"""The orbit of a session from a file: elements, positions, or a table `[orbit]` of scenarios."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, seconds_between
-from torquer.environment.orbit import AnyOrbit, Sgp4
+from torquer.environment.orbit import AnyOrbit, FileOrbit, Sgp4
+from torquer.environment.orbit.files.oem import is_oem
+from torquer.environment.orbit.files.sp3 import is_sp3
 from torquer.environment.orbit.numerical import tle_epoch
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import validate_tables
@@ -65,10 +67,14 @@ def _load(path: Path, at: datetime):
         )
         sets = [each for each in read if isinstance(each, Sgp4)]
         return _describe(min(sets, key=lambda each: abs(tle_epoch(each) - at)), at)
+    if path.suffix.lower() != ".toml" and (is_oem(text) or is_sp3(text)):
+        places = FileOrbit(kind="file", file=path)
+        return places, f"positions every {places.step_s:g} s in {path.name}"
     data = parse_toml(text, "orbit")
     if not isinstance(data.get("orbit"), dict):
         raise RequestError(
-            "orbit", f"must hold two-line elements or a table [orbit]; received {path}"
+            "orbit",
+            f"must hold two-line elements, an OEM, SP3, or a table [orbit]; received {path}",
         )
     orbit = _read_orbit(data["orbit"])
     if isinstance(orbit, Sgp4):
