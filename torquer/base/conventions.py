@@ -48,7 +48,8 @@ Terms.
   mode, region        a state of a state machine of the computer; machines run side by side
   host                a program outside the loop that takes the control step
   disturbance torque  torque that no actuator makes: gravity gradient, air, sunlight, residual
-                      dipole, eddy currents, constant, random, unmodelled
+                      dipole, eddy currents, magnets and rods, energy sink, constant, random,
+                      unmodelled
   gravity-gradient    radius vector with the length sqrt(3 mu/r^3), of which the torque is made
     vector
   local environment   field, gravity-gradient vector, air flow and sunlight at one instant
