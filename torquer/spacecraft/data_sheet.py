@@ -32,13 +32,13 @@ class DataSheet(NamedTuple):
     `noise_about`: about a boresight, where it is another; `drift`: random walk of the bias;
     `scale`: relative errors, `random_scale`: drawn each time; `misalignment`: turns [deg];
     `albedo`: of the Earth whose light misleads it; `height`: of the horizon [km]; `rate_limit`:
-    rate of the body [deg/s] above which there is no reading; `by_coils`: what it reads of the coils' own dipole [unit per A m^2],
-    `by_each_coil`: a vector for each, `by_driver`: of their driver; `soft_iron`: its matrix;
-    `axes`: how it is mounted. `white`: of a rate, noise times the root of the interval between its
-    readings, whatever this is; `instability`: floor of the Allan deviation, which a bias with a
-    `correlation` time [s] makes; `quantum`: of an accumulated angle, its unit that of the
-    readings' angle. `words`: for an error not called by the device and its own name;
-    `factors`: by which the values of a key become of the unit of the others.
+    rate of the body [deg/s] above which there is no reading; `by_coils`: what it reads of the
+    coils' own dipole [unit per A m^2], `by_each_coil`: a vector for each, `by_driver`: of their
+    driver; `soft_iron`: its matrix; `axes`: how it is mounted. `white`: of a rate, noise times the
+    root of the interval between its readings, whatever this is; `instability`: floor of the Allan
+    deviation, which a bias with a `correlation` time [s] makes; `quantum`: of an accumulated angle,
+    its unit that of the readings' angle. `words`: for an error not called by the device and its
+    own name; `factors`: by which the values of a key become of the unit of the others.
     """
 
     name: str
