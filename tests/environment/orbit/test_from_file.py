@@ -174,6 +174,10 @@ def test_earth_fixed_positions_are_no_inertial_ones(tmp_path):
 
 
 CSV = (
+    ("utc,x_m,y_m,z_m\n2025-01-01T00:00:00+03:00,1,2,3\n", {"axes": "GCRF"},
+     "line 2: must be a time of no other zone than UTC; received '2025-01-01T00:00:00\\+03:00'"),
+    ("utc,x_m,y_m,z_m\n2025-13-01 00:00:00,1,2,3\n", {"axes": "GCRF"},
+     "line 2: must begin with a time"),
     ("gps,x_m,y_m\n", {}, "line 1: must name the columns of a place|must hold rows"),
     ("t,x_m,y_m,z_m\n1,2,3,4\n", {}, "line 1: must name one column of times"),
     ("utc,a,b\n2025-01-01T00:00:00,1,2\n", {}, "line 1: must name the columns of a place"),
@@ -243,6 +247,27 @@ def test_a_satellite_of_many_is_chosen_by_number_or_name(tmp_path):
         "satellite: must name one of the file's by catalogue number or name (11111 OTHER, 25544 "
         "ISS (ZARYA)); received None (file many.tle)"
     )
+
+
+def test_wrong_elements_are_refused_by_line(tmp_path):
+    text = "\n".join(["ISS (ZARYA)", ISS.tle[0], ISS.tle[1].replace("51.6370", "51.6371")])
+    assert refused(tmp_path, text, "wrong.tle") == (
+        "file: wrong.tle: line 2: tle line 2: checksum must be "
+        f"{(int(ISS.tle[1][-1]) + 1) % 10}; received {ISS.tle[1][-1]}"
+    )
+    assert "line 2: tle line 1: must have 69 columns" in refused(
+        tmp_path, "\n".join(["ISS", *(line[:60] for line in ISS.tle)]), "short.tle"
+    )
+
+
+def test_a_stamp_may_be_written_with_a_space_and_its_zone(tmp_path):
+    text = csv_text(INSTANTS, scale="UTC")
+    other = text.replace("T", " ").replace(".000000,", ".000000+00:00,")
+    found = [
+        orbit_of(tmp_path, f"{k}.csv", each, axes="ECEF").state([0.0], START)[0]
+        for k, each in enumerate((text, other))
+    ]
+    assert other != text and np.array_equal(*found)
 
 
 def omm_fields() -> dict:

@@ -145,7 +145,7 @@ class FileOrbit(OwnFile, Orbit):
 
     def _elements(self, start_utc) -> Sgp4:
         """Of several sets the one nearest to the start; the last without a start."""
-        orbits = [Sgp4(tle=each.tle) for each in self._read()]
+        orbits = self._read()
         if start_utc is None:
             return max(orbits, key=tle_epoch)
         start = parse_utc(start_utc, "start")

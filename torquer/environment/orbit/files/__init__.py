@@ -3,18 +3,21 @@
 from functools import lru_cache
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from torquer.environment.orbit.files.csv_rows import is_csv, read_csv
 from torquer.environment.orbit.files.elements import Elements, are_elements, read_elements
 from torquer.environment.orbit.files.oem import is_oem, read_oem
 from torquer.environment.orbit.files.sp3 import is_sp3, read_sp3
 from torquer.environment.orbit.files.states import States, checked
+from torquer.environment.orbit.sgp4 import Sgp4
 
 #: What files may be, for messages.
 FORMATS = "OEM or OMM of CCSDS, SP3, CSV, or two-line elements"
 
 
 def read_orbit_file(path: Path, satellite: str | None, axes: str | None):
-    """The `States` of a file, checked, or a list of `Elements`; ValueError with line and reason.
+    """The `States` of a file, checked, or a list of `Sgp4`; ValueError with line and reason.
 
     What was read last is kept: a file is read again when it has been written again.
     """
@@ -28,7 +31,7 @@ def read_orbit_file(path: Path, satellite: str | None, axes: str | None):
 
 
 @lru_cache(maxsize=8)
-def _read(path: Path, satellite: str | None, axes: str | None, *_) -> States | list[Elements]:
+def _read(path: Path, satellite: str | None, axes: str | None, *_) -> States | list[Sgp4]:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -42,7 +45,15 @@ def _read(path: Path, satellite: str | None, axes: str | None, *_) -> States | l
         raise ValueError(f"file: {path.name}: {error}") from None
 
 
-def _parse(text: str, satellite: str | None, axes: str | None) -> States | list[Elements]:
+def _sgp4(elements: Elements) -> Sgp4:
+    try:
+        return Sgp4(tle=elements.tle)
+    except ValidationError as error:
+        first = str(error.errors()[0].get("ctx", {}).get("error", error)).split("\n")[0]
+        raise ValueError(f"line {elements.line}: {first}") from None
+
+
+def _parse(text: str, satellite: str | None, axes: str | None) -> States | list[Sgp4]:
     if axes is not None and not is_csv(text):
         raise ValueError(f"axes: must be left out, as the file says them; received {axes!r}")
     if is_oem(text):
@@ -50,7 +61,7 @@ def _parse(text: str, satellite: str | None, axes: str | None) -> States | list[
     if is_sp3(text):
         return checked(read_sp3(text, satellite))
     if are_elements(text):
-        return read_elements(text, satellite)
+        return [_sgp4(each) for each in read_elements(text, satellite)]
     if is_csv(text):
         if satellite is not None:
             raise ValueError(

@@ -87,16 +87,22 @@ def _segments(text: str) -> list[_Segment]:
 
 
 def read_stamp(word: str, line: int) -> np.datetime64:
-    """The instant of an ISO 8601 text, calendar or day of year, without its zone."""
-    bare = word.removesuffix("Z")
+    """The instant of an ISO 8601 text, calendar or day of year: of UTC, or without a zone."""
+    bare = word.removesuffix("Z").removesuffix("+00:00").replace(" ", "T", 1)
     try:
         date, _, time = bare.partition("T")
+        if "+" in time or "-" in time:
+            raise ValueError(
+                f"line {line}: must be a time of no other zone than UTC; received {word!r}"
+            )
         if date.count("-") == 1:  # day of the year
             year, day = date.split("-")
             first = np.datetime64(f"{year}-01-01", "D")
             date = str(first + (int(day) - 1))
         return np.datetime64(f"{date}T{time}", "ns")
-    except ValueError:
+    except ValueError as error:
+        if str(error).startswith("line "):
+            raise
         raise ValueError(f"line {line}: must begin with a time; received {word!r}") from None
 
 
