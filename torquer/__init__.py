@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from torquer.simulation.setup.simulate import RunStopped as RunStopped
     from torquer.simulation.setup.step_error import integration_error as integration_error
     from torquer.spacecraft.disturbance.user import TorqueInputs as TorqueInputs
+    from torquer.spacecraft.sensors.own_sensor import SensorInputs as SensorInputs
     from torquer.theory.slow.gains import (
         bdot_gain as bdot_gain,
         bdot_greatest_gain as bdot_greatest_gain,

@@ -11,7 +11,7 @@ from torquer.environment.light import light_along
 from torquer.maths.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
-from torquer.simulation.setup.own_torques import needs_of_own, own_torques
+from torquer.simulation.setup.own_functions import needs_of_own, own_torques
 from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.acting import hung_in, magnets_in

@@ -26,6 +26,7 @@ class ReadingTimes(NamedTuple):
     sun_cells_s: float = 0.0
     integrating_gyro_s: float = 0.0
     fine_sun_sensor_s: float = 0.0
+    own_sensor_s: float = 0.0
 
 
 #: Several devices of a kind where there are none.
@@ -53,6 +54,7 @@ class Inputs(NamedTuple):
     [rad], body.
     `sun_tangents`: last reading of the fine Sun sensor: two tangents in the frame of its head, 1
     where it sees the Sun; zeros where it does not [1], head.
+    `own_reading`: last reading of the sensor of the user's own [1], body.
 
     `read_at`: when they were taken. `coil_dipole_body_a_m2`: mean dipole of the coils since the
     control step before, as the computer believes: its command within their limits, followed with
@@ -75,6 +77,7 @@ class Inputs(NamedTuple):
     sun_cells: tuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     angle_body_rad: tuple = (0.0, 0.0, 0.0)
     sun_tangents: tuple = (0.0, 0.0, 0.0)
+    own_reading: tuple = (0.0, 0.0, 0.0)
     coil_dipole_body_a_m2: tuple = (0.0, 0.0, 0.0)
     read_at: ReadingTimes = ReadingTimes()
     estimate: Estimate = Estimate()
@@ -97,6 +100,7 @@ def flags(v):
         float(v[7]),  # sun_cells
         float(v[8]),  # integrating_gyro
         float(v[9]),  # fine_sun_sensor
+        float(v[10]),  # own_sensor
     )
 
 
@@ -133,6 +137,7 @@ def read_times(k):
         k.read_s[7],
         k.read_s[8],
         k.read_s[9],
+        k.read_s[10],
     )
 
 
@@ -147,7 +152,7 @@ def read_estimate(k):
         k.sigma_rad,
         k.sigma_rad_s,
         flags(k.isolated),
-        unit_flags(k.isolated, 10),
+        unit_flags(k.isolated, 11),
     )
 
 
@@ -169,7 +174,6 @@ def read_units(k):
     """The latest readings of several devices of a kind."""
     r, t = k.readings, k.read_s
     return (
-        (t[10], r[10, 0], r[10, 1], r[10, 2], r[10, 3], r[10, 4], r[10, 5]),
         (t[11], r[11, 0], r[11, 1], r[11, 2], r[11, 3], r[11, 4], r[11, 5]),
         (t[12], r[12, 0], r[12, 1], r[12, 2], r[12, 3], r[12, 4], r[12, 5]),
         (t[13], r[13, 0], r[13, 1], r[13, 2], r[13, 3], r[13, 4], r[13, 5]),
@@ -181,6 +185,7 @@ def read_units(k):
         (t[19], r[19, 0], r[19, 1], r[19, 2], r[19, 3], r[19, 4], r[19, 5]),
         (t[20], r[20, 0], r[20, 1], r[20, 2], r[20, 3], r[20, 4], r[20, 5]),
         (t[21], r[21, 0], r[21, 1], r[21, 2], r[21, 3], r[21, 4], r[21, 5]),
+        (t[22], r[22, 0], r[22, 1], r[22, 2], r[22, 3], r[22, 4], r[22, 5]),
     )
 
 
@@ -200,6 +205,7 @@ def read_inputs(k):
         (r[7, 0], r[7, 1], r[7, 2], r[7, 3], r[7, 4], r[7, 5]),
         (r[8, 0], r[8, 1], r[8, 2]),
         (r[9, 0], r[9, 1], r[9, 2]),
+        (r[10, 0], r[10, 1], r[10, 2]),
         (k.coils_x, k.coils_y, k.coils_z),
         read_times(k),
         read_estimate(k),
@@ -234,7 +240,8 @@ def ideal_inputs(
         (0.0, 0.0, 0.0),
         (0.0, 0.0, 0.0),
         (0.0, 0.0, 0.0),
-        ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s),
+        (0.0, 0.0, 0.0),
+        ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s),
         estimate,
         ephemeris,
         NO_UNITS,

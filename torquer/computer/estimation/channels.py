@@ -457,6 +457,7 @@ def isolate(inputs, parameters, memory):
         is_isolated(memory, 5, 11),
         0.0,
         is_isolated(memory, 4, 5),
+        0.0,
     )
 
 

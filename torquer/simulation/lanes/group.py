@@ -63,6 +63,7 @@ def why_not_in_lanes(run: Run) -> str:
         (run.library is None and not run.blocks.compiled, "a law in plain Python"),
         (run.scenario.control.restarts(), "a computer that restarts"),
         (_has_own_torques(run), "torques of the user's own"),
+        (run.scenario.spacecraft.own_sensor is not None, "a sensor of the user's own"),
     ):
         if has:
             return f"they have {what}"

@@ -16,6 +16,7 @@ from torquer.spacecraft.sensors import (
     horizon_sensor,
     integrating_gyro,
     magnetometer,
+    own_sensor,
     search_coil,
     sun_cells,
     sun_sensor,
@@ -216,6 +217,25 @@ def read_fine_sun_sensor(members, plant, around, late):
 
 
 @inlined
+def own_sensor_step(member, late, sky, t):
+    """A reading of the own sensor."""
+    constants = member.constants.sensors.own_sensor
+    here = begin_reading(member, 10, t)
+    drawn_0 = drawn_for(member, 0)
+    reading = own_sensor.read(constants, here, sky, drawn_0)
+    send3(member, 10, late, t, reading)
+
+
+@inlined
+def read_own_sensor(members, plant, around, late):
+    """Read the own sensor of each member."""
+    constants = plant.sensors.own_sensor
+    draw(members, constants.noise, 10, 0)
+    sky = own_sensor.own_around(constants, around)
+    each(members, own_sensor_step, late, sky, around.t_s)
+
+
+@inlined
 def read_usual(members, plant, around, late, actions):
     """Read what every satellite has and what is due of it, in the order of the numbers."""
     if actions & (READ << 0):
@@ -263,7 +283,7 @@ def magnetometers_step(member, unit, row, late, sky, t):
     """A reading of one of several: magnetometer."""
     constants = magnetometers_of(member.constants.units.magnetometers, unit)
     here = begin_reading(member, row, t)
-    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 11) + 0)
     reading = magnetometer.read(constants, here, sky, drawn_0)
     send3(member, row, late, t, reading)
 
@@ -275,7 +295,7 @@ def read_magnetometers(members, plant, around, late, actions, first):
         row = first + unit
         if actions & (READ << row):
             constants = magnetometers_of(plant.units.magnetometers, unit)
-            stream = 16 + 3 * (row - 10)
+            stream = 16 + 3 * (row - 11)
             draw(members, constants.noise_t, row, stream + 0)
             sky = magnetometer.field_around(constants, around)
             each(members, magnetometers_step, unit, row, late, sky, around.t_s)
@@ -303,8 +323,8 @@ def gyros_step(member, unit, row, late, sky, t):
     """A reading of one of several: gyro."""
     constants = gyros_of(member.constants.units.gyros, unit)
     here = begin_reading(member, row, t)
-    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
-    drawn_1 = drawn_for(member, 16 + 3 * (row - 10) + 1)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 11) + 0)
+    drawn_1 = drawn_for(member, 16 + 3 * (row - 11) + 1)
     reading = gyro.read(constants, here, sky, drawn_0, drawn_1)
     send3(member, row, late, t, reading)
 
@@ -316,7 +336,7 @@ def read_gyros(members, plant, around, late, actions, first):
         row = first + unit
         if actions & (READ << row):
             constants = gyros_of(plant.units.gyros, unit)
-            stream = 16 + 3 * (row - 10)
+            stream = 16 + 3 * (row - 11)
             draw(members, constants.noise_rad_s, row, stream + 0)
             draw(members, constants.drift_rad_s_sqrt_s, row, stream + 1)
             sky = gyro.nothing_around(constants, around)
@@ -340,7 +360,7 @@ def sun_heads_step(member, unit, row, late, sky, t):
     """A reading of one of several: Sun sensors."""
     constants = sun_heads_of(member.constants.units.sun_heads, unit)
     here = begin_reading(member, row, t)
-    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 11) + 0)
     reading = sun_sensor.read_head(constants, here, sky, drawn_0)
     send3(member, row, late, t, reading)
 
@@ -352,7 +372,7 @@ def read_sun_heads(members, plant, around, late, actions, first):
         row = first + unit
         if actions & (READ << row):
             constants = sun_heads_of(plant.units.sun_heads, unit)
-            stream = 16 + 3 * (row - 10)
+            stream = 16 + 3 * (row - 11)
             draw(members, constants.noise_rad, row, stream + 0)
             sky = sun_sensor.sunlight_around(constants, around)
             each(members, sun_heads_step, unit, row, late, sky, around.t_s)
@@ -378,7 +398,7 @@ def star_trackers_step(member, unit, row, late, sky, t):
     """A reading of one of several: attitude sensor."""
     constants = star_trackers_of(member.constants.units.star_trackers, unit)
     here = begin_reading(member, row, t)
-    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 11) + 0)
     reading = attitude_sensor.read(constants, here, sky, drawn_0)
     send4(member, row, late, t, reading)
 
@@ -390,7 +410,7 @@ def read_star_trackers(members, plant, around, late, actions, first):
         row = first + unit
         if actions & (READ << row):
             constants = star_trackers_of(plant.units.star_trackers, unit)
-            stream = 16 + 3 * (row - 10)
+            stream = 16 + 3 * (row - 11)
             draw(members, max(constants.noise_rad, constants.boresight_noise_rad), row, stream + 0)
             sky = attitude_sensor.sky_around(constants, around)
             each(members, star_trackers_step, unit, row, late, sky, around.t_s)
@@ -414,7 +434,7 @@ def horizon_sensors_step(member, unit, row, late, sky, t):
     """A reading of one of several: horizon sensor."""
     constants = horizon_sensors_of(member.constants.units.horizon_sensors, unit)
     here = begin_reading(member, row, t)
-    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 11) + 0)
     reading = horizon_sensor.read(constants, here, sky, drawn_0)
     send3(member, row, late, t, reading)
 
@@ -426,7 +446,7 @@ def read_horizon_sensors(members, plant, around, late, actions, first):
         row = first + unit
         if actions & (READ << row):
             constants = horizon_sensors_of(plant.units.horizon_sensors, unit)
-            stream = 16 + 3 * (row - 10)
+            stream = 16 + 3 * (row - 11)
             draw(members, constants.noise_rad, row, stream + 0)
             sky = horizon_sensor.disc_around(constants, around)
             each(members, horizon_sensors_step, unit, row, late, sky, around.t_s)
@@ -456,9 +476,9 @@ def integrating_gyros_step(member, unit, row, late, sky, t):
     """A reading of one of several: integrating gyro."""
     constants = integrating_gyros_of(member.constants.units.integrating_gyros, unit)
     here = begin_reading(member, row, t)
-    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
-    drawn_1 = drawn_for(member, 16 + 3 * (row - 10) + 1)
-    drawn_2 = drawn_for(member, 16 + 3 * (row - 10) + 2)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 11) + 0)
+    drawn_1 = drawn_for(member, 16 + 3 * (row - 11) + 1)
+    drawn_2 = drawn_for(member, 16 + 3 * (row - 11) + 2)
     reading = integrating_gyro.read(constants, here, sky, drawn_0, drawn_1, drawn_2)
     send3(member, row, late, t, reading)
 
@@ -470,7 +490,7 @@ def read_integrating_gyros(members, plant, around, late, actions, first):
         row = first + unit
         if actions & (READ << row):
             constants = integrating_gyros_of(plant.units.integrating_gyros, unit)
-            stream = 16 + 3 * (row - 10)
+            stream = 16 + 3 * (row - 11)
             draw(
                 members,
                 max(
@@ -519,7 +539,7 @@ def fine_sun_sensors_step(member, unit, row, late, sky, t):
     """A reading of one of several: fine Sun sensor."""
     constants = fine_sun_sensors_of(member.constants.units.fine_sun_sensors, unit)
     here = begin_reading(member, row, t)
-    drawn_0 = drawn_for(member, 16 + 3 * (row - 10) + 0)
+    drawn_0 = drawn_for(member, 16 + 3 * (row - 11) + 0)
     reading = fine_sun_sensor.read(constants, here, sky, drawn_0)
     send3(member, row, late, t, reading)
 
@@ -531,7 +551,7 @@ def read_fine_sun_sensors(members, plant, around, late, actions, first):
         row = first + unit
         if actions & (READ << row):
             constants = fine_sun_sensors_of(plant.units.fine_sun_sensors, unit)
-            stream = 16 + 3 * (row - 10)
+            stream = 16 + 3 * (row - 11)
             draw(members, constants.noise, row, stream + 0)
             sky = fine_sun_sensor.sun_around(constants, around)
             each(members, fine_sun_sensors_step, unit, row, late, sky, around.t_s)
@@ -599,10 +619,19 @@ def _read_fine_sun_sensor(address, actions, step):
     return 0
 
 
+def _read_own_sensor(address, actions, step):
+    """Read the own sensor, if it is due at this step."""
+    loop = record_at(address)
+    plant, late = loop.plan.plant, loop.plan.timetable.late
+    if actions & (READ << 10):
+        read_own_sensor(loop.members, plant, around_at(loop, step), late)
+    return 0
+
+
 def _read_magnetometers(address, actions, step):
     """Read those of several that are due at this step: magnetometer."""
     loop = record_at(address)
-    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 11
     around = around_at(loop, step)
     read_magnetometers(loop.members, plant, around, late, actions, first)
     return 0
@@ -611,7 +640,7 @@ def _read_magnetometers(address, actions, step):
 def _read_gyros(address, actions, step):
     """Read those of several that are due at this step: gyro."""
     loop = record_at(address)
-    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 11
     first += plant.unit_counts.magnetometers
     around = around_at(loop, step)
     read_gyros(loop.members, plant, around, late, actions, first)
@@ -621,7 +650,7 @@ def _read_gyros(address, actions, step):
 def _read_sun_heads(address, actions, step):
     """Read those of several that are due at this step: Sun sensors."""
     loop = record_at(address)
-    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 11
     first += plant.unit_counts.magnetometers
     first += plant.unit_counts.gyros
     around = around_at(loop, step)
@@ -632,7 +661,7 @@ def _read_sun_heads(address, actions, step):
 def _read_star_trackers(address, actions, step):
     """Read those of several that are due at this step: attitude sensor."""
     loop = record_at(address)
-    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 11
     first += plant.unit_counts.magnetometers
     first += plant.unit_counts.gyros
     first += plant.unit_counts.sun_heads
@@ -644,7 +673,7 @@ def _read_star_trackers(address, actions, step):
 def _read_horizon_sensors(address, actions, step):
     """Read those of several that are due at this step: horizon sensor."""
     loop = record_at(address)
-    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 11
     first += plant.unit_counts.magnetometers
     first += plant.unit_counts.gyros
     first += plant.unit_counts.sun_heads
@@ -657,7 +686,7 @@ def _read_horizon_sensors(address, actions, step):
 def _read_integrating_gyros(address, actions, step):
     """Read those of several that are due at this step: integrating gyro."""
     loop = record_at(address)
-    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 11
     first += plant.unit_counts.magnetometers
     first += plant.unit_counts.gyros
     first += plant.unit_counts.sun_heads
@@ -671,7 +700,7 @@ def _read_integrating_gyros(address, actions, step):
 def _read_fine_sun_sensors(address, actions, step):
     """Read those of several that are due at this step: fine Sun sensor."""
     loop = record_at(address)
-    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 10
+    plant, late, first = loop.plan.plant, loop.plan.timetable.late, 11
     first += plant.unit_counts.magnetometers
     first += plant.unit_counts.gyros
     first += plant.unit_counts.sun_heads
@@ -693,6 +722,7 @@ READERS: dict[int | str, Entry] = {
     7: Entry(_read_sun_cells, 2),
     8: Entry(_read_integrating_gyro, 2),
     9: Entry(_read_fine_sun_sensor, 2),
+    10: Entry(_read_own_sensor, 2),
     "magnetometers": Entry(_read_magnetometers, 2),
     "gyros": Entry(_read_gyros, 2),
     "sun_heads": Entry(_read_sun_heads, 2),
@@ -704,5 +734,12 @@ READERS: dict[int | str, Entry] = {
 call_reader = entry_caller(2)
 #: Readings of these.
 BY_READERS = (
-    ANY_UNIT | (READ << 1) | (READ << 3) | (READ << 6) | (READ << 7) | (READ << 8) | (READ << 9)
+    ANY_UNIT
+    | (READ << 1)
+    | (READ << 3)
+    | (READ << 6)
+    | (READ << 7)
+    | (READ << 8)
+    | (READ << 9)
+    | (READ << 10)
 )

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any, cast
 
 import numpy as np
 
@@ -52,7 +53,7 @@ from torquer.simulation.loop.state import (
 from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, make_timetable
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
-from torquer.simulation.setup.own_torques import own_torques
+from torquer.simulation.setup.own_functions import own_sensor, own_torques
 from torquer.simulation.setup.several import make_selection, unit_rows
 from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, coil_targets
 from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
@@ -255,8 +256,11 @@ def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
     return Plant(
         coils=craft.coils.pack() if craft.coils else NO_COILS,
         rotors=wheels.pack(scenario.grid_s) if wheels else NO_ROTORS,
-        sensors=SensorSets(
-            *(sensor_constants(device, craft, needs) for device in DEVICES if device.read)
+        sensors=_with_own(
+            SensorSets(
+                *(sensor_constants(device, craft, needs) for device in DEVICES if device.read)
+            ),
+            scenario,
         ),
         units=UnitSets(*(unit_rows(craft, device) for device in SEVERAL.values())),
         unit_counts=UnitCounts(*(len(getattr(craft, key)) for key in SEVERAL)),
@@ -264,6 +268,12 @@ def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
         shadow=scenario.orbit_environment().shadow,
         failures=collect_failures(scenario),
     )
+
+
+def _with_own(sensors: SensorSets, scenario: Scenario) -> SensorSets:
+    """The constants with the compiled sensor of the user's own, if there is one."""
+    own = own_sensor(scenario)
+    return sensors if own is None else cast(Any, sensors)._replace(own_sensor=own)
 
 
 def make_dynamics(scenario: Scenario, plant: Plant) -> Dynamics:

@@ -41,7 +41,7 @@ from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.setup.own_torques import needs_of_own
+from torquer.simulation.setup.own_functions import needs_of_own
 from torquer.simulation.setup.prepare import (
     choose_integrator,
     empty_record,

@@ -18,6 +18,7 @@ from torquer.spacecraft.sensors import (
     horizon_sensor,
     integrating_gyro,
     magnetometer,
+    own_sensor,
     search_coil,
     sun_cells,
     sun_sensor,
@@ -30,6 +31,7 @@ from torquer.spacecraft.sensors.gyro import Gyro
 from torquer.spacecraft.sensors.horizon_sensor import HorizonSensor
 from torquer.spacecraft.sensors.integrating_gyro import IntegratingGyro
 from torquer.spacecraft.sensors.magnetometer import Magnetometer
+from torquer.spacecraft.sensors.own_sensor import OwnSensor
 from torquer.spacecraft.sensors.sampling import Sampled
 from torquer.spacecraft.sensors.sun_cells import SunCells
 from torquer.spacecraft.sensors.sun_sensor import SunSensors
@@ -46,6 +48,7 @@ DEVICES = (
     sun_cells.DEVICE,
     integrating_gyro.DEVICE,
     fine_sun_sensor.DEVICE,
+    own_sensor.DEVICE,
 )
 
 #: Most draws of random numbers for a reading; first stream of the first unit of several, each of
@@ -68,6 +71,7 @@ NO_UNIT_COUNTS = UnitCounts(*(0,) * len(SEVERAL))
 
 #: What a device needs at least.
 _LEAST: dict[str, dict] = {
+    "own_sensor": {"kind": "user", "file": "own.py"},
     "sun_sensors": {"axes": [[0.0, 0.0, 1.0]], "half_field_deg": 90.0},
     "fine_sun_sensor": {
         "boresight": [0.0, 0.0, 1.0],
@@ -141,6 +145,8 @@ class Sensors(Spec):
     """Gyro that accumulates angles; left out: none. It takes the place of the gyro."""
     fine_sun_sensor: FineSunSensor | None = None
     """Fine Sun sensor, one head; left out: none."""
+    own_sensor: OwnSensor | None = None
+    """Sensor of your own; left out: none."""
     magnetometers: dict[str, Magnetometer] = Field(default_factory=dict)
     """Several magnetometers by names of your choice, in place of one."""
     gyros: dict[str, Gyro] = Field(default_factory=dict)

@@ -1,10 +1,11 @@
-"""Torques of the user's own, compiled for a run."""
+"""Torques and the sensor of the user's own, compiled for a run."""
 
 import functools
 from collections.abc import Callable
 from types import FunctionType
 from typing import cast
 
+from torquer.base.user_code import UserCode
 from torquer.base.user_source import cache_beside, plain_function, source_file, source_mark
 from torquer.compile import engine
 from torquer.computer.blocks import plugin
@@ -18,6 +19,7 @@ from torquer.spacecraft.disturbance.user import (
     no_torque,
     signature,
 )
+from torquer.spacecraft.sensors.own_sensor import OwnSensorSet, signature as sensor_signature
 
 
 def own_torques(scenario: Scenario) -> tuple[OwnTorque, ...]:
@@ -31,12 +33,32 @@ def own_torques(scenario: Scenario) -> tuple[OwnTorque, ...]:
     made = []
     for name, spec in scenario.disturbance.own.items():
         _check(f"disturbance.own.{name}", spec, scenario)
-        numbers = [*spec.all_parameters().values()]
-        padded = (*map(float, numbers), *(0.0 for _ in range(MOST_PARAMETERS - len(numbers))))
-        compiled = compile_torque(spec.plain(), len(numbers), source_mark(spec.plain()), spec.must)
-        address = compiled.address if engine.COMPILED else compiled
-        made.append(OwnTorque(address, start_rad, 1.0 / rate_rad_s, padded))
+        address, parameters = _address_and_numbers(f"disturbance.own.{name}", spec, signature)
+        made.append(OwnTorque(address, start_rad, 1.0 / rate_rad_s, parameters))
     return tuple(made)
+
+
+def own_sensor(scenario: Scenario) -> OwnSensorSet | None:
+    """Constants of the sensor of the user's own, compiled; None for a satellite without one."""
+    spec = scenario.spacecraft.own_sensor
+    if spec is None:
+        return None
+    address, parameters = _address_and_numbers("spacecraft.own_sensor", spec, sensor_signature)
+    return OwnSensorSet(address, parameters, spec.noise)
+
+
+def _address_and_numbers(key: str, spec: UserCode, of_kind: Callable) -> tuple:
+    """Address of a compiled function, and its parameters as so many numbers as all have."""
+    numbers = [*map(float, spec.all_parameters().values())]
+    if len(numbers) > MOST_PARAMETERS:
+        raise ValueError(
+            f"{key}: its function must have {MOST_PARAMETERS} or fewer parameters; received "
+            f"{len(numbers)}"
+        )
+    plain = spec.plain()
+    made = compile_own(plain, len(numbers), source_mark(plain), spec.must, of_kind)
+    padding = [0.0] * (MOST_PARAMETERS - len(numbers))
+    return made.address if engine.COMPILED else made, (*numbers, *padding)
 
 
 def needs_of_own(scenario: Scenario) -> frozenset[str]:
@@ -46,11 +68,7 @@ def needs_of_own(scenario: Scenario) -> frozenset[str]:
 
 
 def _check(key: str, spec: UserTorque, scenario: Scenario) -> None:
-    needs, count = spec.needs(), len(spec.all_parameters())
-    if count > MOST_PARAMETERS:
-        raise ValueError(
-            f"{key}: its function must have {MOST_PARAMETERS} or fewer parameters; received {count}"
-        )
+    needs = spec.needs()
     if "air" in needs and scenario.environment.atmosphere is None:
         raise ValueError(
             f"environment.atmosphere: must be given for {key}, which reads flow_body; received none"
@@ -78,8 +96,8 @@ _PLAIN, _GUARDED = cast(FunctionType, _plain_adapter), cast(FunctionType, _guard
 
 
 @functools.lru_cache(maxsize=32)
-def compile_torque(function: Callable, count: int, mark: str, must: str):
-    """The function for `OwnTorque.address`; `count`: of its parameters."""
+def compile_own(function: Callable, count: int, mark: str, must: str, of_kind: Callable):
+    """A function `(here, **parameters)` of three numbers; `of_kind` gives its signature."""
     plain, shape = plain_function(function), Shape((0.0,) * count)
     arguments = "".join(f", p[{k}]" for k in range(count))
     inner = make_inner(function, engine.is_own(plain), shape) if engine.COMPILED else plain
@@ -93,11 +111,11 @@ def compile_torque(function: Callable, count: int, mark: str, must: str):
     if not engine.COMPILED:
         return place_adapter(_PLAIN, plain, shape, None, parts)
     with cache_beside(source_file(plain)):
-        adapter = place_adapter(_GUARDED, plain, shape, None, parts, "torque")
-        made = plugin.compile_plugin(adapter, signature(), must, keep=True, error_model="numpy")
+        adapter = place_adapter(_GUARDED, plain, shape, None, parts, of_kind.__module__)
+        made = plugin.compile_plugin(adapter, of_kind(), must, keep=True, error_model="numpy")
     from torquer.compile.overloads import FirstClass
 
-    return FirstClass(made, signature())
+    return FirstClass(made, of_kind())
 
 
 def _inlined(function: Callable) -> Callable:
