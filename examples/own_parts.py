@@ -39,6 +39,16 @@ def thruster(here, force_n=0.02, arm_m=1e-4, until_s=3000.0):
     return (0.0, burning * force_n * arm_m, 0.0)
 
 
+def heat_flux(here, albedo_w=0.02, gain=1.0):
+    """Three thermopiles along the body axes: sunlight, and noise [W]."""
+    light, (x, y, z), noise = here.sunlit_fraction, here.sun_body, here.noise
+    return (
+        gain * light * max(x, 0.0) + albedo_w + noise[0],
+        gain * light * max(y, 0.0) + albedo_w + noise[1],
+        gain * light * max(z, 0.0) + albedo_w + noise[2],
+    )
+
+
 @torquer.estimator(
     parameters={"share": 0.2}, memory={"omega": (0.0, 0.0, 0.0)}, log={"omega": "rad/s"}
 )

@@ -41,6 +41,12 @@ def leak(here, size=1e-6, damping=0.0, growth=0.0):
     return (size - damping * x, -damping * y, growth * here.t_s - damping * z)
 
 
+def crosswise(here, gain=2.0):
+    """The field in microtesla in other axes, and the light."""
+    b, noise = here.b_body_t, here.noise
+    return (gain * 1e6 * b[1] + noise[0], 1e6 * b[0], here.sunlit_fraction)
+
+
 def all_of_it(here, share=1e-9):
     """What depends on all that there is."""
     b, up, light, flow = here.b_body_t, here.up_body, here.light_body_pa, here.flow_body

@@ -70,7 +70,7 @@ ADDITIONS = {
                     "from torquer.computer.laws.magneto_gyro",
                     "from torquer.computer.laws.even_damping import EvenDamping\n",
                 ),
-                after('    "off": Off,\n', '    "even_damping": EvenDamping,\n'),
+                after("    Off\n", "    | EvenDamping\n"),
             ]
         },
     ),

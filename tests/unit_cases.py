@@ -4,10 +4,11 @@ import re
 import tomllib
 from pathlib import Path
 
+from torquer.computer.interface import SENSORS
 from torquer.scenario.load import scenario_from_data
 
 #: Where the stuck one has its bit among those for sensors that are judged wrong.
-SIDE = 1 << 11
+SIDE = 1 << (len(SENSORS) + 1)
 _EXAMPLE = Path(__file__).parents[1] / "examples" / "which_sensors.toml"
 _BOTH = """\
 [[spacecraft.magnetometers]]

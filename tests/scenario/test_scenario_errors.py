@@ -62,11 +62,12 @@ CASES = [
     ({"orbit": {"kind": "numerical", "start": {"kind": "circular", "altitude_km": 400,
                                                "inclination_deg": 50}},
       "orbit.drag": {"mass_kg": 1, "area_m2": 1, "atmosphere": {"kind": "thin"}}},
-     "orbit.drag.atmosphere.kind: must be one of gost, exponential, nrlmsis; received 'thin'"),
+     "orbit.drag.atmosphere.kind: must be one of gost, exponential, nrlmsis, user; "
+     "received 'thin'"),
     ({"spacecraft.body.inertia_kg_m2": {}},
      "spacecraft.body.inertia_kg_m2: must be a list; received {}"),
     ({"spacecraft.aerodynamics": {"parts": [{"kind": "ball"}]}},
-     "spacecraft.aerodynamics.parts[0].kind: must be one of cylinder, plate, sphere; "
+     "spacecraft.aerodynamics.parts[0].kind: must be one of box, cylinder, plate, sphere; "
      "received 'ball'"),
     ({"spacecraft.aerodynamics": {"parts": []}},
      "spacecraft.aerodynamics.parts: must have 1 or more values; received []"),
@@ -126,7 +127,8 @@ CASES = [
     ({"control": {"laws": {"estimator": {"kind": "off"}}}},
      "control.laws.estimator: must have a name that no estimator has; received 'estimator'"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "
-     "tilted_dipole, direct_dipole, averaged, helmholtz_coils; received nothing"),
+     "tilted_dipole, direct_dipole, averaged, helmholtz_coils, user; "
+     "received nothing"),
     ({"orbit": "circular"}, "orbit: must be a table of keys; received 'circular'"),
     ({"orbit": [1]}, "orbit: must be a table of keys; received [1]"),
     ({"spacecraft": 3}, "spacecraft: must be a table of keys; received 3"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from own_parts import TEXT, write
 
+import torquer
 from torquer.analysis.budget import budget_along_run
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data
@@ -44,7 +45,10 @@ ESTIMATOR = """
 control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 2e4 }, sample_s = 1.0 }
 control.estimator = { kind = "user", file = "estimate.py" }
 """
+SENSOR = "spacecraft.own_sensor = { kind = 'user', file = 'own.py', function = 'crosswise', "
+SENSOR += "noise = 0.05 }"
 EVERY = {
+    "spacecraft.own_sensor": [SENSOR],
     "orbit": [RING],
     "environment.field": [FIELD],
     "environment.atmosphere": [AIR, DRAG],
@@ -82,7 +86,7 @@ def of_key(scenario, key):
 
 def all_parts(scenario):
     control = ESTIMATOR.strip().replace(" }\ncontrol.estimator = ", ", estimator = ") + " }"
-    return scenario(RING, FIELD, AIR, DRAG, LEAK, WHOLE, control=control)
+    return scenario(RING, FIELD, AIR, DRAG, LEAK, WHOLE, SENSOR, control=control)
 
 
 def test_an_orbit_of_a_function_is_the_built_in_one(scenario):
@@ -118,6 +122,32 @@ def test_a_torque_that_jumps_needs_fixed_steps(scenario, tmp_path):
     assert found.attrs["how_it_ended"] == "complete"
     with pytest.raises(RunStopped, match=r"if disturbance\.own\.leak jumps, fixed steps"):
         simulate(scenario(LEAK))
+
+
+@torquer.law(log={"read": "1", "light": "1"}, memory={"read": 0.0, "light": 0.0})
+def reading(inputs, parameters, memory):
+    """A law that keeps what the sensor reads."""
+    memory.read, memory.light = inputs.own_reading[0], inputs.own_reading[2]
+    return (0.0, 0.0, 0.0)
+
+
+def test_a_law_reads_a_sensor_of_a_function(scenario):
+    found = simulate(scenario(SENSOR), law=reading)
+    error = found["law.read"].values - 2e6 * found["b_measured"].values[:, 1]
+    assert 0.04 < error.std() < 0.06 and abs(error.mean()) < 0.02
+    light = found["law.light"].values
+    assert set(np.round(light, 6)) <= {0.0, 1.0} or ((light >= 0.0).all() and (light <= 1.0).all())
+    again = simulate(scenario(SENSOR).replace("seed", 5), law=reading)
+    assert not np.array_equal(again["law.read"], found["law.read"])
+
+
+def test_a_failed_sensor_of_a_function_reads_nothing(scenario):
+    fails = {"kind": "zeros", "from_s": 400.0}
+    made = scenario(SENSOR).replace("spacecraft.own_sensor.failures", [fails])
+    found = simulate(made, law=reading)
+    silent = found["time"].values >= 400.0
+    assert (found["law.read"].values[silent] == 0.0).all()
+    assert (found["law.read"].values[~silent] != 0.0).all()
 
 
 def test_everything_that_a_torque_reads_is_there(scenario):

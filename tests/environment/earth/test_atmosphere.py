@@ -11,6 +11,7 @@ import erfa
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
+from own_parts import write
 from pydantic import TypeAdapter, ValidationError
 
 from torquer.environment.earth.atmosphere import (
@@ -29,6 +30,7 @@ from torquer.environment.earth.atmosphere.air import (
 )
 from torquer.environment.earth.atmosphere.exponential import TABLE
 from torquer.environment.earth.atmosphere.model import heights_km
+from torquer.environment.orbit.numerical import Drag
 from torquer.maths.geometry.frames import ecef_from_geodetic
 
 START = "2007-09-21T09:10:34Z"
@@ -321,3 +323,11 @@ def test_nrlmsis_cannot_be_packed():
 def test_registry_names_its_kinds():
     for kind, spec in ATMOSPHERES.items():
         assert get_args(spec.model_fields["kind"].annotation) == (kind,)
+
+
+def test_no_users_function_is_called_where_an_orbit_is_integrated(tmp_path):
+    keys = {"kind": "user", "file": write(tmp_path), "function": "air"}
+    with pytest.raises(
+        ValueError, match=r"must be one that compiles .* received a user's function"
+    ):
+        Drag(area_m2=0.1, mass_kg=4.0, drag_coefficient=2.2, atmosphere=keys)

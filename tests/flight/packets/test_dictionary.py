@@ -160,7 +160,7 @@ MISTAKES = {
     "number": (changed('"u8"', '"u8", bits = ["7"]'), r"bits: must have no commas, .* '7'"),
     "many bits": (
         changed('"u8"', '"u8", bits = "sensors"'),
-        r"bits: must be at most 8 for the type u8; received 10",
+        r"bits: must be at most 8 for the type u8; received 11",
     ),
     "both": (
         changed('"u8"', '"u8", bits = ["A"], labels = ["B"]'),

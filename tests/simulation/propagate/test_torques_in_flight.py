@@ -228,7 +228,7 @@ def test_zero_size_torque_leaves_the_motion_unchanged(make, given):
         ({"residual_dipole": {"cycles_per_orbit": 0.0}}, {},
          "disturbance.residual_dipole.cycles_per_orbit: must be greater than 0; received 0.0"),
         ({"solar_pressure": {"parts": [{"kind": "cone"}]}}, {},
-         "disturbance.solar_pressure.parts[0].kind: must be one of cylinder, plate, sphere; "
+         "disturbance.solar_pressure.parts[0].kind: must be one of box, cylinder, plate, sphere; "
          "received 'cone'"),
     ],
 )  # fmt: skip

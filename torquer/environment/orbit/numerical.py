@@ -14,9 +14,8 @@ from torquer.base.spec import Spec, Vector
 from torquer.base.time import leap_seconds_between, parse_utc, seconds_between
 from torquer.compile.when_compiling import plainly
 from torquer.environment.earth import gravity
-from torquer.environment.earth.atmosphere import AnyAtmosphere, Nrlmsis
+from torquer.environment.earth.atmosphere import AnyAtmosphere, Nrlmsis, UserAtmosphere
 from torquer.environment.earth.atmosphere.air import NO_AIR
-from torquer.environment.earth.atmosphere.nrlmsis import NOT_COMPILED
 from torquer.environment.earth.rotation_table import teme_to_gcrf_at
 from torquer.environment.orbit.circular import Circular
 from torquer.environment.orbit.kepler import Extent, Kepler, Orbit, check_farthest, mean_motion
@@ -77,8 +76,8 @@ class Drag(Spec):
 
     @model_validator(mode="after")
     def _compiles(self):
-        if isinstance(self.atmosphere, Nrlmsis):
-            raise ValueError(NOT_COMPILED)
+        if isinstance(self.atmosphere, Nrlmsis | UserAtmosphere):
+            self.atmosphere.pack()  # which says why it cannot
         return self
 
     @property
