@@ -83,7 +83,7 @@ def _noise_notes(device: Device) -> Iterator[str]:
         noise = device.largest(what)
         if size is None:
             full = device.largest("range")
-            if noise > _NOISE_OF_RANGE * full:
+            if full and noise > _NOISE_OF_RANGE * full:
                 yield (
                     f"{device.says(what, noise)} is {noise / full:.2g} of its range of {full:g} "
                     f"{device.sheet.unit}: readings hardly show anything"
