@@ -5,6 +5,7 @@ A new device with a data sheet, or a new key about one, is in all tests that wal
 
 import typing
 
+from torquer.base.user_code import OwnFile
 from torquer.computer.estimation import ESTIMATORS
 from torquer.computer.modes.spec import SensorNoise
 from torquer.scenario.spec import Spacecraft
@@ -33,11 +34,12 @@ def spec_of(annotation):
     return kinds[0] if kinds else None
 
 
-#: Specs of all devices with a data sheet, by their keys in the spacecraft, and of one of several.
+#: Specs of all devices with a data sheet that need no file, by their keys in the spacecraft, and
+#: of one of several.
 DEVICES = {
     f"{name}.own" if name in SEVERAL else name: kind
     for name, field in Spacecraft.model_fields.items()
-    if (kind := spec_of(field.annotation)) is not None
+    if (kind := spec_of(field.annotation)) is not None and not issubclass(kind, OwnFile)
 }
 
 

@@ -258,6 +258,8 @@ def random_scenario(number: int, fixed_steps: bool | None = None) -> str:
         lines[f"control.select.{kind}"] = {"kind": how} | warm
     lines["control.estimator"] = estimator(chance, units)
     law = dict(chance.one(*LAWS))
+    if lines["control.estimator"]["kind"] == "rate_from_field":
+        law = dict(LAWS[1])  # the others need an attitude
     if chance.happens():
         lines["control.laws.law"] = law
         lines |= modes(chance, units)

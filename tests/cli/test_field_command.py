@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from torquer.analysis.field.cone import CONE_MODELS
-from torquer.analysis.field.models import find_model, label, moment
+from torquer.analysis.field.models import NAMED, find_model, label, moment
 from torquer.analysis.field.orbit import instants
 from torquer.base.time import decimal_year, parse_utc
 from torquer.environment.field import FIELDS, Igrf14, TiltedDipole, Wmm2025
@@ -170,7 +170,7 @@ def test_a_decimal_year_comes_back(year):
 
 
 def test_labels_tell_what_differs_from_the_plain_model():
-    assert [label(find_model(name)) for name in FIELDS] == list(FIELDS)
+    assert [label(find_model(name)) for name in NAMED] == list(NAMED)
     assert label(find_model("wmm2025:5")) == "wmm2025:5"
     assert label(Igrf14(degree=13)) == "igrf14" and label(Wmm2025(degree=12)) == "wmm2025"
     assert label(TiltedDipole(source="wmm2025")) == "tilted_dipole (scenario)"

@@ -206,7 +206,7 @@ def test_both_ways_say_the_same(call, scenario):
     ("arguments", "expected"),
     [
         (("init", ""), "NAME: must begin with a letter, digit or '_' and hold only these"),
-        (("explain", "gain"), "did you mean gain_a_m2_s_per_t or "),
+        (("explain", "gain"), "or gain_a_m2_s_per_t or "),
         (("schema", "b", "c"), "arguments: must be no more than the command takes; received also"),
     ],
 )

@@ -266,7 +266,7 @@ def test_tables_of_another_computer_are_refused():
     with pytest.raises(ValueError, match=r"piece: must have .* the models of its computer"):
         prepare(base.replace("control.ephemeris.clock_error_s", 1.0), piece=piece)
     blind = base.replace("control", {"law": {"kind": "off"}, "ephemeris": ERRORS})
-    with pytest.raises(ValueError, match="piece: must have the Sun and the air"):
+    with pytest.raises(ValueError, match="piece: must have the Sun, the Moon and the air"):
         prepare(with_filter(**ERRORS), piece=prepare(blind).piece)
 
 

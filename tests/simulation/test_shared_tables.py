@@ -52,7 +52,7 @@ def test_tables_without_sun_are_refused_to_a_law_reading_it():
     scenario = torquer.scenario_from_text(SCENARIO)
     piece = prepare(scenario).piece
     seeing = {"axes": [[0, 0, 1]], "half_field_deg": 60}
-    with pytest.raises(ValueError, match="piece: must have the Sun and the air"):
+    with pytest.raises(ValueError, match="piece: must have the Sun, the Moon and the air"):
         prepare(scenario.replace("spacecraft.sun_sensors", seeing), piece=piece)
 
 
@@ -66,5 +66,5 @@ def test_tables_are_shared_with_those_that_feel_the_same_light():
     other = sunlit_fraction.replace("disturbance.solar_pressure.parts[0].radius_m", 0.3)
     assert np.array_equal(end_of(prepare(other, piece=piece)), end_of(prepare(other)))
     for mixed, own in ((scenario, piece), (sunlit_fraction, prepare(scenario).piece)):
-        with pytest.raises(ValueError, match="piece: must have the Sun and the air"):
+        with pytest.raises(ValueError, match="piece: must have the Sun, the Moon and the air"):
             prepare(mixed, piece=own)

@@ -20,7 +20,7 @@ class _Mass(Spec):
     """What all masses have."""
 
     mass_kg: float = Field(gt=0.0)
-    """Mass."""
+    """Mass of the part."""
     centre_m: Vector = (0.0, 0.0, 0.0)
     """Its centre of mass in body axes, from any origin that all parts share."""
 

@@ -29,12 +29,13 @@ _DRAWN = 20_000
 
 class Along(NamedTuple):
     """What decides along a motion whether a device reads anything: attitudes (k, 4), rates
-    (k, 3) [rad/s], directions to the Sun (k, 3), visible part of it (k,), positions (k, 3) [m],
-    inertial."""
+    (k, 3) [rad/s], directions to Sun and Moon (k, 3), visible part of the Sun (k,), positions
+    (k, 3) [m], inertial."""
 
     q: np.ndarray
     omega: np.ndarray
     sun: np.ndarray
+    moon: np.ndarray
     sunlit: np.ndarray
     r: np.ndarray
 
@@ -164,7 +165,9 @@ def nominal(scenario: Scenario, motion: Motion) -> Nominal:
     light = np.zeros((len(t_s), 3))
     if craft.sun_cells is not None and craft.sun_cells.albedo > 0.0:
         put_earthlight(craft.sun_cells.albedo, r, sun, light)
-    along = Along(q, omega, sun, sunlit, r)
+    moon = environment.moon(t_s) - r
+    moon /= np.linalg.norm(moon, axis=1)[:, None]
+    along = Along(q, omega, sun, moon, sunlit, r)
     visible = np.array([each.visible(craft, along) for each in BY_NAME.values()])
     b = environment.field(t_s, r, v)
     rows = (t_s, q, omega, wheels, b, gravity_gradient_vector(r), sun)

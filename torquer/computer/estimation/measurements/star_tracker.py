@@ -125,18 +125,18 @@ def expected(parameters, along, k, own, assumed, cell):
 
 
 @kernel
-def put_stars(sensor, q, omega, sun, r, stars):
+def put_stars(sensor, q, omega, sun, moon, r, stars):
     """Whether a star tracker reads an attitude, into `stars` (k,).
 
-    At attitudes (k, 4) and rates (k, 3), with directions to the Sun and positions (k, 3) [m],
+    At attitudes (k, 4) and rates (k, 3), with directions to Sun and Moon and positions (k, 3) [m],
     inertial.
     """
     for k in range(stars.shape[0]):
         at, place = read_quaternion(q[k]), read_vector(r[k])
         to_sun, nadir = rotate_inverse(at, read_vector(sun[k])), rotate_inverse(at, unit(place))
         cosine = earth_cosine(sensor, norm(place))
-        turning = read_vector(omega[k])
-        stars[k] = not is_blind(sensor, turning, to_sun, scale(-1.0, nadir), cosine)
+        turning, to_moon = read_vector(omega[k]), rotate_inverse(at, read_vector(moon[k]))
+        stars[k] = not is_blind(sensor, turning, to_sun, to_moon, scale(-1.0, nadir), cosine)
 
 
 def visible(craft, seen):
@@ -144,7 +144,7 @@ def visible(craft, seen):
     stars = np.zeros(len(seen.q), bool)
     for tracker in craft.each_of("attitude_sensor"):
         own = np.zeros(len(seen.q), bool)
-        put_stars(tracker.pack(), seen.q, seen.omega, seen.sun, seen.r, own)
+        put_stars(tracker.pack(), seen.q, seen.omega, seen.sun, seen.moon, seen.r, own)
         stars |= own
     return stars
 
