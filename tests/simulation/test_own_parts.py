@@ -213,7 +213,7 @@ def test_a_look_at_a_result_executes_nothing(scenario, tmp_path):
     found = subprocess.run(
         [sys.executable, "-c", text, str(tmp_path / "result.nc")], capture_output=True, text=True
     )
-    assert "must be of a scenario that is loaded or flown" in found.stdout, found
+    assert "must be of a scenario whose code may be executed" in found.stdout, found
     assert not (tmp_path / "executed").exists()
 
 

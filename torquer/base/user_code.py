@@ -64,8 +64,8 @@ class UserCode(OwnFile):
         """The function as it is in the file."""
         if self.file.resolve() not in _admitted:
             raise ValueError(
-                f"{self.what} file: must be of a scenario that is loaded or flown, for its code to "
-                f"be executed; received {self.file} of a result"
+                f"{self.what} file: must be of a scenario whose code may be executed, not of a "
+                f"result or for a command without --no-user-code; received {self.file}"
             )
         return _load(self.file, self.function, self.what, _mark(self.file))
 

@@ -17,7 +17,7 @@ def load_given(path: Path | None) -> Scenario | None:
     """The scenario of a file whose code is not executed; None where none is given."""
     from torquer.scenario.load import load_scenario
 
-    return None if path is None else load_scenario(path)
+    return None if path is None else load_scenario(path, code=False)
 
 
 def load_checked(path: Path, code: CodeOptions) -> Scenario:

@@ -5,6 +5,7 @@ import functools
 import re
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,16 +19,22 @@ from torquer.spacecraft.sensors.devices import SEVERAL, SUN_HEADS_TWICE, by_name
 _PRESETS = Path(__file__).with_name("presets")
 
 
-def load_scenario(path) -> Scenario:
-    """The scenario of a TOML file; paths in it are relative to its folder."""
+def load_scenario(path, *, code: bool = True) -> Scenario:
+    """The scenario of a TOML file; paths in it are relative to its folder.
+
+    `code`: whether the Python files that give parts of its surroundings may be executed; they are
+    when those are evaluated, not here.
+    """
     path = Path(path)
     text = read_text(path, "scenario")
-    return scenario_from_text(text, name_after(path), path.parent)
+    return scenario_from_text(text, name_after(path), path.parent, code=code)
 
 
-def scenario_from_text(text: str, name: str = "run", folder: Path = Path()) -> Scenario:
+def scenario_from_text(
+    text: str, name: str = "run", folder: Path = Path(), *, code: bool = True
+) -> Scenario:
     """The scenario of a TOML text. `name` is used where the text gives none."""
-    return scenario_from_data({"name": name, **parse_toml(text, "scenario")}, folder)
+    return scenario_from_data({"name": name, **parse_toml(text, "scenario")}, folder, code=code)
 
 
 def name_after(path: Path) -> str:
@@ -35,14 +42,15 @@ def name_after(path: Path) -> str:
     return re.sub(r"^[.-]|[^\w.-]", "_", path.stem)
 
 
-def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
+def scenario_from_data(data: dict, folder: Path = Path(), *, code: bool = True) -> Scenario:
     """The scenario of what a TOML text holds, as plain data."""
     if {"wheels", "body"} <= data.keys() and "spacecraft" not in data:
         raise ScenarioError("spacecraft: must be given; received a file of `torquer wheels`")
     data = with_presets(_without_campaign(data))
-    _find_files(data, folder, "")
+    _find_files(data, folder)
     scenario = validate_tables(Scenario, data)
-    admit(scenario)
+    if code:
+        admit(scenario)
     return scenario
 
 
@@ -120,19 +128,22 @@ def _fits(place: tuple) -> str:
     return place[-1] if place else ""
 
 
-#: Kinds of parts that files give.
-_OF_FILES = ("user", "file")
-
-
-def _find_files(data: dict, folder: Path, place: str) -> None:
+def _find_files(data: dict, folder: Path) -> None:
     """Absolute paths in place of those relative to the folder."""
-    for name, value in data.items():
-        if not isinstance(value, dict):
-            continue
-        key = f"{place}.{name}".lstrip(".")
-        if value.get("kind") in _OF_FILES and isinstance(value.get("file"), str):
-            value["file"] = whole_path(f"{key}.file", folder / value["file"])
-        _find_files(value, folder, key)
+    for key, table in tables_with_files(data):
+        table["file"] = whole_path(f"{key}.file", folder / table["file"])
+
+
+def tables_with_files(data, place: str = "") -> Iterator[tuple[str, dict]]:
+    """Tables of a scenario's data that name a file, with their keys: code to execute, or data."""
+    if isinstance(data, dict):
+        if place and isinstance(data.get("file"), str):
+            yield place, data
+        for name, value in data.items():
+            yield from tables_with_files(value, f"{place}.{name}".lstrip("."))
+    elif isinstance(data, list | tuple):
+        for k, value in enumerate(data):
+            yield from tables_with_files(value, f"{place}[{k}]")
 
 
 def whole_path(key: str, path: Path) -> str:

@@ -39,19 +39,31 @@ def test_a_reason_without_a_key_has_none():
     assert mistakes_in("the run is too long") == [{"key": "", "text": "the run is too long"}]
 
 
+EVIL = {"kind": "user", "file": "evil.py"}
+
+
 @pytest.mark.parametrize(
-    "law",
+    ("table", "part"),
     [
-        {"law": {"kind": "user", "file": "evil.py"}},
-        {"laws": {"mine": {"kind": "user", "file": "../evil.py"}}},
+        ("control", {"law": EVIL}),
+        ("control", {"laws": {"mine": {"kind": "user", "file": "../evil.py"}}}),
+        ("control", {"law": {"kind": "off"}, "estimator": EVIL}),
+        ("control", {"law": {"kind": "off"}, "estimators": {"other": EVIL}}),
+        ("control", {"law": {"kind": "off"}, "ephemeris": {"orbit": EVIL}}),
+        ("orbit", {**EVIL, "revolution_s": 5600.0}),
+        ("orbit", {"kind": "file", "file": "/etc/passwd"}),
+        ("environment", {"field": EVIL}),
+        ("environment", {"atmosphere": EVIL}),
+        ("disturbance", {"own": {"jet": EVIL}}),
+        ("spacecraft", {"body": {"inertia_kg_m2": [1, 1, 1]}, "own_sensor": EVIL}),
     ],
 )
-def test_board_executes_only_the_code_it_was_opened_with(data, tmp_path, law):
+def test_board_executes_and_reads_only_the_files_it_was_opened_with(data, tmp_path, table, part):
     ran = tmp_path / "ran"
     for folder in (tmp_path, tmp_path / "inner"):
         folder.mkdir(exist_ok=True)
         (folder / "evil.py").write_text(f"open({str(ran)!r}, 'w').close()\n", encoding="utf-8")
-    data["control"] = law
-    with pytest.raises(ScenarioError, match="must be a law's file that the board was opened with"):
+    data[table] = part
+    with pytest.raises(ScenarioError, match="must be a file that the board was opened with"):
         read_scenario(data, tmp_path / "inner", {tmp_path / "my_law.py"})
     assert not ran.exists()

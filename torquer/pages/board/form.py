@@ -46,7 +46,7 @@ _FACTOR = 10.0
 #: Tables that are too large for a form: they stay as the text has them.
 _LEFT_TO_TEXT = ("control.modes", "control.estimators")
 #: Not offered: kinds that only Python makes, or that need files.
-_NOT_OFFERED = ("given_in_python", "user", "scheme")
+_NOT_OFFERED = ("given_in_python", "user", "file", "scheme")
 
 
 class _Kinds(NamedTuple):

@@ -9,7 +9,7 @@ from datetime import date, datetime
 from pathlib import Path
 
 from torquer.scenario.explain import ScenarioError
-from torquer.scenario.load import scenario_from_data
+from torquer.scenario.load import scenario_from_data, tables_with_files
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml
 
@@ -22,30 +22,25 @@ def data_from_toml(text: str) -> dict:
 
 
 def read_scenario(data: dict, folder: Path, code: Container[Path]) -> Scenario:
-    """The scenario of data; `ScenarioError` for one that names other Python files than `code`."""
+    """The scenario of data; `ScenarioError` for one that names other files than `code`."""
     for key, file in files_in(data, folder):
         if file not in code:
             raise ScenarioError(
-                f"{key}: must be a law's file that the board was opened with, as it is executed; "
+                f"{key}: must be a file that the board was opened with, as it is executed or read; "
                 f"received {file}"
             )
     return scenario_from_data(copy.deepcopy(data), folder)  # loading replaces paths in it
 
 
 def files_in(data: dict, folder: Path) -> Iterator[tuple[str, Path]]:
-    """Python files that laws of data name, with their keys."""
-    control = data.get("control")
-    control = control if isinstance(control, dict) else {}
-    laws = control.get("laws")
-    named = {f"laws.{name}": law for name, law in laws.items()} if isinstance(laws, dict) else {}
-    for key, law in {"law": control.get("law"), **named}.items():
-        if isinstance(law, dict) and isinstance(law.get("file"), str):
-            try:
-                yield f"control.{key}.file", (folder / law["file"]).resolve()
-            except (OSError, ValueError, RuntimeError):
-                raise ScenarioError(
-                    f"control.{key}.file: must be the path of a file; received {law['file']!r}"
-                ) from None
+    """Files that a scenario's data name, with their keys."""
+    for key, table in tables_with_files(data):
+        try:
+            yield f"{key}.file", (folder / table["file"]).resolve()
+        except (OSError, ValueError, RuntimeError):
+            raise ScenarioError(
+                f"{key}.file: must be the path of a file; received {table['file']!r}"
+            ) from None
 
 
 def mistakes_in(text: str) -> list[dict[str, str]]:
