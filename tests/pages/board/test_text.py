@@ -17,7 +17,7 @@ def test_scenario_survives_the_way_to_the_page_and_back(path):
     data = data_from_toml(path.read_text(encoding="utf-8"))
     again = data_from_toml(toml_from_data(data))
     assert again == data
-    code = {Path("examples/my_law.py").resolve()}
+    code = {Path("examples", name).resolve() for name in ("my_law.py", "own_parts.py")}
     named = {"name": path.stem, **again}
     assert read_scenario(named, path.parent, code) == load_scenario(path)
 
