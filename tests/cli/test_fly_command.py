@@ -61,7 +61,7 @@ def test_a_flight_with_two_magnetometers_names_the_stuck_one(call, tmp_path):
 def test_packets_of_a_satellite_name_its_sensors(call, tmp_path):
     file = tmp_path / "units.toml"
     file.write_text(two_magnetometers_text(), encoding="utf-8")
-    for known, last in (((), "fine_sun_sensor"), (("--scenario", file), "side")):
+    for known, last in (((), "own_sensor"), (("--scenario", file), "side")):
         assert call("packets", *known, "--out", tmp_path)[0] == 0
         tree = json.loads((tmp_path / "packets.json").read_text(encoding="utf-8"))
         points = {m["key"]: m for packet in tree["packets"] for m in packet["measurements"]}

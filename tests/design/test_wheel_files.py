@@ -69,7 +69,7 @@ KINDS = ", ".join(LAYOUTS)
         ("density_kg_m3 = 3.0e-12", "", "accumulation.density_kg_m3: must be above 0 with parts, "
          "and 0 without; received 0 with 2 parts"),
         ('kind = "cylinder"', 'kind = "cone"', "accumulation.parts[0].kind: must be one of "
-         "cylinder, plate, sphere; received 'cone'"),
+         "box, cylinder, plate, sphere; received 'cone'"),
         ("altitude_km = 425", "altitude_km = 1e30",
          "accumulation.altitude_km: must be less than or equal to 1500000; received 1e+30"),
         ("\nrate_deg_s", "\nrate", "demand.rate: must be a known key; received 0.15 "

@@ -154,7 +154,7 @@ def test_orbits_from_files(tmp_path):
     with pytest.raises(ValueError, match="orbit: must state `start`"):
         load_orbit(table, START)
     table.write_text("start = 2012-03-04T09:00:00Z\n")
-    with pytest.raises(ValueError, match="two-line elements or a table"):
+    with pytest.raises(ValueError, match="two-line elements, an OEM, SP3, or a table"):
         load_orbit(table, START)
     table.write_text("[orbit]\nkind = 'square'\n")
     with pytest.raises(ValueError, match="orbit: "):

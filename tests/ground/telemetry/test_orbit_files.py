@@ -15,3 +15,7 @@ def test_positions_are_an_orbit(tmp_path, name, write):
     assert said == f"positions every 60 s in {name}"
     within = np.linspace(0.0, 6900.0, 101)
     assert np.abs(orbit.state(within, START)[0] - gcrf(within)[0]).max() < 2e-3
+    table = tmp_path / "orbit.toml"
+    table.write_text(f"start = {START.isoformat()}\norbit = {{ kind = 'file', file = '{name}' }}\n")
+    again, _ = load_orbit(table, START)
+    assert np.array_equal(again.state(within, START), orbit.state(within, START))

@@ -43,7 +43,8 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         data = {"scenario": checked.name, "valid": True, "notes": notes, "size": size._asdict()}
         data["compiles_first"] = compiling.is_cold()
         data["executes"] = sorted(map(str, executed))
-        data["interpolation_error_m"] = _interpolation_error_m(checked)
+        if (error_m := _interpolation_error_m(checked)) is not None:
+            data["interpolation_error_m"] = error_m
         if campaign:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
         data["unnoticed_faults"] = unnoticed._asdict()

@@ -16,6 +16,7 @@ from torquer.environment.orbit.files.sp3 import is_sp3
 from torquer.environment.orbit.numerical import tle_epoch
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import validate_tables
+from torquer.scenario.load import tables_with_files
 from torquer.scenario.toml_text import parse_toml, read_text
 
 _LINE = re.compile(r"^([12]) [ 0-9A-Z]")
@@ -76,6 +77,8 @@ def _load(path: Path, at: datetime):
             "orbit",
             f"must hold two-line elements, an OEM, SP3, or a table [orbit]; received {path}",
         )
+    for _, table in tables_with_files(data):
+        table["file"] = str(path.parent / table["file"])
     orbit = _read_orbit(data["orbit"])
     if isinstance(orbit, Sgp4):
         return _describe(orbit, at)
