@@ -218,6 +218,7 @@ def test_a_look_at_a_result_executes_nothing(scenario, tmp_path):
 
 
 WRONG = (
+    ("size=1e-6", "size=None", LEAK, r"own\.leak\.parameters\.size: must be a number, by default"),
     ("return a * r, a * n * v", "return a * r", RING, r"received ndarray"),
     ("return a * r, a * n * v", "return r[:2], v", RING, r"received shape \(2, 3\) for n = "),
     ("return a * r, a * n * v", "return r / 0 * np.nan, v", RING, r"finite; received none at t = "),

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from torquer.pages.board.form import make_form
-from torquer.pages.board.text import data_from_toml, read_scenario
+from torquer.pages.board.text import data_from_toml, files_in, read_scenario
 from torquer.scenario.change import value_at
 from torquer.scenario.keys import spec_keys
 from torquer.spacecraft.actuators.coils import Coils
@@ -24,7 +24,8 @@ def tables_of(data):
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_values_are_those_of_the_scenario_and_within_their_sliders(path):
     data = data_from_toml(path.read_text(encoding="utf-8"))
-    scenario = read_scenario(data, path.parent, {Path("examples/my_law.py").resolve()})
+    code = {file for _, file in files_in(data, path.parent)}
+    scenario = read_scenario(data, path.parent, code)
     fields = fields_of(data)
     assert len(fields) > 40
     for key, field in fields.items():

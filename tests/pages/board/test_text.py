@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
+from torquer.pages.board.text import data_from_toml, files_in, mistakes_in, read_scenario
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario
 from torquer.scenario.toml_text import toml_from_data
@@ -17,7 +17,7 @@ def test_scenario_survives_the_way_to_the_page_and_back(path):
     data = data_from_toml(path.read_text(encoding="utf-8"))
     again = data_from_toml(toml_from_data(data))
     assert again == data
-    code = {Path("examples", name).resolve() for name in ("my_law.py", "own_parts.py")}
+    code = {file for _, file in files_in(data, path.parent)}
     named = {"name": path.stem, **again}
     assert read_scenario(named, path.parent, code) == load_scenario(path)
 

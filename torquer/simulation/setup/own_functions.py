@@ -49,7 +49,13 @@ def own_sensor(scenario: Scenario) -> OwnSensorSet | None:
 
 def _address_and_numbers(key: str, spec: UserCode, of_kind: Callable) -> tuple:
     """Address of a compiled function, and its parameters as so many numbers as all have."""
-    numbers = [*map(float, spec.all_parameters().values())]
+    given = spec.all_parameters()
+    for name, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(
+                f"{key}.parameters.{name}: must be a number, by default, too; received {value!r}"
+            )
+    numbers = [*map(float, given.values())]
     if len(numbers) > MOST_PARAMETERS:
         raise ValueError(
             f"{key}: its function must have {MOST_PARAMETERS} or fewer parameters; received "
