@@ -218,6 +218,11 @@ def test_a_look_at_a_result_executes_nothing(scenario, tmp_path):
 
 
 WRONG = (
+    ("return a * r, a * n * v", "return {}, {}", RING, r"received \{\}"),
+    ("return a * r, a * n * v", "return 'a', v", RING, r"received 'a'"),
+    ("return a * r, a * n * v", "return r + 0j, v", RING, r"received array"),
+    ("return a * r, a * n * v", "raise SystemExit(3)", RING, r"SystemExit\(3\).*own\.py, line"),
+    ("np.full(len(r_ecef_m), density)", "{}", AIR, r"received \{\}"),
     ("size=1e-6", "size=None", LEAK, r"own\.leak\.parameters\.size: must be a number, by default"),
     ("return a * r, a * n * v", "return a * r", RING, r"received ndarray"),
     ("return a * r, a * n * v", "return r[:2], v", RING, r"received shape \(2, 3\) for n = "),

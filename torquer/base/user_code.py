@@ -7,11 +7,13 @@ too, and a look at it executes none of them.
 import functools
 import hashlib
 import inspect
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import FunctionType
 from typing import Any, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from torquer.base.spec import Spec
@@ -86,9 +88,18 @@ class UserCode(OwnFile):
         function = self.load()
         try:
             return function(*given)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             place = error_place(error, Path(inspect.getfile(function.func)))
             raise ValueError(f"{self.must}; received {printable(error)}{place}") from None
+
+    def numbers(self, value) -> np.ndarray:
+        """What the function returned, as an array of real numbers; ValueError for anything else."""
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                return np.ascontiguousarray(value, dtype=np.float64)
+        except (TypeError, ValueError, Warning):
+            raise ValueError(f"{self.must}; received {printable(value)}") from None
 
     @property
     def must(self) -> str:

@@ -320,3 +320,33 @@ def test_a_file_that_has_been_written_again_is_read_again(tmp_path):
     orbit.file.unlink()
     with pytest.raises(ValueError, match=r"orbit\.file: must be a file that can be read"):
         orbit.state([0.0], START)
+
+
+def test_uneven_times_show_other_axes_too(tmp_path):
+    """With jitter or gaps no interval is equal to the next."""
+    jitter = INSTANTS + np.random.default_rng(1).uniform(-1.0, 1.0, len(INSTANTS)).round(3)
+    for instants in (jitter, np.delete(times(step_s=30.0), slice(None, None, 3))):
+        text = csv_text(instants, False)
+        orbit_of(tmp_path, "log.csv", text, axes="ECEF")
+        for axes in ("GCRF", "TEME"):
+            message = refused(tmp_path, text, "log.csv", axes=axes)
+            assert "positions must move under gravity" in message, message
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    (
+        ("a.csv", "utc,x_m,y_m,z_m,z_m\n2025-07-01T12:00:00,1,2,3\n",
+         "line 1: must name each column once"),
+        ("a.csv", "utc,x_m,y_m,z_m\n" + "".join(f"2025-07-01T12:0{k}:00,0,0,0\n" for k in range(5)),
+         "position must lie above the Earth"),
+        ("a.json", json.dumps([{**exporter.export_omm(Satrec.twoline2rv(*ISS.tle), "ISS"),
+                               "CLASSIFICATION_TYPE": "UNCLASS"}], default=str),
+         "ISS: must hold all elements"),
+        ("a.json", json.dumps([{**exporter.export_omm(Satrec.twoline2rv(*ISS.tle), "ISS"),
+                               "BSTAR": None}], default=str), "ISS: must hold all elements"),
+    ),
+)  # fmt: skip
+def test_what_a_reader_cannot_take_is_one_line(tmp_path, name, text, message):
+    keys = {"axes": "GCRF"} if name.endswith("csv") else {}
+    assert message in refused(tmp_path, text, name, **keys)

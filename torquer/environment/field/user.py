@@ -42,7 +42,7 @@ class UserField(UserCode):
         return (decimal_years(start_utc, t_s),)
 
     def _at(self, r_ecef, years) -> np.ndarray:
-        found = np.ascontiguousarray(self.call(r_ecef, years), dtype=np.float64)
+        found = self.numbers(self.call(r_ecef.copy(), years.copy()))
         if found.shape != r_ecef.shape:
             raise ValueError(f"{self.must}; received shape {found.shape} for n = {len(r_ecef)}")
         if not np.isfinite(found).all():

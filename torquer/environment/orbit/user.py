@@ -49,7 +49,7 @@ class UserOrbit(UserCode, Orbit):
     def state(self, t_s, start_utc, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s at times [n] s after the start."""
         t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
-        found = self.call(t_s, parse_utc(start_utc, "start"))
+        found = self.call(t_s.copy(), parse_utc(start_utc, "start"))
         if not isinstance(found, tuple | list) or len(found) != 2:
             raise ValueError(f"{self.must}; received {type(found).__name__}")
         r, v = (self._checked(each, t_s) for each in found)
@@ -60,7 +60,7 @@ class UserOrbit(UserCode, Orbit):
         return tuple(np.einsum("nij,nj->ni", to_gcrf, each) for each in (r, v))
 
     def _checked(self, value, t_s) -> np.ndarray:
-        array = np.ascontiguousarray(value, dtype=np.float64)
+        array = self.numbers(value)
         if array.shape != (t_s.size, 3):
             raise ValueError(f"{self.must}; received shape {array.shape} for n = {t_s.size}")
         if not (finite := np.isfinite(array).all(axis=1)).all():

@@ -24,7 +24,7 @@ class UserAtmosphere(UserCode, Atmosphere):
     heights_km: ClassVar = (0.0, math.inf)
 
     def _densities(self, t_s, start_utc, r, dut1_s) -> np.ndarray:
-        found = np.asarray(self.call(r, decimal_years(start_utc, t_s)), dtype=np.float64)
+        found = self.numbers(self.call(r.copy(), decimal_years(start_utc, t_s)))
         if found.shape != (t_s.size,):
             raise ValueError(f"{self.must}; received shape {found.shape} for n = {t_s.size}")
         if not (found >= 0.0).all() or not np.isfinite(found).all():

@@ -63,6 +63,10 @@ def _table(text: str) -> tuple[dict[str, int], list[list[str]], np.ndarray]:
             continue
         if not columns:
             columns = {name.strip().lower(): k for k, name in enumerate(row)}
+            if len(columns) < len(row):
+                raise ValueError(
+                    f"line {reader.line_num}: must name each column once; received {','.join(row)}"
+                )
             continue
         if len(row) != len(columns):
             raise ValueError(

@@ -132,7 +132,7 @@ def _from_fields(fields: dict) -> Elements:
         omm.initialize(satellite, fields)
         lines = exporter.export_tle(satellite)
         again = Satrec.twoline2rv(*lines)
-    except (KeyError, ValueError) as error:
+    except (KeyError, ValueError, TypeError) as error:
         raise ValueError(f"{name or 'OMM'}: must hold all elements; received {error}") from None
     for key in _KEPT:
         given, kept = getattr(satellite, key), getattr(again, key)

@@ -91,6 +91,8 @@ def rounding(numbers: np.ndarray, unit: float = 1.0) -> float:
     `unit`: of the numbers [m]. The number with most digits tells how many the largest one has.
     """
     sizes = np.abs(numbers[numbers != 0.0])
+    if not sizes.size:
+        return 0.0
     decimals = np.full(sizes.shape, _MOST_DECIMALS)
     for fewer in range(_MOST_DECIMALS - 1, -1, -1):
         scaled = sizes * 10.0**fewer
@@ -131,21 +133,34 @@ def _refuse(states: States, rows: np.ndarray, must: str, received=None) -> None:
 
 
 def _from_positions(states: States) -> tuple:
-    """Rows, and at each of them velocity (m/s) and acceleration (m/s^2) from differences."""
+    """Rows, and at each of them velocity (m/s) and acceleration (m/s^2) that positions show.
+
+    By differences to positions about `_BASE_S` before and after, evenly spaced or not; what they
+    leave out of a motion about a point mass is put back.
+    """
     t, r = states.t_s, states.r
-    step = max(1, round(_BASE_S / float(np.median(np.diff(t)))))
-    rows = np.arange(step, len(t) - step)
-    before, after = t[rows] - t[rows - step], t[rows + step] - t[rows]
-    even = np.abs(after - before) < 1e-3 * after
-    rows, h = rows[even], after[even, None]
-    phase = MU_EARTH_M3_S2 / np.linalg.norm(r[rows], axis=1)[:, None] ** 3 * h**2
-    velocity = (r[rows + step] - r[rows - step]) / (2.0 * h) / (1.0 - phase / 6.0)
-    acceleration = (r[rows + step] - 2.0 * r[rows] + r[rows - step]) / h**2 / (1.0 - phase / 12.0)
-    usable = phase[:, 0] < 0.5
+    base = max(_BASE_S, float(np.median(np.diff(t))))
+    early = np.searchsorted(t, t - base * 1.001)
+    late = np.searchsorted(t, t + base * 1.001, side="right") - 1
+    rows = np.arange(len(t))
+    rows = rows[(early < rows) & (late > rows)]
+    h1, h2 = (t[rows] - t[early[rows]])[:, None], (t[late[rows]] - t[rows])[:, None]
+    before, after = (r[rows] - r[early[rows]]) / h1, (r[late[rows]] - r[rows]) / h2
+    rate = MU_EARTH_M3_S2 / np.linalg.norm(r[rows], axis=1)[:, None] ** 3
+    velocity = (h2 * before + h1 * after) / (h1 + h2) / (1.0 - rate * h1 * h2 / 6.0)
+    acceleration = 2.0 * (after - before) / (h1 + h2)
+    # of third order in uneven intervals: the jerk is the rate times the velocity
+    acceleration += rate * velocity * (h2 - h1) / 3.0
+    acceleration /= 1.0 - rate * (h1 * h1 - h1 * h2 + h2 * h2) / 12.0
+    usable = (rate * np.maximum(h1, h2) ** 2)[:, 0] < 0.5
     return rows[usable], velocity[usable], acceleration[usable]
 
 
 def _check_motion(states: States, rows, velocity, acceleration) -> None:
+    if not len(rows):
+        raise ValueError(
+            "must hold positions close enough to one another to show how they move; received none"
+        )
     r = states.r[rows]
     gravity = -MU_EARTH_M3_S2 * r / np.linalg.norm(r, axis=1)[:, None] ** 3
     off = _relative(acceleration - gravity, gravity)
