@@ -11,11 +11,13 @@ from own_parts import TEXT, write
 
 import torquer
 from torquer.analysis.budget import budget_along_run
+from torquer.base.user_code import admit
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data
 from torquer.cli.loading import check_code, find_code
 from torquer.cli.options import CodeOptions
 from torquer.compile import engine
+from torquer.environment.field import FIELDS
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import check_orbit_environment, scenario_from_text
 from torquer.simulation.results.file import load, save
@@ -261,6 +263,21 @@ def test_what_a_function_does_wrong_is_one_line(scenario, tmp_path, text, by, li
 def test_a_function_that_is_not_there_is_one_line(scenario, line, message):
     with pytest.raises(ValueError, match=message):
         check_orbit_environment(scenario(line))
+
+
+def test_files_beside_are_those_of_their_folder_and_as_they_are_now(scenario, tmp_path):
+    """A module of one name in two folders, and one that is edited in the same process."""
+    text = "import numpy as np\nfrom consts import K\n\n\ndef flat(r_ecef_m, years):\n"
+    text += "    return np.full(r_ecef_m.shape, K * 1e-5)\n"
+    found = []
+    for folder, value in (("b", 1.0), ("c", 2.0), ("c", 3.0)):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / "own.py").write_text(text)
+        (tmp_path / folder / "consts.py").write_text(f"K = {value}  # {'x' * int(value)}\n")
+        part = FIELDS["user"](kind="user", file=tmp_path / folder / "own.py")
+        admit(part)
+        found.append(part.b_earth_fixed(part.prepare(2025.0), np.full((1, 3), 7e6))[0, 0])
+    assert found == pytest.approx([1e-5, 2e-5, 3e-5])
 
 
 def test_an_own_torque_excludes_the_splitting_integrator(scenario):

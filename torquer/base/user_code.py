@@ -97,7 +97,7 @@ class UserCode(OwnFile):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
-                return np.ascontiguousarray(value, dtype=np.float64)
+                return np.asarray(value, dtype=np.float64, order="C")
         except (TypeError, ValueError, Warning):
             raise ValueError(f"{self.must}; received {printable(value)}") from None
 

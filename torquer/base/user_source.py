@@ -171,7 +171,8 @@ def import_file(file: Path, what: str):
     spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}_{mark}", file)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
-    sys.path.insert(0, str(file.resolve().parent))
+    known, folder = set(sys.modules), file.resolve().parent
+    sys.path.insert(0, str(folder))
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
@@ -179,4 +180,9 @@ def import_file(file: Path, what: str):
         raise ValueError(f"{what} file {file}: must import; received {received}") from None
     finally:
         sys.path.pop(0)
+        # else another folder's file of the same name, or this one when edited, would not be read
+        for name in set(sys.modules) - known:
+            found = getattr(sys.modules[name], "__file__", None)
+            if found and Path(found).resolve().is_relative_to(folder):
+                del sys.modules[name]
     return module
