@@ -69,6 +69,12 @@ CASES = [
     ({"spacecraft.aerodynamics": {"parts": [{"kind": "ball"}]}},
      "spacecraft.aerodynamics.parts[0].kind: must be one of box, cylinder, plate, sphere; "
      "received 'ball'"),
+    ({"spacecraft.aerodynamics": {"parts": [{"size_m": [1, 1, 1]}]}},
+     "spacecraft.aerodynamics.parts[0].kind: must be one of box, cylinder, plate, sphere; "
+     "received nothing"),
+    ({"spacecraft.body": {"parts": [{"mass_kg": 1, "size_m": [1, 1, 1]}]}},
+     "spacecraft.body.parts[0].kind: must be one of box, cylinder, plate, sphere, tensor; "
+     "received nothing"),
     ({"spacecraft.aerodynamics": {"parts": []}},
      "spacecraft.aerodynamics.parts: must have 1 or more values; received []"),
     ({"initial.quaternion": [0, 0, 0, 1], "initial.euler_deg": [90, 0, 0]},

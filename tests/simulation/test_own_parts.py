@@ -1,6 +1,5 @@
 """Parts of the user's own are flown like built-in ones: resumed, in campaigns, refused, hashed."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -63,8 +62,7 @@ EVERY = {
 def scenario(tmp_path):
     """A function that makes the scenario of some lines, beside a file of parts."""
     write(tmp_path)
-    estimate = os.path.join(os.path.dirname(__file__), "..", "data", "own_estimator.py")
-    shutil.copy(estimate, tmp_path / "estimate.py")
+    shutil.copy("examples/own_parts.py", tmp_path / "estimate.py")
 
     def make(*lines, control=OFF):
         lines = lines if any("orbit = " in line for line in lines) else (CIRCULAR, *lines)
@@ -220,6 +218,9 @@ def test_a_look_at_a_result_executes_nothing(scenario, tmp_path):
 
 
 WRONG = (
+    ("a = 1e3 * radius_km", "a = radius_km", RING, "of an orbit about the Earth; received 6928.1"),
+    ("a * n * v", "2.0 * a * n * v", RING, "of an orbit about the Earth; received 6.92814e.06 m"),
+    ("-7.8e15]", "-7.8e24]", FIELD, r"below 1 T; received .* \(in nT\?\)"),
     ("return a * r, a * n * v", "return {}, {}", RING, r"received \{\}"),
     ("return a * r, a * n * v", "return 'a', v", RING, r"received 'a'"),
     ("return a * r, a * n * v", "return r + 0j, v", RING, r"received array"),
@@ -227,7 +228,7 @@ WRONG = (
     ("np.full(len(r_ecef_m), density)", "{}", AIR, r"received \{\}"),
     ("size=1e-6", "size=None", LEAK, r"own\.leak\.parameters\.size: must be a number, by default"),
     ("return a * r, a * n * v", "return a * r", RING, r"received ndarray"),
-    ("return a * r, a * n * v", "return r[:2], v", RING, r"received shape \(2, 3\) for n = "),
+    ("return a * r, a * n * v", "return a * r[:2], v", RING, r"received shape \(2, 3\) for n = "),
     ("return a * r, a * n * v", "return r / 0 * np.nan, v", RING, r"finite; received none at t = "),
     ("return a * r, a * n * v", "return nothing", RING, r"name 'nothing' is not.*own\.py, l"),
     ("- moment) / distance**3", "- moment)[0]", FIELD, r"received shape \(3,\) for n = "),

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
@@ -50,6 +50,37 @@ def _unit_rows(key: str, rows) -> tuple:
 Inertia = Annotated[Vector | tuple[Vector, Vector, Vector], AfterValidator(_tensor)]
 #: Value of an inertia whose axes must be principal: three moments.
 Moments = Annotated[Vector, AfterValidator(_moments)]
+
+
+def symmetric_tensor(key: str, value) -> np.ndarray:
+    """Tensor (3, 3) of a number, three principal values or a tensor."""
+    given = validate.finite(key, value)
+    return given if given.ndim == 2 else np.diag(np.broadcast_to(given, 3))
+
+
+def damping_tensor(key: str, what: str):
+    """Type of a tensor that brakes: a number, three principal values or 3x3, kept as given.
+
+    `what` would drive the body if a principal value were negative.
+    """
+
+    def check(value):
+        tensor = symmetric_tensor(key, value)
+        size = np.abs(tensor).max()
+        if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * size):
+            raise ValueError(f"{key}: must be symmetric; received {tensor.tolist()}")
+        least = float(np.linalg.eigvalsh(tensor)[0])
+        if least < -1e-9 * size:
+            raise ValueError(
+                f"{key}: must have no negative principal value, or the {what} would drive the "
+                f"body; received {least:g}"
+            )
+        return value
+
+    number = Annotated[float, Field(ge=0.0)]
+    return Annotated[number | Vector | tuple[Vector, Vector, Vector], AfterValidator(check)]
+
+
 #: What pydantic would read as a number ("500" as 500, true as 1), and is none.
 _NO_NUMBERS = (bool, np.bool_, str, bytes)
 

@@ -59,8 +59,7 @@ class UserCode(OwnFile):
 
     def load(self) -> Callable:
         """The function with its parameters; ValueError if it cannot be had or not be executed."""
-        function = self.plain()
-        return functools.partial(function, **self.all_parameters())
+        return functools.partial(self.plain(), **self.all_parameters())
 
     def plain(self) -> FunctionType:
         """The function as it is in the file."""
@@ -121,6 +120,19 @@ def admit(spec: Spec) -> None:
 def own_files(spec: Spec) -> dict[str, OwnFile]:
     """The parts of a spec that files of the user's own give, by their keys."""
     return dict(_find(spec, ""))
+
+
+def check_unchanged(began: Mapping, now: Mapping, this: str) -> None:
+    """ValueError for a part of which `described` says another file now than it did.
+
+    `this`: the file that it must be, as the message says it.
+    """
+    for key, file in now.items():
+        if file["source"] != began.get(key, {}).get("source"):
+            raise ValueError(
+                f"{key}.file: must be {this}; it, or one that it imports from its folder, has been "
+                "edited since"
+            )
 
 
 def _find(value, key: str) -> Iterator[tuple[str, OwnFile]]:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from torquer.base.user_code import check_unchanged
 from torquer.base.validate import as_storable
 from torquer.campaign.contents import outcome_unit, signal_unit
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
@@ -212,8 +213,9 @@ def _check_same(path: Path, began: xr.Dataset, fleet: Fleet) -> None:
         raise ValueError(f"scenario: must be the one {path} was started with; received another")
     now = campaign_attributes(fleet)
     _check_table(path, *(json.loads(each["campaign"]) for each in (began.attrs, now)))
-    for key, check in (("laws", _check_laws), ("parts", _check_files)):
-        check(path, *(json.loads(each.get(key, "{}")) for each in (began.attrs, now)))
+    _check_laws(path, *(json.loads(each.get("laws", "{}")) for each in (began.attrs, now)))
+    was, this = (json.loads(each.get("parts", "{}")) for each in (began.attrs, now))
+    check_unchanged(was, this, f"the one {path} was started with")
 
 
 def _check_table(path: Path, began: dict, now: dict) -> None:
@@ -237,13 +239,4 @@ def _check_laws(path: Path, began: dict, now: dict) -> None:
             raise ValueError(
                 f"{key} {law['name']}: must be the one {path} was started with; its file, or "
                 "one that it imports from its folder, has been edited since"
-            )
-
-
-def _check_files(path: Path, began: dict, now: dict) -> None:
-    for key, file in now.items():
-        if file["source"] != began.get(key, {}).get("source"):
-            raise ValueError(
-                f"{key}.file: must be the one {path} was started with; it, or one that it imports "
-                "from its folder, has been edited since"
             )

@@ -171,12 +171,12 @@ def _kinds_at(keys: tuple):
     named_kinds, kinds = _known_kinds()
     named = named_kinds.get(keys[-2]) if len(keys) > 1 and isinstance(keys[-1], str) else None
     words = [key for key in keys if isinstance(key, str)]
-    return named or kinds.get(words[-1], ())
+    return named or kinds.get(".".join(words[-2:])) or kinds.get(words[-1], ())
 
 
 def _known_kinds() -> tuple[dict, dict]:
     """Kinds of tables under names of the user's choice, by the word before the name; and of tables
-    whose `kind` determines their keys, by the last word of their place.
+    whose `kind` determines their keys, by the last word of their place or the last two.
 
     Imported for a mistake only: whoever reads files without a satellite needs none of it.
     """
@@ -186,6 +186,8 @@ def _known_kinds() -> tuple[dict, dict]:
     from torquer.environment.field import FIELDS
     from torquer.environment.orbit import ORBITS
     from torquer.environment.orbit.numerical import STARTS
+    from torquer.spacecraft.masses import MASSES
+    from torquer.spacecraft.parts import PARTS
     from torquer.spacecraft.wheel_array.presets import LAYOUTS
 
     return {"laws": LAWS, "estimators": ESTIMATORS}, {
@@ -196,6 +198,8 @@ def _known_kinds() -> tuple[dict, dict]:
         "law": (*BUILT_IN, "scheme", "user"),
         "estimator": ESTIMATORS,
         "layout": LAYOUTS,
+        "parts": PARTS,
+        "body.parts": MASSES,
     }
 
 

@@ -28,7 +28,6 @@ from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.disturbance import TORQUES, Disturbance
-from torquer.spacecraft.disturbance.energy_sink import damper_tensor
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.magnets import MagnetKeys, Magnets
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
@@ -325,7 +324,7 @@ class Scenario(Spec):
                 "disturbance.energy_sink: must be left out with spacecraft.wheels, whose momentum "
                 "it does not know; received both"
             )
-        rest = np.array(craft.body.inertia) - damper_tensor(sink.damper_kg_m2)
+        rest = np.array(craft.body.inertia) - sink.damper()
         if (least := float(np.linalg.eigvalsh(rest)[0])) <= 0.0:
             raise ValueError(
                 "disturbance.energy_sink.damper_kg_m2: must be below the body's inertia, of which "

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer.base.spec import Inertia, Spec, Vector, unit_vector
+from torquer.base.spec import Inertia, Spec, Vector, by_kind, unit_vector
 
 _Length = Annotated[float, Field(gt=0.0)]
 _Edge = Annotated[float, Field(ge=0.0)]
@@ -112,9 +112,13 @@ class KnownMass(_Mass):
         return np.array(self.inertia_kg_m2)
 
 
-AnyMass = Annotated[
-    BoxMass | CylinderMass | PlateMass | SphereMass | KnownMass, Field(discriminator="kind")
-]
+_Masses = BoxMass | CylinderMass | PlateMass | SphereMass | KnownMass
+
+#: Every part with a mass by its `kind`.
+MASSES = by_kind(_Masses)
+
+#: Any part with a mass, discriminated by `kind`.
+AnyMass = Annotated[_Masses, Field(discriminator="kind")]
 
 
 def _box(mass: float, size, edges: np.ndarray) -> np.ndarray:

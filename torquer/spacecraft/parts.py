@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.base import validate
-from torquer.base.spec import Spec, Vector, unit_vector
+from torquer.base.spec import Spec, Vector, by_kind, unit_vector
 
 _Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 _Length = Annotated[float, Field(gt=0.0)]
@@ -104,7 +104,13 @@ class Box(_Part):
         return [row for face in box(self.size_m, self.centre_m) for row in face.shapes()]
 
 
-AnyPart = Annotated[Box | Cylinder | Plate | Sphere, Field(discriminator="kind")]
+_Parts = Box | Cylinder | Plate | Sphere
+
+#: Every part by its `kind`.
+PARTS = by_kind(_Parts)
+
+#: Any part, discriminated by `kind`.
+AnyPart = Annotated[_Parts, Field(discriminator="kind")]
 
 
 def box(size_m: Vector, centre_m: Vector = (0.0, 0.0, 0.0)) -> tuple[Plate, ...]:

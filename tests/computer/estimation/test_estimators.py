@@ -23,7 +23,7 @@ from torquer.computer.laws import LAWS, AnyLaw
 from torquer.simulation.outside.host import Host
 from torquer.simulation.setup.run import prepare
 
-DATA = Path(__file__).parents[2] / "data"
+OWN = Path(__file__).parents[3] / "examples" / "own_parts.py"
 #: Keys of an example of each estimator. The filters' are of the kind that tests of them fly.
 NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.5}
 KEYS = {
@@ -47,7 +47,7 @@ KEYS = {
         "record_covariance": True,
     },
 }
-KEYS["user"] = {"file": DATA / "own_estimator.py", "parameters": {"share": 0.3}}
+KEYS["user"] = {"file": OWN, "parameters": {"share": 0.3}}
 WORKING = [kind for kind, spec in ESTIMATORS.items() if hasattr(spec, "estimator")]
 EVERY = pytest.mark.parametrize("kind", WORKING)
 SPECS = TypeAdapter(AnyEstimator)

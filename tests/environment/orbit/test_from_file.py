@@ -145,7 +145,7 @@ DAMAGED = (
      "line 8: CENTER_NAME must be EARTH; received 'MOON'"),
     (lambda t: "\n".join(t.splitlines()[:14]), "must hold 4 or more positions; received 2"),
     (lambda t: "\n".join(t.splitlines()[:11]), "must hold positions; received a segment without"),
-    (lambda t: t + t, "satellite: must name the object of one segment of 2"),
+    (lambda t: t + t, "must hold one segment of an object, as segments are not joined; received 2"),
     (lambda t: "<?xml version='1.0'?><oem></oem>", "must be an OMM where it is XML"),
     (lambda t: "<omm>", "must be the XML of an OMM; received another"),
     (lambda t: "<omm><segment/></omm>", "must be the XML of an OMM; received another"),
@@ -174,6 +174,8 @@ def test_earth_fixed_positions_are_no_inertial_ones(tmp_path):
 
 
 CSV = (
+    ("# a log\nutc,x_m,y_m,z_m\n2025-01-01T00:00:00,1,2\n", {"axes": "GCRF"},
+     "line 3: must have 4 columns"),
     ("utc,x_m,y_m,z_m\n2025-01-01T00:00:00+03:00,1,2,3\n", {"axes": "GCRF"},
      "line 2: must be a time of no other zone than UTC; received '2025-01-01T00:00:00\\+03:00'"),
     ("utc,x_m,y_m,z_m\n2025-13-01 00:00:00,1,2,3\n", {"axes": "GCRF"},
@@ -350,3 +352,18 @@ def test_uneven_times_show_other_axes_too(tmp_path):
 def test_what_a_reader_cannot_take_is_one_line(tmp_path, name, text, message):
     keys = {"axes": "GCRF"} if name.endswith("csv") else {}
     assert message in refused(tmp_path, text, name, **keys)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "must"),
+    (
+        ("CENTER_NAME", "MARS", "EARTH"),
+        ("REF_FRAME", "GCRF", "TEME"),
+        ("TIME_SYSTEM", "TAI", "UTC"),
+        ("MEAN_ELEMENT_THEORY", "DSST", "SGP4 or SGP/SGP4"),
+    ),
+)
+def test_elements_of_another_theory_or_place_are_refused(tmp_path, key, value, must):
+    fields = {name: str(each) for name, each in omm_fields().items()} | {key: value}
+    message = refused(tmp_path, json.dumps([fields]), "a.json")
+    assert message == f"file: a.json: {key} must be {must}; received {value!r}"

@@ -8,7 +8,6 @@ import numpy as np
 from torquer.analysis.budget import coil_reach
 from torquer.analysis.notes.assess import assess
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.disturbance.energy_sink import damper_tensor
 from torquer.spacecraft.sensors.sun_sensor import BlindZone, SunSensors
 
 #: Strength of the field in low orbits [T], about.
@@ -91,7 +90,7 @@ def _sink_notes(scenario: Scenario) -> Iterator[str]:
     sink, body = scenario.disturbance.energy_sink, scenario.spacecraft.body
     if sink is None:
         return
-    damper = float(np.linalg.eigvalsh(damper_tensor(sink.damper_kg_m2))[-1])
+    damper = float(np.linalg.eigvalsh(sink.damper())[-1])
     if damper == 0.0:
         yield "disturbance.energy_sink has no effect: its damper has no inertia"
         return

@@ -143,13 +143,18 @@ def record_maker(shape: Shape) -> Callable:
     """Kernel that makes the record of parameters from the array that holds them."""
     names = dict(shape.classes)
     exec(f"def named(p):\n    return {shape.source}", names)
+    return inlined_on_the_spot(names["named"])
+
+
+def inlined_on_the_spot(function: Callable) -> Callable:
+    """A function that was made at run time, compiled into what calls it."""
     if not engine.COMPILED:
-        return names["named"]
+        return function
     import numba
 
     from torquer.compile.numba_private import INLINED_OPTIONS
 
-    return numba.njit(**INLINED_OPTIONS)(names["named"])
+    return numba.njit(**INLINED_OPTIONS)(function)
 
 
 def _memory_view(names: tuple | None) -> Callable:

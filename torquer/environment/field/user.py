@@ -8,6 +8,10 @@ from torquer.base.time import decimal_years
 from torquer.base.user_code import UserCode
 from torquer.environment.field.model import rows
 
+#: No field around a satellite, nor within coils around a bench, is greater; that of the Earth is
+#: below 7e-5 T.
+_GREATEST_T = 1.0
+
 
 class UserField(UserCode):
     """A field of your own: a function `(r_ecef_m, years, **parameters)` in a Python file.
@@ -48,4 +52,9 @@ class UserField(UserCode):
         if not np.isfinite(found).all():
             row = np.flatnonzero(~np.isfinite(found).all(axis=1))[0]
             raise ValueError(f"{self.must}, finite; received none at {r_ecef[row].tolist()} m")
+        if not (np.abs(found) < _GREATEST_T).all():
+            row = np.flatnonzero(~(np.abs(found) < _GREATEST_T).all(axis=1))[0]
+            raise ValueError(
+                f"{self.must} below {_GREATEST_T:g} T; received {found[row].tolist()} (in nT?)"
+            )
         return found

@@ -5,11 +5,11 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from torquer.base.conventions import EARTH_RATE_RAD_S
+from torquer.base.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
 from torquer.base.time import parse_utc
 from torquer.base.user_code import UserCode
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef
-from torquer.environment.orbit.kepler import TWO_PI, Extent, Orbit
+from torquer.environment.orbit.kepler import FARTHEST_KM, TWO_PI, Extent, Orbit
 from torquer.environment.orbit.osculating import extent_of
 
 
@@ -53,11 +53,27 @@ class UserOrbit(UserCode, Orbit):
         if not isinstance(found, tuple | list) or len(found) != 2:
             raise ValueError(f"{self.must}; received {type(found).__name__}")
         r, v = (self._checked(each, t_s) for each in found)
+        self._check_units(t_s, r, v)
         if self.axes != "ECEF":
             return r, v
         to_gcrf = np.swapaxes(dcm_inertial_to_ecef(t_s, start_utc, "precise", dut1_s), -1, -2)
         v = v + np.cross((0.0, 0.0, EARTH_RATE_RAD_S), r)
         return tuple(np.einsum("nij,nj->ni", to_gcrf, each) for each in (r, v))
+
+    def _check_units(self, t_s, r, v) -> None:
+        """ValueError for a place within the Earth or far beyond it, and a speed beyond escape.
+
+        Kilometres taken for metres are the first.
+        """
+        radius, speed = (np.linalg.norm(each, axis=1) for each in (r, v))
+        near = (radius > 0.98 * EARTH_RADIUS_M) & (radius < 1e3 * FARTHEST_KM)
+        bound = speed * speed * radius < 1.1 * 2.0 * MU_EARTH_M3_S2
+        if not (near & bound).all():
+            row = int(np.flatnonzero(~(near & bound))[0])
+            raise ValueError(
+                f"{self.must}, of an orbit about the Earth; received {radius[row]:.6g} m from its "
+                f"centre and {speed[row]:.6g} m/s at t = {t_s[row]:g} s"
+            )
 
     def _checked(self, value, t_s) -> np.ndarray:
         array = self.numbers(value)

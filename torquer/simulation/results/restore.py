@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from torquer.base.user_code import check_unchanged
 from torquer.base.version import VERSION
 from torquer.compile.ready import processor
 from torquer.computer.computer import estimates
@@ -24,7 +25,7 @@ from torquer.simulation.results.dataset import (
 )
 from torquer.simulation.results.variables import RECORDED, TORQUE, estimated, inputs, write
 from torquer.simulation.setup.prepare import make_log
-from torquer.simulation.setup.run import Run
+from torquer.simulation.setup.run import AS_BEGUN, Run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +42,7 @@ def restore(run: Run, result: xr.Dataset) -> None:
     """
     check_version(result)
     _check_laws(run, result)
-    _check_files(run, result)
+    check_unchanged(json.loads(result.attrs.get("parts", "{}")), run.files, AS_BEGUN)
     cells = result["checkpoint"].values
     _check_state(run, cells)
     if result.attrs.get("digest") != digest_result(result):
@@ -128,16 +129,6 @@ def _check_laws(run: Run, result: xr.Dataset) -> None:
             raise ValueError(
                 f"{key} {law['name']}: must be the one with which the run began; its file, or one "
                 "that it imports from its folder, has been edited since"
-            )
-
-
-def _check_files(run: Run, result: xr.Dataset) -> None:
-    began = json.loads(result.attrs.get("parts", "{}"))
-    for key, now in run.files.items():
-        if now["source"] != began.get(key, {}).get("source"):
-            raise ValueError(
-                f"{key}.file: must be the one with which the run began; it, or one that it imports "
-                "from its folder, has been edited since"
             )
 
 

@@ -9,7 +9,7 @@ from torquer.base.user_code import UserCode
 from torquer.base.user_source import cache_beside, plain_function, source_file, source_mark
 from torquer.compile import engine
 from torquer.computer.blocks import plugin
-from torquer.computer.blocks.adapter import Shape, make_inner, place_adapter
+from torquer.computer.blocks.adapter import Shape, inlined_on_the_spot, make_inner, place_adapter
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.disturbance.user import (
     MOST_PARAMETERS,
@@ -110,7 +110,7 @@ def compile_own(function: Callable, count: int, mark: str, must: str, of_kind: C
     spread = {"_function": inner}
     exec(f"def spread(here, p):\n    return _function(here{arguments})", spread)
     parts = {
-        "_spread": _inlined(spread["spread"]),
+        "_spread": inlined_on_the_spot(spread["spread"]),
         "_unify": as_torque,
         "_failed": no_torque,
     }
@@ -122,13 +122,3 @@ def compile_own(function: Callable, count: int, mark: str, must: str, of_kind: C
     from torquer.compile.overloads import FirstClass
 
     return FirstClass(made, of_kind())
-
-
-def _inlined(function: Callable) -> Callable:
-    if not engine.COMPILED:
-        return function
-    import numba
-
-    from torquer.compile.numba_private import INLINED_OPTIONS
-
-    return numba.njit(**INLINED_OPTIONS)(function)

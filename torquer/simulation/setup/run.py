@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.base.user_code import admit, own_files
+from torquer.base.user_code import admit, check_unchanged, own_files
 from torquer.compile.arguments import Arguments
 from torquer.computer.blocks.law import Law
 from torquer.computer.blocks.user import UserBlock
@@ -56,6 +56,9 @@ from torquer.simulation.setup.size import piece_steps
 from torquer.spacecraft.actuators.coils import fail_coils, switch_off_coils
 from torquer.spacecraft.failures import is_halted
 from torquer.spacecraft.sensors.devices import DEVICES
+
+#: What a file that gives a part of a run must be.
+AS_BEGUN = "the one with which the run began"
 
 
 class Piece(NamedTuple):
@@ -132,19 +135,11 @@ class Run:
             # the rows kept are views of the other
             inputs = self.scenario.simulation.record_inputs
             self.record = empty_record(self.plan, len(self.record.rows), inputs)
-        self._check_files()
+        if self.piece is not None:
+            check_unchanged(self.files, describe_files(self.scenario), AS_BEGUN)
         self.piece = self._ready = None  # two pieces' tables need not be in memory at once
         self.piece = tabulate_piece(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
-
-    def _check_files(self) -> None:
-        """ValueError if a file that gives a part of the run has been changed since it began."""
-        for key, now in describe_files(self.scenario).items():
-            if now["source"] != self.files[key]["source"]:
-                raise ValueError(
-                    f"{key}.file: must be the one with which the run began; it, or one that it "
-                    "imports from its folder, has been edited since"
-                )
 
     def make_ready(self) -> None:
         """Make tables, and compile what is not in the cache: up to a minute before the first step.

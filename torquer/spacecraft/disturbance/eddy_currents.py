@@ -1,12 +1,8 @@
 """Eddy currents in the conducting parts of a body that turns in the field: they brake it."""
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
-from pydantic import AfterValidator, Field
-
-from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, damping_tensor, symmetric_tensor
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.vec3 import as_symmetric, cross, sym_vec
 
@@ -39,35 +35,12 @@ def eddy_current_torque(eddy, local_body, omega_body):
 _KEY = "damping_n_m_s_per_t2"
 
 
-def _tensor(value) -> np.ndarray:
-    """Tensor (3, 3) of a number, three principal values or a tensor."""
-    given = validate.finite(_KEY, value)
-    return given if given.ndim == 2 else np.diag(np.broadcast_to(given, 3))
-
-
-def _positive(value):
-    tensor = _tensor(value)
-    size = np.abs(tensor).max()
-    if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * size):
-        raise ValueError(f"{_KEY}: must be symmetric; received {tensor.tolist()}")
-    least = float(np.linalg.eigvalsh(tensor)[0])
-    if least < -1e-9 * size:
-        raise ValueError(
-            f"{_KEY}: must have no negative principal value, or the currents would drive the "
-            f"body; received {least:g}"
-        )
-    return value
-
-
 class EddyCurrents(Spec):
     """Torque of eddy currents, K (omega x B) x B."""
 
-    damping_n_m_s_per_t2: Annotated[
-        Annotated[float, Field(ge=0.0)] | Vector | tuple[Vector, Vector, Vector],
-        AfterValidator(_positive),
-    ]
+    damping_n_m_s_per_t2: damping_tensor(_KEY, "currents")
     """Tensor K: one number, three (about the body axes) or 3x3."""
 
     def pack(self, parts) -> EddyTensor:
         """Constants for kernels; the body's `parts` do not matter."""
-        return EddyTensor(1.0, as_symmetric(_tensor(self.damping_n_m_s_per_t2)))
+        return EddyTensor(1.0, as_symmetric(symmetric_tensor(_KEY, self.damping_n_m_s_per_t2)))

@@ -1,12 +1,11 @@
 """Energy sink: liquid or a flexible part that takes energy from a nutation, and no momentum."""
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from torquer.base import validate
-from torquer.base.spec import Spec, Vector
+from torquer.base.spec import Spec, damping_tensor, symmetric_tensor
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.vec3 import add, as_symmetric, as_vector, cross, sym_vec
 
@@ -49,26 +48,6 @@ def energy_sink_torque(sink, local_body, omega_body):
 _KEY = "damper_kg_m2"
 
 
-def damper_tensor(value) -> np.ndarray:
-    """Tensor (3, 3) of a number, three principal values or a tensor."""
-    given = validate.finite(_KEY, value)
-    return given if given.ndim == 2 else np.diag(np.broadcast_to(given, 3))
-
-
-def _positive(value):
-    tensor = damper_tensor(value)
-    size = np.abs(tensor).max()
-    if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * size):
-        raise ValueError(f"{_KEY}: must be symmetric; received {tensor.tolist()}")
-    least = float(np.linalg.eigvalsh(tensor)[0])
-    if least < -1e-9 * size:
-        raise ValueError(
-            f"{_KEY}: must have no negative principal value, or the damper would drive the body; "
-            f"received {least:g}"
-        )
-    return value
-
-
 class EnergySink(Spec):
     """Internal damping: a slug of liquid or a flexible part that follows the body a little late.
 
@@ -80,18 +59,19 @@ class EnergySink(Spec):
     and the damper's inertia far below the body's. The damper does not feel other torques.
     """
 
-    damper_kg_m2: Annotated[
-        Annotated[float, Field(ge=0.0)] | Vector | tuple[Vector, Vector, Vector],
-        AfterValidator(_positive),
-    ]
+    damper_kg_m2: damping_tensor(_KEY, "damper")
     """Inertia I_d of what moves, which `spacecraft.body` contains: one number, three (about the
     body axes) or 3x3."""
     time_constant_s: float = Field(gt=0.0)
     """Time constant tau in which it takes up the body's rate."""
 
+    def damper(self) -> np.ndarray:
+        """Inertia I_d (3, 3) [kg m^2]."""
+        return symmetric_tensor(_KEY, self.damper_kg_m2)
+
     def damping(self) -> np.ndarray:
         """K = I_d tau (3, 3) [kg m^2 s]."""
-        return self.time_constant_s * damper_tensor(self.damper_kg_m2)
+        return self.time_constant_s * self.damper()
 
     def pack(self, parts, body) -> Sink:
         """Constants for kernels; the body's `parts` do not matter."""

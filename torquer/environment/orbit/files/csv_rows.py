@@ -20,8 +20,9 @@ _TIMES = tuple(scale.lower() for scale in SCALES)
 
 
 def is_csv(text: str) -> bool:
-    """Whether the first line names columns."""
-    return "," in text.lstrip().partition("\n")[0]
+    """Whether the first line that is no comment names columns."""
+    lines = (line.strip() for line in text.splitlines())
+    return "," in next((line for line in lines if line and not line.startswith("#")), "")
 
 
 def read_csv(text: str, axes: str | None) -> States:

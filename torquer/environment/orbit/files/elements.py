@@ -18,6 +18,15 @@ _ROUNDING = 1e-7
 _KEPT = ("no_kozai", "ecco", "inclo", "nodeo", "argpo", "mo", "bstar")
 
 
+#: What an OMM may say of its elements, if it says it.
+_MUST = {
+    "MEAN_ELEMENT_THEORY": ("SGP4", "SGP/SGP4"),
+    "TIME_SYSTEM": ("UTC",),
+    "CENTER_NAME": ("EARTH",),
+    "REF_FRAME": ("TEME",),
+}
+
+
 class Elements(NamedTuple):
     """A set of elements: name and catalogue number of its satellite, its two lines."""
 
@@ -124,9 +133,9 @@ def _json(text: str) -> list[dict[str, str]]:
 def _from_fields(fields: dict) -> Elements:
     """The set of an OMM's fields, as two lines."""
     name = str(fields.get(_NAME, ""))
-    for key, must in (("MEAN_ELEMENT_THEORY", "SGP4"), ("TIME_SYSTEM", "UTC")):
-        if fields.get(key, must).upper() not in (must, f"{must}/SGP4-XP"[: len(must)]):
-            raise ValueError(f"{key}: must be {must}; received {fields[key]!r}")
+    for key, allowed in _MUST.items():
+        if fields.get(key, allowed[0]).upper() not in allowed:
+            raise ValueError(f"{key} must be {' or '.join(allowed)}; received {fields[key]!r}")
     satellite, again = Satrec(), Satrec()
     try:
         omm.initialize(satellite, fields)

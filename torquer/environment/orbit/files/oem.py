@@ -22,6 +22,10 @@ def read_oem(text: str, satellite: str | None) -> States:
     """
     segments = _segments(text)
     named = [each for each in segments if satellite is None or satellite in each.names()]
+    if len(named) > 1 and len({frozenset(each.names()) for each in named}) == 1:
+        raise ValueError(
+            f"must hold one segment of an object, as segments are not joined; received {len(named)}"
+        )
     if len(named) != 1:
         known = ", ".join(sorted({name for each in segments for name in each.names()}))
         raise ValueError(
