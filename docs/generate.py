@@ -16,6 +16,8 @@ from unittest import mock
 import numpy as np
 from flight_requirements import requirements_page
 
+import gallery.theory
+import torquer.theory
 from torquer.cli.app import app
 from torquer.cli.examples import EXAMPLES
 from torquer.design import stored_keys
@@ -26,6 +28,7 @@ from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
 from torquer.simulation.results.variables import ATTRIBUTES, COORDINATES, LOGS, VARIABLES, Variable
+from torquer.theory.where_it_holds import table as conditions_table
 
 ROOT = Path(__file__).parents[1]
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"
@@ -379,6 +382,16 @@ def _with_examples(section: str) -> str:
     return "\n".join([section.rstrip(), *shown, ""])
 
 
+def where_page() -> str:
+    """The page on validity, with the table of conditions as they stand beside the formulas."""
+    page = (ROOT / "docs/theory/where-it-holds.md").read_text(encoding="utf-8")
+    before, mark, rest = page.partition("| of |")
+    after = re.split(r"^(?!\|)", rest, maxsplit=1, flags=re.M)[1]
+    if not mark:
+        raise ValueError("where-it-holds.md: must have the table of conditions; received none")
+    return before + "\n".join(conditions_table(torquer.theory, gallery.theory)) + "\n" + after
+
+
 PAGES = {
     "commands.md": commands_page,
     "peers.md": peers_page,
@@ -389,6 +402,7 @@ PAGES = {
     "variables.md": variables_page,
     "packets.md": packets_page,
     "requirements.md": requirements_page,
+    "theory/where-it-holds.md": where_page,
 }
 
 if __name__ == "__main__":

@@ -4,7 +4,11 @@ import numpy as np
 
 from torquer.theory.validity import Limit
 
-HELD = Limit("tilt [rad]", -0.5, 0.5, "the gravity gradient can balance no more")
+HELD = Limit(
+    "tilt [rad]", -0.5, 0.5, "the gravity gradient can balance no more",
+    of="steady tilt against the gravity gradient", shown="asin(2x)/2 has no value beyond",
+    refuses=True,
+)  # fmt: skip
 
 
 def check_regular(name: str, cosine) -> None:

@@ -74,7 +74,10 @@ class Swing(NamedTuple):
 
 #: The first order has no damping: its oscillation is off by a tenth from here on.
 OVER = Limit("eps u", 0.0, 10.0, "the oscillation has decayed by then")
-UNDAMPED = Limit("eps u", 0.0, 0.1, "the oscillation decays, which the first order neglects")
+UNDAMPED = Limit(
+    "eps u", 0.0, 0.1, "the oscillation decays, which the first order neglects",
+    of="oscillation from rest (MAG 2.2)", shown="full equations: off by a tenth",
+)  # fmt: skip
 
 
 def published_offset(case: SteadyBdot) -> Offset:

@@ -187,17 +187,30 @@ def test_the_strength_stands_for_the_altitude_and_back(theory, strict_json):
 @pytest.mark.parametrize(
     ("law", "more", "note"),
     [
-        ("bdot", ("--gain", "4e6"), r"eps = 3\.4\d? is not small"),
-        ("bdot", ("--gain", "4", "--rate-deg-s", "0.1", "0.1", "0.1"), "is not fast"),
-        ("spin_up", ("--gain", "1e3"), "rate is the default"),
-        ("reorientation", ("--gain", "1e4"), "theta0 of 6[01] deg is neglected"),
-        ("bdot", ("--gain", "4", "--rate-deg-s", "0.18026", "0.18026", "0"), "near resonance: "),
+        ("bdot", ("--gain", "4e6"), r"note: eps = 3\.4\d? is not small"),
+        (
+            "bdot",
+            ("--gain", "4", "--rate-deg-s", "0.1", "0.1", "0.1"),
+            r"doubtful: precession/orbital rate = 2\.5\d: must be at least 4",
+        ),
+        ("spin_up", ("--gain", "1e3"), "note: .*rate is the default, 5 deg/s about each axis"),
+        ("reorientation", ("--gain", "1e4"), "rate is the default, 5 deg/s about the spin axis"),
+        (
+            "reorientation",
+            ("--gain", "1e4", "--rate-deg-s", "5", "5", "5"),
+            "note: .*theta0 of 6[01] deg is neglected",
+        ),
+        (
+            "bdot",
+            ("--gain", "4", "--rate-deg-s", "0.18026", "0.18026", "0"),
+            "note: .*near resonance: ",
+        ),
     ],
 )
 def test_warnings(theory, law, more, note):
     code, out, _ = theory(law, *SATELLITE, *more)
     assert code == 0
-    assert re.search(f"note: .*{note}", out), out
+    assert re.search(note, out), out
 
 
 def test_a_course_that_stops_says_so(theory, strict_json):
@@ -220,7 +233,7 @@ def test_the_drift_is_printed(theory):
 def test_reorientation_to_target_on_the_axis_stays_at_rest(theory, strict_json):
     given = ("reorientation", *SATELLITE, "--gain", "1e4", "--rate-deg-s", "0", "0", "5")
     answer = strict_json(theory(*given, "--rho-deg", "0", "--json")[1])
-    assert answer["notes"] == [] and answer["revolutions"]["median"] is None
+    assert answer["notes"] == [] and answer["revolutions"]["median"] == 0.0
 
 
 def test_pictures(theory, tmp_path):
@@ -261,7 +274,8 @@ def test_design_table_and_its_inverse(theory, strict_json):
     assert back["rows"][3]["revolutions"]["greatest"] == pytest.approx(8.0)
     assert back["gain_for_it"] is None
     shown = theory(*asked, "--revolutions", "8")[1].splitlines()
-    assert shown[1].split() == ["gain", "A", "m^2", "s/T", "eps", "min", "median", "max"]
+    titles = ["gain", "A", "m^2", "s/T", "eps", "min", "median", "max", "flown"]
+    assert shown[1].split() == titles
     assert shown[7].startswith(f"8 revolutions: gain {worst:.4g} A m^2 s/T for the slowest")
 
 
@@ -269,7 +283,7 @@ def test_what_never_comes_is_said(theory):
     given = ("preliminary_1", "--inclination-deg", "0", *SATELLITE[2:], "--design")
     code, out, _ = theory(*given, "--revolutions", "5")
     assert code == 0
-    assert out.splitlines()[2].split()[2:] == ["never"] * 3
+    assert out.splitlines()[2].split()[2:] == [*["never"] * 3, "?"]
     assert "gain none A m^2/T for the slowest" in out
 
 

@@ -6,6 +6,10 @@ attribute has a line for each limit exceeded (`broken_limits`); a function that 
 numbers raises ValueError there, too. Inaccurate means throughout an error of the theory of about a
 tenth (of a length, relative; of an angle, in radians).
 
+An answer to a user carries a `Verdict`: valid, or doubtful with the doubts. A limit that is a
+condition of a formula says of which, and what has shown it; `docs/theory/where-it-holds.md` is
+made of these (`torquer.theory.where_it_holds`).
+
 Where no solution exists, or none is found, it is ArithmeticError.
 """
 
@@ -18,13 +22,20 @@ from torquer.base import validate
 
 
 class Limit(NamedTuple):
-    """Bounds of a number, both allowed unless `open`; `why`: the reason, for messages."""
+    """Bounds of a number, both allowed unless `open`; `why`: the reason, for messages.
+
+    Of a condition of a formula also: `of`, the formula in words; `shown`, the trial or source that
+    gave the bound; `refuses`, whether there is no answer beyond.
+    """
 
     name: str
     least: float = -math.inf
     most: float = math.inf
     why: str = ""
     open: bool = False
+    of: str = ""
+    shown: str = ""
+    refuses: bool = False
 
     @property
     def must(self) -> str:
@@ -61,6 +72,61 @@ def broken_limits(*pairs: tuple[Limit, float]) -> tuple[str, ...]:
     )
 
 
+class Doubt(NamedTuple):
+    """A condition that a case does not meet: limit and number, or `words` in place of both."""
+
+    limit: Limit
+    value: float
+    words: str = ""
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        return self.words or broken_limits((self.limit, self.value))[0]
+
+    def data(self) -> dict:
+        """Plain data; bounds that are not there are None."""
+        least, most = (x if math.isfinite(x) else None for x in (self.limit.least, self.limit.most))
+        value = self.value if math.isfinite(self.value) else None
+        name, why = self.limit.name, self.limit.why
+        return {
+            "text": self.text, "quantity": name, "value": value, "least": least, "most": most,
+            "beyond": why,
+        }  # fmt: skip
+
+
+class Verdict(NamedTuple):
+    """Whether an answer holds: its doubts, none where it is valid."""
+
+    doubts: tuple[Doubt, ...] = ()
+
+    @property
+    def state(self) -> str:
+        """'valid' or 'doubtful'."""
+        return "doubtful" if self.doubts else "valid"
+
+    def lines(self) -> list[str]:
+        """A line for each doubt, or one that says that there is none."""
+        return [f"doubtful: {doubt.text}" for doubt in self.doubts] or ["valid"]
+
+    def data(self) -> dict:
+        """Plain data."""
+        return {"state": self.state, "doubts": [doubt.data() for doubt in self.doubts]}
+
+
+def judge(*pairs: tuple[Limit, float | None]) -> Verdict:
+    """The verdict of (limit, number) pairs; None for what a case does not have.
+
+    ValueError beyond a limit that refuses.
+    """
+    broken = [(limit, value) for limit, value in pairs if value is not None]
+    broken = [(limit, float(value)) for limit, value in broken if not limit.holds(value)]
+    for limit, value in broken:
+        if limit.refuses:
+            raise ValueError(f"{limit.name}: {limit.must} ({limit.why}); received {value:.6g}")
+    return Verdict(tuple(Doubt(limit, value) for limit, value in broken))
+
+
 #: Slow variables.
 LENGTH = Limit("l", 0.0, why="angles are undefined at zero momentum", open=True)
 RHO, THETA = Limit("rho", 0.0, math.pi), Limit("theta", 0.0, math.pi)
@@ -70,7 +136,11 @@ OFF_POLES = Limit("rho", POLE, math.pi - POLE, "sigma has no rate on the third a
 INCLINATION = Limit("inclination", 0.0, math.pi)
 #: The gravity gradient balances a torque at the tilt x [rad] by its linear law, at asin(2x)/2 in
 #: fact: a tenth more at 0.34, and at no angle above a half.
-LEAN = Limit("tilt [rad]", -0.34, 0.34, "the linear gravity-gradient torque is off by a tenth")
+LEAN = Limit(
+    "tilt [rad]", -0.34, 0.34, "the linear gravity-gradient torque is off by a tenth",
+    of="steady tilt against the gravity gradient (three-axis hold, B-dot, pitch wheel)",
+    shown="(3/2) sin 2x for 3x: asin(2x)/2 exceeds x by a tenth",
+)  # fmt: skip
 #: Relative tolerance of an integration.
 TOLERANCE = Limit("rtol", 1e-14, 0.1)
 #: Part of itself by which the momentum changes, or angle [rad] by which it turns, over a radian of

@@ -65,7 +65,6 @@ def test_growth_is_timed_too():
     ("name", "inclination", "start", "part"),
     [
         ("bdot", 0.0, Slow(1.0, 0.0, 0.0, 0.5), 0.1),  # no torque along the field
-        ("nutation_damping", 60.0, Slow(1.0, 0.5, 0.0, 0.0), 0.1),  # nothing to damp
         ("bdot", 60.0, Slow(1.0, 0.5, 0.0, 0.5), 2.0),  # never grows
         ("spin_up", 90.0, Slow(1.0, 0.0, 0.0, math.pi), 2.0),  # the momentum vanishes
         ("reorientation", 60.0, Slow(1.0, math.pi, 0.0, 0.0), 0.1),  # unstable opposite
@@ -73,6 +72,11 @@ def test_growth_is_timed_too():
 )
 def test_never_is_infinite(name, inclination, start, part):
     assert slow_time(EVOLUTIONS[name], case_of(name, inclination), start, part) == math.inf
+
+
+def test_what_has_nothing_to_damp_is_there_at_once():
+    case, start = case_of("nutation_damping", 60.0), Slow(1.0, 0.5, 0.0, 0.0)
+    assert slow_time(EVOLUTIONS["nutation_damping"], case, start, 0.1) == 0.0
 
 
 def test_directions_are_even_over_the_sphere():

@@ -56,3 +56,11 @@ def rotation_vector(p, q) -> np.ndarray:
     sine = np.linalg.norm(axis, axis=1)
     angle = 2.0 * np.arctan2(sine, np.abs(scalar))
     return axis * (angle / np.where(sine > 0.0, sine, 1.0) + 2.0 * (sine == 0.0))[:, None]
+
+
+def axes_about(axis) -> np.ndarray:
+    """Right-handed unit vectors as rows, the third of them a given one; the first two are free."""
+    away = np.eye(3)[np.argmin(np.abs(axis))]
+    first = np.cross(np.cross(axis, away), axis)
+    first = first / np.linalg.norm(first)
+    return np.array([first, np.cross(axis, first), axis])

@@ -24,6 +24,8 @@ def _evolution(motion: LawMotion) -> Figure:
     case, constants = motion.case, motion.case.constants
     u = next(iter(motion.motions.values())).u
     title = f"{case.law}, {case.name}, eps = {constants.eps:.3g}"
+    if motion.found["verdict"]["doubts"]:
+        title += ": doubtful"
     angle = ("gamma [deg]", lambda slow: np.degrees(sun_angle(slow, constants)))
     angles = {"angle": angle} if case.law == "sdot" else {}
     return draw_evolution(u, motion.motions, title, **angles)

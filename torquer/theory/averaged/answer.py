@@ -1,5 +1,6 @@
 """Averaged motion and gains of a law: what `torquer theory` answers, as text, data and HTML."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,6 @@ from torquer.theory.averaged.asked import find_case, target_fraction
 from torquer.theory.averaged.case import AveragedCase
 from torquer.theory.averaged.motion import design_data, motion_data
 from torquer.theory.averaged.requests import LawRequest
-from torquer.theory.validity import SLOW_CHANGE
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,7 @@ class LawMotion:
             *_head(case, found),
             "",
             *(f"{row.label}{row.text}" for row in self._rows()),
+            *self.verdict,
             "tends to:",
             *(f"  {each['description']}" for each in found["tends_to"]),
             *_sun_lines(found["sun"]),
@@ -48,6 +49,11 @@ class LawMotion:
             *map(_integral_line, found["first_integrals"]),
             *_note_lines(found["notes"]),
         ]
+
+    @property
+    def verdict(self) -> list[str]:
+        """What true motions show, and whether the answer is valid or why it is doubtful."""
+        return verdict_lines(self.found["verdict"])
 
     def _rows(self) -> list[Row]:
         """The small parameter, and how long the law takes."""
@@ -63,7 +69,8 @@ class LawMotion:
         """In notebooks: the key numbers, and below them where the motion tends and the notes."""
         rows = [row._replace(label=row.label.rstrip("=: ")) for row in self._rows()]
         ends = [f"tends to: {each['description']}" for each in self.found["tends_to"]]
-        return as_html([rows], [*_head(self.case, self.found), *ends, *self.found["notes"]])
+        notes = [*_head(self.case, self.found), *self.verdict, *ends, *self.found["notes"]]
+        return as_html([rows], notes)
 
 
 def law_motion(
@@ -106,12 +113,12 @@ class LawGains:
         head = f"{'gain ' + text.UNITS[case.law]:>22}{'eps':>10}"
         return [
             self._title(),
-            head + "".join(f"{row.label:>9}" for row in self.rows[0][2:]),
+            head + "".join(f"{row.label:>9}" for row in self.rows[0][3:]),
             *map(_gain_line, self.rows),
             *_wanted_lines(case, found),
             *_sampling_lines(case, found["sampling"]),
+            *_doubts_by_gain(found["rows"]),
             *_note_lines(found["notes"]),
-            *_rough_lines(found["rows"]),
         ]
 
     def _title(self) -> str:
@@ -149,12 +156,45 @@ def _gain_row(case: AveragedCase, each: dict) -> tuple[Row, ...]:
     return (
         Row("gain", "gain", each["gain"], text.UNITS[case.law], f"{each['gain']:.4g}"),
         Row("eps", "eps", each["eps"], "", f"{each['eps']:.3g}"),
+        Row("verdict", value=each["verdict"]),
         *(Row(f"revolutions/{key}", label, x, "", _turns(x)) for label, (key, x) in labels),
+        Row("", "flown", text=_flown_text(each["verdict"])),
     )
 
 
+def _flown_text(verdict: dict) -> str:
+    """Median of what was flown: "?" where the motions were too short to tell."""
+    if not any(flight["ratio"] is not None for flight in verdict["flown"]):
+        never = any(flight["flown"] is None for flight in verdict["flown"])
+        return "?" if never else "0"
+    return _turns(verdict["flown_revolutions"])
+
+
+def _beyond(doubt: dict) -> float:
+    """How far a doubt is beyond its bounds, as a factor; infinite for never."""
+    value, least, most = doubt["value"], doubt["least"], doubt["most"]
+    if value is None or value <= 0.0:
+        return math.inf
+    return max(value / most if most else 0.0, least / value if least else 0.0)
+
+
+def _doubts_by_gain(rows: list[dict]) -> list[str]:
+    """Each doubt once, with the gains that it is about."""
+    found: dict[str, list[tuple[float, dict]]] = {}
+    for row in rows:
+        for doubt in row["verdict"]["doubts"]:
+            found.setdefault(doubt["quantity"], []).append((row["gain"], doubt))
+    lines = []
+    for each in found.values():
+        gains = ", ".join(f"{gain:.4g}" for gain, _ in each)
+        worst = max((doubt for _, doubt in each), key=_beyond)
+        which = "all gains" if len(each) == len(rows) else f"gain {gains}"
+        lines.append(f"doubtful at {which}: {worst['text']}")
+    return lines or ["valid at all gains"]
+
+
 def _gain_line(row: tuple[Row, ...]) -> str:
-    gain, eps, *times = row
+    gain, eps, _, *times = row
     return f"{gain.text:>22}{eps.text:>10}" + "".join(f"{time.text:>9}" for time in times)
 
 
@@ -169,10 +209,10 @@ def _wanted_lines(case: AveragedCase, found: dict) -> list[str]:
     ]
 
 
-def _rough_lines(rows: list[dict]) -> list[str]:
-    if all(row["eps"] <= SLOW_CHANGE for row in rows):
-        return []
-    return [f"note: times are approximate where eps exceeds {SLOW_CHANGE:g}"]
+def verdict_lines(verdict: dict) -> list[str]:
+    """A verdict of plain data in words: what was flown, and each doubt."""
+    doubts = [f"doubtful: {each['text']}" for each in verdict["doubts"]]
+    return [verdict["line"], *(doubts or ["valid"])]
 
 
 def _head(case: AveragedCase, found: dict) -> tuple[str, str]:
@@ -198,7 +238,7 @@ def _span(times: dict) -> str:
     """Range and median in words."""
     least, median, greatest = map(_turns, times.values())
     if least == greatest:
-        return f"{least} revolutions"
+        return least if least == "never" else f"{least} revolutions"
     return f"{least} to {greatest} revolutions by direction, median {median}"
 
 

@@ -16,14 +16,16 @@ from torquer.theory.averaged.case import (
     AveragedCase,
     as_spinner,
     case_from_scenario,
+    flown_kind,
     spun_about_the_axis,
 )
 from torquer.theory.averaged.equations import LAWS
 from torquer.theory.averaged.requests import ALWAYS, LawRequest
 from torquer.theory.slow.gains import Sampling
 
-_RATE_DEG_S = (5.0, 5.0, 5.0)
-_DEFAULT_RATE = "the initial rate is the default, 5 deg/s about each axis"
+#: Initial rates where none is given; reorientation assumes a spin about its axis.
+_RATE_DEG_S, _SPIN_DEG_S = (5.0, 5.0, 5.0), (0.0, 0.0, 5.0)
+_DEFAULT_RATE = "the initial rate is the default, 5 deg/s about {}"
 
 
 def find_case(
@@ -65,10 +67,13 @@ def _case_asked(law: str, asked: LawRequest, inclination_deg: float) -> Averaged
     for each in asked.rate_deg_s or ():
         if must := validate.out_of_range("rate_deg_s", each):
             raise RequestError("rate_deg_s", f"must be {must}; received {each:g}")
-    rate = _check("rate_deg_s", validate.finite, asked.rate_deg_s or _RATE_DEG_S, (3,))
+    spins = law == "reorientation"
+    usual = _SPIN_DEG_S if spins else _RATE_DEG_S
+    rate = _check("rate_deg_s", validate.finite, asked.rate_deg_s or usual, (3,))
     axis, rho = np.array([0.0, 0.0, 1.0]), None
-    notes = () if asked.rate_deg_s else (_DEFAULT_RATE,)
-    spinner, theta, remarks = as_spinner(tensor, axis, rate, inclination_deg, b0_t, radius_m)
+    where = "the spin axis" if spins else "each axis"
+    notes = () if asked.rate_deg_s else (_DEFAULT_RATE.format(where),)
+    spinner, theta, remarks, body = as_spinner(tensor, axis, rate, inclination_deg, b0_t, radius_m)
     sampling = _sampling(law, asked.sample_s, asked.lag_s)
     if asked.rho_deg is not None:
         rho = math.radians(asked.rho_deg)
@@ -78,7 +83,8 @@ def _case_asked(law: str, asked: LawRequest, inclination_deg: float) -> Averaged
     name = f"{(radius_m - EARTH_RADIUS_M) / 1e3:.4g} km, {inclination_deg:g} deg"
     return AveragedCase(
         law, asked.gain, spinner, theta, rho, target=(math.sin(sun), 0.0, math.cos(sun)),
-        notes=(*notes, *remarks), name=name, sampling=sampling,
+        notes=(*notes, *remarks), name=name, sampling=sampling, inertia=body.inertia,
+        rate_rad_s=body.rate_rad_s, flown=flown_kind(law), off=body.off,
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -10,8 +11,9 @@ from torquer.base import validate
 from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.computer.laws.pointing import HeldByWheels
 from torquer.environment.field.averaged import Averaged, ascending_node, cone_angle, mean_strength
+from torquer.maths.geometry.attitudes import axes_about
 from torquer.maths.geometry.quaternion import rotate
-from torquer.maths.geometry.vec3 import as_vector
+from torquer.maths.geometry.vec3 import as_matrix, as_vector
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.equations import LAWS
 from torquer.theory.averaged.sampling import law_sampling
@@ -27,6 +29,12 @@ _SAME = {
     "nutation_damping_derivative": "nutation_damping",
     "sdot_rate": "sdot",
 }  # fmt: skip
+#: The laws that true motions fly: with exact readings, of a rate of change too.
+_FLOWN = {
+    "bdot_rate": "bdot_rate", "nutation_damping_rate": "nutation_damping_rate",
+    "bdot": "bdot_derivative", "nutation_damping": "nutation_damping_derivative",
+    "sdot": "sdot_rate",
+}  # fmt: skip
 #: Laws that sample and hold, laws with a target, and laws without a spin axis of their own.
 SAMPLED = ("bdot", "nutation_damping")
 POINTED = ("reorientation", "preliminary_1", "preliminary_2", "sdot")
@@ -39,6 +47,9 @@ class AveragedCase:
 
     `gain` None: not given (a design needs none). `rho`, `sigma` [rad], None: any direction.
     `notes`: assumptions and omissions, one line each. `sampling`: of B-dot and nutation damping.
+    `inertia` (rows [kg m^2]) and `rate_rad_s`: of the body as it is, spin axis third. `flown`: kind
+    of the law that true motions fly. `off`: what the averaged motion leaves out of the case, by the
+    names of the conditions that it must meet.
     """
 
     law: str
@@ -51,6 +62,10 @@ class AveragedCase:
     notes: tuple[str, ...] = ()
     name: str = ""
     sampling: Sampling | None = None
+    inertia: tuple = ()
+    rate_rad_s: tuple = ()
+    flown: str = ""
+    off: tuple[tuple[str, float], ...] = ()
 
     @property
     def evolution(self) -> Evolution:
@@ -62,6 +77,15 @@ class AveragedCase:
         """Constants of the equations; eps = 1 without a gain."""
         constants = self.evolution.case(self.gain or 1.0, self.spinner, self.target)
         return constants if self.gain else constants._replace(eps=1.0)
+
+    @property
+    def damped_rate_rad_s(self) -> float:
+        """Rate to be damped: of the body, or of its precession in nutation damping."""
+        across = self.spinner.momentum_n_m_s / self.spinner.transverse_kg_m2
+        if self.law == "nutation_damping":
+            return across
+        along = self.spinner.momentum_n_m_s / self.spinner.axial_kg_m2
+        return math.hypot(across * math.sin(self.theta), along * math.cos(self.theta))
 
     @property
     def period_s(self) -> float:
@@ -82,7 +106,7 @@ def case_from_scenario(scenario: Scenario) -> AveragedCase:
             f"received {kind!r}"
         )
     r, v = (x[0] for x in scenario.orbit.state(np.zeros(1), scenario.start))
-    orbit, notes = _circle(r, v)
+    orbit, notes, off = _circle(r, v)
     field = scenario.environment.field
     known = field if isinstance(field, Averaged) else Averaged()
     b0_t = mean_strength(known.prepare(0.0), orbit["radius_m"], orbit["inclination"])
@@ -90,16 +114,19 @@ def case_from_scenario(scenario: Scenario) -> AveragedCase:
     state = scenario.initial.motion(r, v)
     axis = _axis(kind, spec, tensor)
     inclination_deg = math.degrees(orbit["inclination"])
-    spinner, theta, remarks = as_spinner(
+    spinner, theta, remarks, body = as_spinner(
         tensor, axis, np.degrees(state[4:]), inclination_deg, b0_t, orbit["radius_m"]
     )
     momentum = rotate(tuple(state[:4]), as_vector(tensor @ state[4:]))
     rho, sigma = _polar(_to_z(momentum, orbit))
     gain, duty_note = _gain(key, spec, scenario.control)
+    saturation = _saturation(scenario, spec, kind, spinner)
     case = AveragedCase(
         kind, gain, spinner, theta, rho, sigma, name=scenario.name,
-        notes=(*notes, *remarks, *duty_note, *_saturation(scenario, spec, kind, spinner)),
+        notes=(*notes, *remarks, *duty_note, *saturation[0]),
         sampling=law_sampling(scenario, spec) if kind in SAMPLED else None,
+        inertia=body.inertia, rate_rad_s=body.rate_rad_s, flown=flown_kind(spec.kind),
+        off=(*off, *body.off, *saturation[1]),
     )  # fmt: skip
     if kind not in POINTED:
         return case
@@ -114,13 +141,28 @@ def spun_about_the_axis(case: AveragedCase) -> AveragedCase:
         f"reorientation assumes spin about the axis: theta0 of {math.degrees(case.theta):.0f} "
         "deg is neglected; damp it first"
     )
-    return replace(case, theta=0.0, notes=(*case.notes, note))
+    off = (("nutation at the start [deg]", math.degrees(case.theta)),)
+    return replace(case, theta=0.0, notes=(*case.notes, note), off=(*case.off, *off))
+
+
+class Body(NamedTuple):
+    """The body as it is, its spin axis third: rows of its inertia tensor [kg m^2], its rate [rad/s]
+    and what an axisymmetric one leaves out."""
+
+    inertia: tuple
+    rate_rad_s: tuple
+    off: tuple
+
+
+def flown_kind(kind: str) -> str:
+    """The law that true motions fly for a law of a scenario."""
+    return _FLOWN.get(kind) or _FLOWN.get(_SAME.get(kind, kind), kind)
 
 
 def as_spinner(
     tensor, axis, rate_deg_s, inclination_deg: float, b0_t: float, radius_m: float
-) -> tuple[Spinner, float, tuple[str, ...]]:
-    """(Axisymmetric satellite on its circular orbit, theta, notes) of a body and its motion.
+) -> tuple[Spinner, float, tuple[str, ...], Body]:
+    """(Axisymmetric satellite on its circular orbit, theta, notes, itself) of a body in motion.
 
     Body axes: inertia `tensor` [kg m^2], unit vector of the spin `axis`, rate.
     """
@@ -153,7 +195,14 @@ def as_spinner(
         raise ValueError(
             f"{first['loc'][0]}: must be {must}; received {first['input']:g}"
         ) from None
-    return spinner, theta, notes
+    return spinner, theta, notes, _turned(tensor, axis, np.radians(rate_deg_s), spread)
+
+
+def _turned(tensor, axis, rate, spread: float) -> Body:
+    """The body in axes of which the third is its spin axis."""
+    rows = axes_about(axis)
+    off = (("difference of the moments across the axis, over their mean", spread),)
+    return Body(as_matrix(rows @ tensor @ rows.T), as_vector(rows @ rate), off)
 
 
 def _only_law(control) -> tuple:
@@ -167,7 +216,7 @@ def _only_law(control) -> tuple:
     return control.key_of(name), spec
 
 
-def _circle(r, v) -> tuple[dict, tuple]:
+def _circle(r, v) -> tuple[dict, tuple, tuple]:
     """Circular approximation of an orbit, from its state in the inertial frame."""
     h = np.cross(r, v)
     size = 1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2)
@@ -177,7 +226,8 @@ def _circle(r, v) -> tuple[dict, tuple]:
         notes = (f"the orbit, of eccentricity {eccentricity:.3f}, is approximated by a circle",)
     node = np.array(ascending_node(as_vector(h)))
     inclination = math.atan2(math.hypot(h[0], h[1]), h[2])
-    return {"radius_m": float(size), "inclination": inclination, "node": node}, notes
+    orbit = {"radius_m": float(size), "inclination": inclination, "node": node}
+    return orbit, notes, (("eccentricity", eccentricity),)
 
 
 def _to_z(vector, orbit) -> np.ndarray:
@@ -218,22 +268,24 @@ def _gain(key: str, spec, control) -> tuple[float, tuple]:
     return gain * duty, (note,)
 
 
-def _saturation(scenario, spec, kind, spinner) -> tuple:
-    """A note if B-dot or S-dot may initially command more than the coils can produce."""
+def _saturation(scenario, spec, kind, spinner) -> tuple[tuple, tuple]:
+    """What B-dot or S-dot may initially command over what the coils can produce, and a note."""
     limit = scenario.spacecraft.coils.limits_a_m2().max()
     if kind not in _ANY_AXIS:
-        return ()
+        return (), ()
     rate = spinner.momentum_n_m_s / spinner.transverse_kg_m2
     if kind == "bdot":
         commanded, words = spec.gain_a_m2_s_per_t * rate * spinner.strength_t, ("", "brake")
     else:
         commanded, words = spec.gain_a_m2_s * rate, ("up to ", "act")
+    off = (("commanded dipole over the coils' limit", float(commanded / limit)),)
     if commanded <= limit:
-        return ()
-    return (
+        return (), off
+    note = (
         f"the law initially commands {words[0]}{commanded:.3g} A m^2 from coils limited to "
-        f"{limit:.3g}: saturated, they {words[1]} more slowly than averaging predicts",
+        f"{limit:.3g}: saturated, they {words[1]} more slowly than averaging predicts"
     )
+    return (note,), off
 
 
 def _point(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
@@ -255,4 +307,5 @@ def _point(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
         f"the target is {away:.0f} deg from the cone axis, where {case.law} has no closed "
         "equations: the cone axis is used"
     )
-    return replace(case, notes=(*case.notes, note))
+    off = (("angle of the target to the cone axis [deg]", away),)
+    return replace(case, notes=(*case.notes, note), off=(*case.off, *off))

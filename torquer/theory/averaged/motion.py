@@ -1,13 +1,16 @@
 """Averaged motion of a case as plain data: times, limit motions, sampling, gains for a time."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from torquer.base.strict_json import finite_or_none
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaged.case import POINTED, AveragedCase
+from torquer.theory.averaged.conditions import FAST, STILL_FAST, check_case, judge_case
 from torquer.theory.averaged.equations import EQUATIONS, INTEGRALS
+from torquer.theory.averaged.flights import Flights, fly
 from torquer.theory.slow.comparison import resonances
 from torquer.theory.slow.equilibria import (
     Equilibrium,
@@ -49,7 +52,9 @@ def motion_data(
     the motions; without it somewhat more than the median time.
     """
     constants, spinner = case.constants, case.spinner
+    check_case(case)
     times = slow_times(case, part)
+    flights = fly(case, part, _given(case))
     points = tends_to(find_equilibria(evolution_rates(case.evolution, constants)))
     start = None if case.rho is None else Slow(1.0, case.rho, case.sigma, case.theta)
     turns = _turns(times, constants.eps)
@@ -74,6 +79,7 @@ def motion_data(
             "eta": list(spinner.eta),
         },
         "eps": constants.eps,
+        "verdict": judge_case(case, part, flights).data() | _flown(flights),
         "quantity": GOALS[case.law].name,
         "part": part,
         "revolutions": turns,
@@ -99,11 +105,15 @@ def motion_data(
 def design_data(case: AveragedCase, part: float, revolutions: float | None = None) -> dict:
     """Times over gains as plain data, and the gain with which `part` of the initial value is
     reached in a number of revolutions."""
+    check_case(case)
     evolution, spinner, times = case.evolution, case.spinner, slow_times(case, part)
     gains = [case.gain * x for x in _PARTS] if case.gain else [
         gain_at(evolution, spinner, eps) for eps in _EPS
     ]  # fmt: skip
     rows = design_table(evolution, spinner, times, gains)
+    flights = [fly(case, part, gain) for gain in gains]
+    judged = [judge_case(replace(case, gain=gain), part, each)
+              for gain, each in zip(gains, flights, strict=True)]  # fmt: skip
     wanted = None if revolutions is None else gain_for(evolution, spinner, times, revolutions)
     return {
         "law": case.law,
@@ -113,14 +123,28 @@ def design_data(case: AveragedCase, part: float, revolutions: float | None = Non
         "theta_deg": math.degrees(case.theta),
         "rho_deg": None if case.rho is None else math.degrees(case.rho),
         "rows": [
-            {"gain": row.gain, "eps": row.eps, "revolutions": _numbers(row.revolutions)}
-            for row in rows
+            {"gain": row.gain, "eps": row.eps, "revolutions": _numbers(row.revolutions),
+             "verdict": verdict.data() | _flown(each)}
+            for row, verdict, each in zip(rows, judged, flights, strict=True)
         ],
         "wanted_revolutions": revolutions,
         "gain_for_it": wanted and _numbers(wanted),
         "sampling": sampling_data(case),
         "notes": [*case.notes, *sampling_notes(case)],
-    }
+    }  # fmt: skip
+
+
+def _flown(flights: Flights) -> dict:
+    median = finite_or_none(flights.flown)
+    each = [flight.data() for flight in flights.each]
+    return {"line": flights.line(), "flown_revolutions": median, "flown": each}
+
+
+def _given(case: AveragedCase) -> float:
+    """The gain of a case that has one."""
+    if case.gain is None:
+        raise ValueError("gain: must be given; received nothing")
+    return case.gain
 
 
 def slow_times(case: AveragedCase, part: float) -> Times:
@@ -181,24 +205,19 @@ def _value(case, name, start) -> float | None:
 
 
 def _warnings(case: AveragedCase) -> list[str]:
-    """Where averaging is not valid."""
+    """Resonances, and until when averaging is valid."""
     notes, eps, spinner = [], case.constants.eps, case.spinner
     precession = spinner.eta[1]
     slow = Slow(1.0, case.rho or 1.0, case.sigma, case.theta)
     near = [n for n in resonances(spinner, slow, greatest=_HARMONICS, width=max(0.05, eps))
             if n[0] == 0 and 0 < abs(n[1]) <= 2]  # fmt: skip
-    if precession < _HARMONICS:
-        notes.append(
-            f"the precession, {precession:.3g} times the orbital rate, is not fast: averaging "
-            "is not valid"
-        )
-    elif near:
+    if near and FAST.holds(precession):
         _, b, c = near[0]
         notes.append(f"near resonance: {b} x precession {c:+d} x orbital rate is about zero")
-    if case.law in ("bdot", "sdot") and precession > _HARMONICS:
+    if case.law in ("bdot", "sdot") and precession > STILL_FAST.least:
         notes.append(
-            f"averaging is valid until the precession drops to {_HARMONICS} orbital rates, at "
-            f"l = {_HARMONICS / precession:.2g}"
+            f"averaging is valid until the precession drops to {STILL_FAST.least:g} orbital rates, "
+            f"at l = {STILL_FAST.least / precession:.2g}"
         )
     return notes
 
@@ -207,7 +226,7 @@ def sampling_data(case: AveragedCase) -> dict | None:
     """The analysis as plain data; None without sampling."""
     if case.sampling is None:
         return None
-    times, rate = case.sampling.times, _rate(case)
+    times, rate = case.sampling.times, case.damped_rate_rad_s
     return {
         **case.sampling._asdict(),
         "limit_deg_s": math.degrees(sampling_limit_rad_s(*times)),
@@ -215,16 +234,6 @@ def sampling_data(case: AveragedCase) -> dict | None:
         "efficiency": float(damping_efficiency(rate, *times)),
         "greatest_gain": _greatest_gain(case),
     }
-
-
-def _rate(case: AveragedCase) -> float:
-    """Rate [rad/s] to be damped: of the body, or of its precession in nutation damping."""
-    spinner = case.spinner
-    across = spinner.momentum_n_m_s / spinner.transverse_kg_m2
-    if case.law == "nutation_damping":
-        return across
-    along = spinner.momentum_n_m_s / spinner.axial_kg_m2
-    return math.hypot(across * math.sin(case.theta), along * math.cos(case.theta))
 
 
 def _greatest_gain(case: AveragedCase) -> float | None:

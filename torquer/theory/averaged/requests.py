@@ -28,7 +28,7 @@ class LawRequest:
     gain: Annotated[float | None, positive("gain_a_m2_per_t")] = None
     """Gain of the law, in its own unit."""
     rate_deg_s: Three | None = None
-    """Initial rate in body axes [5 5 5]."""
+    """Initial rate in body axes [5 5 5; reorientation 0 0 5]."""
     rho_deg: Annotated[float | None, _HALF_TURN] = None
     """Initial angle of the momentum from the field's cone axis [any]."""
     sun_deg: Annotated[float | None, _HALF_TURN] = None

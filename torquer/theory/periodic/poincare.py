@@ -26,8 +26,14 @@ _SILENT = 1e-13
 
 PERIOD = Limit("period", 0.0, open=True)
 #: Harmonics above this fraction of the greatest are not small.
-TAIL = Limit("tail", 0.0, 1e-3, "the forcing has harmonics beyond those sampled")
-GROWTH = Limit("growth of a free motion", most=1e-6, why="the motion departs from the periodic one")
+TAIL = Limit(
+    "tail", 0.0, 1e-3, "the forcing has harmonics beyond those sampled",
+    of="forced periodic motion", shown="the spectrum of the forcing",
+)  # fmt: skip
+GROWTH = Limit(
+    "growth of a free motion", most=1e-6, why="the motion departs from the periodic one",
+    of="forced periodic motion", shown="eigenvalues of the free motion",
+)  # fmt: skip
 
 
 class Resonance(NamedTuple):

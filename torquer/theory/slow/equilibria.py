@@ -25,6 +25,8 @@ _POLE = 1e-12
 #: Below this part of the greatest rate an eigenvalue counts as zero, and below the other a rate.
 _NEUTRAL, _RESTING = 1e-6, 1e-9
 _NEAR = 1e-5
+#: Distance [rad] to a family within which a point is one of it.
+_SAME = 3e-3
 #: Nutation angles [deg] to start from.
 _NUTATIONS = (0.0, 35.0, 90.0, 130.0, 180.0)
 
@@ -65,7 +67,7 @@ def _direction_in_words(point) -> str:
 
 
 def _nutation_in_words(theta) -> str:
-    return "any nutation" if theta is None else f"nutation {math.degrees(theta):.4g} deg"
+    return "any nutation" if theta is None else f"nutation {round(math.degrees(theta), 3):.4g} deg"
 
 
 def evolution_rates(evolution: Evolution, case: Case) -> Rates:
@@ -96,7 +98,8 @@ def find_equilibria(rates: Rates, length: float = 1.0) -> list[Equilibrium]:
             point, key = _classify(rates, length, settled, size)
             found.setdefault(key, point)
     order = {"stable": 0, "neutral": 1, "unstable": 2}
-    return sorted(found.values(), key=lambda e: (order[e.stability], e.rho or 0.0, e.theta or 0.0))
+    alone = [point for point in found.values() if not _is_of_another(point, found.values())]
+    return sorted(alone, key=lambda e: (order[e.stability], e.rho or 0.0, e.theta or 0.0))
 
 
 def tends_to(points: list[Equilibrium]) -> list[Equilibrium]:
@@ -206,6 +209,35 @@ def _key(angles) -> tuple:
     coarse = 10.0 * _NEAR
     return tuple(None if x is None else tuple(np.round(np.atleast_1d(x) / coarse).astype(int))
                  for x in (rho, around, theta))  # fmt: skip
+
+
+def _is_of_another(point: Equilibrium, points) -> bool:
+    """Whether a point is one of another's family but for rounding, where rates vanish to second
+    order."""
+    return any(_is_of(point, each) for each in points if each is not point)
+
+
+def _is_of(point: Equilibrium, family: Equilibrium) -> bool:
+    pairs = (("rho", point.rho, family.rho), ("sigma", point.sigma, family.sigma),
+             ("theta", point.theta, family.theta))  # fmt: skip
+    free = [name for name, one, other in pairs if other is None and one is not None]
+    near = all(
+        other is None or (one is not None and abs(one - other) < _SAME)
+        for name, one, other in pairs
+        if name != "sigma" or family.rho is None or _SAME < family.rho < math.pi - _SAME
+    )
+    wider = bool(free) or (point.rho is None) == (family.rho is None)
+    return near and wider and _freedom(family) >= _freedom(point) and _off(point) > _off(family)
+
+
+def _freedom(point: Equilibrium) -> int:
+    return [point.rho, point.sigma, point.theta].count(None)
+
+
+def _off(point: Equilibrium) -> float:
+    """Distance of a point's angles from the multiples of a right angle that families have."""
+    angles = [x for x in (point.rho, point.theta) if x is not None]
+    return sum(abs(math.remainder(x, 0.5 * math.pi)) for x in angles)
 
 
 def _stability(values, size) -> str:

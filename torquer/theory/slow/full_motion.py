@@ -14,7 +14,7 @@ from torquer.base import validate
 from torquer.compile.engine import kernel
 from torquer.computer.blocks.law import Law
 from torquer.maths.geometry.quaternion import derivative, multiply, rotate, rotate_inverse
-from torquer.maths.geometry.vec3 import cross, scale, sub
+from torquer.maths.geometry.vec3 import as_matrix, cross, mat_vec, scale, sub
 from torquer.maths.integrate.dop853 import rates_of
 from torquer.theory.slow.averaging import (
     averaged_motion,
@@ -42,13 +42,18 @@ class OsculatingMotion(NamedTuple):
 
 
 class EulerMotion(NamedTuple):
-    """Full motion in the quaternion body to the field's frame and the rate [rad/s]."""
+    """Full motion of a body of any inertia: quaternion body to the field's frame, rate [rad/s].
+
+    `inertia` [kg m^2] and `inverse`: rows of the tensor and of its inverse.
+    """
 
     law: object
     parameters: np.ndarray
     memory: np.ndarray
     setting: NamedTuple
     day: float
+    inertia: tuple
+    inverse: tuple
 
 
 class Fast(NamedTuple):
@@ -93,12 +98,11 @@ def _osculating_rates(problem, t, y, dy):
 @rates_of(EulerMotion)
 def _euler_rates(problem, t, y, dy):
     setting, q, omega = problem.setting, (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6])
-    a, c = setting.transverse, setting.axial
-    momentum = (a * omega[0], a * omega[1], c * omega[2])
+    momentum = mat_vec(problem.inertia, omega)
     torque = sub(torque_at(problem, t, q, omega), cross(omega, momentum))
     per_u = 1.0 / setting.orbital_rate
     dy[0], dy[1], dy[2], dy[3] = scale4(per_u, derivative(q, omega))
-    dy[4], dy[5], dy[6] = scale(per_u, spin_rate(setting, torque))
+    dy[4], dy[5], dy[6] = scale(per_u, mat_vec(problem.inverse, torque))
 
 
 @kernel
@@ -141,19 +145,43 @@ def slow_variables(spinner: Spinner, states) -> Slow:
 
     Without momentum the angles are NaN.
     """
-    states = np.atleast_2d(states)
+    return slow_variables_of(moments(spinner), spinner.momentum_n_m_s, states)
+
+
+def moments(spinner: Spinner) -> np.ndarray:
+    """Inertia tensor [kg m^2] of an axisymmetric satellite."""
     a, c = spinner.transverse_kg_m2, spinner.axial_kg_m2
-    body = states[:, 4:] * np.array([a, a, c])
+    return np.diag([a, a, c])
+
+
+def slow_variables_of(inertia, unit_n_m_s: float, states) -> Slow:
+    """The same for a body of any inertia tensor, whose third axis is the spin axis.
+
+    `unit_n_m_s`: L0, the unit of l.
+    """
+    states = np.atleast_2d(states)
+    body = states[:, 4:] @ np.asarray(inertia)
     x, y, z = Rotation.from_quat(states[:, :4]).apply(body).T
     length, across = np.linalg.norm(body, axis=1), np.hypot(body[:, 0], body[:, 1])
     theta = np.arctan2(across, body[:, 2])
     known = np.where(length > 0.0, 0.0, np.nan)
     rho, sigma = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
-    return Slow(length / spinner.momentum_n_m_s, rho + known, sigma + known, theta + known)
+    return Slow(length / unit_n_m_s, rho + known, sigma + known, theta + known)
 
 
 def by_euler(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.0, rtol=1e-10):
     """Full motion along the points `u` by Euler's equations: states [n, 7]; see
     `slow_variables`."""
-    problem = EulerMotion(*averaged_motion(law, spinner, nodes(1, 1, 1))[:4], float(day))
-    return follow_path(problem, full_state(spinner, start, fast), u, rtol)
+    state = full_state(spinner, start, fast)
+    return by_euler_from(law, spinner, moments(spinner), state, u, day=day, rtol=rtol)
+
+
+def by_euler_from(law: Law, spinner: Spinner, inertia, state, u, *, day=0.0, rtol=1e-10):
+    """The same for a body of any inertia tensor [kg m^2], from a state [7].
+
+    Of the satellite only orbit and field count then.
+    """
+    tensor = np.asarray(inertia, dtype=np.float64)
+    rows = (as_matrix(tensor), as_matrix(np.linalg.inv(tensor)))
+    motion = averaged_motion(law, spinner, nodes(1, 1, 1))[:4]
+    return follow_path(EulerMotion(*motion, float(day), *rows), state, u, rtol)

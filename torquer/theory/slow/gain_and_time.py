@@ -20,6 +20,8 @@ from torquer.theory.slow.spinner import Spinner
 #: Slow time after which a law counts as never reaching its goal.
 LONGEST = 500.0
 _POINTS = 200
+#: Below it a quantity (l, or radians) is rounding.
+_ZERO = 1e-7
 
 
 class Goal(NamedTuple):
@@ -63,14 +65,15 @@ def slow_time(evolution: Evolution, case: Case, start: Slow, part: float) -> flo
     """Slow time s = eps u until the law's quantity is `part` of its initial value; inf: never.
 
     `part` below 1 for what decays, above 1 for what grows (in magnitude, for a spin in the wrong
-    sense). Also inf if the momentum vanishes before, or if the quantity is zero from the start.
+    sense). 0 if what decays is zero from the start; inf if what grows is, and if the momentum
+    vanishes before.
     """
     if not (0.0 < part < math.inf and part != 1.0):
         raise ValueError(f"part: must be positive, finite and not 1; received {part}")
     case, goal = case._replace(eps=1.0), GOALS[evolution.name].of
     first, here, passed, span = float(goal(start, case)), start, 0.0, 1.0
-    if first == 0.0:
-        return math.inf
+    if abs(first) < _ZERO:
+        return 0.0 if part < 1.0 else math.inf
     wanted = part * abs(first)
     while passed < LONGEST:
         found = _crossing(evolution, case, here, span, goal, wanted, part < 1.0)

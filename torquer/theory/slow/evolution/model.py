@@ -76,7 +76,11 @@ def rate_reach(length, case: Case) -> float:
 RATIO = Limit("ratio", 0.0, 2.0 * (1.0 + 1e-12), "C/A of a body")
 #: Nutation [rad] at which the rate of the direction is off by a tenth of that of a pure spin (at
 #: worst over inclinations, directions and targets; the averages of the law itself against it).
-SPIN = Limit("theta", 0.0, 0.15, "the equations are those of a spin along the axis")
+SPIN = Limit(
+    "theta", 0.0, 0.15, "the equations are those of a spin along the axis",
+    of="averaged equations of reorientation",
+    shown="averages of the law itself: the direction's rate is off by a tenth", refuses=True,
+)  # fmt: skip
 UNIT = Limit("length of target", 1.0 - 1e-9, 1.0 + 1e-9, "it is the direction to the Sun")
 
 

@@ -105,12 +105,12 @@ def nutation_integral(slow, case):
 
 
 #: On an equatorial orbit the field does not turn: a Sun across it has v = 0.
-_WEIGHT = Limit("mean of cos^2(alpha)", 1e-9, 1.0, "the Sun lies across the field at all times")
+SUN_SEEN = Limit("mean of cos^2(alpha)", 1e-9, 1.0, "the Sun lies across the field at all times")
 
 
 def final_momentum(slow, case):
     """Final momentum over L0 along the Sun, below zero away from it. Source: SDOT (2.18)."""
-    within(_WEIGHT, sun_weight(case))
+    within(SUN_SEEN, sun_weight(case))
     return slow.l * (direction(slow) @ pull(case)) / sun_weight(case)
 
 

@@ -1,0 +1,164 @@
+"""Conditions of the averaged motion of a law, and the verdict on an answer.
+
+Each condition is a limit with the trial that gave it. True motions (`flights`) contain what most
+conditions are about: where they agree with the formula, the answer is valid although a condition
+is not met, and where they do not, the conditions that are not met are the reasons.
+"""
+
+import math
+
+import numpy as np
+
+from torquer.theory.averaged.case import AveragedCase
+from torquer.theory.averaged.flights import Flights
+from torquer.theory.slow.evolution.model import Slow
+from torquer.theory.slow.evolution.sdot import SUN_SEEN, sun_weight
+from torquer.theory.slow.gains import damping_efficiency
+from torquer.theory.validity import PRECESSION, SLOW_CHANGE, Limit, Verdict, judge
+
+_OF = "averaged motion of a law"
+_TABLE = "`tests/theory/averaged/test_where_it_holds.py`: 60 cases inside, at and beyond the bounds"
+#: Laws that turn a spin axis, or damp nutation about it; and those that brake by dB/dt.
+ABOUT_AXIS = (
+    "nutation_damping", "spin_up", "reorientation", "preliminary_1", "preliminary_2", "sdot",
+)  # fmt: skip
+_BY_FIELD_RATE = ("bdot", "bdot_derivative", "nutation_damping", "nutation_damping_derivative")
+
+CHANGE = Limit(
+    "change of the momentum per radian of the orbit", most=SLOW_CHANGE,
+    why="the averages err by 0.4 of it", of=_OF,
+    shown="full against averaged motion, u = 1/eps, seven laws, 15 to 80 deg",
+)  # fmt: skip
+FAST = PRECESSION._replace(of=_OF, shown="harmonic 4u of the field's products")
+#: At the end of a damping: the rate that is asked for, in orbital rates.
+STILL_FAST = Limit(
+    "precession at the end, over the orbital rate", 10.0,
+    why="the field itself turns by twice the orbital rate, and B-dot brakes relative to it", of=_OF,
+    shown="B-dot flown from 6, 2, 1 and 0.5 deg/s at 51.6 deg: the time to 10 % is 5, 19, 78 % too "
+    "short, and never comes",
+)  # fmt: skip
+INCLINED = Limit(
+    "angle of the orbit to the equator [deg]", 25.0,
+    why="the averaged field leaves the dipole's tilt out, which alone turns the field there",
+    of=_OF,
+    shown="B-dot in the field of a dipole tilted by 9.4 deg, at 0, 5, 10, 20 deg: flown 129, 102, "
+    "65, 25 revolutions for never, 460, 115, 29",
+)  # fmt: skip
+SYMMETRIC = Limit(
+    "difference of the moments across the axis, over their mean", most=0.2,
+    why="their mean is used", of=_OF, shown=_TABLE,
+)  # fmt: skip
+STABLE_AXIS = Limit(
+    "growth of nutation about the intermediate axis per radian of the orbit", most=0.01,
+    why="the axis must have the greatest or the least moment: about the intermediate one nutation "
+    "grows by itself", of=_OF, refuses=True,
+    shown="moments 1, 2, 1.5: nutation grows from 14 to 82 deg in 20 revolutions",
+)  # fmt: skip
+SEES_THE_SUN = SUN_SEEN._replace(
+    why="the Sun lies across the field at all times: S-dot gives no dipole", of="S-dot",
+    shown="S-dot's torque, which is proportional to it", refuses=True,
+)  # fmt: skip
+SPINS = Limit(
+    "nutation at the start [deg]", most=math.degrees(0.15),
+    why="reorientation assumes a spin about the axis", of="reorientation",
+    shown="averages of the law itself: the direction's rate is off by a tenth",
+)  # fmt: skip
+WITHIN_LIMITS = Limit(
+    "commanded dipole over the coils' limit", most=1.0,
+    why="saturated coils act more slowly", of=_OF, shown="the definition of saturation",
+)  # fmt: skip
+SAMPLED = Limit(
+    "damping of the sampled law over that of the ideal one", 0.9,
+    why="difference, hold and lag take part of the damping", of="B-dot, nutation damping",
+    shown="the closed formula of the sampled law: a tenth is lost",
+)  # fmt: skip
+CIRCULAR = Limit(
+    "eccentricity", most=0.1, why="the orbit is taken for a circle", of=_OF,
+    shown="the mean of 1/r^6 over an orbit: a circle's times 1 + 7.5 e^2",
+)  # fmt: skip
+TO_CONE_AXIS = Limit(
+    "angle of the target to the cone axis [deg]", most=1.0,
+    why="the answer is for a target along the cone axis", of="preliminary reorientation",
+    shown="the equations, which are closed for that target alone",
+)  # fmt: skip
+#: Part of the momentum along the axis below which it is rounding.
+_NO_SPIN = 1e-6
+#: Of the median of the true motions.
+FLOWN = Limit(
+    "revolutions flown over those of the formula", 0.8, 1.25,
+    why="the body as it is, in the field of the tilted dipole, takes another time", of=_OF,
+    shown=_TABLE,
+)  # fmt: skip
+#: Of each of them.
+EACH_FLOWN = FLOWN._replace(least=0.5, most=2.0, shown="")
+
+
+def nutation_growth(inertia, rate_rad_s, orbital_rate_rad_s: float) -> float:
+    """Rate at which nutation about the third axis grows, per radian of the orbit; 0: it does not.
+
+    By Euler's equations linear about a spin around an intermediate axis. `inertia` [kg m^2]: rows.
+    """
+    tensor = np.asarray(inertia)
+    low, high = np.linalg.eigvalsh(tensor[:2, :2])
+    axial = float(tensor[2, 2])
+    inner = (axial - low) * (high - axial) / (low * high)
+    return abs(float(rate_rad_s[2])) * math.sqrt(max(inner, 0.0)) / orbital_rate_rad_s
+
+
+def judge_case(case: AveragedCase, part: float, flights: Flights) -> Verdict:
+    """The verdict on the times of a case until `part` of the initial value."""
+    unseen, seen = judge(*_unseen(case)), judge(*_seen(case, part))
+    flown = flights.doubt(FLOWN, EACH_FLOWN)
+    if flown is None and (flights.ratio is not None or not flights.each):
+        return unseen
+    return Verdict((*(() if flown is None else (flown,)), *seen.doubts, *unseen.doubts))
+
+
+def check_case(case: AveragedCase) -> None:
+    """ValueError for a law about an axis whose spin is not stable, and where it does nothing."""
+    if case.law == "spin_up" and abs(math.cos(case.theta)) < _NO_SPIN:
+        raise ValueError(
+            "rate: must have a part along the spin axis for spin_up: its times are relative to the "
+            f"momentum along it; received a nutation of {math.degrees(case.theta):.6g} deg"
+        )
+    if case.law == "sdot" and not SEES_THE_SUN.holds(sun_weight(case.constants)):
+        raise ValueError(
+            f"sun: must not lie across the field all along the orbit: {SEES_THE_SUN.why}; received "
+            f"one at right angles to it, at an inclination of {case.spinner.inclination_deg:g} deg"
+        )
+    if case.law in ABOUT_AXIS:
+        _check_axis(case)
+
+
+def _check_axis(case: AveragedCase) -> None:
+    orbital_rate = case.spinner.orbital_rate_rad_s
+    growth = nutation_growth(case.inertia, case.rate_rad_s, orbital_rate)
+    if not STABLE_AXIS.holds(growth):
+        moments = ", ".join(f"{case.inertia[k][k]:g}" for k in range(3))
+        raise ValueError(
+            f"inertia: {STABLE_AXIS.why}, here e-fold in {1.0 / (growth * orbital_rate):.3g} s; "
+            f"received {moments} kg m^2, spin axis last"
+        )
+
+
+def _seen(case: AveragedCase, part: float):
+    """Conditions on what true motions contain."""
+    spinner, off = case.spinner, dict(case.off)
+    precession = spinner.eta[1]
+    if case.gain:
+        yield CHANGE, case.evolution.change(Slow(1.0, 0.0, 0.0, 0.0), case.constants)
+    yield FAST, precession
+    if case.flown in _BY_FIELD_RATE and case.law == "bdot":
+        yield STILL_FAST, part * precession
+    yield INCLINED, min(spinner.inclination_deg, 180.0 - spinner.inclination_deg)
+    yield SYMMETRIC, off.get(SYMMETRIC.name)
+    yield SPINS, off.get(SPINS.name)
+
+
+def _unseen(case: AveragedCase):
+    """Conditions on what they leave out."""
+    off = dict(case.off)
+    for limit in (WITHIN_LIMITS, CIRCULAR, TO_CONE_AXIS):
+        yield limit, off.get(limit.name)
+    if case.sampling is not None:
+        yield SAMPLED, float(damping_efficiency(case.damped_rate_rad_s, *case.sampling.times))
