@@ -105,11 +105,33 @@ def test_a_law_with_a_large_steady_error_is_called_unusable(call, strict_json):
     code, out, _ = call("design", "three-axis", *CUBESAT, *torque, "--json")
     assert code == 0
     for each in strict_json(out)["candidates"].values():
-        large = each["error"] is not None and each["error"]["greatest_deg"] > 2.0
+        large = each["error"] is not None and not _is_below(each["error"], 2.0)
         assert any(note.startswith("unusable: its steady error") for note in each["notes"]) == large
     assert any(
-        each["error"]["greatest_deg"] > 2.0 for each in strict_json(out)["candidates"].values()
+        not _is_below(each["error"], 2.0) for each in strict_json(out)["candidates"].values()
     )
+
+
+def _is_below(error, deg):
+    """Beyond the linear range the error has no number."""
+    return error["is_linear"] and error["greatest_deg"] <= deg
+
+
+def test_beyond_the_linear_range_there_is_no_number_but_a_cause(call, strict_json):
+    """A residual dipole of 5 mA m^2: it printed an error of 2340 deg."""
+    code, out, _ = call("design", "three-axis", *CUBESAT, "--torque-n-m", 3e-6, 0, 0, "--json")
+    assert code == 0
+    found = [each for each in strict_json(out)["candidates"].values() if each["error"]]
+    beyond = [each for each in found if not each["error"]["is_linear"]]
+    assert beyond
+    for each in beyond:
+        error = each["error"]
+        assert error["greatest_deg"] is error["rms_deg"] is error["by_source_deg"] is None
+        assert sum(error["shares"].values()) == pytest.approx(1.0)
+        assert any(
+            note.startswith("its error is made by constant torque") for note in each["notes"]
+        )
+        assert not any("compensates a constant dipole" in note for note in each["notes"])
 
 
 def test_the_regulator_flies_as_predicted(design, strict_json):

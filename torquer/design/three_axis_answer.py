@@ -8,7 +8,9 @@ from torquer.campaign.capture import Capture
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import to_toml
 from torquer.theory.three_axis.gain_search import SETTLED, Candidate, DesignTask, ThreeAxisDesign
-from torquer.theory.three_axis.response import greatest_angle
+from torquer.theory.three_axis.response import PointingError, greatest_angle
+from torquer.theory.three_axis.sampled import SOURCES
+from torquer.theory.validity import LEAN
 
 
 @dataclass(frozen=True)
@@ -54,10 +56,10 @@ class ThreeAxisAnswer:
         if error_deg <= self.within_deg:
             return [*each.notes]
         return [
-            f"unusable: its steady error of {error_deg:.3g} deg exceeds the {self.within_deg:g} "
-            "deg within which a run counts as captured",
-            *each.notes,
-        ]
+            f"unusable: its steady error {_error_in_words(each.error)} exceeds the "
+            f"{self.within_deg:g} deg within which a run counts as captured",
+            *_shares(each.error), *each.notes,
+        ]  # fmt: skip
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
@@ -154,14 +156,45 @@ def _error_rows(each: Candidate) -> list[Row]:
     greatest, rms, noise = map(
         math.degrees, (found.greatest_rad, found.rms_rad, found.noise_rms_rad)
     )
+    holds = LEAN.holds(found.greatest_rad)
+    known = greatest if holds else None
     sources = {name: math.degrees(greatest_angle(x)) for name, x in found.by_source.items()}
     return [
-        Row("error/greatest_deg", "error", greatest, "deg", f"{greatest:.3g}"),
-        Row("error/rms_deg", value=rms),
+        Row("error/greatest_deg", "error", known, "deg", f"{greatest:.3g}" if holds else "beyond"),
+        Row("error/rms_deg", value=rms if holds else None),
+        Row("error/is_linear", value=holds),
         Row("error/noise_rms_deg", "noise", noise, "deg rms", f"{noise:.3g}"),
-        Row("error/by_source_deg", value=sources),
+        Row("error/by_source_deg", value=sources if holds else None),
+        Row("error/shares", value=_shares_of(found)),
         Row("error/greatest_dipole_a_m2", value=float(abs(found.dipoles_a_m2).max())),
     ]
+
+
+def _error_in_words(found: PointingError) -> str:
+    """The greatest error, as far as the linear theory can tell it."""
+    if LEAN.holds(found.greatest_rad):
+        return f"of {math.degrees(found.greatest_rad):.3g} deg"
+    return f"lies beyond {math.degrees(LEAN.most):.2g} deg, where the linear theory ends, and"
+
+
+def _shares_of(found: PointingError) -> dict[str, float]:
+    """Part of each disturbance in the sum of their greatest errors."""
+    each = {name: greatest_angle(turns) for name, turns in found.by_source.items()}
+    total = sum(each.values())
+    return {name: angle / total for name, angle in each.items()} if total > 0.0 else {}
+
+
+def _shares(found: PointingError) -> list[str]:
+    """What makes an error, most first; a constant dipole needs another remedy than gains."""
+    shares = sorted(_shares_of(found).items(), key=lambda one: -one[1])
+    named = [f"{name} {100.0 * part:.0f} %" for name, part in shares if part >= 0.01]
+    lines = [f"its error is made by {', '.join(named)}"] if named else []
+    if shares and shares[0][0] == SOURCES[1]:
+        lines.append(
+            "no law for coils alone compensates a constant dipole, which the field turns past: "
+            "make the residual dipole less, or estimate it and take it off the command"
+        )
+    return lines
 
 
 def _capture(name: str, found: Capture | None) -> str:

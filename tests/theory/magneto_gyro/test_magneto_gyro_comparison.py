@@ -53,6 +53,18 @@ def test_frozen_model_certifies_nothing_over_h_for_stage_1():
     assert (found.exact > 0.0).tolist() == [False, True, False, True, True]
 
 
+def test_stage_1_is_unstable_for_two_ranges_of_h():
+    """h of 0.01 to 0.18 and of 0.52 to 1.06, as the errata and the page on the system say."""
+    gains = CaptureGains(4.0, 6.0, 0.0982 / 1.03165e-3, 0.7)
+    craft = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.03165e-3)
+    edges = {0.01: 0.02, 0.19: 0.17, 0.51: 0.53, 1.07: 1.05}
+    stable = comparison.stage_1_degrees(craft, gains, np.array([*edges]), -0.1).exact
+    unstable = comparison.stage_1_degrees(craft, gains, np.array([*edges.values()]), -0.1).exact
+    assert (stable[1:] > 0.0).all() and (unstable < 0.0).all()
+    middle = comparison.stage_1_degrees(craft, gains, np.array([0.2, 0.3, 0.5]), -0.1).exact
+    assert middle == pytest.approx([0.008, 0.041, 0.085], abs=1e-3)
+
+
 def test_the_degrees_of_stage_2_over_h():
     crafts = [CRAFT.with_wheel(CRAFT.wheel_at(h)) for h in (2.0, 2.1, 6.46)]
     found = comparison.stage_2_degrees(crafts, lambda craft: stage_2_gains(craft, WEIGHTS))

@@ -47,6 +47,13 @@ class Flight(NamedTuple):
     left: float
     ratio: float | None
 
+    @property
+    def needed(self) -> float:
+        """Revolutions until the goal; of a motion too short for it, by the ratio; NaN: unknown."""
+        if math.isfinite(self.flown):
+            return self.flown
+        return math.nan if self.ratio is None else self.formula * (self.ratio or math.inf)
+
     def data(self) -> dict:
         """Plain data; None for never, and for a ratio that is not finite."""
         return {key: x if x is None or math.isfinite(x) else None
@@ -59,10 +66,10 @@ class Flights(NamedTuple):
     each: tuple[Flight, ...]
 
     @property
-    def flown(self) -> float:
-        """Median of the revolutions flown until the goal; NaN where they do not tell."""
-        flown = sorted(flight.flown for flight in self.each)
-        return flown[len(flown) // 2] if self.ratios else math.nan
+    def needed(self) -> float:
+        """Median of the revolutions until the goal, of the motions that tell; NaN if none does."""
+        needed = sorted(x for flight in self.each if not math.isnan(x := flight.needed))
+        return needed[len(needed) // 2] if needed else math.nan
 
     @property
     def ratios(self) -> list[float]:

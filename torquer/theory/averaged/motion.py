@@ -135,7 +135,7 @@ def design_data(case: AveragedCase, part: float, revolutions: float | None = Non
 
 
 def _flown(flights: Flights) -> dict:
-    median = finite_or_none(flights.flown)
+    median = finite_or_none(flights.needed)
     each = [flight.data() for flight in flights.each]
     return {"line": flights.line(), "flown_revolutions": median, "flown": each}
 

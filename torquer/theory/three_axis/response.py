@@ -193,5 +193,5 @@ SATURATED = "the coils saturate, and the error is greater"
 def _notes(turns, noisy, dipoles, limit_a_m2) -> tuple[str, ...]:
     angle = math.hypot(greatest_angle(turns), greatest_angle(noisy))
     asked = Limit("dipole asked for [A m^2]", most=limit_a_m2, why=SATURATED)
-    lean = LEAN._replace(name="error [rad]", least=0.0)
-    return broken_limits((lean, angle), (asked, float(np.abs(dipoles).max())))
+    lean = () if angle <= LEAN.most else (f"error beyond {LEAN.most:g} rad: {LEAN.why}",)
+    return (*lean, *broken_limits((asked, float(np.abs(dipoles).max()))))
