@@ -14,6 +14,7 @@ from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.ephemeris import EphemerisModels
 from torquer.environment.orbit.files.stamps import gps_instant, read_stamp
 from torquer.environment.orbit.files.states import axes_named
+from torquer.scenario.explain import ScenarioError, validate_tables
 
 INSTANTS = times(1200.0)
 OEM, UTC_CSV = oem_text(INSTANTS), csv_text(INSTANTS, scale="UTC")
@@ -298,3 +299,20 @@ def test_a_file_on_board_is_told_by_its_own_key(tmp_path):
     on_board = EphemerisModels(orbit=orbit).along(OrbitEnvironment(Environment(), ISS, START))
     with pytest.raises(ValueError, match=r"^control\.ephemeris\.orbit\.file: a\.oem: must cover"):
         on_board.check_dates(0.0, 86400.0)
+
+
+def test_messages_begin_with_the_key_of_the_scenario(tmp_path):
+    file = tmp_path / "a.oem"
+    file.write_text(OEM.replace("EME2000", "MARS"))
+    table = {"kind": "file", "file": str(file), "satellite": 25544.5}
+    for keys, begin in (
+        (
+            table,
+            "orbit.satellite: must be a name or a catalogue number, a whole one; received 25",
+        ),
+        (table | {"satellite": "ISS"}, "orbit.file: a.oem line 9: axes must be one of GCRF, ICRF"),
+        (table | {"satellite": "Mir"}, "orbit.satellite: must name the object of one segment of 1"),
+    ):
+        with pytest.raises(ScenarioError) as error:
+            validate_tables(EphemerisModels, {"orbit": keys})
+        assert str(error.value).startswith(begin) and "\n" not in str(error.value)
