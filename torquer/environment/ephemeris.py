@@ -158,7 +158,8 @@ class OnBoardEnvironment:
             self.own.orbit.check_span(start, *map(self.clock, times_s))
             check_span(model, start, *map(self.clock, times_s))
         except ValueError as error:
-            raise ValueError(f"control.ephemeris: {error}") from None
+            within = "." if str(error).startswith("orbit.") else ": "
+            raise ValueError(f"control.ephemeris{within}{error}") from None
 
     def state(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s."""

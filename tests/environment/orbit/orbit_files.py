@@ -89,15 +89,15 @@ def csv_text(t_s, with_velocities=True, scale="GPS", geodetic=False) -> str:
     return "\n".join([",".join([scale.lower(), *names]), *lines]) + "\n"
 
 
-def sp3_text(t_s, with_velocities=False, name="L51") -> str:
+def sp3_text(t_s, with_velocities=False, name="L51", axes="IGS20", scale="GPS") -> str:
     """An SP3 file of one satellite, by GPS time, in kilometres and decimetres a second."""
     r, v = ecef(t_s)
     flag = "V" if with_velocities else "P"
-    lines = [f"#d{flag}2025  7  1 12  0  0.00000000    {len(t_s):5d} ORBIT IGS20 FIT  TST"]
+    lines = [f"#d{flag}2025  7  1 12  0  0.00000000{len(t_s):8d} ORBIT {axes:5s} FIT  TST"]
     lines += ["## 2373 216000.00000000    60.00000000 60857 0.5000000000000", f"+    1   {name}"]
-    lines += ["%c L  cc GPS ccc cccc cccc cccc cccc ccccc ccccc ccccc ccccc"]
+    lines += [f"%c L  cc {scale} ccc cccc cccc cccc cccc ccccc ccccc ccccc ccccc"]
     for t, a, b in zip(t_s, r, v, strict=True):
-        at = START + timedelta(seconds=float(t + ahead_s("GPS")))
+        at = START + timedelta(seconds=float(t + ahead_s(scale)))
         lines.append(f"*  {at:%Y %m %d %H %M} {at.second + 1e-6 * at.microsecond:11.8f}")
         lines.append(f"P{name}" + "".join(f"{1e-3 * x:14.6f}" for x in a) + f"{0.0:14.6f}")
         if with_velocities:

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from environment.orbit.orbit_files import START, gcrf, oem_text, sp3_text, times
+from environment.orbit.orbit_files import ISS, START, gcrf, oem_text, sp3_text, times
 
+from torquer.base.limits import RequestError
 from torquer.ground.telemetry.orbit import load_orbit
 
 
@@ -19,3 +20,16 @@ def test_positions_are_an_orbit(tmp_path, name, write):
     table.write_text(f"start = {START.isoformat()}\norbit = {{ kind = 'file', file = '{name}' }}\n")
     again, _ = load_orbit(table, START)
     assert np.array_equal(again.state(within, START), orbit.state(within, START))
+
+
+def test_a_damaged_file_is_told_in_a_line(tmp_path):
+    file = tmp_path / "iss.oem"
+    file.write_text(oem_text(times()).replace("REF_FRAME = EME2000", "REF_FRAME = MARS"))
+    with pytest.raises(RequestError, match=r"^orbit: iss\.oem line 9: axes must be one of [^\n]*$"):
+        load_orbit(file, START)
+
+
+def test_lines_of_elements_may_be_indented(tmp_path):
+    file = tmp_path / "iss.tle"
+    file.write_text("".join(f"  {line}  \r\n" for line in ("ISS", *ISS.tle)))
+    assert load_orbit(file, START)[0].tle == ISS.tle

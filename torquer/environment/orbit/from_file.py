@@ -12,10 +12,12 @@ from torquer.base.conventions import EARTH_RATE_RAD_S
 from torquer.base.time import parse_utc, tai_minus_utc
 from torquer.base.user_code import OwnFile
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
-from torquer.environment.orbit.files import read_orbit_file
+from torquer.environment.orbit.files import in_file, read_orbit_file
+from torquer.environment.orbit.files.elements import epoch_of
+from torquer.environment.orbit.files.stamps import seconds_behind
 from torquer.environment.orbit.files.states import Interpolation, States, checked, interpolate
 from torquer.environment.orbit.kepler import TWO_PI, Extent, Orbit
-from torquer.environment.orbit.numerical import tle_epoch
+from torquer.environment.orbit.mean_elements import MeanElements
 from torquer.environment.orbit.osculating import extent_of, mean_rate
 from torquer.environment.orbit.sgp4 import Sgp4
 
@@ -34,6 +36,17 @@ class _Known(NamedTuple):
     rate_rad_s: float
 
 
+def _checked_name(value) -> str | None:
+    """A name, or a catalogue number, which may be written as a number."""
+    if type(value) in (int, float) and value == value // 1 and value >= 0:
+        return str(int(value))
+    if value is not None and not (isinstance(value, str) and value.strip()):
+        raise ValueError(
+            f"satellite: must be a name or a catalogue number, a whole one; received {value!r}"
+        )
+    return value
+
+
 class FileOrbit(OwnFile, Orbit):
     """An orbit from a file: OEM or OMM of CCSDS, SP3, CSV, or two-line elements.
 
@@ -44,9 +57,7 @@ class FileOrbit(OwnFile, Orbit):
     """
 
     kind: Literal["file"]
-    satellite: Annotated[str | None, BeforeValidator(lambda x: str(x) if type(x) is int else x)] = (
-        None
-    )
+    satellite: Annotated[str | None, BeforeValidator(_checked_name)] = None
     """Name or catalogue number of the satellite in a file of several."""
     axes: Literal["GCRF", "EME2000", "TEME", "ECEF"] | None = None
     """Axes of the positions in a CSV file; other formats say them."""
@@ -76,7 +87,7 @@ class FileOrbit(OwnFile, Orbit):
         """Position [n, 3] m and velocity [n, 3] m/s at times [n] s after the start."""
         t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
         if not isinstance(self._read(), States):
-            return self._elements(start_utc).state(t_s, start_utc, dut1_s)
+            return self._by_elements(t_s, start_utc)
         known, since = self._at(t_s, start_utc, dut1_s)
         self._check_covered(known, since, start_utc, _BEYOND * self.step_s)
         return known.polynomials.at(since)
@@ -110,7 +121,7 @@ class FileOrbit(OwnFile, Orbit):
         """What the file gives for a run of a length, in a line."""
         error_m = self.interpolation_error_m(start_utc, 0.0, length_s)
         if error_m is None:
-            epoch = tle_epoch(self._elements(start_utc))
+            epoch = epoch_of(self._elements(start_utc))
             return (
                 f"orbit: SGP4 with the elements of {epoch:%Y-%m-%d %H:%M} UTC in {self.file.name}"
             )
@@ -143,13 +154,21 @@ class FileOrbit(OwnFile, Orbit):
         except ValueError as error:
             raise ValueError(f"orbit.{error}") from None
 
-    def _elements(self, start_utc) -> Sgp4:
+    def _by_elements(self, t_s, start_utc) -> tuple[np.ndarray, np.ndarray]:
+        try:
+            return self._elements(start_utc).state(t_s, start_utc)
+        except ValueError as error:
+            when = str(error).removeprefix("sgp4: no orbit ")
+            must = "must hold elements of an orbit throughout the run; received none"
+            raise ValueError(f"orbit.{in_file(self.file.name, must)} {when}") from None
+
+    def _elements(self, start_utc) -> Sgp4 | MeanElements:
         """Of several sets the one nearest to the start; the last without a start."""
         orbits = self._read()
         if start_utc is None:
-            return max(orbits, key=tle_epoch)
+            return max(orbits, key=epoch_of)
         start = parse_utc(start_utc, "start")
-        return min(orbits, key=lambda each: abs(tle_epoch(each) - start))
+        return min(orbits, key=lambda each: abs(epoch_of(each) - start))
 
     def _known(self, dut1_s: float) -> _Known:
         return _in_gcrf(_Whole(self._read()), dut1_s, self.file.name)
@@ -202,7 +221,7 @@ def _checked_in(name: str, states: States) -> None:
     try:
         checked(states)
     except ValueError as error:
-        raise ValueError(f"file: {name}: {error}") from None
+        raise ValueError(in_file(name, str(error))) from None
 
 
 def _turned(states: States, dut1_s: float) -> States:
@@ -224,19 +243,13 @@ def _to_gcrf(states: States, dut1_s: float) -> np.ndarray:
     if states.axes == "EME2000":
         bias = erfa.bp06(*_J2000)[0]
         return np.broadcast_to(bias.T, (len(states.tai), 3, 3))
-    utc = states.tai[0] - np.timedelta64(round(1e9 * _ahead_s(states.tai[0])), "ns")
+    utc = states.tai[0] - np.timedelta64(round(1e9 * seconds_behind(states.tai[0])), "ns")
     start = utc.astype("datetime64[us]")
     t_s = states.t_s + (utc - start) / np.timedelta64(1, "s")
     first = start.item().replace(tzinfo=UTC)
     if states.axes == "TEME":
         return teme_to_gcrf(t_s, first, dut1_s)
     return np.swapaxes(dcm_inertial_to_ecef(t_s, first, "precise", dut1_s), -1, -2)
-
-
-def _ahead_s(tai: np.datetime64) -> float:
-    """TAI - UTC at an instant in TAI; within its seconds of a leap second, that before it."""
-    near = float(tai_minus_utc(tai))
-    return float(tai_minus_utc(tai - np.timedelta64(round(1e9 * near), "ns")))
 
 
 def _intervals(known: _Known, since) -> tuple[int, int]:

@@ -226,19 +226,28 @@ class Sgp4(Orbit):
         The epoch of the elements is UTC, so UT1 - UTC does not matter. A time that SGP4 rejects
         (decay, for instance) is a `ValueError` with SGP4's reason.
         """
-        t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
-        (day, fraction), _ = julian_dates(start_utc, t_s)
-        satellite, extent = Satrec.twoline2rv(*self.tle), self.extent()
-        codes, r_km, v_km_s = satellite.sgp4_array(
-            np.full_like(fraction, day), np.ascontiguousarray(fraction)
-        )
-        if reason := _first_fault(extent, codes, r_km):
-            row, why = reason
-            raise ValueError(f"sgp4: no orbit at {_moment(start_utc, t_s[row])}: {why}")
-        ends = [t_s[k] for k in {int(t_s.argmin()), int(t_s.argmax())}] if t_s.size else []
-        for end_s in ends:
-            _check_way(satellite, extent, start_utc, end_s)
-        return r_km * 1e3, v_km_s * 1e3
+        return propagate(Satrec.twoline2rv(*self.tle), self.extent(), t_s, start_utc)
+
+
+def propagate(
+    satellite: Satrec, extent: Extent, t_s, start_utc: str | datetime
+) -> tuple[np.ndarray, np.ndarray]:
+    """Position [n, 3] m and velocity [n, 3] m/s in TEME at times [n] s after the start.
+
+    `extent`: of the mean elements, beyond which no place is the satellite's.
+    """
+    t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
+    (day, fraction), _ = julian_dates(start_utc, t_s)
+    codes, r_km, v_km_s = satellite.sgp4_array(
+        np.full_like(fraction, day), np.ascontiguousarray(fraction)
+    )
+    if reason := _first_fault(extent, codes, r_km):
+        row, why = reason
+        raise ValueError(f"sgp4: no orbit at {_moment(start_utc, t_s[row])}: {why}")
+    ends = [t_s[k] for k in {int(t_s.argmin()), int(t_s.argmax())}] if t_s.size else []
+    for end_s in ends:
+        _check_way(satellite, extent, start_utc, end_s)
+    return r_km * 1e3, v_km_s * 1e3
 
 
 def _check_way(satellite: Satrec, extent: Extent, start_utc, end_s: float) -> None:

@@ -28,6 +28,12 @@ class _Tables(Spec):
     orbit: AnyOrbit
 
 
+class _Positions(Spec):
+    """Positions of a file."""
+
+    orbit: FileOrbit
+
+
 class OrbitFrom(NamedTuple):
     """An orbit whose time 0 is an instant of its own, as `environment.orbit` has them otherwise."""
 
@@ -60,7 +66,7 @@ def load_orbit(path: Path | str, at: datetime):
 
 def _load(path: Path, at: datetime):
     text = read_text(path, "orbit")
-    lines = [line.rstrip() for line in text.splitlines() if _LINE.match(line)]
+    lines = [line.strip() for line in text.splitlines() if _LINE.match(line.strip())]
     if len(lines) >= 2 and path.suffix.lower() != ".toml":
         read = (
             _read_orbit({"kind": "sgp4", "tle": lines[k : k + 2]})
@@ -69,7 +75,7 @@ def _load(path: Path, at: datetime):
         sets = [each for each in read if isinstance(each, Sgp4)]
         return _describe(min(sets, key=lambda each: abs(tle_epoch(each) - at)), at)
     if path.suffix.lower() != ".toml" and (is_oem(text) or is_sp3(text)):
-        places = FileOrbit(kind="file", file=path)
+        places = _read_positions(path)
         return places, f"positions every {places.step_s:g} s in {path.name}"
     data = parse_toml(text, "orbit")
     if not isinstance(data.get("orbit"), dict):
@@ -88,6 +94,13 @@ def _load(path: Path, at: datetime):
         )
     start = parse_utc(data["start"], "start")
     return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}"
+
+
+def _read_positions(path: Path) -> FileOrbit:
+    try:
+        return validate_tables(_Positions, {"orbit": {"kind": "file", "file": path}}).orbit
+    except ValueError as error:
+        raise RequestError("orbit", str(error).removeprefix("orbit.file: ")) from None
 
 
 def _read_orbit(table: dict) -> AnyOrbit:

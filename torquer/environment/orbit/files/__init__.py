@@ -1,23 +1,36 @@
 """Files of orbits: their formats, each told by how a file begins."""
 
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from torquer.environment.orbit.files.csv_rows import is_csv, read_csv
-from torquer.environment.orbit.files.elements import Elements, are_elements, read_elements
+from torquer.environment.orbit.files.elements import are_elements, read_elements
+from torquer.environment.orbit.files.naming import first_line
 from torquer.environment.orbit.files.oem import is_oem, read_oem
 from torquer.environment.orbit.files.sp3 import is_sp3, read_sp3
 from torquer.environment.orbit.files.states import States, checked
+from torquer.environment.orbit.mean_elements import MeanElements
 from torquer.environment.orbit.sgp4 import Sgp4
 
 #: What files may be, for messages.
-FORMATS = "OEM or OMM of CCSDS, SP3, CSV, or two-line elements"
+FORMATS = "OEM or OMM of CCSDS, SP3, CSV with names of columns, or two-line elements"
+#: Characters of a file's first line that messages show.
+_SHOWN = 40
 
 
-def read_orbit_file(path: Path, satellite: str | None, axes: str | None):
-    """The `States` of a file, checked, or a list of `Sgp4`; ValueError with line and reason.
+#: Formats, by how a file begins: two-line elements are told by any of their lines.
+_READERS = (
+    (is_oem, read_oem),
+    (is_sp3, read_sp3),
+    (are_elements, read_elements),
+    (is_csv, read_csv),
+)
+Orbits = States | list[Sgp4 | MeanElements]
+
+
+def read_orbit_file(path: Path, satellite: str | None, axes: str | None) -> Orbits:
+    """The `States` of a file, checked, or a list of elements; ValueError with line and reason.
 
     What was read last is kept: a file is read again when it has been written again.
     """
@@ -30,42 +43,51 @@ def read_orbit_file(path: Path, satellite: str | None, axes: str | None):
         ) from None
 
 
+def in_file(name: str, fault: str) -> str:
+    """A fault in a file, by the key `file`, with the file's name and line."""
+    return f"file: {name}{' ' if fault.startswith('line ') else ': '}{fault}"
+
+
 @lru_cache(maxsize=8)
-def _read(path: Path, satellite: str | None, axes: str | None, *_) -> States | list[Sgp4]:
+def _read(path: Path, satellite: str | None, axes: str | None, *_) -> Orbits:
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"file: must be text in UTF-8; received {path}") from None
-    try:
-        return _parse(text, satellite, axes)
+        return _parse(_text(path), satellite, axes)
     except ValueError as error:
         key, _, rest = str(error).partition(": ")
         if key in ("satellite", "axes"):
             raise ValueError(f"{key}: {rest} (file {path.name})") from None
-        raise ValueError(f"file: {path.name}: {error}") from None
+        raise ValueError(in_file(path.name, str(error))) from None
 
 
-def _sgp4(elements: Elements) -> Sgp4:
+def _text(path: Path) -> str:
+    data = path.read_bytes()
     try:
-        return Sgp4(tle=elements.tle)
-    except ValidationError as error:
-        first = str(error.errors()[0].get("ctx", {}).get("error", error)).split("\n")[0]
-        raise ValueError(f"line {elements.line}: {first}") from None
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ValueError(
+            f"line {line}: must be text in UTF-8; received {data[error.start : error.start + 4]!r}"
+        ) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _parse(text: str, satellite: str | None, axes: str | None) -> States | list[Sgp4]:
-    if axes is not None and not is_csv(text):
+def _parse(text: str, satellite: str | None, axes: str | None) -> Orbits:
+    read = _reader(text)
+    if axes is not None and read is not read_csv:
         raise ValueError(f"axes: must be left out, as the file says them; received {axes!r}")
-    if is_oem(text):
-        return checked(read_oem(text, satellite))
-    if is_sp3(text):
-        return checked(read_sp3(text, satellite))
-    if are_elements(text):
-        return [_sgp4(each) for each in read_elements(text, satellite)]
-    if is_csv(text):
-        if satellite is not None:
-            raise ValueError(
-                f"satellite: must be left out for a table of one; received {satellite!r}"
-            )
-        return checked(read_csv(text, axes))
-    raise ValueError(f"must be {FORMATS}; received another file")
+    if read is not read_csv:
+        found = read(text, satellite)
+        return checked(found) if isinstance(found, States) else found
+    if satellite is not None:
+        raise ValueError(f"satellite: must be left out for a table of one; received {satellite!r}")
+    return checked(read_csv(text, axes))
+
+
+def _reader(text: str) -> Callable:
+    """The reader of a file's format."""
+    for is_it, read in _READERS:
+        if is_it(text):
+            return read
+    head = first_line(text)
+    received = f"one that begins with {head[:_SHOWN]!r}" if head else "an empty file"
+    raise ValueError(f"must be {FORMATS}; received {received}")

@@ -1,153 +1,121 @@
-"""Mean elements for SGP4: files of two-line elements, CCSDS Orbit Mean-Elements Messages (OMM)."""
+"""Mean elements for SGP4: files of two-line elements, and of messages (OMM) in another module."""
 
-import csv
-import io
-import json
 import re
 from collections.abc import Iterator
+from datetime import datetime
 from typing import NamedTuple
 
-from sgp4 import exporter, omm
-from sgp4.api import Satrec
+from pydantic import ValidationError
+from sgp4.alpha5 import from_alpha5
 
-_LINE = re.compile(r"^([12]) [ 0-9A-Z]")
-_KVN = "CCSDS_OMM_VERS"
-_NAME, _NUMBER = "OBJECT_NAME", "NORAD_CAT_ID"
-#: Part by which elements may differ after they have been written as two lines.
-_ROUNDING = 1e-7
-_KEPT = ("no_kozai", "ecco", "inclo", "nodeo", "argpo", "mo", "bstar")
+from torquer.environment.orbit.files.naming import is_called
+from torquer.environment.orbit.files.omm import Message, is_omm, messages
+from torquer.environment.orbit.mean_elements import MeanElements
+from torquer.environment.orbit.numerical import tle_epoch
+from torquer.environment.orbit.sgp4 import Sgp4
 
-
-#: What an OMM may say of its elements, if it says it.
-_MUST = {
-    "MEAN_ELEMENT_THEORY": ("SGP4", "SGP/SGP4"),
-    "TIME_SYSTEM": ("UTC",),
-    "CENTER_NAME": ("EARTH",),
-    "REF_FRAME": ("TEME",),
-}
+#: How a line of elements begins: its number, the catalogue number, the classification.
+_LINE = re.compile(r"([12]) [ 0-9A-Z][ 0-9]{3}[0-9][A-Z ]", re.ASCII)
+#: Column of the type of elements, from 0, and that of SGP4-XP.
+_TYPE, _XP = 62, "4"
+#: The sets that are listed where one must be chosen.
+_MOST_LISTED = 8
 
 
-class Elements(NamedTuple):
-    """A set of elements: name and catalogue number of its satellite, its two lines."""
+class TwoLines(NamedTuple):
+    """A set of two lines, with their numbers in the file, and the name before them."""
 
     name: str
-    number: str
-    tle: tuple[str, str]
-    line: int
+    lines: tuple[str, str]
+    at: tuple[int, int]
+
+    @property
+    def number(self) -> str:
+        """Catalogue number as it is written."""
+        return self.lines[0][2:7].strip()
+
+    def names(self) -> tuple[str, ...]:
+        """What its satellite is called: a number beyond 99999 has a letter in two lines."""
+        try:
+            return self.number, str(from_alpha5(self.number)), self.name
+        except ValueError:
+            return self.number, self.name
+
+    def orbit(self) -> Sgp4:
+        """Its orbit; ValueError by line."""
+        if self.lines[0][_TYPE : _TYPE + 1] == _XP:
+            raise ValueError(
+                f"line {self.at[0]}: column {_TYPE + 1} must be that of elements for SGP4; "
+                f"received {_XP!r}, which are for SGP4-XP"
+            )
+        try:
+            return Sgp4(tle=self.lines)
+        except ValidationError as error:
+            first = str(error.errors()[0].get("ctx", {}).get("error", error)).split("\n")[0]
+        raise ValueError(self._by_line(first))
+
+    def _by_line(self, fault: str) -> str:
+        """A fault of a set as one of a line in the file; the key it proposes is of another kind."""
+        fault = fault.partition("; orbit.without_checksums")[0]
+        for line, at in enumerate(self.at, start=1):
+            if fault.startswith(f"tle line {line}: "):
+                return f"line {at}: {fault.partition(': ')[2]}"
+        what, _, must = fault.partition(": ")
+        return f"line {self.at[1]}: {must if what == 'tle' else f'{what} {must}'}"
 
 
 def are_elements(text: str) -> bool:
     """Whether a file holds two-line elements or is an OMM."""
-    head = text.lstrip()
-    is_omm = head.startswith((_KVN, "<", "{", "[")) or _NAME in head.partition("\n")[0]
-    return is_omm or any(_LINE.match(line) for line in text.splitlines())
+    return is_omm(text) or any(_LINE.match(line.lstrip()) for line in text.splitlines())
 
 
-def read_elements(text: str, satellite: str | None) -> list[Elements]:
+def read_elements(text: str, satellite: str | None) -> list[Sgp4 | MeanElements]:
     """All sets of one satellite, which is chosen by name or number where there are several."""
-    found = list(_all_sets(text))
+    found: list[TwoLines | Message] = [*(messages(text) if is_omm(text) else _two_lines(text))]
     if not found:
         raise ValueError("must hold sets of elements; received none")
-    wanted = [each for each in found if _is(each, satellite)]
+    wanted = [each for each in found if is_called(satellite, *each.names())]
     if len({each.number for each in wanted}) != 1:
         known = sorted({f"{each.number} {each.name}".strip() for each in found})
-        some = ", ".join(known[:8]) + (f" and {len(known) - 8} others" if len(known) > 8 else "")
+        more = len(known) - _MOST_LISTED
+        some = ", ".join(known[:_MOST_LISTED]) + (f" and {more} others" if more > 0 else "")
         raise ValueError(
             f"satellite: must name one of the file's by catalogue number or name ({some}); "
             f"received {satellite!r}"
         )
-    return wanted
+    return [each.orbit() for each in wanted]
 
 
-def _is(each: Elements, satellite: str | None) -> bool:
-    if satellite is None:
-        return True
-    word = satellite.strip().upper()
-    return word.lstrip("0") == each.number.strip().lstrip("0") or word == each.name.upper()
+def epoch_of(elements: Sgp4 | MeanElements) -> datetime:
+    """Epoch of a set."""
+    return elements.epoch if isinstance(elements, MeanElements) else tle_epoch(elements)
 
 
-def _all_sets(text: str) -> Iterator[Elements]:
-    head = text.lstrip()
-    if head.startswith(_KVN):
-        yield from map(_from_fields, _kvn(head))
-    elif head.startswith("<"):
-        if "<omm" not in head:
-            raise ValueError(
-                "must be an OMM where it is XML (an OEM is read in keyword-value notation); "
-                "received another"
-            )
-        yield from map(_from_fields, _xml(head))
-    elif head.startswith(("{", "[")):
-        yield from map(_from_fields, _json(head))
-    elif _NAME in head.partition("\n")[0]:
-        yield from map(_from_fields, csv.DictReader(io.StringIO(head)))
-    else:
-        yield from _two_lines(text)
-
-
-def _two_lines(text: str) -> Iterator[Elements]:
+def _two_lines(text: str) -> Iterator[TwoLines]:
     """Sets of two lines, each with a name before it or none."""
     name, first = "", None
-    for number, whole in enumerate(text.splitlines(), start=1):
-        line = whole.rstrip()
+    for at, whole in enumerate(text.splitlines(), start=1):
+        line = whole.strip()
+        if not line or line.startswith("#"):
+            continue
         found = _LINE.match(line)
+        is_second = found is not None and found[1] == "2"
+        if first is not None and not is_second:
+            raise _no_second(first[0], line)
         if found is None:
             name = line.removeprefix("0 ").strip()
-        elif found[1] == "1":
-            first = (number, line)
         elif first is not None:
-            yield Elements(name, line[2:7], (first[1], line), first[0])
+            yield TwoLines(name, (first[1], line), (first[0], at))
             name, first = "", None
+        elif is_second:
+            raise ValueError(f"line {at}: must follow line 1 of its elements; received {line!r}")
+        else:
+            first = (at, line)
+    if first is not None:
+        raise _no_second(first[0], "the end of the file")
 
 
-def _kvn(text: str) -> Iterator[dict[str, str]]:
-    fields: dict[str, str] = {}
-    for line in text.splitlines():
-        key, is_keyword, value = line.partition("=")
-        if key.strip() == _KVN and fields:
-            yield fields
-            fields = {}
-        if is_keyword:
-            fields[key.strip()] = value.partition("[")[0].strip()
-    yield fields
-
-
-def _xml(text: str) -> list[dict[str, str]]:
-    try:
-        return list(omm.parse_xml(io.StringIO(text)))
-    except (SyntaxError, AttributeError, TypeError) as error:  # of its parser; of what is missing
-        raise ValueError(f"must be the XML of an OMM; received another ({error})") from None
-
-
-def _json(text: str) -> list[dict[str, str]]:
-    try:
-        found = json.loads(text)
-    except ValueError as error:
-        raise ValueError(f"must be JSON that can be read; received {error}") from None
-    rows = found if isinstance(found, list) else [found]
-    if not all(isinstance(row, dict) for row in rows):
-        raise ValueError("must be a list of tables; received another JSON text")
-    return [{key: str(value) for key, value in row.items()} for row in rows]
-
-
-def _from_fields(fields: dict) -> Elements:
-    """The set of an OMM's fields, as two lines."""
-    name = str(fields.get(_NAME, ""))
-    for key, allowed in _MUST.items():
-        if fields.get(key, allowed[0]).upper() not in allowed:
-            raise ValueError(f"{key} must be {' or '.join(allowed)}; received {fields[key]!r}")
-    satellite, again = Satrec(), Satrec()
-    try:
-        omm.initialize(satellite, fields)
-        lines = exporter.export_tle(satellite)
-        again = Satrec.twoline2rv(*lines)
-    except (KeyError, ValueError, TypeError) as error:
-        raise ValueError(f"{name or 'OMM'}: must hold all elements; received {error}") from None
-    for key in _KEPT:
-        given, kept = getattr(satellite, key), getattr(again, key)
-        if abs(given - kept) > _ROUNDING * max(abs(given), 1e-3):
-            raise ValueError(
-                f"{name or 'OMM'}: must have elements of as many digits as two lines hold; "
-                f"received {given!r} ({key})"
-            )
-    return Elements(name, str(fields[_NUMBER]), lines, 1)
+def _no_second(at: int, received: str) -> ValueError:
+    return ValueError(
+        f"line {at}: must have line 2 of its elements below it; received {received[:40]!r}"
+    )

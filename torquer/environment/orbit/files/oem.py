@@ -1,17 +1,25 @@
 """CCSDS Orbit Ephemeris Message (502.0-B), in keyword-value notation: positions and velocities."""
 
-import math
-
 import numpy as np
 
-from torquer.environment.orbit.files.states import States, axes_named, rounding, to_tai
+from torquer.environment.orbit.files.naming import first_line, is_called
+from torquer.environment.orbit.files.stamps import (
+    at_line,
+    by_line,
+    read_numbers,
+    read_stamp,
+    scale_named,
+)
+from torquer.environment.orbit.files.states import States, axes_named, rounding
 
-_STARTS = ("CCSDS_OEM_VERS",)
+_START = "CCSDS_OEM_VERS"
+#: Numbers of a row: position and velocity, or acceleration, too.
+_COUNTS = (6, 9)
 
 
 def is_oem(text: str) -> bool:
-    """Whether a file begins as one."""
-    return text.lstrip().startswith(_STARTS)
+    """Whether a file begins as one, after comments."""
+    return first_line(text, ("COMMENT",)).startswith(_START)
 
 
 def read_oem(text: str, satellite: str | None) -> States:
@@ -21,7 +29,9 @@ def read_oem(text: str, satellite: str | None) -> States:
     between two positions as any other, so a file with several is refused.
     """
     segments = _segments(text)
-    named = [each for each in segments if satellite is None or satellite in each.names()]
+    if not segments:
+        raise ValueError("must hold a segment (META_START); received none")
+    named = [each for each in segments if is_called(satellite, *each.names())]
     if len(named) > 1 and len({frozenset(each.names()) for each in named}) == 1:
         raise ValueError(
             f"must hold one segment of an object, as segments are not joined; received {len(named)}"
@@ -60,15 +70,41 @@ class _Segment:
         centre, line = self.value("CENTER_NAME")
         if centre.upper() != "EARTH":
             raise ValueError(f"line {line}: CENTER_NAME must be EARTH; received {centre!r}")
-        axes = axes_named(*self.value("REF_FRAME"))
+        axes, scale = self._axes(), self._scale()
         if not self.rows:
             raise ValueError("must hold positions; received a segment without any")
-        scale, line = self.value("TIME_SYSTEM")
-        lines = np.array([line for line, _ in self.rows])
-        stamps = np.array([read_stamp(words[0], at) for at, words in self.rows])
-        km = np.array([read_numbers(words[1:7], 6, at) for at, words in self.rows])
-        tai, rounded = to_tai(stamps, scale, line), rounding(km[:, :3], 1e3)
-        return States(tai, 1e3 * km[:, :3], 1e3 * km[:, 3:], axes, lines, rounded)
+        lines, words = zip(*self.rows, strict=True)
+        tai = by_line(lambda row: read_stamp(row[0], scale), lines, words)
+        km = by_line(_numbers, lines, words)
+        rounded = rounding(km[:, :3], 1e3)
+        return States(tai, 1e3 * km[:, :3], 1e3 * km[:, 3:6], axes, np.array(lines), rounded)
+
+    def _axes(self) -> str:
+        name, line = self.value("REF_FRAME")
+        with at_line(line):
+            axes = axes_named(name)
+        if axes == "TEME" and "REF_FRAME_EPOCH" in self.keys:
+            epoch, line = self.keys["REF_FRAME_EPOCH"]
+            raise ValueError(
+                f"line {line}: REF_FRAME_EPOCH must be left out, as TEME is read as that of date; "
+                f"received {epoch!r}"
+            )
+        return axes
+
+    def _scale(self) -> str:
+        name, line = self.value("TIME_SYSTEM")
+        with at_line(line):
+            return scale_named(name)
+
+
+def _numbers(words: list[str]) -> list[float]:
+    """Position and velocity of a row, in km and km/s; an acceleration behind them is left."""
+    if len(words) - 1 not in _COUNTS:
+        raise ValueError(
+            f"must hold {_COUNTS[0]} numbers after the time, or {_COUNTS[1]} with accelerations; "
+            f"received {len(words) - 1}"
+        )
+    return read_numbers(words[1:], len(words) - 1)[:6]
 
 
 def _segments(text: str) -> list[_Segment]:
@@ -88,36 +124,3 @@ def _segments(text: str) -> list[_Segment]:
         else:
             segments[-1].rows.append((line, words))
     return segments
-
-
-def read_stamp(word: str, line: int) -> np.datetime64:
-    """The instant of an ISO 8601 text, calendar or day of year: of UTC, or without a zone."""
-    bare = word.removesuffix("Z").removesuffix("+00:00").replace(" ", "T", 1)
-    try:
-        date, _, time = bare.partition("T")
-        if "+" in time or "-" in time:
-            raise ValueError(
-                f"line {line}: must be a time of no other zone than UTC; received {word!r}"
-            )
-        if date.count("-") == 1:  # day of the year
-            year, day = date.split("-")
-            first = np.datetime64(f"{year}-01-01", "D")
-            date = str(first + (int(day) - 1))
-        return np.datetime64(f"{date}T{time}", "ns")
-    except ValueError as error:
-        if str(error).startswith("line "):
-            raise
-        raise ValueError(f"line {line}: must begin with a time; received {word!r}") from None
-
-
-def read_numbers(words: list[str], count: int, line: int) -> list[float]:
-    """So many finite numbers of a line."""
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise ValueError(
-            f"line {line}: must hold {count} numbers; received {' '.join(words)[:80]!r}"
-        )
-    return numbers

@@ -8,12 +8,12 @@ Noise of the positions is no part of the estimate.
 """
 
 import math
+import re
 from typing import NamedTuple
 
 import numpy as np
 
 from torquer.base.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
-from torquer.base.time import tai_minus_utc
 from torquer.environment.orbit.kepler import FARTHEST_KM
 
 #: Instants that a polynomial passes through, with velocities at them and without.
@@ -32,16 +32,17 @@ _BASE_S = 60.0
 _MOST_OFF = 0.03
 #: The Earth's Hill sphere [m]: nothing orbits the Earth beyond it.
 _FARTHEST_M = 1e3 * FARTHEST_KM
-#: Seconds by which a time scale is ahead of TAI; UTC follows its leap seconds.
-AHEAD_OF_TAI_S = {
-    "TAI": 0.0, "TT": 32.184, "GPS": -19.0, "GAL": -19.0, "QZS": -19.0, "IRN": -19.0, "BDT": -33.0,
-}  # fmt: skip
-SCALES = ("UTC", *AHEAD_OF_TAI_S)
 #: Axes by the names that files give them.
 AXES = {
     "GCRF": "GCRF", "ICRF": "GCRF", "EME2000": "EME2000", "J2000": "EME2000", "TEME": "TEME",
-    "ITRF": "ECEF", "ECEF": "ECEF", "WGS84": "ECEF", "IGS": "ECEF", "TDR": "ECEF", "GTRF": "ECEF",
+    "TEMEOFDATE": "TEME", "ECEF": "ECEF",
 }  # fmt: skip
+#: Realisations of ITRS, a decimetre from one another at most: ITRF2020, ITR20, IGb14, SLRF2014; and
+#: TDR, from which they differ by polar motion, which is neglected. WGS before 1984 and PZ-90 are
+#: metres away, ETRF moves with Europe.
+_REALISATION = re.compile(
+    r"(ITRF?|IG[BCS]R?|[DJ]TRF?|SLRF?|SLF|GTRF?|CGCS|CGS)[0-9]*[A-Z]?|WGS(84.*)?|TDR"
+)
 
 
 class States(NamedTuple):
@@ -64,25 +65,18 @@ class States(NamedTuple):
         return (self.tai - self.tai[0]) / np.timedelta64(1, "s")
 
 
-def axes_named(name: str, line: int) -> str:
-    """The axes that a file names; of the many realisations of ITRF none in particular."""
-    word = name.upper().replace("-", "").replace(" ", "")
-    for known, axes in AXES.items():
-        if word == known or (axes == "ECEF" and word.startswith(known)):
-            return axes
-    raise ValueError(f"line {line}: axes must be one of {', '.join(AXES)}; received {name!r}")
-
-
-def to_tai(stamps: np.ndarray, scale: str, line: int) -> np.ndarray:
-    """Instants of a time scale (datetime64[ns]) in TAI."""
-    if scale == "UTC" or scale == "GLO":
-        ahead = tai_minus_utc(stamps.astype("datetime64[us]"))
-        return stamps + np.rint(1e9 * ahead).astype("timedelta64[ns]")
-    if scale not in AHEAD_OF_TAI_S:
+def axes_named(name: str) -> str:
+    """The axes that a file names; of the many realisations of ITRS none in particular."""
+    word = re.sub(r"[-_ .]", "", name.upper())
+    word = re.sub(r"^ICRF[1-3]$", "ICRF", word)
+    if word in AXES:
+        return AXES[word]
+    if _REALISATION.fullmatch(word) is None:
         raise ValueError(
-            f"line {line}: time scale must be one of {', '.join(SCALES)}; received {scale!r}"
+            f"axes must be one of {', '.join(AXES)}, or a realisation of ITRS such as ITRF2020, "
+            f"IGS20 or WGS84; received {name!r}"
         )
-    return stamps - np.timedelta64(round(1e9 * AHEAD_OF_TAI_S[scale]), "ns")
+    return "ECEF"
 
 
 def rounding(numbers: np.ndarray, unit: float = 1.0) -> float:
@@ -128,7 +122,7 @@ def checked(states: States) -> States:
 def _refuse(states: States, rows: np.ndarray, must: str, received=None) -> None:
     if len(rows):
         row = int(rows[0])
-        what = states.tai[row] if received is None else received(row)
+        what = f"{states.tai[row]} TAI" if received is None else received(row)
         raise ValueError(f"line {states.lines[row]}: {must}; received {what}")
 
 
