@@ -50,9 +50,10 @@ class Flight(NamedTuple):
     @property
     def needed(self) -> float:
         """Revolutions until the goal; of a motion too short for it, by the ratio; NaN: unknown."""
-        if math.isfinite(self.flown):
-            return self.flown
-        return math.nan if self.ratio is None else self.formula * (self.ratio or math.inf)
+        if self.ratio is None:
+            return math.nan
+        is_short = self.span < self.formula < math.inf
+        return self.formula * self.ratio if is_short else self.flown
 
     def data(self) -> dict:
         """Plain data; None for never, and for a ratio that is not finite."""
