@@ -93,6 +93,20 @@ def test_theory_stands_next_to_it(served, data):
     assert line["value"] == pytest.approx(30.0)
 
 
+def test_theory_says_whether_it_holds(served, data):
+    """True motions stand beside the averaged one; about the intermediate axis there is none."""
+    data["control"]["law"] = {"kind": "nutation_damping_rate", "gain_a_m2_s_per_t": 1e3}
+    data["initial"] = {"rate_deg_s": [1.0, 0.0, 6.0]}
+    data["spacecraft"]["body"] = {"inertia_kg_m2": [0.02, 0.02, 0.03]}
+    _, found = served.post("/api/theory", {"data": data})
+    (line,) = (line for line in found["lines"] if line["name"] == "true motions over the formula")
+    assert 0.5 < line["value"] < 1.25 and line["about"].startswith("flown 3 times: ")
+    data["spacecraft"]["body"] = {"inertia_kg_m2": [0.02, 0.03, 0.025]}
+    _, found = served.post("/api/theory", {"data": data})
+    assert not any("settling" in line["name"] for line in found["lines"])
+    assert any("axis of the intermediate moment" in note for note in found["notes"])
+
+
 def leave_at_once(served, path, body):
     """Ask, and close the connection before the answer."""
     connection = http.client.HTTPConnection("127.0.0.1", served.server.port)

@@ -17,7 +17,8 @@ from torquer.analysis.notes.notes import write_notes
 from torquer.analysis.notes.uses import Use, find_uses
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.case import case_from_scenario
-from torquer.theory.averaged.motion import slow_times
+from torquer.theory.averaged.conditions import check_case, judge_case
+from torquer.theory.averaged.flights import find_starts, fly
 from torquer.theory.slow.detumbling import detumbling_time_s, turning_gain
 from torquer.theory.slow.gain_and_time import GOALS
 from torquer.theory.slow.gains import damping_efficiency, sampling_limit_rad_s
@@ -98,14 +99,19 @@ def _predict_averages(scenario: Scenario) -> Iterator[Line]:
     try:
         case = case_from_scenario(scenario)
         part = 2.0 if case.law == "spin_up" else 0.1
-        slow = slow_times(case, part).median
+        check_case(case)
+        starts = find_starts(case, part)
+        flights = fly(case, part, case.gain or 0.0, starts)
+        verdict = judge_case(case, part, flights)
     except (ValueError, ArithmeticError):  # of laws and orbits that are not averaged
         return
     eps = case.constants.eps
     yield Line("small parameter", eps, "", "eps of the averaged equations")
-    time_h = slow / (2.0 * math.pi * eps) * case.period_s / 3600.0 if eps > 0.0 else math.inf
+    time_h = starts[1].slow / (2.0 * math.pi * eps) * case.period_s / 3600.0 if eps > 0.0 else math.inf
     about = f"{GOALS[case.law].name} to {100.0 * part:g} %, by the averaged equations"
     yield Line("settling time", time_h, "h", about)
+    said = "; ".join([flights.line(), *verdict.lines()])
+    yield Line("true motions over the formula", flights.ratio, "", said)
 
 
 def _only(scenario: Scenario) -> Use | None:

@@ -120,15 +120,34 @@ class Flights(NamedTuple):
         return f"flown {len(flown)} times: {words}"
 
 
-def fly(case: AveragedCase, part: float, gain: float) -> Flights:
-    """True motions of a case with a gain, until `part` of the initial value.
+class Start(NamedTuple):
+    """Direction of the momentum [rad], and the slow time until the goal from there."""
 
-    From the direction of the case, or from those of the least, the median and the greatest time.
-    """
-    eps = case.evolution.small_parameter(gain, case.spinner)
+    rho: float
+    sigma: float
+    slow: float
+
+
+def find_starts(case: AveragedCase, part: float) -> tuple[Start, Start, Start]:
+    """Those of the least, the median and the greatest time; all equal where the direction is
+    known."""
     constants = case.constants._replace(eps=1.0)
-    starts = _directions(case, constants, part)
-    if all(slow == 0.0 for _, _, slow in starts):
+
+    def timed(rho, sigma):
+        start = Slow(1.0, rho, sigma, case.theta)
+        return Start(rho, sigma, slow_time(case.evolution, constants, start, part))
+
+    if case.rho is not None:
+        known = timed(case.rho, case.sigma)
+        return known, known, known
+    each = sorted((timed(*one) for one in even_directions()), key=lambda one: one.slow)
+    return each[0], each[len(each) // 2], each[-1]
+
+
+def fly(case: AveragedCase, part: float, gain: float, starts: tuple[Start, ...]) -> Flights:
+    """True motions of a case with a gain, until `part` of the initial value."""
+    eps = case.evolution.small_parameter(gain, case.spinner)
+    if all(start.slow == 0.0 for start in starts):
         return Flights(())
     flights = (
         _fly(case, part, gain, eps, start, phase)
@@ -137,38 +156,28 @@ def fly(case: AveragedCase, part: float, gain: float) -> Flights:
     return Flights(tuple(flights))
 
 
-def _directions(case: AveragedCase, constants, part: float) -> list[tuple]:
-    """(rho, sigma, slow time) of the motions."""
-
-    def timed(rho, sigma):
-        start = Slow(1.0, rho, sigma, case.theta)
-        return rho, sigma, slow_time(case.evolution, constants, start, part)
-
-    if case.rho is not None:
-        return [timed(case.rho, case.sigma)] * len(_PHASES)
-    each = sorted((timed(*one) for one in even_directions()), key=lambda one: one[2])
-    return [each[0], each[len(each) // 2], each[-1]]
-
-
 def _fly(case, part, gain, eps, start, phase) -> Flight:
     rho, sigma, slow = start
-    formula = slow / (_TURN * eps)
+    formula, rho_deg = slow / (_TURN * eps), math.degrees(start.rho)
     turns = max(float(np.linalg.norm(case.rate_rad_s)) / case.spinner.orbital_rate_rad_s, 1.0)
     span = min(_LONGER * formula if math.isfinite(formula) else _NEVER, _MOST_TURNS / turns)
     u = np.linspace(0.0, _TURN * span, _POINTS)
-    value = _quantity(case, gain, rho, sigma, phase, u)
+    try:
+        value = _quantity(case, gain, rho, sigma, phase, u)
+    except RuntimeError:  # a motion faster than can be followed
+        return Flight(rho_deg, formula, math.inf, 0.0, 1.0, None)
     first, falls = abs(value[0]), part < 1.0
     if first < 1e-7:
-        return Flight(math.degrees(rho), formula, 0.0, 0.0, 0.0, None)
+        return Flight(rho_deg, formula, 0.0, 0.0, 0.0, None)
     windows = value.reshape(-1, _WINDOW)
     ends = windows.max(axis=1) if falls else windows.min(axis=1)
     there = ends <= part * first if falls else ends >= part * first
     left = float(ends[-1] / first)
     if there.any():
         flown = float(u[::_WINDOW][np.argmax(there)]) / _TURN
-        return Flight(math.degrees(rho), formula, flown, span, left, flown / formula)
+        return Flight(rho_deg, formula, flown, span, left, flown / formula)
     ratio = _ratio_at_end(case, eps, start, part, span, left)
-    return Flight(math.degrees(rho), formula, math.inf, span, left, ratio)
+    return Flight(rho_deg, formula, math.inf, span, left, ratio)
 
 
 def _ratio_at_end(case, eps, start, part, span, left) -> float | None:

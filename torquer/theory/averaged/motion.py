@@ -10,7 +10,7 @@ from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaged.case import POINTED, AveragedCase
 from torquer.theory.averaged.conditions import FAST, STILL_FAST, check_case, judge_case
 from torquer.theory.averaged.equations import EQUATIONS, INTEGRALS
-from torquer.theory.averaged.flights import Flights, fly
+from torquer.theory.averaged.flights import Flights, Start, find_starts, fly
 from torquer.theory.slow.comparison import resonances
 from torquer.theory.slow.equilibria import (
     Equilibrium,
@@ -26,8 +26,6 @@ from torquer.theory.slow.gain_and_time import (
     design_table,
     gain_at,
     gain_for,
-    slow_time,
-    times_over_directions,
 )
 from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 from torquer.theory.slow.slow_motion import evolve
@@ -53,8 +51,8 @@ def motion_data(
     """
     constants, spinner = case.constants, case.spinner
     check_case(case)
-    times = slow_times(case, part)
-    flights = fly(case, part, _given(case))
+    starts = find_starts(case, part)
+    times, flights = _times(starts), fly(case, part, _given(case), starts)
     points = tends_to(find_equilibria(evolution_rates(case.evolution, constants)))
     start = None if case.rho is None else Slow(1.0, case.rho, case.sigma, case.theta)
     turns = _turns(times, constants.eps)
@@ -106,12 +104,13 @@ def design_data(case: AveragedCase, part: float, revolutions: float | None = Non
     """Times over gains as plain data, and the gain with which `part` of the initial value is
     reached in a number of revolutions."""
     check_case(case)
-    evolution, spinner, times = case.evolution, case.spinner, slow_times(case, part)
+    evolution, spinner, starts = case.evolution, case.spinner, find_starts(case, part)
+    times = _times(starts)
     gains = [case.gain * x for x in _PARTS] if case.gain else [
         gain_at(evolution, spinner, eps) for eps in _EPS
     ]  # fmt: skip
     rows = design_table(evolution, spinner, times, gains)
-    flights = [fly(case, part, gain) for gain in gains]
+    flights = [fly(case, part, gain, starts) for gain in gains]
     judged = [judge_case(replace(case, gain=gain), part, each)
               for gain, each in zip(gains, flights, strict=True)]  # fmt: skip
     wanted = None if revolutions is None else gain_for(evolution, spinner, times, revolutions)
@@ -134,6 +133,11 @@ def design_data(case: AveragedCase, part: float, revolutions: float | None = Non
     }  # fmt: skip
 
 
+def _times(starts: tuple[Start, Start, Start]) -> Times:
+    """Slow times to a fraction of the initial value."""
+    return Times(*(start.slow for start in starts))
+
+
 def _flown(flights: Flights) -> dict:
     median = finite_or_none(flights.needed)
     each = [flight.data() for flight in flights.each]
@@ -145,14 +149,6 @@ def _given(case: AveragedCase) -> float:
     if case.gain is None:
         raise ValueError("gain: must be given; received nothing")
     return case.gain
-
-
-def slow_times(case: AveragedCase, part: float) -> Times:
-    """Slow times to a fraction of the initial value; all equal where the direction is known."""
-    if case.rho is None:
-        return times_over_directions(case.evolution, case.constants, case.theta, part)
-    start = Slow(1.0, case.rho, case.sigma, case.theta)
-    return Times(*3 * (slow_time(case.evolution, case.constants, start, part),))
 
 
 def _length(turns: dict) -> float:
