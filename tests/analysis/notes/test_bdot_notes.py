@@ -276,3 +276,16 @@ def test_nutation_damping_precession_includes_the_wheel_momentum(notes_with):
         n for n in notes_with(law("nutation_damping"), HELD, body, rest) if "precession" in n
     ]
     assert note.startswith(f"the initial precession of {math.degrees(1.2 / 2.0):.3g} deg/s is near")
+
+
+@pytest.mark.parametrize(
+    ("inclination", "told"), [(0.0, True), (15.0, True), (30.0, False), (97.5, False)]
+)
+def test_an_orbit_along_which_the_field_hardly_turns(notes_with, inclination, told):
+    """The mean over directions says 16 h at 0 deg, where 7 of 8 flights last over 48 h."""
+    day = {"simulation.duration_s": 86400.0}
+    orbit = {"orbit": {"kind": "circular", "altitude_km": 500.0, "inclination_deg": inclination}}
+    found = [note for note in notes_with(law(), orbit, day) if "field hardly turns" in note]
+    assert len(found) == told
+    short = {"simulation.duration_s": 600.0}
+    assert not any("hardly turns" in note for note in notes_with(law(), orbit, short))

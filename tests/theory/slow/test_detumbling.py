@@ -7,16 +7,18 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.integrate import simpson
 
+from torquer.environment.field.averaged import b_y, cone_angle
 from torquer.spacecraft.actuators.coils import Coils
 from torquer.theory.slow.detumbling import (
     Tumbling,
     braking_torque_n_m,
     detumbling_time_s,
     knee_gain,
+    least_braked,
     mean_dipole_a_m2,
     turning_gain,
 )
-from torquer.theory.slow.gains import Sampling, bdot_gain
+from torquer.theory.slow.gains import Sampling, bdot_gain, damped_share
 
 FIELDS = np.linspace(2e-5, 5e-5, 40)
 INSTANT = Sampling(0.0, 0.0)
@@ -94,6 +96,15 @@ def test_turning_field_gain_is_that_of_avanzini_and_giulietti():
     """Their k (b x (w x b)), k = 2 n (1 + sin i) J, has b of unit length: ours is k/B^2."""
     found = turning_gain(0.01, 3e-5, 1.1e-3, math.pi / 2.0, duty=0.5)
     assert found == pytest.approx(2.0 * 1.1e-3 * 2.0 * 0.01 / 9e-10 / 0.5)
+
+
+def test_the_direction_that_is_braked_least():
+    """In the averaged field 2p about the cone axis or 1 - p across it, over two thirds."""
+    u = np.linspace(0.0, 2.0 * math.pi, 400, endpoint=False)
+    for inclination in (0.0, 0.3, 0.8, 1.4):
+        fields = np.array([b_y(3e-5, each, cone_angle(inclination)) for each in u])
+        least, _, _ = damped_share(inclination)
+        assert least_braked(fields) == pytest.approx(1.5 * least, abs=1e-9)
 
 
 def test_a_rate_that_the_law_does_not_brake_takes_forever():

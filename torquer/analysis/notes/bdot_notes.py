@@ -18,7 +18,12 @@ from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.sampling import DIFFERENCES, law_sampling
-from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
+from torquer.theory.slow.detumbling import (
+    EVENLY_BRAKED,
+    Tumbling,
+    detumbling_time_s,
+    least_braked,
+)
 from torquer.theory.slow.gains import (
     MOST_LAG,
     Sampling,
@@ -143,8 +148,32 @@ def _tumbling(scenario: Scenario, law, span_s: float) -> Tumbling:
 
 def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
     """Strengths of the field [T] along the orbit."""
+    return np.linalg.norm(_fields_inertial_t(scenario, span_s), axis=1)
+
+
+def _fields_inertial_t(scenario: Scenario, span_s: float) -> np.ndarray:
     times, environment = np.linspace(0.0, span_s, _FIELDS), scenario.orbit_environment()
-    return np.linalg.norm(environment.field(times, *environment.state(times)), axis=1)
+    return environment.field(times, *environment.state(times))
+
+
+def _direction_notes(scenario: Scenario, use: Use) -> Iterator[str]:
+    """An orbit along which the field hardly turns."""
+    if use.at_start and isinstance(use.law, BDOT):
+        yield from direction_notes(scenario)
+
+
+def direction_notes(scenario: Scenario) -> Iterator[str]:
+    """A note if rotation about one direction is braked far less than the mean of all; none for a
+    run of less than a revolution."""
+    span_s = min(scenario.length_s, _DAY_S)
+    if scenario.orbit.rate_rad_s(scenario.start) * span_s < 2.0 * math.pi:
+        return
+    part = least_braked(_fields_inertial_t(scenario, span_s))
+    if not EVENLY_BRAKED.holds(part):
+        yield (
+            f"{EVENLY_BRAKED.why}: {1.0 / max(part, 1e-6):.2g} times more slowly than the mean "
+            "over directions, for which times of B-dot are stated"
+        )
 
 
 def _gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
@@ -251,4 +280,5 @@ _CHECKS = {
     "the coils' own dipole in the readings": _own_dipole_notes,
     "the greatest gain of the law": _gain_notes,
     "the time that the law takes": _low_gain_notes,
+    "the directions that the law brakes": _direction_notes,
 }

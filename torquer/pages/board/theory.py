@@ -107,7 +107,9 @@ def _predict_averages(scenario: Scenario) -> Iterator[Line]:
         return
     eps = case.constants.eps
     yield Line("small parameter", eps, "", "eps of the averaged equations")
-    time_h = starts[1].slow / (2.0 * math.pi * eps) * case.period_s / 3600.0 if eps > 0.0 else math.inf
+    time_h = (
+        starts[1].slow / (2.0 * math.pi * eps) * case.period_s / 3600.0 if eps > 0.0 else math.inf
+    )
     about = f"{GOALS[case.law].name} to {100.0 * part:g} %, by the averaged equations"
     yield Line("settling time", time_h, "h", about)
     said = "; ".join([flights.line(), *verdict.lines()])
