@@ -330,8 +330,8 @@ TABLES = [
      ".outcomes.x.what: must be left out, or at_end = true, of coil_energy_j; received "
      "{'part_below': 1.0}"),
     ({"outcomes": {"x": {"signal": "attitude_error_deg", "what": {"at_end": True}}}},
-     ".outcomes.x.signal: attitude_error_deg needs laws that hold one attitude; received a "
-     "scenario whose laws hold none"),
+     ".outcomes.x.signal: attitude_error_deg needs built-in laws that hold an attitude, one "
+     "at a time; received laws that hold none (off)"),
     ({"outcomes": {"x": {"signal": "rate_deg_s", "what": {"mean_after_s": 1e4}}}},
      ".outcomes.x.what: must begin before the run ends at 600 s; received 10000 s"),
     ({"outcomes": {"a b": OUTCOME["x"]}}, ".outcomes: must be named by letters, digits and '_', "

@@ -49,12 +49,68 @@ def test_the_gain_of_bdot_is_flown(call, strict_json, detumbling, tmp_path):
         if each["gain_a_m2_s_per_t"] == found["gain_a_m2_s_per_t"]
     )  # fmt: skip
     assert best["stopped"] == best["runs"] == 4
+    assert found["rate_below_is"] == "3 orbital rates" and found["residual_deg_s"] is None
+    assert 0.0 < best["first_s"]["0.5"] <= best["settled_s"]["0.5"]
     assert 0.5 < best["settled_s"]["0.5"] / best["theory_s"] < 2.0
     slowest = found["flights"][0]
     assert slowest["peak_share"] < 1.0 and slowest["energy_j"] < best["energy_j"]
     assert (out / "gains.png").read_bytes().startswith(b"\x89PNG")
     law = torquer.load_scenario(out / "scenario.toml").control.law
     assert law.gain_a_m2_s_per_t == pytest.approx(found["gain_a_m2_s_per_t"], rel=1e-3)
+
+
+RESIDUAL = """
+start = 2026-07-01T00:00:00Z
+orbit = { kind = "circular", altitude_km = 500, inclination_deg = 97.4 }
+initial.rate_deg_s = [15, 15, 15]
+simulation.revolutions = 4
+[spacecraft]
+body.inertia_kg_m2 = [0.0429, 0.0429, 0.0068]
+magnetometer.noise_nt = 100
+coils = { limit_a_m2 = 0.24, residual_dipole_a_m2 = [0.005, 0.005, 0.005], power_at_limit_w = 0.5 }
+[control]
+sample_s = 0.5
+law = { kind = "bdot", gain_a_m2_s_per_t = 2e4 }
+"""
+
+
+def few(call, path, *options):
+    few = ("--gains", 3, "--runs", 16, "--times", 1)
+    code, out, err = call("design", "detumble", path, *few, *options)
+    assert (code, err) == (0, "")
+    return out
+
+
+def test_a_limit_within_the_residual_motion_chooses_no_gain(call, strict_json, tmp_path):
+    """A residual dipole keeps the rate around 0.19 deg/s: to stay below it is chance."""
+    path = tmp_path / "residual.toml"
+    path.write_text(RESIDUAL)
+    found = strict_json(few(call, path, "--json"))
+    assert found["rate_below_is"] == "above the residual motion"
+    floor = found["residual_deg_s"]
+    assert 0.07 < floor["mean"] < 0.19 < floor["greatest"] < 0.35
+    assert 1.5 * floor["greatest"] <= found["rate_below_deg_s"] < 2.0 * floor["greatest"]
+    best = next(
+        each for each in found["flights"]
+        if each["gain_a_m2_s_per_t"] == found["gain_a_m2_s_per_t"]
+    )  # fmt: skip
+    assert best["settled_s"]["0.5"] < 3 * 3600.0  # of 15.8 h flown
+    note = found["notes"][0]
+    assert note.startswith("3 orbital rates, 0.19 deg/s, lie within the residual motion, 0.")
+    assert f"{found['rate_below_deg_s']:.3g} deg/s counts as stopped" in note
+
+    given = strict_json(few(call, path, "--json", "--rate-below-deg-s", 0.19))
+    assert (given["rate_below_is"], given["rate_below_deg_s"]) == ("given", 0.19)
+    assert given["notes"][0].startswith(
+        "the limit of 0.19 deg/s lies within the residual motion, 0."
+    )
+    last = given["flights"][-1]  # it was below soon, and stays below from the end of its flight on
+    assert last["first_s"]["0.5"] < 2 * 3600.0
+    assert last["settled_s"]["0.5"] is None or last["settled_s"]["0.5"] > 10 * 3600.0
+
+    text = few(call, path, "--rate-below-deg-s", 1)
+    assert "residual motion" not in text and "half of them are first below it after" in text
+    assert "first half" in text.splitlines()[0]
 
 
 def test_no_gain_stops_a_tumbling_satellite_at_once(call, detumbling):

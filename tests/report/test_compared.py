@@ -58,7 +58,7 @@ def test_derived_quantities_are_those_of_the_definition(detumble):
 def test_what_does_not_apply_is_refused_in_one_line(detumble):
     with pytest.raises(ValueError, match="wheel speed: the satellite must have wheels"):
         detumble.torquer.wheel_speed()
-    with pytest.raises(ValueError, match="a built-in law must have held one attitude"):
+    with pytest.raises(ValueError, match="a built-in law must have held an attitude"):
         detumble.torquer.attitude_error()
     with pytest.raises(ValueError, match="region: must be one of none: the laws of this run"):
         detumble.torquer.mode()

@@ -177,18 +177,6 @@ def test_two_laws_have_an_error_only_if_attitudes_agree(flown):
     assert find_attitude_error(apart) is None
 
 
-@pytest.mark.parametrize(("parameter", "value", "one"), [
-    ("wheels.bandwidth", 0.2, True), ("wheels.q_wanted", (0.0, 0.0, 0.0, 1.0), False),
-])  # fmt: skip
-def test_modes_that_turn_the_wanted_attitude_leave_no_one_error(flown, parameter, value, one):
-    states = {
-        "first": {"laws": ["wheels"], "transitions": [{"to": "then", "at_least_s": 60.0}]},
-        "then": {"laws": ["wheels", "coils"], "set": {parameter: value}, "final": True},
-    }
-    changing = with_control(flown, modes={"states": states})
-    assert (find_attitude_error(changing) is not None) is one
-
-
 # ------------------------------------------------------------------ pictures
 
 

@@ -6,21 +6,51 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.series import Variables, angle_deg
-from torquer.computer.laws.pointing import HeldAttitude
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.control import Control
+from torquer.scenario.held import (
+    NONE_HELD,
+    Attitude,
+    Holding,
+    attitudes_in_order,
+    held_over_time,
+    holds_attitude,
+)
 from torquer.simulation.results.dataset import flown_scenario
+
+#: Place and velocity, by which the orbital frame is known.
+_PLACE = ("position", "velocity")
+#: Variable of `with_held`: the number of the attitude held.
+_HELD = "held_attitude"
 
 
 class AttitudeError(NamedTuple):
-    """Deviation from the attitude that a law held, at the n records."""
+    """Deviation from the attitude that a law held at each of n records; NaN where none was held."""
 
-    orbital: bool
-    """Whether the reference is the orbital frame; else it is the inertial one."""
+    attitudes: tuple[Attitude, ...]
+    """The attitudes that may be held."""
+    which: np.ndarray
+    """(n,): number of the attitude held, -1 for none."""
     error_deg: np.ndarray
     """(n, 3): rotation vectors from the reference attitude to the body, in body axes."""
     rate_rad_s: np.ndarray
     """(n, 3): rate relative to the reference, in body axes."""
+
+    @property
+    def orbital(self) -> bool:
+        """Whether all references are the orbital frame; else one is the inertial one."""
+        return all(attitude.orbital for attitude in self.attitudes)
+
+    @property
+    def frames(self) -> str:
+        """The reference frames in words."""
+        words = {"orbital" if attitude.orbital else "inertial" for attitude in self.attitudes}
+        return " or ".join(sorted(words, reverse=True))
+
+    @property
+    def is_held(self) -> np.ndarray:
+        """(n,): whether an attitude was held."""
+        return self.which != NONE_HELD
 
     @property
     def angle_deg(self) -> np.ndarray:
@@ -29,39 +59,56 @@ class AttitudeError(NamedTuple):
 
 
 def find_attitude_error(result: xr.Dataset) -> AttitudeError | None:
-    """Error relative to the attitude that built-in laws held, from the first record on.
+    """Error relative to the attitude that built-in laws held at each record.
 
-    None if there was no such law, or if laws held different attitudes.
+    With modes these are the laws of the present states. None if no such law worked at any record,
+    or if laws held different attitudes all the time.
     """
-    return attitude_error_in(result, flown_scenario(result).control)
+    error = attitude_error_in(result, flown_scenario(result).control)
+    return error if error is not None and error.is_held.any() else None
 
 
 def attitude_error_in(result: Variables, control: Control) -> AttitudeError | None:
-    """Error of variables relative to the attitude that the built-in laws of `control` held."""
-    held = held_attitudes(control)
-    if len(held) != 1:
+    """Error of variables relative to the attitude that the built-in laws of `control` held.
+
+    None where they hold none, whatever the states. Of a part of a run: see `with_held`.
+    """
+    if not holds_attitude(control):
         return None
-    ((orbital, wanted),) = held
-    frame = None
-    if orbital:
-        frame = orbital_axes(result["position_inertial"].values, result["velocity_inertial"].values)
-    error = attitude_error_deg(result["q_body_to_inertial"].values, wanted, frame)
-    rate = result["omega_orbital" if orbital else "omega_body"].values
-    return AttitudeError(orbital, error, rate)
+    held, which = _holding(result, control)
+    q = result["q_body_to_inertial"].values
+    error, rate = np.full((len(q), 3), np.nan), np.full((len(q), 3), np.nan)
+    for number, attitude in enumerate(held):
+        rows = which == number
+        if rows.any():
+            frame = None
+            if attitude.orbital:
+                place = (result[f"{name}_inertial"].values[rows] for name in _PLACE)
+                frame = orbital_axes(*place)
+            error[rows] = attitude_error_deg(q[rows], attitude.q_wanted, frame)
+            rate[rows] = result["omega_orbital" if attitude.orbital else "omega_body"].values[rows]
+    return AttitudeError(held, which, error, rate)
 
 
-def held_attitudes(control: Control) -> set[tuple[bool, tuple[float, ...]]]:
-    """The attitudes that laws hold at any time: (whether in the orbital frame, attitude in it)."""
-    laws, modes = control.named()
-    holders = {name: law for name, law in laws.items() if isinstance(law, HeldAttitude)}
-    held: set[tuple[bool, tuple[float, ...]]] = set()
-    held |= {(law.orbital, law.q_wanted()) for law in holders.values()}
-    for state in modes.states() if modes else ():
-        for key, wanted in state.set.items():
-            name, _, parameter = key.partition(".")
-            if name in holders and parameter == "q_wanted" and isinstance(wanted, tuple):
-                held.add((holders[name].orbital, wanted))
-    return held
+def with_held(result: xr.Dataset) -> xr.Dataset:
+    """A run with the number of the attitude that is held, so that parts of it know what it is.
+
+    A state may set an attitude that later states keep: it follows from the states before.
+    """
+    control = flown_scenario(result).control
+    if not holds_attitude(control):
+        return result
+    return result.assign({_HELD: ("time", _holding(result, control).which)})
+
+
+def _holding(result: Variables, control: Control) -> Holding:
+    """What is held at the records of variables."""
+    modes = control.named().modes
+    regions = modes.regions if modes else ()
+    if modes and _HELD in result:
+        return Holding(attitudes_in_order(control), result[_HELD].values)
+    numbers = {name: result[f"mode_{name}"].values for name in regions}
+    return held_over_time(control, numbers, len(result["q_body_to_inertial"].values))
 
 
 def orbital_axes(position, velocity):

@@ -40,12 +40,13 @@ def orbital_rate(result: xr.Dataset) -> xr.DataArray:
 def attitude_error_angle(result: xr.Dataset) -> xr.DataArray:
     """Angle [deg] from the attitude that the laws held, over `time`.
 
-    ValueError where no built-in law held one attitude.
+    With modes it is from the attitude that the laws of the present states hold, NaN while they
+    hold none. ValueError where no built-in law held an attitude.
     """
     error = find_attitude_error(result)
     if error is None:
         raise ValueError(
-            "attitude error: a built-in law must have held one attitude; received a run without"
+            "attitude error: a built-in law must have held an attitude; received a run without"
         )
     return _over_time(result, error.angle_deg, "deg", "angle of the attitude error")
 

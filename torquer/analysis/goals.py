@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.analysis.attitude import attitude_error_in, held_attitudes
+from torquer.analysis.attitude import attitude_error_in
 from torquer.analysis.series import Variables, angle_deg
 from torquer.computer.laws.spin_axis import Pointed
 from torquer.maths.geometry.attitudes import to_reference
+from torquer.scenario.held import held_by
 from torquer.scenario.mission import ORBITAL_RATES, Mission
 from torquer.scenario.spec import Scenario
 
@@ -61,7 +62,7 @@ def _usual(scenario: Scenario) -> list[Goal]:
     None where regions of modes work side by side: only the author knows their common purpose.
     """
     laws = _last_laws(scenario)
-    if laws and len(held_attitudes(scenario.control)) == 1:
+    if len(held_by(scenario.control, laws)) == 1:
         known = scenario.control.named().known_laws()
         by_wheels = any(known[name].drives_wheels for name in laws if name in known)
         limit = HELD_BY_WHEELS_DEG if by_wheels else HELD_BY_COILS_DEG

@@ -12,6 +12,9 @@ class Variables(Protocol):
     def __getitem__(self, name: str, /) -> Any:
         """A variable."""
 
+    def __contains__(self, name: Any, /) -> bool:
+        """Whether there is a variable of a name."""
+
 
 def bands_where(t, inside) -> list[tuple[float, float]]:
     """Time spans [s] in which a series (1: inside, 0: outside) exceeds one half, interpolated."""
@@ -45,6 +48,11 @@ def stays_from(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
     records_since_it_failed = np.argmax(~holds[::-1], axis=0)
     first = np.where(holds.all(axis=0), 0, len(t_s) - records_since_it_failed)
     return np.where(holds[-1], t_s[np.minimum(first, len(t_s) - 1)], np.nan)
+
+
+def times_above(holds: np.ndarray) -> np.ndarray:
+    """How often a condition (r, ...) ceased to hold after it first held."""
+    return np.count_nonzero(holds[:-1] & ~holds[1:], axis=0)
 
 
 def none_if_never(t_s) -> float | None:

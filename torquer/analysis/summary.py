@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import find_attitude_error
+from torquer.analysis.attitude import attitude_error_in, with_held
 from torquer.analysis.citations import cited_in_words
 from torquer.analysis.conserved import conserved_quantities, relative_drifts
 from torquer.analysis.goals import Goal, find_goals
@@ -14,6 +14,7 @@ from torquer.analysis.mode_use import state_uses
 from torquer.analysis.series import first_at, none_if_never, stays_from
 from torquer.analysis.verdict import clock_text, judge_run, judged_series
 from torquer.analysis.wheel_use import AT_LIMIT, recorded_wheels, zero_crossings
+from torquer.base.strict_json import finite_or_none
 from torquer.computer.modes.spec import MAIN
 from torquer.simulation.results.dataset import COMPLETE, flown_laws, flown_scenario
 
@@ -58,6 +59,12 @@ _ROWS = (
     ("Numerical phase lag of rotation by RK4", "rk4_lag_deg", "deg"),
     ("Relative error of the environment table, at most", "table_relative_error", ""),
 )
+#: What is said where there is no number.
+_WHY_NONE = {
+    "coil_energy_j": "needs spacecraft.coils.power_at_limit_w",
+    "initial_attitude_error_deg": "no attitude held",
+    "final_attitude_error_deg": "no attitude held",
+}
 
 
 class Summary(dict):
@@ -86,7 +93,8 @@ def summarise(result: xr.Dataset) -> Summary:
     scenario = flown_scenario(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
     goals = find_goals(scenario)
-    t, found = result["time"].values, _join(_needed_series(part, goals) for part in _parts(result))
+    series = (_needed_series(part, goals) for part in _parts(with_held(result)))
+    t, found = result["time"].values, _join(series)
     rate, momentum, angle = found["rate"], found["momentum"], found.get("angle")
     found_numbers = {
         "scenario": scenario.name,
@@ -183,7 +191,7 @@ def _needed_series(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]
     found |= {_CONSERVED + name: values for name, values in conserved_quantities(part).items()}
     scenario = flown_scenario(part)
     found |= judged_series(part, scenario, goals)
-    error, wheels = find_attitude_error(part), recorded_wheels(part, scenario)
+    error, wheels = attitude_error_in(part, scenario.control), recorded_wheels(part, scenario)
     if error is not None:
         found["angle"] = error.angle_deg
     if wheels is not None:
@@ -222,16 +230,16 @@ def _summarise_wheels(t, found: dict[str, np.ndarray]) -> dict:
 
 def _summarise_attitude(t, angle, revolution_s: float) -> dict:
     """Attitude errors, if a law held an attitude."""
-    if angle is None:
+    if angle is None or np.isnan(angle).all():
         return {}
-    whole = t[-1] - t[0] >= revolution_s
     last = angle[t >= t[-1] - revolution_s]
+    whole = t[-1] - t[0] >= revolution_s and not np.isnan(last).all()
     return {
-        "initial_attitude_error_deg": float(angle[0]),
-        "final_attitude_error_deg": float(angle[-1]),
+        "initial_attitude_error_deg": finite_or_none(angle[0]),
+        "final_attitude_error_deg": finite_or_none(angle[-1]),
         "attitude_error_stays_below_1_deg_from_s": none_if_never(stays_from(t, angle < 1.0)),
-        "mean_attitude_error_last_revolution_deg": float(last.mean()) if whole else None,
-        "peak_attitude_error_last_revolution_deg": float(last.max()) if whole else None,
+        "mean_attitude_error_last_revolution_deg": float(np.nanmean(last)) if whole else None,
+        "peak_attitude_error_last_revolution_deg": float(np.nanmax(last)) if whole else None,
     }
 
 
@@ -270,7 +278,16 @@ def _verdict_rows(summary: dict) -> list[tuple[str, str]]:
             (f"{label}: first at", time_or_never(goal["first_s"])),
             ("  stays below from", time_or_never(goal["stays_from_s"])),
         ]
+        if goal["times_above"]:
+            rows.append(("  above it again", f"{goal['times_above']} times{_residual(goal)}"))
     return rows
+
+
+def _residual(goal: dict) -> str:
+    if not goal["within_residual"]:
+        return ""
+    low, high = goal["residual"]
+    return f": the limit lies within the residual motion, {low:.3g}..{high:.3g} {goal['unit']}"
 
 
 def _mode_rows(modes: dict) -> list[tuple[str, str]]:
@@ -303,11 +320,7 @@ def time_or_never(t_s: float | None) -> str:
 
 def _show(value, key: str, unit: str) -> str:
     if value is None:
-        return (
-            "needs spacecraft.coils.power_at_limit_w"
-            if key == "coil_energy_j"
-            else "not reached in this run"
-        )
+        return _WHY_NONE.get(key, "not reached in this run")
     if unit == "%":
         return f"{100.0 * value:.4g} %"
     whole = isinstance(value, int) or (unit == "s" and value >= 1000.0)

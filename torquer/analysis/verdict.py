@@ -3,8 +3,10 @@
 import numpy as np
 
 from torquer.analysis.goals import NAMED, Goal, goal_signal
-from torquer.analysis.series import Variables, first_at, none_if_never, stays_from
+from torquer.analysis.residual import Residual, find_residual
+from torquer.analysis.series import Variables, first_at, none_if_never, stays_from, times_above
 from torquer.analysis.wheel_use import AT_LIMIT, recorded_wheels
+from torquer.base.strict_json import finite_or_none
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
 
@@ -31,14 +33,17 @@ def judge_run(
         for n, goal in enumerate(goals)
         if f"goal {n}" in found
     ]
+    unjudged = [goal for n, goal in enumerate(goals) if f"goal {n}" not in found]
     times = [each["stays_from_s"] for each in judged]
     settled = None if not judged or None in times else max(times)
     done = all(each["done"] for each in judged) if judged else None
+    if done and unjudged:
+        done = None
     if done is False and scenario.mission is None:
         done = None  # a limit that nobody asked for is not missed
     return {
         "done": done,
-        "headline": _headline(judged, done, settled, complete),
+        "headline": _headline(judged, unjudged, done, settled, complete),
         "settled_s": settled,
         "goals": judged,
         "limits_met": [*limits_met(t, found, settled), *_unused_coils(judged, found)],
@@ -68,18 +73,24 @@ def _coil_share(part: Variables, coils: Coils) -> np.ndarray:
 
 
 def _judge(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -> dict:
-    """When a signal came below its limit and stayed, and how it was after that."""
+    """When a signal came below its limit and stayed, and how it was after that.
+
+    Where there is no signal, NaN, it is not below: no attitude is held, say.
+    """
     below = signal < goal.below
     first, stays = none_if_never(first_at(t, below)), none_if_never(stays_from(t, below))
     last = signal[t >= t[-1] - revolution_s]
-    whole = t[-1] - t[0] >= revolution_s
+    whole = t[-1] - t[0] >= revolution_s and not np.isnan(last).all()
+    residual = find_residual(t, signal, goal.below, revolution_s)
     return {
         "signal": goal.signal, "below": goal.below, "unit": goal.unit, "why": goal.why,
         "done": stays is not None and (within_s is None or stays <= within_s),
         "within_s": within_s, "first_s": first, "stays_from_s": stays,
-        "initial": float(signal[0]), "final": float(signal[-1]),
-        "mean_last_revolution": float(last.mean()) if whole else None,
-        "greatest_last_revolution": float(last.max()) if whole else None,
+        "times_above": int(times_above(below)), "within_residual": residual is not None,
+        "residual": None if residual is None else list(residual),
+        "initial": finite_or_none(signal[0]), "final": finite_or_none(signal[-1]),
+        "mean_last_revolution": float(np.nanmean(last)) if whole else None,
+        "greatest_last_revolution": float(np.nanmax(last)) if whole else None,
     }  # fmt: skip
 
 
@@ -111,9 +122,12 @@ def _unused_coils(judged: list[dict], found: dict[str, np.ndarray]) -> list[str]
     return [f"no recorded dipole of a coil exceeds {100.0 * most:.2g} % of its limit"]
 
 
-def _headline(judged: list[dict], done, settled, complete: bool) -> str:
+def _headline(judged: list[dict], unjudged: list[Goal], done, settled, complete: bool) -> str:
     if not complete:
         return "No verdict: the run did not reach its end."
+    if not judged and unjudged:
+        what = ", ".join(f"{goal.signal} below {goal.below:.3g} {goal.unit}" for goal in unjudged)
+        return f"No verdict: {what} cannot be judged, as no built-in law held an attitude."
     if not judged:
         return f"No verdict: the scenario gives no limits in {NAMED}, and its laws imply none."
     if done is None:
@@ -121,19 +135,49 @@ def _headline(judged: list[dict], done, settled, complete: bool) -> str:
         return f"No verdict (no limits in {NAMED}). The usual limit was not met: {failures}."
     if done:
         what = ", ".join(f"{each['signal']} below {_limit(each)}" for each in judged)
-        return f"Achieved: {what} from {clock_text(settled)} to the end."
+        before = [words for each in judged if (words := again_in_words(each))]
+        once = f" ({'; '.join(before)})" if before else ""
+        return f"Achieved: {what} from {clock_text(settled)} to the end{once}."
     return "Not achieved: " + "; ".join(_failure(each) for each in judged if not each["done"]) + "."
 
 
 def _failure(each: dict) -> str:
-    signal, limit, final = each["signal"], _limit(each), f"{each['final']:.3g} {each['unit']}"
+    signal, limit, final = each["signal"], _limit(each), value_or_none(each, "final")
     if each["first_s"] is None:
         return f"{signal} never below {limit}, {final} at the end"
+    words = again_in_words(each)
     if each["stays_from_s"] is None:
         first = clock_text(each["first_s"])
-        return f"{signal} first below {limit} at {first}, but {final} at the end"
+        within = f" ({words.partition(': ')[2]})" if each["within_residual"] else ""
+        return f"{signal} first below {limit} at {first}, but {final} at the end{within}"
     late, wanted = clock_text(each["stays_from_s"]), clock_text(each["within_s"])
-    return f"{signal} below {limit} from {late} only, later than {wanted}"
+    return f"{signal} below {limit} from {late} only, later than {wanted}" + (
+        f" ({words})" if words else ""
+    )
+
+
+def value_or_none(each: dict, key: str) -> str:
+    """A value of a judged goal with its unit; where there was none, that no attitude was held."""
+    return "no attitude held" if each[key] is None else f"{each[key]:.3g} {each['unit']}"
+
+
+def again_in_words(each: dict) -> str:
+    """When a signal was first below its limit, if it was above it again; "" if it was not.
+
+    And that the limit lies within the residual motion, where it does.
+    """
+    if not each["times_above"]:
+        return ""
+    count = each["times_above"]
+    often = "once" if count == 1 else f"{count} times"
+    words = f"first below {_limit(each)} at {clock_text(each['first_s'])}, above it {often} since"
+    if not each["within_residual"]:
+        return words
+    residual = Residual(*each["residual"])
+    return (
+        f"{words}: the limit lies within the residual motion, {residual.low:.3g}.."
+        f"{residual.high:.3g} {each['unit']} in the last two revolutions"
+    )
 
 
 def _limit(each: dict) -> str:

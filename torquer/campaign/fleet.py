@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.campaign.outcomes import TOTALS, needs_sun, outcome_signals, take_outcomes
+from torquer.campaign.outcomes import TOTALS, needs_modes, needs_sun, outcome_signals, take_outcomes
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
 from torquer.campaign.spec import ATTITUDE, Campaign
@@ -19,6 +19,7 @@ from torquer.scenario.change import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
 from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.outside.library import OtherComputer
+from torquer.simulation.results.dataset import mode_numbers
 from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
 from torquer.simulation.setup.run import Run, prepare, record_this_instant
 from torquer.simulation.setup.simulate import flown_by
@@ -105,6 +106,11 @@ class Fleet:
 
         `varied`: keys that vary of the orbit, the environment, the ephemeris or the steps.
         """
+        if needs_modes(self.campaign.outcomes, self.scenario):
+            return None, (
+                "attitude_error_deg is from the attitude that the modes hold at the time, and "
+                "members flown together do not record their modes"
+            )
         if varied:
             text = "members flown together share orbit, environment, ephemeris and steps"
             return None, f"{varied[0]} varies, and {text}"
@@ -167,7 +173,9 @@ class Fleet:
     def _with_orbit(self, flown: FlownLanes) -> Flown:
         """The motion of members in lanes, with the environment along their orbit."""
         motion, totals = np.swapaxes(flown.motion, 1, 2), (flown.cells[name] for name in TOTALS)
-        return Flown(self.t_s, motion[..., :4], motion[..., 4:], *self._along, *totals)
+        return Flown._make(
+            [self.t_s, motion[..., :4], motion[..., 4:], *self._along, *totals, None]
+        )
 
     def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
         """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
@@ -222,8 +230,8 @@ class Fleet:
 
     def _finish(self, chunk: Chunk, row: int, run: Run) -> None:
         """Fly a member's run to its end."""
-        parts: list[np.ndarray] = []
-        run.keep = lambda run: parts.append(run.rows().rows)
+        parts: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
+        run.keep = lambda run: parts.append(self._kept(run))
         try:
             ended = advance_in_pieces(run, run.steps, None, _UNSAVED)
         except ValueError as error:
@@ -234,10 +242,17 @@ class Fleet:
         run.enter()
         record_this_instant(run)
         run.keep(run)
-        self._put(chunk, np.array([row]), self._flown_alone(run, np.concatenate(parts)))
+        self._put(chunk, np.array([row]), self._flown_alone(run, parts))
 
-    def _flown_alone(self, run: Run, rows: np.ndarray) -> Flown:
-        """A run as members in lanes are, from the rows of its record."""
+    def _kept(self, run: Run) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Of a piece the rows of its record, and the states of its regions if they are needed."""
+        record = run.rows()
+        needed = needs_modes(self.campaign.outcomes, self.scenario)
+        return record.rows, mode_numbers(run.scenario, record) if needed else {}
+
+    def _flown_alone(self, run: Run, parts) -> Flown:
+        """A run as members in lanes are, from what is kept of its pieces."""
+        rows = np.concatenate([rows for rows, _ in parts])
         t_s = rows["step"] * run.plan.step_s
         along = self._along
         if run.piece.environment != self.base.piece.environment or not np.array_equal(
@@ -246,7 +261,11 @@ class Fleet:
             along = _along(run.scenario, self.campaign, t_s)
         q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
         omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]
-        return Flown(t_s, q, omega, *along, *(run.state.cells[name] for name in TOTALS))
+        totals = (run.state.cells[name] for name in TOTALS)
+        modes = {
+            name: np.concatenate([each[name] for _, each in parts])[:, None] for name in parts[0][1]
+        }
+        return Flown._make([t_s, q, omega, *along, *totals, modes or None])
 
     def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
         """Put outcomes and signals of some members into their rows."""

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.analysis.attitude import held_attitudes
 from torquer.base.spec import Spec
 from torquer.campaign.outcomes import check_outcomes
 from torquer.campaign.sampling import Drawn, as_changes, draw, draw_values
@@ -14,6 +13,7 @@ from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
 from torquer.campaign.variation import Variation
 from torquer.scenario.change import with_values
 from torquer.scenario.explain import key_name, validate_tables
+from torquer.scenario.held import held_attitudes
 from torquer.scenario.load import (
     ScenarioError,
     name_after,

@@ -15,7 +15,6 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from torquer.analysis.attitude import held_attitudes
 from torquer.analysis.series import first_at, stays_from
 from torquer.base.spec import Spec
 from torquer.campaign.signals import (
@@ -27,13 +26,16 @@ from torquer.campaign.signals import (
     rate_orbital,
 )
 from torquer.campaign.variation import Number
+from torquer.scenario.held import always_held, why_no_attitude
 from torquer.scenario.spec import Scenario
 
+#: The signal that depends on what the laws hold.
+ATTITUDE_ERROR = "attitude_error_deg"
 #: Signals over time by name.
 SIGNALS = {
     "rate_deg_s": rate,
     "rate_orbital_deg_s": rate_orbital,
-    "attitude_error_deg": attitude_error,
+    ATTITUDE_ERROR: attitude_error,
 }
 #: Totals of a run by name, which are fields of `Flown`.
 TOTALS = ("coil_energy_j", "peak_dipole_a_m2")
@@ -107,9 +109,9 @@ class Outcome(Spec):
         Discriminator(_signal_kind),
     ]
     """Source of the number: 'rate_deg_s' (absolute rate), 'rate_orbital_deg_s' (relative to the
-    orbital frame), 'attitude_error_deg' (from the attitude that the scenario's laws hold), a
-    table with the angle of an `axis`, or a total of the run: 'coil_energy_j', 'peak_dipole_a_m2'
-    (of one coil).
+    orbital frame), 'attitude_error_deg' (from the attitude that the scenario's laws hold; with
+    modes the laws of the present states, and no number while they hold none), a table with the
+    angle of an `axis`, or a total of the run: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil).
     """
     what: What | None = None
     """Which number is taken from the signal; left out for totals of the run."""
@@ -161,14 +163,19 @@ def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
     return any(isinstance(signal, Axis) and signal.to == "sun" for signal in signals)
 
 
+def needs_modes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> bool:
+    """Whether outcomes need the modes, on which the attitude held depends: see `Flown`."""
+    asked = any(outcome.signal == ATTITUDE_ERROR for outcome in outcomes.values())
+    return asked and always_held(scenario.control) is None
+
+
 def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
     """ValueError for an outcome that a scenario's runs cannot have."""
-    held = held_attitudes(scenario.control)
     for name, outcome in outcomes.items():
-        if outcome.signal == "attitude_error_deg" and len(held) != 1:
+        if outcome.signal == ATTITUDE_ERROR and (why := why_no_attitude(scenario.control)):
             raise ValueError(
-                f"campaign.outcomes.{name}.signal: attitude_error_deg needs laws that hold one "
-                f"attitude; received a scenario whose laws hold {len(held) or 'none'}"
+                f"campaign.outcomes.{name}.signal: attitude_error_deg needs built-in laws that "
+                f"hold an attitude, one at a time; received {why}"
             )
         if outcome.what is not None and outcome.what.after_s > scenario.length_s:
             raise ValueError(

@@ -3,15 +3,23 @@
 A signal is a function `(scenario, flown)`; members share the orbit, and so all that is along it.
 """
 
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from torquer.analysis.attitude import held_attitudes, orbital_axes
+from torquer.analysis.attitude import orbital_axes
 from torquer.analysis.series import angle_deg
 from torquer.base.spec import Spec, unit_vector
 from torquer.maths.geometry.attitudes import to_body, to_reference
 from torquer.maths.geometry.quaternion import angle_between
+from torquer.scenario.held import (
+    Attitude,
+    Holding,
+    always_held,
+    attitudes_in_order,
+    held_over_time,
+)
 from torquer.scenario.spec import Scenario
 
 
@@ -40,6 +48,8 @@ class Flown(NamedTuple):
     """(n,)"""
     peak_dipole_a_m2: np.ndarray
     """(n,)"""
+    modes: Mapping[str, np.ndarray] | None = None
+    """Number of the state of each region, by region: (r, n); None if no outcome uses it."""
 
 
 class Axis(Spec):
@@ -71,15 +81,41 @@ def rate_orbital(scenario: Scenario, flown: Flown) -> np.ndarray:
 
 
 def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:
-    """Angle [deg] of the rotation from the attitude that the scenario's laws hold."""
+    """Angle [deg] of the rotation from the attitude that the scenario's laws hold at the time.
+
+    NaN while they hold none.
+    """
+    attitude = always_held(scenario.control)
+    if attitude is not None:
+        return _angle_from(attitude, flown)
+    held, which = _held_by_members(scenario, flown)
+    found = np.full(which.shape, np.nan)
+    for number, each in enumerate(held):
+        found = np.where(which == number, _angle_from(each, flown), found)
+    return found
+
+
+def _angle_from(attitude: Attitude, flown: Flown) -> np.ndarray:
+    """Angle [deg] of the rotation from one attitude (r, n)."""
     from scipy.spatial.transform import Rotation
 
-    ((orbital, wanted),) = held_attitudes(scenario.control)
-    target = np.array(wanted)
-    if orbital:
+    target = np.array(attitude.q_wanted)
+    if attitude.orbital:
         frames = orbital_axes(flown.position_inertial, flown.velocity_inertial)
-        target = (frames * Rotation.from_quat(wanted)).as_quat()[:, None]
+        target = (frames * Rotation.from_quat(attitude.q_wanted)).as_quat()[:, None]
     return np.degrees(angle_between(flown.q_body_to_inertial, target))
+
+
+def _held_by_members(scenario: Scenario, flown: Flown) -> Holding:
+    """What the laws of each member hold at each record: numbers (r, n)."""
+    if flown.modes is None:
+        raise ValueError("modes: must be given for an attitude that depends on them; received none")
+    count, members = flown.q_body_to_inertial.shape[:2]
+    each = [
+        held_over_time(scenario.control, {k: v[:, n] for k, v in flown.modes.items()}, count).which
+        for n in range(members)
+    ]
+    return Holding(attitudes_in_order(scenario.control), np.stack(each, axis=1))
 
 
 def angle_to(axis: Axis, flown: Flown) -> np.ndarray:

@@ -29,6 +29,7 @@ from torquer.campaign.contents import (
     succeeded_in,
 )
 from torquer.campaign.sensitivity import sensitivity
+from torquer.campaign.settling import settling, settling_in_words
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import (
     chance_correlation,
@@ -117,6 +118,7 @@ def _outcome(result: xr.Dataset, name: str, confidence: float) -> dict:
             }
             for part in PARTS
         },
+        "settling": settling(result, name),
         "worst_is": "least" if least_is_worst(result, name) else "greatest",
         "worst": worst_members(result, name),
     }
@@ -181,13 +183,22 @@ def summary_rows(summary: dict) -> list[tuple[str, str]]:
     """Label and value of the most important numbers."""
     rows = headline_rows(summary)
     for name, each in summary["outcomes"].items():
-        rows += [(with_unit(name, each["unit"]), _line(each))]
+        rows += [(with_unit(name, each["unit"]), _line(each)), *settling_rows(each)]
     for name in (*summary["outcomes"], SUCCESS):
         found = [pair for pair in summary["correlations"] if pair["outcome"] == name][:NAMED]
         if found:
             text = ", ".join(f"{pair['input']} {pair['correlation']:+.2f}" for pair in found)
             rows.append((f"Rank correlation: {name}", text))
     return rows + _sensitivity_rows(summary)
+
+
+def settling_rows(each: dict) -> list[tuple[str, str]]:
+    """When members are first below the limit of a settling time, where some come back above it."""
+    found = each["settling"]
+    if found is None or not found["again"]:
+        return []
+    words = settling_in_words(found, each["members"], found["unit"])
+    return [(f"first below {found['below']:g} [s]", words)]
 
 
 def _sensitivity_rows(summary: dict) -> list[tuple[str, str]]:

@@ -9,8 +9,9 @@ import numpy as np
 from torquer.analysis.notes.bdot_notes import BDOT, as_tumbling, law_sampling, most_gain
 from torquer.base.limits import RequestError
 from torquer.design.gain_flights import Releases, fly_gains
-from torquer.design.gain_sweep import ANY, SAFE, GainSweep, Wanted
+from torquer.design.gain_sweep import ANY, SAFE, GainSweep, Raised, Wanted
 from torquer.design.requests import DetumbleRequest
+from torquer.design.residual_rate import LAST_REVOLUTIONS, clear_limit, limits_from
 from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.spec import Scenario
 from torquer.theory.slow.detumbling import Tumbling, knee_gain, turning_gain
@@ -36,9 +37,12 @@ def detumble(
 
     The same releases are flown with each gain, among them the scenario's own. With `within_s` the
     least gain is chosen with which most stop in time; without it the least with which most stop,
-    nine in ten of them at most 10 % later than with any other. `progress`: called with flights done
-    and in total. ValueError for a scenario without coils, with modes, or with another law;
-    RequestError for a rate that B-dot cannot brake.
+    nine in ten of them at most 10 % later than with any other. Where no rate that counts as stopped
+    is given and three orbital rates lie within the motion that remains with every gain, the flights
+    are counted with the least limit that is half as much again above it: `sweep.raised`.
+
+    `progress`: called with flights done and in total. ValueError for a scenario without coils, with
+    modes, or with another law; RequestError for a rate that B-dot cannot brake.
     """
     case = _case(scenario, request)
     own, gain = case.law, case.theory_gain
@@ -52,9 +56,24 @@ def detumble(
         (own or ANY).model_copy(update={"gain_a_m2_s_per_t": each}).law() for each in sorted(gains)
     ]
     releases = Releases(math.degrees(case.wanted.tip_off_rad_s), request.runs, request.times)
-    below = math.degrees(case.wanted.below_rad_s)
-    flights = fly_gains(scenario, laws, releases, below, case.revolutions, progress)
-    return replace(case, flights=tuple(flights))
+    limits = limits_from(math.degrees(case.wanted.below_rad_s), releases.rate_deg_s)
+    flights = fly_gains(
+        scenario, laws, releases, limits, case.revolutions, LAST_REVOLUTIONS, progress
+    )
+    return _above_residual(replace(case, flights=tuple(flights)), limits)
+
+
+def _above_residual(case: GainSweep, limits: list[float]) -> GainSweep:
+    """The case with a limit above the motion that remains, if it lies within; a given one stays."""
+    residual = case.common_residual()
+    if residual is None or case.wanted.is_given:
+        return case
+    limit = clear_limit(residual, limits)
+    if limit is None:
+        return case
+    wanted = case.wanted._replace(below_rad_s=math.radians(limit))
+    flights = tuple(each.with_limit(limit) for each in case.flights)
+    return replace(case, wanted=wanted, flights=flights, raised=Raised(limits[0], residual))
 
 
 def _case(scenario: Scenario, request: DetumbleRequest) -> GainSweep:
@@ -109,7 +128,7 @@ def _choose_gain(scenario: Scenario, request: DetumbleRequest) -> Wanted:
     mission, orbital = scenario.mission, scenario.orbit.rate_rad_s(scenario.start)
     tip_off = request.tip_off_deg_s or float(np.linalg.norm(scenario.initial.rate_deg_s))
     below = request.rate_below_deg_s or (mission and mission.rate_below_deg_s)
-    below = below or math.degrees(ORBITAL_RATES * orbital)
+    is_given, below = bool(below), below or math.degrees(ORBITAL_RATES * orbital)
     if tip_off <= below:
         raise RequestError(
             "tip_off_deg_s",
@@ -117,7 +136,7 @@ def _choose_gain(scenario: Scenario, request: DetumbleRequest) -> Wanted:
             f"{tip_off:.3g}",
         )
     within_s = request.within_s or (mission.within_s if mission else None)
-    return Wanted(math.radians(tip_off), math.radians(below), within_s)
+    return Wanted(math.radians(tip_off), math.radians(below), within_s, is_given)
 
 
 def _revolutions(case: GainSweep) -> float:

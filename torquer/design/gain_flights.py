@@ -31,17 +31,36 @@ class Releases(NamedTuple):
     times: int
 
 
+class Stops(NamedTuple):
+    """When releases came below a limit [deg/s]: first, and to stay to the end; else infinite."""
+
+    below_deg_s: float
+    first_s: np.ndarray
+    settled_s: np.ndarray
+
+
 class GainFlights(NamedTuple):
     """Flights with one gain [A m^2 s/T], one row per release.
 
-    `settled_s`: time from which the rate stays below the limit to the end, infinite if it does not;
-    `energy_j` of the coils; `peak_a_m2`: greatest dipole of a coil.
+    `first_s`, `settled_s`: time at which the rate is first below the limit, and from which it stays
+    below it to the end, infinite if it does not; `energy_j` of the coils; `peak_a_m2`: greatest
+    dipole of a coil; `late_deg_s`, `mean_late_deg_s`: greatest and mean rate in the last
+    revolutions. `stops`: the same times for the limit and others.
     """
 
     gain: float
+    first_s: np.ndarray
     settled_s: np.ndarray
     energy_j: np.ndarray
     peak_a_m2: np.ndarray
+    late_deg_s: np.ndarray
+    mean_late_deg_s: np.ndarray
+    stops: tuple[Stops, ...] = ()
+
+    def with_limit(self, below_deg_s: float) -> "GainFlights":
+        """The same flights with another of the limits that were counted."""
+        found = next(each for each in self.stops if each.below_deg_s == below_deg_s)
+        return self._replace(first_s=found.first_s, settled_s=found.settled_s)
 
     def settled_within(self, within_s: float) -> int:
         """Number of releases settled by a time."""
@@ -52,24 +71,31 @@ class GainFlights(NamedTuple):
         """Time [s] by which a fraction of all releases has settled; infinite if fewer do."""
         return quantile(self.settled_s, part)
 
+    def first_by(self, part: float) -> float:
+        """Time [s] by which a fraction of all releases was once below the limit, or infinite."""
+        return quantile(self.first_s, part)
+
 
 def fly_gains(
     scenario: Scenario,
     laws: Sequence[Law],
     releases: Releases,
-    below_deg_s: float,
+    below_deg_s: Sequence[float],
     revolutions: float,
+    last_revolutions: float,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[GainFlights]:
     """Fly laws of B-dot's kind from the same releases, with fixed steps and without an estimator.
 
-    `below_deg_s`: rate that counts as stopped; `progress`: called with flights done and in total.
+    `below_deg_s`: the rate that counts as stopped, then others; `last_revolutions`: the time over
+    which the rate that remains is taken; `progress`: called with flights done and in total.
     """
     period_s = 2.0 * math.pi / scenario.orbit.rate_rad_s(scenario.start)
     step_s = _step_s(scenario, math.radians(releases.rate_deg_s))
     simulation = {"revolutions": revolutions, "step_s": step_s, "record_s": step_s}
     scenario = scenario.replace("simulation", simulation)
-    campaign, total = _campaign(releases, below_deg_s), len(laws) * releases.times
+    late_s = (revolutions - last_revolutions) * period_s
+    campaign, total = _campaign(releases, below_deg_s, late_s), len(laws) * releases.times
     flown: list[GainFlights] = []
     for law in laws:
         parts = []
@@ -83,7 +109,7 @@ def fly_gains(
             if progress:
                 done = len(flown) * releases.times + len(parts)
                 progress(done * releases.runs, total * releases.runs)
-        flown.append(_join(law.values()["gain"], parts))
+        flown.append(_join(law.values()["gain"], below_deg_s, parts))
     return flown
 
 
@@ -94,27 +120,46 @@ def _step_s(scenario: Scenario, rate_rad_s: float) -> float:
     return scenario.simulation.step_s or sample_s / math.ceil(sample_s / longest)
 
 
-def _campaign(releases: Releases, below_deg_s: float) -> Campaign:
+def _campaign(releases: Releases, below_deg_s: Sequence[float], late_s: float) -> Campaign:
     rate = releases.rate_deg_s
     vary = {
         "initial.attitude": "uniform",
         "initial.rate_deg_s": {"direction": "uniform", "magnitude": {"uniform": [rate, rate]}},
     }
     outcomes = {
-        "settled_s": {"signal": "rate_deg_s", "what": {"settles_below": below_deg_s}},
+        "late_deg_s": {"signal": "rate_deg_s", "what": {"greatest_after_s": late_s}},
+        "mean_late_deg_s": {"signal": "rate_deg_s", "what": {"mean_after_s": late_s}},
         "energy_j": {"signal": "coil_energy_j"},
         "peak_a_m2": {"signal": "peak_dipole_a_m2"},
     }
+    for k, limit in enumerate(below_deg_s):
+        outcomes |= {
+            f"first_{k}_s": {"signal": "rate_deg_s", "what": {"first_below": limit}},
+            f"settled_{k}_s": {"signal": "rate_deg_s", "what": {"settles_below": limit}},
+        }
     return Campaign.model_validate({"runs": releases.runs, "vary": vary, "outcomes": outcomes})
 
 
-def _join(gain: float, parts) -> GainFlights:
-    columns = (
-        np.concatenate([part[name].values for part in parts])
-        for name in ("settled_s", "energy_j", "peak_a_m2")
+def _join(gain: float, below_deg_s: Sequence[float], parts) -> GainFlights:
+    def column(name: str) -> np.ndarray:
+        return np.concatenate([part[name].values for part in parts])
+
+    def time(name: str) -> np.ndarray:
+        found = column(name)
+        return np.where(np.isnan(found), np.inf, found)
+
+    stops = tuple(
+        Stops(limit, time(f"first_{k}_s"), time(f"settled_{k}_s"))
+        for k, limit in enumerate(below_deg_s)
     )
-    settled, energy, peak = columns
-    return GainFlights(gain, np.where(np.isnan(settled), np.inf, settled), energy, peak)
+    names = ("energy_j", "peak_a_m2", "late_deg_s", "mean_late_deg_s")
+    return GainFlights._make([gain, *stops[0][1:], *(column(name) for name in names), stops])
+
+
+def usable_flights(flights: Sequence[GainFlights], most: float) -> list[GainFlights]:
+    """Those with gains up to `most`, in order; with the least gain if there are none."""
+    ordered = sorted(flights, key=attrgetter("gain"))
+    return [each for each in ordered if each.gain <= most] or ordered[:1]
 
 
 def choose(flights: Sequence[GainFlights], within_s: float | None, most: float) -> GainFlights:
@@ -123,8 +168,7 @@ def choose(flights: Sequence[GainFlights], within_s: float | None, most: float) 
     With `within_s`: as many releases settle by then as with any gain. Without it: as many settle as
     with any gain, and nine in ten of these by at most `KNEE` times the least time of such gains.
     """
-    ordered = sorted(flights, key=attrgetter("gain"))
-    usable = [each for each in ordered if each.gain <= most] or ordered[:1]
+    usable = usable_flights(flights, most)
     within = math.inf if within_s is None else within_s
     greatest = max(each.settled_within(within) for each in usable)
     best = [each for each in usable if each.settled_within(within) == greatest]

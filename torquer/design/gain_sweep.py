@@ -11,6 +11,14 @@ from torquer.base.strict_json import finite_or_none
 from torquer.campaign.statistics import rate_interval
 from torquer.computer.laws.bdot import Bdot
 from torquer.design.gain_flights import GainFlights, choose
+from torquer.design.residual_rate import (
+    CLEAR,
+    LAST_REVOLUTIONS,
+    Residual,
+    common_residual,
+    residual_of,
+)
+from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.spec import Scenario
 from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
 from torquer.theory.slow.gains import Sampling, sampling_limit_rad_s
@@ -24,16 +32,28 @@ _PARTS = {0.5: "half", 0.9: "90 %", 1.0: "last"}
 
 
 class Wanted(NamedTuple):
-    """Rate after release, rate that counts as stopped [rad/s], time for it [s] or None."""
+    """Rate after release, rate that counts as stopped [rad/s], time for it [s] or None.
+
+    `is_given`: whether someone asked for the rate that counts as stopped.
+    """
 
     tip_off_rad_s: float
     below_rad_s: float
     within_s: float | None
+    is_given: bool = True
 
     @property
     def allowed_s(self) -> float:
         """Time [s] by which releases must have stopped; infinite if any in the flight counts."""
         return math.inf if self.within_s is None else self.within_s
+
+
+class Raised(NamedTuple):
+    """The usual rate that counts as stopped [deg/s], and the motion that remains, within which it
+    lies: a higher one was taken."""
+
+    usual_deg_s: float
+    residual: Residual
 
 
 @dataclass(frozen=True)
@@ -42,7 +62,7 @@ class GainSweep:
 
     `law`: the scenario's own of B-dot's kind, or None. `theory_gain` by theory, `most_gain` beyond
     which the law overshoots, `turning_gain` beyond which rotation about the field outlasts the
-    rest [A m^2 s/T].
+    rest [A m^2 s/T]. `raised`: why the rate that counts as stopped is not the usual one, or None.
     """
 
     scenario: Scenario
@@ -55,6 +75,7 @@ class GainSweep:
     turning_gain: float
     revolutions: float
     flights: tuple[GainFlights, ...] = ()
+    raised: Raised | None = None
 
     def theory_s(self, gain: float) -> float:
         """Mean time to stop by theory [s]."""
@@ -66,6 +87,20 @@ class GainSweep:
         return (
             self.revolutions * 2.0 * math.pi / self.scenario.orbit.rate_rad_s(self.scenario.start)
         )
+
+    @property
+    def below_deg_s(self) -> float:
+        """Rate that counts as stopped [deg/s]."""
+        return math.degrees(self.wanted.below_rad_s)
+
+    @property
+    def _late_from_s(self) -> float:
+        return self.duration_s * (1.0 - LAST_REVOLUTIONS / self.revolutions)
+
+    def common_residual(self) -> Residual | None:
+        """The motion that remains with every gain, if the limit lies within it."""
+        most = SAFE * self.most_gain
+        return common_residual(self.flights, most, self.below_deg_s, self._late_from_s)
 
     @property
     def chosen(self) -> GainFlights:
@@ -102,6 +137,11 @@ class GainSweep:
             Row("stopped", "stopped", count, text=f"{count}/{runs}"),
             Row("interval", value=list(rate_interval(count, runs))),
             *(
+                Row(f"first_s/{part:g}", value=finite_or_none(each.first_by(part)))
+                for part in _PARTS
+            ),
+            Row("", "first half", unit="h", text=_hours(each.first_by(0.5))),
+            *(
                 Row(f"settled_s/{part}", name, finite_or_none(time_s), "h", _hours(time_s))
                 for part, (name, time_s) in settled.items()
             ),
@@ -120,7 +160,9 @@ class GainSweep:
         return {
             "name": self.scenario.name,
             "tip_off_deg_s": math.degrees(wanted.tip_off_rad_s),
-            "rate_below_deg_s": math.degrees(wanted.below_rad_s),
+            "rate_below_deg_s": self.below_deg_s,
+            "rate_below_is": self._limit_is(),
+            "residual_deg_s": None if self._residual is None else self._residual._asdict(),
             "within_s": wanted.within_s,
             "gain_a_m2_s_per_t": self.chosen.gain,
             "theory_gain_a_m2_s_per_t": self.theory_gain,
@@ -147,12 +189,47 @@ class GainSweep:
         lines = [
             f"gain: gain_a_m2_s_per_t = {best.gain:.4g}",
             f"{count} of {runs} releases at {math.degrees(wanted.tip_off_rad_s):.3g} deg/s stay "
-            f"below {math.degrees(wanted.below_rad_s):.3g} deg/s{until} ({low:.0f}..{high:.0f} % "
+            f"below {self.below_deg_s:.3g} deg/s{until} ({low:.0f}..{high:.0f} % "
             f"with 95 % confidence), each flown for {self.revolutions:g} rev",
+            f"half of them are first below it after {_hours(best.first_by(0.5))} h, and stay below "
+            f"from {_hours(best.settled_by(0.5))} h on",
         ]
         if wanted.within_s is not None and count < runs:
             lines.append(f"no gain stops all of them in time: {self._why_late(best)}")
         return lines
+
+    @property
+    def _residual(self) -> Residual | None:
+        """The motion within which the usual limit lies, or else the one in use with this gain."""
+        if self.raised is not None:
+            return self.raised.residual
+        return residual_of(self.chosen, self.below_deg_s, self._late_from_s)
+
+    def _limit_is(self) -> str:
+        if self.raised is not None:
+            return "above the residual motion"
+        return "given" if self.wanted.is_given else f"{ORBITAL_RATES:g} orbital rates"
+
+    def _residual_notes(self) -> list[str]:
+        """That the limit lies, or would lie, within the motion that remains."""
+        residual, below = self._residual, self.below_deg_s
+        if residual is None:
+            return []
+        remains = (
+            f"the residual motion, {residual.mean:.2g} deg/s on average and up to "
+            f"{residual.greatest:.2g} deg/s in the last two revolutions"
+        )
+        if self.raised is not None:
+            return [
+                f"{ORBITAL_RATES:g} orbital rates, {self.raised.usual_deg_s:.3g} deg/s, lie within "
+                f"{remains}: they would be crossed again and again; {below:.3g} deg/s counts as "
+                "stopped, which lies above; --rate-below-deg-s sets another rate"
+            ]
+        return [
+            f"the limit of {below:.3g} deg/s lies within {remains}: from when on the rate stays "
+            "below it is chance, and so is the gain chosen by it; see when it is first below, or "
+            f"give a rate above {CLEAR * residual.greatest:.2g} deg/s"
+        ]
 
     def _why_late(self, best: GainFlights) -> str:
         least_s = self.theory_s(1e4 * self.theory_gain)
@@ -174,7 +251,7 @@ class GainSweep:
             f"theory's times are means, for gains up to about {self.turning_gain:.3g} A m^2 s/T; "
             "beyond, rotation about the field outlasts the rest"
         )
-        return [*notes, *self._sensor_notes()]
+        return [*self._residual_notes(), *notes, *self._sensor_notes()]
 
     def _sensor_notes(self) -> list[str]:
         craft, coils, notes = self.scenario.spacecraft, self.tumbling.coils, []

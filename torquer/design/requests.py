@@ -32,7 +32,8 @@ class DetumbleRequest:
     tip_off_deg_s: Annotated[float | None, positive()] = None
     """Rate after release [the scenario's initial rate]."""
     rate_below_deg_s: Annotated[float | None, positive()] = None
-    """Rate that counts as stopped [that of its mission, else three orbital rates]."""
+    """Rate that counts as stopped [that of its mission, else three orbital rates, or more where
+    these lie within the motion that remains]."""
     within_s: Annotated[float | None, positive()] = None
     """Time by which all releases must have stopped [that of its mission, else none]."""
     gains: Annotated[int, within(3, 99)] = 9

@@ -15,7 +15,9 @@ _Angle = Annotated[float, Field(gt=0.0, lt=180.0)]
 class Mission(Spec):
     """Goals of the run, for the verdict in its report.
 
-    Every limit must hold from some time to the end of the run. Without this table the verdict
+    Every limit must hold from some time to the end of the run. The verdict states that time, and
+    when each limit was first met; where a motion that does not decay crosses a limit again and
+    again, it says that the limit lies within the residual motion. Without this table the verdict
     uses a limit that is usual for the laws of the scenario, and says so.
     """
 
@@ -24,7 +26,9 @@ class Mission(Spec):
     rate_orbital_below_deg_s: _Limit | None = None
     """Limit on the rate relative to the orbital frame."""
     attitude_error_below_deg: _Angle | None = None
-    """Limit on the deviation from the attitude that the scenario's laws hold."""
+    """Limit on the deviation from the attitude that built-in laws hold: with modes the laws of the
+    present states. While these hold none, or two, there is no error, and the limit is not met.
+    """
     sun_angle_below_deg: _Angle | None = None
     """Limit on the angle between `axis` and the Sun."""
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)  # type: ignore[valid-type]

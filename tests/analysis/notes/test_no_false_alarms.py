@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from device_cases import DEVICES
-from test_tutorials import PAGES, TOML, blocks_of, merged
+from test_tutorials import PAGES, TOML, blocks_of, merged, without_tables
 
 from torquer.analysis.notes.assumption_notes import assumption_notes
 from torquer.analysis.notes.device_notes import device_notes
@@ -40,7 +40,8 @@ def changes():
             yield pytest.param(tomllib.loads(text), id="-".join(map(str, place)))
         elif action == "changes" and files[0].startswith("examples/"):
             change = tomllib.loads(blocks[place].text)
-            yield pytest.param(merged(read(ROOT / files[0]), change), id="-".join(map(str, place)))
+            base = without_tables(place, read(ROOT / files[0]))
+            yield pytest.param(merged(base, change), id="-".join(map(str, place)))
 
 
 @pytest.mark.parametrize("data", [*changes()])

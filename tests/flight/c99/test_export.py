@@ -171,3 +171,30 @@ def test_steps_must_be_a_whole_number(steps, tmp_path):
     scenario = torquer.load_scenario(EXAMPLES / "my_law.toml")
     with pytest.raises(ValueError, match=r"steps: must be a whole number of 1 or more; received"):
         torquer.export_c(scenario, tmp_path, steps)
+
+
+HOLD = {"kind": "three_axis", "rate_gain_n_m_s_per_t2": 1.0, "angle_gain_n_m_per_t2": 1.0}
+TABLES = {
+    "times alone": {
+        "nadir": {"laws": ["nadir"], "transitions": [{"to": "tilted", "at_most_s": 8}]},
+        "tilted": {"laws": ["tilted"], "transitions": [{"to": "nadir", "at_most_s": 6}]},
+    },
+    "no transition": {"one": {"laws": ["nadir"]}},
+    "a state without laws": {
+        "off": {"laws": [], "transitions": [{"to": "on", "at_most_s": 5}]},
+        "on": {"laws": ["nadir"]},
+    },
+}
+
+
+@needs_compiler
+@pytest.mark.parametrize("states", TABLES.values(), ids=TABLES)
+def test_a_table_of_modes_without_conditions_replays_with_the_same_bits(states, make, tmp_path):
+    laws = {"nadir": HOLD, "tilted": HOLD | {"euler_deg": [0, 30, 0]}}
+    named = {name: laws[name] for state in states.values() for name in state["laws"]}
+    control = {"sample_s": 1.0, "laws": named, "modes": {"states": states}}
+    scenario = make({"control": control})
+    assert export_notes(scenario) == []
+    torquer.export_c(scenario, tmp_path, steps=60)  # past several transitions
+    done = replayed(built(tmp_path), tmp_path)
+    assert done.stdout == "60 control steps: the same bits in commands and state\n"

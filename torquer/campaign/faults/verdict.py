@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.analysis.attitude import with_held
 from torquer.analysis.goals import Goal, find_goals, goal_signal
 from torquer.analysis.mode_use import find_regions, state_uses
 from torquer.simulation.results.dataset import COMPLETE, flown_scenario
@@ -63,7 +64,7 @@ def keep_flight(result: xr.Dataset) -> Flown:
     """What is kept of a result."""
     scenario, t = flown_scenario(result), result["time"].values
     last = t >= t[-1] - scenario.orbit.period_s
-    tail = result.isel(time=np.flatnonzero(last))
+    tail = with_held(result).isel(time=np.flatnonzero(last))
     goals = [goal_signal(goal, tail, scenario) for goal in find_goals(scenario)]
     energy = float(result["coil_energy"]) if "coil_energy" in result else 0.0
     complete = result.attrs["how_it_ended"] == COMPLETE
@@ -101,6 +102,8 @@ def judge(flight: Flown, nominal: Flown, goals: list[Goal]) -> tuple[str, str]:
     if not flight.rate_deg_s <= limit:
         return LOST, f"rate up to {flight.rate_deg_s:.3g} deg/s"
     for goal, greatest in zip(goals, flight.goals, strict=True):
+        if math.isnan(greatest):
+            return DEGRADED, f"{goal.signal} unknown: no attitude was held all the time"
         if not greatest < goal.below:
             return DEGRADED, f"{goal.signal} up to {greatest:.3g} {goal.unit}"
     if flight.energy_j > ENERGY_TIMES * nominal.energy_j:

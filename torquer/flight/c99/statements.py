@@ -304,7 +304,7 @@ def _range(s: Scope, node: ast.For, call: ast.Call) -> tuple[Value, Value, int]:
 
 def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
     low, high, step = _range(s, node, call)
-    if low.is_known and high.is_known and not range(low.known, high.known, step):
+    if _never_runs(low, high, step):
         return
     if not isinstance(node.target, ast.Name):
         raise s.refuse(node, "count with one variable")
@@ -320,6 +320,13 @@ def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
         else:
             s.set(node, node.target.id, counter, None)
         block(s, node.body)
+
+
+def _never_runs(low: Value, high: Value, step: int) -> bool:
+    """Whether no number is counted, whatever the bounds allow: the rows of an empty table."""
+    if step > 0:
+        return low.bounds[0] >= high.bounds[1]
+    return low.bounds[1] <= high.bounds[0]
 
 
 def _count_range(low: Value, high: Value, step: int) -> Bounds:

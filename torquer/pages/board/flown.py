@@ -16,7 +16,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.state import Record
-from torquer.simulation.results.dataset import rate_in_orbit, sun_direction
+from torquer.simulation.results.dataset import mode_numbers, rate_in_orbit, sun_direction
 from torquer.simulation.results.variables import RECORDED, read
 from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
 from torquer.simulation.setup.run import Piece, Run, make_environments, prepare, record_this_instant
@@ -102,6 +102,8 @@ class Flown:
             speed = momentum / run.plan.plant.rotors.rows["inertia"]
             self._found |= {"wheel_momentum": momentum, "wheel_torque": motor, "wheel_speed": speed}
         self._found["time"] = self.t_s
+        numbers = mode_numbers(run.scenario, record)
+        self._found |= {f"mode_{name}": values for name, values in numbers.items()}
 
     def __getitem__(self, name: str) -> Values:
         if name not in self._found:

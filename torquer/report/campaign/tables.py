@@ -9,6 +9,7 @@ from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import (
     mean_rows,
     percent,
+    settling_rows,
     value_text,
     with_interval,
     with_unit,
@@ -42,6 +43,7 @@ def outcome_rows(each: dict) -> list[tuple[str, str]]:
         (f"{float(part):.0%} of members up to", with_interval(found["value"], found["interval"]))
         for part, found in each["quantiles"].items()
     ]
+    rows += [(label[0].upper() + label[1:], value) for label, value in settling_rows(each)]
     return [*rows, ("Members without a value", str(each["missing"]))]
 
 

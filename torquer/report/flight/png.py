@@ -284,7 +284,8 @@ def _facts(view: View) -> str:
         )
     else:
         error = summary["initial_attitude_error_deg"], summary["final_attitude_error_deg"]
-        facts.append(f"attitude error {error[0]:.3g} → {error[1]:.3g} deg")
+        first, last = ("none" if each is None else f"{each:.3g}" for each in error)
+        facts.append(f"attitude error {first} → {last} deg")
     facts += [
         f"below {goal['below']:.3g} {goal['unit']} from {clock_text(goal['stays_from_s'])}"
         for goal in summary["verdict"]["goals"][:1]

@@ -4,6 +4,7 @@ import numpy as np
 
 from torquer.analysis.budget import NAMES, budget_rows
 from torquer.analysis.summary import time_or_never
+from torquer.analysis.verdict import value_or_none
 from torquer.report.common.scales import choose_prefix
 from torquer.report.flight.view import View
 
@@ -19,12 +20,17 @@ def goal_grid(view: View) -> list[tuple[str, ...]]:
             f"{goal['signal']} below {goal['below']:.3g} {goal['unit']}",
             goal["why"],
             time_or_never(goal["first_s"]),
-            time_or_never(goal["stays_from_s"]),
-            f"{goal['final']:.3g} {goal['unit']}",
+            _stays(goal),
+            value_or_none(goal, "final"),
             _last_revolution(goal),
         )
         for goal in view.summary["verdict"]["goals"]
     ]
+
+
+def _stays(goal: dict) -> str:
+    stays, count = time_or_never(goal["stays_from_s"]), goal["times_above"]
+    return f"{stays}, above it again {count} times" if count else stays
 
 
 def _last_revolution(goal: dict) -> str:

@@ -101,13 +101,15 @@ class View:
 
     @cached_property
     def attitude_error(self) -> AttitudeError | None:
-        """Attitude error; None where no built-in law held one attitude."""
+        """Attitude error; None where no built-in law held an attitude."""
         return find_attitude_error(self.result)
 
     @cached_property
     def acquired_s(self) -> float | None:
         """Time by which the attitude was acquired; None if there was no such time."""
         if self.attitude_error is None:
+            return None
+        if not self.attitude_error.is_held.all():  # there is no one acquisition
             return None
         settled = settled_from(self.t_s, self.attitude_error.angle_deg)
         return None if settled is None else 2.0 * settled

@@ -40,11 +40,15 @@ def draw_gains(sweep: GainSweep) -> Figure:
     """Flights over their gains."""
     gains = np.array([each.gain for each in sweep.flights])
     title = f"{sweep.scenario.name}: gain of B-dot".lstrip(": ")
+    title += f", stopped below {sweep.below_deg_s:.3g} deg/s"
     figure, (upper, middle, lower) = stack_panels(title, 3, 7.2, sharex=True)
     for part, name, colour in _TIMES:
         hours = np.array([each.settled_by(part) for each in sweep.flights]) / 3600.0
         upper.plot(gains, np.where(np.isfinite(hours), hours, np.nan), "o-", color=colour, ms=4,
                    lw=1.3, label=name)  # fmt: skip
+    first = np.array([each.first_by(0.5) for each in sweep.flights]) / 3600.0
+    upper.plot(gains, np.where(np.isfinite(first), first, np.nan), "o:", color=BLUE, ms=3, lw=1.0,
+               label="half, first")  # fmt: skip
     theory = np.array([sweep.theory_s(gain) for gain in gains]) / 3600.0
     upper.plot(gains, theory, color=INK, lw=1.0, ls="--", label="theory, mean")
     upper.set_ylabel("stopped after [h]", fontsize=9.5)
@@ -62,7 +66,7 @@ def draw_gains(sweep: GainSweep) -> Figure:
     lower.set_xscale("log")
     for axes in (upper, middle, lower):
         axes.axvline(sweep.chosen.gain, color=GREEN, lw=1.6, label="chosen")
-    legend_at_left(upper, 6)
+    legend_at_left(upper, 7)
     label = "gain_a_m2_s_per_t"
     if not all(np.isfinite(each.settled_s).all() for each in sweep.flights):
         label += "\nmissing points: fewer stop during the flight"

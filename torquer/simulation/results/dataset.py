@@ -134,18 +134,25 @@ def log_axes(run: Run) -> dict:
 
 def modes_recorded(run: Run, record: Record) -> dict:
     """The state of every region, as numbers with their meanings."""
-    variables, first = {}, 0
-    for k, (name, region) in enumerate(mode_regions(run.scenario).items()):
-        meanings = " ".join(region.states)
-        values = np.where(np.isnan(record.modes[:, k]), -1, record.modes[:, k] - first)
+    variables, numbers = {}, mode_numbers(run.scenario, record)
+    for name, region in mode_regions(run.scenario).items():
         attributes = {
             "long_name": f"state of the region {name}",
             "flag_values": list(range(len(region.states))),
-            "flag_meanings": meanings,
+            "flag_meanings": " ".join(region.states),
         }
-        variables[f"mode_{name}"] = ("time", values.astype(np.int64), attributes)
-        first += len(region.states)
+        variables[f"mode_{name}"] = ("time", numbers[name], attributes)
     return variables
+
+
+def mode_numbers(scenario: Scenario, record: Record) -> dict[str, np.ndarray]:
+    """The number of the state of every region at every record, -1 where it is not known."""
+    found, first = {}, 0
+    for k, (name, region) in enumerate(mode_regions(scenario).items()):
+        values = np.where(np.isnan(record.modes[:, k]), -1, record.modes[:, k] - first)
+        found[name] = values.astype(np.int64)
+        first += len(region.states)
+    return found
 
 
 def mode_regions(scenario: Scenario) -> dict:

@@ -19,9 +19,9 @@ from torquer.report.flight.view import View, known
 def attitude_error(view: View) -> Picture:
     """Attitude error of the law, with the rate relative to its reference frame."""
     error = known(view.attitude_error)
-    frame = "orbital" if error.orbital else "inertial"
+    frame = error.frames
     caption = (
-        f"The reference attitude is fixed in the {frame} frame. The true error is shown, not the "
+        f"{_held_in_words(error)} The true error is shown, not the "
         "on-board estimate; its components are those of the rotation vector from the reference "
         "attitude to the body, about body x, y, z."
     )
@@ -37,6 +37,20 @@ def attitude_error(view: View) -> Picture:
         *(p for part in parts for p in _by_axes(view, *part)),
     )
     return Picture("attitude_error", "Attitude error", caption, panels)
+
+
+def _held_in_words(error: AttitudeError) -> str:
+    """From what the error is, and when there is none."""
+    used = np.unique(error.which[error.is_held])
+    if len(used) == 1:
+        frame = "orbital" if error.attitudes[used[0]].orbital else "inertial"
+        words = f"The reference attitude is fixed in the {frame} frame."
+    else:
+        words = (
+            f"The reference is the attitude that the laws of the present mode hold, one of "
+            f"{len(used)} in the {error.frames} frame."
+        )
+    return words if error.is_held.all() else f"{words} Gaps: no attitude is held."
 
 
 def angle(view: View) -> Panel:

@@ -1,0 +1,65 @@
+"""Settling times of a campaign beside the first times: whether a limit tells members apart.
+
+Both follow from the instants of the signals that a campaign keeps, at most 200 of a run, so the
+first times are known to a part of a percent of the run's length at best.
+"""
+
+import numpy as np
+import xarray as xr
+
+from torquer.analysis.residual import Residual, find_residual
+from torquer.analysis.series import first_at, times_above
+from torquer.base.strict_json import finite_or_none
+from torquer.campaign.contents import definition, signal_unit
+from torquer.campaign.statistics import quantile
+from torquer.simulation.results.dataset import flown_scenario
+
+
+def settling(result: xr.Dataset, name: str) -> dict | None:
+    """First times below the limit of an outcome that is a settling time; None for others.
+
+    `first_median_s`: over all members, None if fewer than half are ever below; `again`: members
+    above the limit again; `within_residual`: members in whose residual motion the limit lies, and
+    `residual`: the median of its ends.
+    """
+    (signal_name, what), series = definition(result, name), f"series.{name}"
+    limit = what.get("settles_below")
+    if limit is None or series not in result:
+        return None
+    t_s = np.asarray(result[series]["time"].values, dtype=float)
+    signal = result[series].transpose("time", "member").values.astype(float)
+    below = signal < limit
+    each = _residuals(result, t_s, signal, limit)
+    known = np.array([residual for residual in each if residual is not None])
+    return {
+        "below": float(limit),
+        "unit": signal_unit(signal_name),
+        "first_median_s": finite_or_none(quantile(first_at(t_s, below), 0.5)),
+        "again": int(np.count_nonzero(times_above(below))),
+        "within_residual": len(known),
+        "residual": np.median(known, axis=0).tolist() if len(known) else None,
+    }
+
+
+def _residuals(result: xr.Dataset, t_s, signal: np.ndarray, limit: float) -> list[Residual | None]:
+    """Of each member the motion within which the limit lies; none where no orbit is known."""
+    try:
+        period_s = flown_scenario(result).orbit.period_s
+    except ValueError:  # of another version, or of a user's files that are gone
+        return []
+    return [find_residual(t_s, signal[:, n], limit, period_s) for n in range(signal.shape[1])]
+
+
+def settling_in_words(found: dict, members: int, unit: str) -> str:
+    """The first times of a settling time, and whether the limit lies within what remains."""
+    first = found["first_median_s"]
+    words = f"median {'missing' if first is None else f'{first:.4g}'}"
+    if found["again"]:
+        words += f"; {found['again']} of {members} members are above it again"
+    if found["within_residual"]:
+        low, high = found["residual"]
+        words += (
+            f"; in {found['within_residual']} the limit lies within the residual motion, "
+            f"{low:.3g}..{high:.3g}{' ' * bool(unit)}{unit}: there the settling time is chance"
+        )
+    return words
