@@ -385,11 +385,11 @@ def _with_examples(section: str) -> str:
 def where_page() -> str:
     """The page on validity, with the table of conditions as they stand beside the formulas."""
     page = (ROOT / "docs/theory/where-it-holds.md").read_text(encoding="utf-8")
-    before, mark, rest = page.partition("| of |")
-    after = re.split(r"^(?!\|)", rest, maxsplit=1, flags=re.M)[1]
-    if not mark:
-        raise ValueError("where-it-holds.md: must have the table of conditions; received none")
-    return before + "\n".join(conditions_table(torquer.theory, gallery.theory)) + "\n" + after
+    table = "\n".join(conditions_table(torquer.theory, gallery.theory))
+    made, count = re.subn(r"^\| of \|(.*\n\|)*.*$", lambda _: table, page, flags=re.M)
+    if count != 1:
+        raise ValueError(f"where-it-holds.md: must have one table of conditions; received {count}")
+    return made
 
 
 PAGES = {
