@@ -352,3 +352,18 @@ def test_all_places_of_sgp4s_own_test_are_taken():
 def test_the_start_must_carry_a_zone():
     with pytest.raises(ValueError, match="must be a time with a zone"):
         Sgp4(tle=CHIBIS).state([0.0], "2012-03-04T10:31:47")
+
+
+def test_an_instant_is_one_place_whether_a_run_began_before_a_leap_second_or_after():
+    """At the end of 2016: 01:00 is 7201 s after 23:00. It was 7.7 km off."""
+    epoch = ("1 25544U 98067A   16366.50000000  .00001000  00000-0  20000-4 0  9990",
+             "2 25544  51.6400 100.0000 0005000  50.0000 310.0000 15.54000000    05")  # fmt: skip
+    lines = [line[:68] + str(checksum(line)) for line in epoch]
+    orbit = Sgp4(tle=lines)
+    early, _ = orbit.state([7201.0], "2016-12-31T23:00:00Z")
+    late, _ = orbit.state([0.0], "2017-01-01T01:00:00Z")
+    assert np.linalg.norm(early - late) < 1e-3
+    before, _ = orbit.state([0.0], "2016-12-31T23:00:00Z")
+    satellite = Satrec.twoline2rv(*lines)
+    _, r_km, _ = satellite.sgp4(satellite.jdsatepoch, satellite.jdsatepochF + 11.0 / 24.0)
+    assert before[0] == pytest.approx(1e3 * np.array(r_km), abs=1e-3)

@@ -12,9 +12,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import field_validator, model_validator
 from sgp4.api import SGP4_ERRORS, Satrec
+from sgp4.conveniences import sat_epoch_datetime
 
 from torquer.base.conventions import MU_EARTH_M3_S2
-from torquer.base.time import DAY_S, julian_dates, parse_utc
+from torquer.base.time import DAY_S, julian_dates, leap_seconds_between, parse_utc
 from torquer.environment.orbit.kepler import TWO_PI, Extent, Orbit, check_farthest
 
 _LENGTH = 69
@@ -234,10 +235,11 @@ def propagate(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Position [n, 3] m and velocity [n, 3] m/s in TEME at times [n] s after the start.
 
-    `extent`: of the mean elements, beyond which no place is the satellite's.
+    `extent`: of the mean elements, beyond which no place is the satellite's. Seconds count from
+    the epoch, leap seconds included: an instant of UTC is one place, whenever the run began.
     """
     t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
-    (day, fraction), _ = julian_dates(start_utc, t_s)
+    day, fraction = _dates(satellite, t_s, start_utc)
     codes, r_km, v_km_s = satellite.sgp4_array(
         np.full_like(fraction, day), np.ascontiguousarray(fraction)
     )
@@ -250,12 +252,22 @@ def propagate(
     return r_km * 1e3, v_km_s * 1e3
 
 
+def _dates(satellite: Satrec, t_s, start_utc) -> tuple[float, np.ndarray]:
+    """Days and their fractions that SGP4 takes for times [s] after the start.
+
+    It knows no leap seconds: those from the epoch to the start are added.
+    """
+    leap_s = leap_seconds_between(sat_epoch_datetime(satellite), start_utc)
+    (day, fraction), _ = julian_dates(start_utc, t_s + leap_s)
+    return day, fraction
+
+
 def _check_way(satellite: Satrec, extent: Extent, start_utc, end_s: float) -> None:
     """ValueError for a time [s] after the orbit has ended on the way there from the epoch.
 
     SGP4's polynomials in time pass through an axis of zero, and beyond it may look like an orbit.
     """
-    (day, fraction), _ = julian_dates(start_utc, np.array([end_s]))
+    day, fraction = _dates(satellite, np.array([end_s]), start_utc)
     epoch, whole = satellite.jdsatepochF, float(day - satellite.jdsatepoch)
     away_days = whole + float(fraction[0]) - epoch
     days = np.linspace(0.0, away_days, _PLACES)
