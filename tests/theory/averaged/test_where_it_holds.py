@@ -8,8 +8,8 @@ from where_cases import CASES, REFUSED, RIGHT, WRONG, answer, truth
 from torquer import theory
 from torquer.compile import engine
 from torquer.theory.averaged.answer import law_gains, law_motion
-from torquer.theory.averaged.conditions import nutation_growth
 from torquer.theory.averaged.requests import LawRequest
+from torquer.theory.slow.axis_stability import nutation_growth
 from torquer.theory.validity import Limit, judge
 from torquer.theory.where_it_holds import conditions, table
 

@@ -9,7 +9,7 @@ from torquer.analysis.notes.uses import Use, notes_on_laws
 from torquer.computer.laws.spin_axis import AboutAxis
 from torquer.maths.geometry.attitudes import axes_about
 from torquer.scenario.spec import Scenario
-from torquer.theory.averaged.conditions import STABLE_AXIS, nutation_growth
+from torquer.theory.slow.axis_stability import STABLE_AXIS, nutation_growth
 
 
 def spin_notes(scenario: Scenario) -> list[str]:

@@ -7,10 +7,9 @@ is not met, and where they do not, the conditions that are not met are the reaso
 
 import math
 
-import numpy as np
-
 from torquer.theory.averaged.case import AveragedCase
 from torquer.theory.averaged.flights import Flights
+from torquer.theory.slow.axis_stability import STABLE_AXIS, nutation_growth
 from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.slow.evolution.sdot import SUN_SEEN, sun_weight
 from torquer.theory.slow.gains import damping_efficiency
@@ -47,12 +46,6 @@ INCLINED = Limit(
 SYMMETRIC = Limit(
     "difference of the moments across the axis, over their mean", most=0.2,
     why="their mean is used", of=_OF, shown=_TABLE,
-)  # fmt: skip
-STABLE_AXIS = Limit(
-    "growth of nutation about the intermediate axis per radian of the orbit", most=0.01,
-    why="the axis must have the greatest or the least moment: about the intermediate one nutation "
-    "grows by itself", of=_OF, refuses=True,
-    shown="moments 1, 2, 1.5: nutation grows from 14 to 82 deg in 20 revolutions",
 )  # fmt: skip
 SEES_THE_SUN = SUN_SEEN._replace(
     why="the Sun lies across the field at all times: S-dot gives no dipole", of="S-dot",
@@ -91,18 +84,6 @@ FLOWN = Limit(
 )  # fmt: skip
 #: Of each of them.
 EACH_FLOWN = FLOWN._replace(least=0.5, most=2.0, shown="")
-
-
-def nutation_growth(inertia, rate_rad_s, orbital_rate_rad_s: float) -> float:
-    """Rate at which nutation about the third axis grows, per radian of the orbit; 0: it does not.
-
-    By Euler's equations linear about a spin around an intermediate axis. `inertia` [kg m^2]: rows.
-    """
-    tensor = np.asarray(inertia)
-    low, high = np.linalg.eigvalsh(tensor[:2, :2])
-    axial = float(tensor[2, 2])
-    inner = (axial - low) * (high - axial) / (low * high)
-    return abs(float(rate_rad_s[2])) * math.sqrt(max(inner, 0.0)) / orbital_rate_rad_s
 
 
 def judge_case(case: AveragedCase, part: float, flights: Flights) -> Verdict:
