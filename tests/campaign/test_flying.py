@@ -320,7 +320,7 @@ def test_texts_that_a_file_cannot_hold_are_stored_as_escapes(scenario, tmp_path)
         torquer.fly_campaign(own, campaign(own, runs=1, vary=vary), to=path)
     result = torquer.load(path)
     assert result["control.law.function"].values.tolist() == ["a\\x00b"]
-    assert "must define a\\x00b; received no such function" in result["ended"].values[0]
+    assert "must be defined in the file; received 'a\\x00b'" in result["ended"].values[0]
 
 
 def test_hardware_varies_in_lanes_orbits_alone_with_the_same_result(scenario):

@@ -212,7 +212,7 @@ MISTAKES = [
     ("2012-03-04T10:31:47Z", "2031-03-04T10:31:47Z\nenvironment.field.kind = 'igrf14'\n",
      ["scenario: must be TOML; received: Cannot"]),
     ('law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }', 'law = { kind = "user", file = "no.py" }',
-     ["law file: must be an existing file; received"]),
+     ["control.law.file: must be an existing file; received"]),
     ("seed = 5", "seed = 5 5", ["scenario: must be TOML; received: "]),
 ]  # fmt: skip
 

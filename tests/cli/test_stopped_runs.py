@@ -58,8 +58,9 @@ def test_a_law_that_fails_leaves_what_was_computed(
     assert code == 1
     (line,) = err.splitlines()
     assert line.startswith(
-        "error: law fails: must return a finite dipole; received (nan, 0, 0) at t = 124 s; "
+        "error: control.law: must return a finite dipole; received (nan, 0, 0) (fails in "
     )
+    assert " at t = 124 s; " in line
     assert line.endswith(f"; partial results are in {out}")
     assert strict_json(stdout)["simulated_s"] == 120.0
     result = torquer.load(out / "result.nc")

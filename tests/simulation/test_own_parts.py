@@ -1,12 +1,24 @@
 """Parts of the user's own are flown like built-in ones: resumed, in campaigns, refused, hashed."""
 
-import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-from own_parts import TEXT, write
+from own_parts import (
+    AIR,
+    CIRCULAR,
+    EVERY,
+    LEAK,
+    RING,
+    SENSOR,
+    TEXT,
+    WHOLE,
+    all_parts,
+    of_key,
+    scenario_maker,
+    write,
+)
 
 import torquer
 from torquer.analysis.budget import budget_along_run
@@ -18,75 +30,16 @@ from torquer.cli.options import CodeOptions
 from torquer.compile import engine
 from torquer.environment.field import FIELDS
 from torquer.scenario.explain import ScenarioError
-from torquer.scenario.load import check_orbit_environment, scenario_from_text
 from torquer.simulation.results.file import load, save
 from torquer.simulation.setup.simulate import RunStopped, resume, simulate
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
-START = """
-start = 2025-07-01T00:00:00Z
-spacecraft.body.inertia_kg_m2 = [0.03, 0.03, 0.01]
-spacecraft.coils.limit_a_m2 = 0.2
-initial.rate_deg_s = [1, -2, 0.5]
-simulation = { duration_s = 900, record_s = 5.0 }
-"""
-OFF = 'control = { law = { kind = "off" }, sample_s = 1.0 }\n'
-RING = (
-    'orbit = { kind = "user", file = "own.py", function = "ring", axes = "J", revolution_s = 5740 }'
-)
-CIRCULAR = 'orbit = { kind = "circular", radius_km = 6928.137, inclination_deg = 97.6 }'
-FIELD = 'environment.field = { kind = "user", file = "own.py", function = "dipole" }'
-AIR = 'environment.atmosphere = { kind = "user", file = "own.py", function = "air" }'
-DRAG = "spacecraft.aerodynamics.parts = [{ kind = 'box', size_m = [0.1, 0.1, 0.3], "
-DRAG += "centre_m = [0.0, 0.01, 0.02] }]"
-LEAK = 'disturbance.own.leak = { kind = "user", file = "own.py", function = "leak" }'
-WHOLE = 'disturbance.own.all = { kind = "user", file = "own.py", function = "all_of_it" }'
-ESTIMATOR = """
-control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 2e4 }, sample_s = 1.0 }
-control.estimator = { kind = "user", file = "estimate.py" }
-"""
-SENSOR = "spacecraft.own_sensor = { kind = 'user', file = 'own.py', function = 'crosswise', "
-SENSOR += "noise = 0.05 }"
-EVERY = {
-    "spacecraft.own_sensor": [SENSOR],
-    "orbit": [RING],
-    "environment.field": [FIELD],
-    "environment.atmosphere": [AIR, DRAG],
-    "disturbance.own.leak": [LEAK],
-    "control.estimator": [],
-}
-
 
 @pytest.fixture
 def scenario(tmp_path):
-    """A function that makes the scenario of some lines, beside a file of parts."""
-    write(tmp_path)
-    shutil.copy("examples/own_parts.py", tmp_path / "estimate.py")
-
-    def make(*lines, control=OFF):
-        lines = lines if any("orbit = " in line for line in lines) else (CIRCULAR, *lines)
-        text = "\n".join((START, *lines)) + "\n" + control
-        return scenario_from_text(_in_order(text), folder=tmp_path)
-
-    return make
-
-
-def _in_order(text: str) -> str:
-    return text.replace("control = {", "control = {", 1)
-
-
-def of_key(scenario, key):
-    """The scenario with the part of a key."""
-    if key == "control.estimator":
-        control = ESTIMATOR.strip().replace(" }\ncontrol.estimator = ", ", estimator = ") + " }"
-        return scenario(control=control)
-    return scenario(*EVERY[key])
-
-
-def all_parts(scenario):
-    control = ESTIMATOR.strip().replace(" }\ncontrol.estimator = ", ", estimator = ") + " }"
-    return scenario(RING, FIELD, AIR, DRAG, LEAK, WHOLE, SENSOR, control=control)
+    """A function that makes the scenario of some lines, beside files of parts."""
+    return scenario_maker(tmp_path)
 
 
 def test_an_orbit_of_a_function_is_the_built_in_one(scenario):
@@ -215,55 +168,6 @@ def test_a_look_at_a_result_executes_nothing(scenario, tmp_path):
     )
     assert "must be of a scenario whose code may be executed" in found.stdout, found
     assert not (tmp_path / "executed").exists()
-
-
-WRONG = (
-    ("a = 1e3 * radius_km", "a = radius_km", RING, "of an orbit about the Earth; received 6928.1"),
-    ("a * n * v", "2.0 * a * n * v", RING, "of an orbit about the Earth; received 6.92814e.06 m"),
-    ("-7.8e15]", "-7.8e24]", FIELD, r"below 1 T; received .* \(in nT\?\)"),
-    ("return a * r, a * n * v", "return {}, {}", RING, r"received \{\}"),
-    ("return a * r, a * n * v", "return 'a', v", RING, r"received 'a'"),
-    ("return a * r, a * n * v", "return r + 0j, v", RING, r"received array"),
-    ("return a * r, a * n * v", "raise SystemExit(3)", RING, r"SystemExit\(3\).*own\.py, line"),
-    ("np.full(len(r_ecef_m), density)", "{}", AIR, r"received \{\}"),
-    ("size=1e-6", "size=None", LEAK, r"own\.leak\.parameters\.size: must be a number, by default"),
-    ("return a * r, a * n * v", "return a * r", RING, r"received ndarray"),
-    ("return a * r, a * n * v", "return a * r[:2], v", RING, r"received shape \(2, 3\) for n = "),
-    ("return a * r, a * n * v", "return r / 0 * np.nan, v", RING, r"finite; received none at t = "),
-    ("return a * r, a * n * v", "return nothing", RING, r"name 'nothing' is not.*own\.py, l"),
-    ("- moment) / distance**3", "- moment)[0]", FIELD, r"received shape \(3,\) for n = "),
-    ("- moment) / distance**3", "- moment) * np.inf", FIELD, r"finite; received none at"),
-    ("np.full(len(r_ecef_m), density)", "-1.0", AIR, r"received shape \(\) for n = "),
-    ("np.full(len(r_ecef_m), density)", "-np.ones(len(r_ecef_m))", AIR, "negative; received -1"),
-    ("return (size -", "return [size -", LEAK, "must import"),
-    ("x, y, z = here.omega_body_rad_s", "x, y, z = here.omega", LEAK, "its function|leak must be"),
-    ("return (size -", "return (0.0 * size) + (size -", LEAK, "which cannot be compiled|received"),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "by", "line", "message"), WRONG)
-def test_what_a_function_does_wrong_is_one_line(scenario, tmp_path, text, by, line, message):
-    made = scenario(line, DRAG) if line == AIR else scenario(line)
-    assert text in TEXT
-    write(tmp_path, TEXT.replace(text, by))
-    with pytest.raises(ValueError, match=message) as error:
-        simulate(made)
-    assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    (
-        (RING.replace("ring", "square"), r"own\.py: must define square; received no such"),
-        (RING.replace('function = "ring", ', ""), "must define one function, or name one"),
-        (RING.replace("axes =", "parameters = { high = 1.0 }, axes ="),
-         r"orbit parameters\.high: must be one of the function's \(radius_km, tilt_deg\)"),
-        (RING.replace("own.py", "none.py"), "orbit file: must be an existing file"),
-    ),
-)  # fmt: skip
-def test_a_function_that_is_not_there_is_one_line(scenario, line, message):
-    with pytest.raises(ValueError, match=message):
-        check_orbit_environment(scenario(line))
 
 
 def test_files_beside_are_those_of_their_folder_and_as_they_are_now(scenario, tmp_path):

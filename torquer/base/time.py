@@ -96,6 +96,14 @@ def decimal_years(start_utc: str | datetime, t_s) -> np.ndarray:
     return np.interp(t_s, *new_years(start_utc, float(t_s.min()), float(t_s.max())))
 
 
+def utc_of_year(decimal_year: float) -> str:
+    """The instant of a decimal year as text, to the second: the inverse of `decimal_years`."""
+    year = int(decimal_year)
+    begin, end = (datetime(each, 1, 1, tzinfo=UTC) for each in (year, year + 1))
+    moment = begin + (end - begin) * (float(decimal_year) - year) + timedelta(seconds=0.5)
+    return f"{moment:%Y-%m-%dT%H:%M:%SZ}"
+
+
 def new_years(start_utc: str | datetime, first_s: float, last_s: float) -> tuple:
     """Each 1 January 00:00 UTC around first_s..last_s: seconds after the start [k], year [k].
 

@@ -137,16 +137,20 @@ def cache_beside(file: Path | None):
 
 def error_place(error: BaseException, file: Path | None) -> str:
     """Where in a user's file an error arose, as " (law.py, line 3)"; "" if it arose elsewhere."""
-    if file is None:
-        return ""
+    line = error_line(error, file)
+    return f" ({file.name}, line {line})" if file is not None and line else ""
+
+
+def error_line(error: BaseException, file: Path | None) -> int:
+    """The line of a user's file in which an error arose; 0 if it arose elsewhere."""
     lines = [
         line
         for frame, line in traceback.walk_tb(error.__traceback__)
         if Path(frame.f_code.co_filename) == file
     ]
-    if isinstance(error, SyntaxError) and error.filename and Path(error.filename) == file:
+    if isinstance(error, SyntaxError) and Path(error.filename or "") == file:
         lines.append(error.lineno or 0)
-    return f" ({file.name}, line {lines[-1]})" if lines else ""
+    return lines[-1] if lines else 0
 
 
 def printable(value) -> str:
@@ -155,18 +159,20 @@ def printable(value) -> str:
     Its own text may be long, or raise an error itself.
     """
     try:
-        text = as_storable(" ".join(repr(value).split()))
+        # the parts of a syntax error would repeat its place
+        shown = f"SyntaxError({value.msg!r})" if isinstance(value, SyntaxError) else repr(value)
+        text = as_storable(" ".join(shown.split()))
     except Exception:
         text = type(value).__name__
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def import_file(file: Path, what: str):
-    """The file as a module of its own, with those next to it importable; `what`: in messages."""
+def import_file(file: Path, key: str):
+    """The file as a module of its own, with those next to it importable; `key`: what names it."""
     if not file.is_file():
-        raise ValueError(f"{what} file: must be an existing file; received {file}")
+        raise ValueError(f"{key}.file: must be an existing file; received {file}")
     if file.suffix != ".py":
-        raise ValueError(f"{what} file: must be a Python file (.py); received {file}")
+        raise ValueError(f"{key}.file: must be a Python file (.py); received {file}")
     mark = hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:8]
     spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}_{mark}", file)
     module = importlib.util.module_from_spec(spec)
@@ -176,8 +182,11 @@ def import_file(file: Path, what: str):
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        received = printable(error) + error_place(error, Path(spec.origin))
-        raise ValueError(f"{what} file {file}: must import; received {received}") from None
+        line = error_line(error, Path(spec.origin))
+        place = f"{file}, line {line}" if line else f"{file}"
+        raise ValueError(
+            f"{key}.file: must import; received {printable(error)} ({place})"
+        ) from None
     finally:
         sys.path.pop(0)
         # else another folder's file of the same name, or this one when edited, would not be read

@@ -24,6 +24,7 @@ SENSORS = tuple(device.name for device in DEVICES)
 #: Their numbers, of those that something on board asks for by name.
 MAGNETOMETER, GYRO, SUN_SENSORS = map(SENSORS.index, ("magnetometer", "gyro", "sun_sensors"))
 ATTITUDE_SENSOR, TACHOMETERS = map(SENSORS.index, ("attitude_sensor", "tachometers"))
+OWN_SENSOR = SENSORS.index("own_sensor")
 SEARCH_COIL = SENSORS.index("search_coil")
 #: The same by name.
 NUMBERS = {name: number for number, name in enumerate(SENSORS)}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.base.user_code import admit
+from torquer.base.user_code import admit, remember_keys
 from torquer.scenario.explain import ScenarioError, key_name, validate_tables
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import parse_toml, read_text
@@ -49,6 +49,7 @@ def scenario_from_data(data: dict, folder: Path = Path(), *, code: bool = True) 
     data = with_presets(_without_campaign(data))
     _find_files(data, folder)
     scenario = validate_tables(Scenario, data)
+    remember_keys(scenario)
     if code:
         admit(scenario)
     return scenario

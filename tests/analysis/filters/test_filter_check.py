@@ -179,7 +179,7 @@ def breaks(inputs, parameters, memory):
     breaks = scenario(GYRO).replace(
         "control.law", {"kind": "user", "file": str(tmp_path / "breaks.py")}
     )
-    with pytest.raises(ValueError, match=r"seed \d+: law breaks: .* at t = 100 s"):
+    with pytest.raises(ValueError, match=r"seed \d+: control\.law: .* at t = 100 s"):
         fly_filter(make_members(breaks, 1))
 
 

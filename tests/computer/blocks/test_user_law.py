@@ -205,19 +205,31 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
 @pytest.mark.parametrize(
     ("text", "name", "expected"),
     [
-        ("def f(:\n", None, r"FILE: must import; received SyntaxError.* \(NAME, line 1\)$"),
-        ("x = 1\n1 / 0\n", None, r"FILE: .* received ZeroDivisionError.* \(NAME, line 2\)$"),
-        ("exit()\n", None, "FILE: must import; received SystemExit"),
-        ("import sys\nsys.exit(3)\n", None, r"FILE: must import; received SystemExit\(3\)"),
-        ("import no_such_thing\n", None, "FILE: must import; received ModuleNotFoundError"),
-        ("x = 1\n", None, "FILE: must hold one @torquer.law, or name one; received none"),
+        ("def f(:\n", None, r"law.file: must import; received SyntaxError.* \(FILE, line 1\)$"),
+        ("x = 1\n1 / 0\n", None, r"law.file: .* received ZeroDivisionError.* \(FILE, line 2\)$"),
+        ("exit()\n", None, "law.file: must import; received SystemExit"),
+        ("import sys\nsys.exit(3)\n", None, r"law.file: must import; received SystemExit\(3\)"),
+        ("import no_such_thing\n", None, "law.file: must import; received ModuleNotFoundError"),
+        (
+            "x = 1\n",
+            None,
+            "law.file: must hold one @torquer.law, .*; received none",
+        ),
         (
             GOOD + GOOD.replace("mine", "other"),
             None,
-            "FILE: must hold one @torquer.law, or name one; received mine, other",
+            "law.file: must hold one @torquer.law, or `function` name one; received mine, other",
         ),
-        ("x = 1\n", "g", "FILE: must define g; received no such function"),
-        ("x = 1\n", "x", "FILE: must define x; received no such function"),
+        (
+            "x = 1\n",
+            "g",
+            "law.function: must be defined in the file; received 'g', .* FILE",
+        ),
+        (
+            "x = 1\n",
+            "x",
+            "law.function: must be defined in the file; received 'x', .* FILE",
+        ),
         (
             HEAD + BODY + "return (0.0, 1.0)\n",
             None,
@@ -241,7 +253,7 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
 def test_a_mistake_is_one_clear_line(tmp_path, text, name, expected):
     file = written(tmp_path, text)
     expected = expected.replace("NAME", re.escape(file.name))
-    expected = expected.replace("FILE", re.escape(f"law file {file}"))
+    expected = expected.replace("FILE", re.escape(str(file)))
     expected = expected.replace("LAW", "law mine: must compile")
     with pytest.raises(ValueError, match=f"^{expected}") as caught:
         load_law(file, name)
@@ -326,14 +338,14 @@ def test_wrong_arguments_are_one_clear_line(tmp_path):
 
 def test_a_file_that_is_not_there_is_reported(tmp_path):
     for path in (tmp_path / "none.py", tmp_path):
-        message = re.escape(f"law file: must be an existing file; received {path}")
+        message = re.escape(f"law.file: must be an existing file; received {path}")
         with pytest.raises(ValueError, match=f"^{message}$"):
             load_law(path)
 
 
 def test_a_file_that_is_not_python_is_reported(tmp_path):
     file = written(tmp_path, GOOD, "law.txt")
-    message = f"law file: must be a Python file (.py); received {file}"
+    message = f"law.file: must be a Python file (.py); received {file}"
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         load_law(file)
 
@@ -369,7 +381,7 @@ def test_the_spec_of_a_user_law(tmp_path):
     spec = UserLaw(kind="user", file=file, parameters={"k": 7.0})
     assert answer(spec.law()) == (7.0, 0.0, 0.0)
     assert answer(UserLaw(kind="user", file=file, function="mine").law()) == (2.0, 0.0, 0.0)
-    with pytest.raises(ValueError, match="parameter must be one of: k; received 'speed'"):
+    with pytest.raises(ValueError, match=r"^control\.law\.parameters\.speed: must be one of: k"):
         UserLaw(kind="user", file=file, parameters={"speed": 7.0}).law()
     with pytest.raises(ValidationError, match="Field required"):
         UserLaw(kind="user")

@@ -168,7 +168,7 @@ def test_the_text_of_a_law_outlives_its_file(make, tmp_path):
     result = load(tmp_path / "result.nc")
     assert flown_laws(result)["law"]["text"] == padded
     with pytest.raises(
-        ValueError, match=r"law file: must be an existing file; received .*given_laws\.py"
+        ValueError, match=r"control\.law\.file: must be an existing file; received .*given_laws"
     ):
         simulate(flown_scenario(result))
     file.write_text(flown_laws(result)["law"]["text"])
@@ -179,7 +179,7 @@ def test_memory_in_a_scenario_must_fit_the_law(make, file):
     own = {"kind": "user", "file": str(file), "function": "tuned", "memory": [3.0, 1.0]}
     result = simulate(make({"control.law": own}))
     assert result.command_body.values[-1, 2] == pytest.approx(1e-3 * (1.0 + 3.0 * 600))
-    with pytest.raises(ValueError, match=r"law tuned: memory must have 2 cells, .* received 1$"):
+    with pytest.raises(ValueError, match=r"^control\.law\.memory: must have 2 cells, .*ed 1$"):
         simulate(make({"control.law": own | {"memory": [3.0]}}))
     with pytest.raises(ScenarioError, match=r"control\.law\.memory\[1\]: must be finite"):
         make({"control.law": own | {"memory": [0.0, float("nan")]}})

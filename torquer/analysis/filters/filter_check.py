@@ -40,8 +40,9 @@ from torquer.simulation.loop.members import RUNNING
 from torquer.simulation.loop.state import Record
 from torquer.simulation.outside.library import Library
 from torquer.simulation.setup.prepare import make_log
-from torquer.simulation.setup.run import Run, prepare, reason
+from torquer.simulation.setup.run import Run, prepare
 from torquer.simulation.setup.simulate import flown_by
+from torquer.simulation.setup.stopped import reason
 from torquer.spacecraft.actuators.coils import NO_COILS
 from torquer.spacecraft.actuators.rotors import rotor_axis
 from torquer.spacecraft.sensors.gyro import fill_drift

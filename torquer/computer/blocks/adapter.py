@@ -47,7 +47,8 @@ class Kind(NamedTuple):
 
     `answer`: an example of the unified answer; `unify`: kernel that makes it of what a function
     returns; `failed`: kernel for the answer of a user's function that has raised; `plainly`: how a
-    user has one run as plain Python, "" if there is no way.
+    user has one run as plain Python, "" if there is no way. `checked`: kernel that unifies what a
+    user's function returns, where it checks more than that of the package's own.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Kind(NamedTuple):
     unify: Callable
     failed: Callable
     plainly: str = ""
+    checked: Callable | None = None
 
     @property
     def signature(self):
@@ -224,7 +226,7 @@ def _compile_block(
     parts = {
         "_function": function,
         "_inputs": _first_record if in_loop else _same,
-        "_unify": kind.unify,
+        "_unify": kind.unify if own else kind.checked or kind.unify,
         "_failed": kind.failed,
         "_named": record_maker(shape),
         "_cells": _memory_view(names),

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from torquer.base.user_source import plain_function
+from torquer.base.user_source import plain_function, source_file
 from torquer.base.validate import storable_name, storable_text
 from torquer.computer.blocks.adapter import (
     Kind,
@@ -69,7 +69,8 @@ class Block:
     computer must provide: "ephemeris" (and which part of it: "place", "model_field", "model_sun"),
     "magnetometer", "search_coil", "sun", "tachometers", "horizon", "sun_cells", "coil_dipole",
     "attitude", "rate". `compiled`: False for a function that runs as plain
-    Python. `spec`: what a scenario says of it, for a block made from its spec.
+    Python. `spec`: what a scenario says of it, for a block made from its spec. `key`: that of the
+    scenario which names its file, as messages about it begin; "" for a block of no such file.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Block:
     needs: frozenset[str] = frozenset()
     compiled: bool = True
     spec: object = field(default=None, compare=False, repr=False)
+    key: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self):
         storable_text("name", self.name)
@@ -103,15 +105,13 @@ class Block:
         known = self.values()
         for name, value in values.items():
             if name not in known:
+                where = self.parameter_key(name) if self.key else f"{self.said}: parameter"
                 raise ValueError(
-                    f"{self._said}: parameter must be one of: {', '.join(known) or 'none'}; "
-                    f"received {name!r}"
+                    f"{where} must be one of: {', '.join(known) or 'none'}; received {name!r}"
                 )
             if _sizes(value) != _sizes(known[name]):
                 shape = _say_sizes(_sizes(known[name]))
-                raise ValueError(
-                    f"{self._said}: parameter {name} must be {shape}; received {value!r}"
-                )
+                raise ValueError(f"{self.parameter_key(name)} must be {shape}; received {value!r}")
         made = {name: fill(known[name], iter(flat(value))) for name, value in values.items()}
         parameters = self.parameters._replace(**made) if made else self.parameters
         return replace(self, parameters=parameters, spec=None)
@@ -121,16 +121,17 @@ class Block:
         for name, value in self.values().items():
             if not all(map(_is_finite_number, flat(value))):
                 raise ValueError(
-                    f"{self._said}: parameter {name} must be {_what(value)}; received {value!r}"
+                    f"{self.parameter_key(name)} must be {_what(value)}; received {value!r}"
                 )
         return np.array([float(v) for v in flat(self.parameters)], dtype=np.float64)
 
     def with_memory(self, cells) -> Self:
         """This block with other memory at the start, as cells."""
         if len(cells) != len(self.first_memory()):
+            where = f"{self.key}.memory:" if self.key else f"{self.said}: memory"
             raise ValueError(
-                f"{self._said}: memory must have {len(self.first_memory())} cells, as the block "
-                f"has; received {len(cells)}"
+                f"{where} must have {len(self.first_memory())} cells, as the block has; received "
+                f"{len(cells)}"
             )
         if not isinstance(self.memory, Mapping):
             return replace(self, memory=tuple(cells), spec=None)
@@ -180,12 +181,21 @@ class Block:
 
     def compile(self):
         """The function with its inputs by value; ValueError of one line if it does not compile."""
-        return compile_block(self.kind, self.function, self.parameters, memory_names(self.memory))
+        return self._compiled(in_loop=False)
 
     def in_loop(self):
         """The function as the loop calls it: with its inputs as a record."""
+        return self._compiled(in_loop=True)
+
+    def _compiled(self, in_loop: bool):
         names = memory_names(self.memory)
-        return compile_block(self.kind, self.function, self.parameters, names, in_loop=True)
+        try:
+            return compile_block(self.kind, self.function, self.parameters, names, in_loop)
+        except ValueError as error:
+            if not self.key:
+                raise
+            rest = str(error).partition(": ")[2]
+            raise ValueError(f"{self.said}: {rest}{self.place_in(rest)}") from None
 
     def described(self) -> str:
         """Name and parameters, as a result keeps them."""
@@ -193,8 +203,20 @@ class Block:
         return json.dumps({"name": self.name, "parameters": values})
 
     @property
-    def _said(self) -> str:
-        return f"{self.kind.name} {self.name}"
+    def said(self) -> str:
+        """What messages about it begin with."""
+        return self.key or f"{self.kind.name} {self.name}"
+
+    def parameter_key(self, name: str) -> str:
+        """What messages about a parameter begin with."""
+        return f"{self.key}.parameters.{name}:" if self.key else f"{self.said}: parameter {name}"
+
+    def place_in(self, text: str) -> str:
+        """Its name and file, to follow a message that begins with a key and names neither."""
+        file = source_file(plain_function(self.function))
+        if not self.key or file is None or f"({file.name}, line" in text:
+            return ""
+        return f" ({self.name} in {file})"
 
     def __call__(self, inputs: Inputs, parameters=None, memory=None):
         """The plain Python function, for trying the block by hand.

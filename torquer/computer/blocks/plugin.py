@@ -69,6 +69,8 @@ def compile_plugin(
         raise ValueError(f"{must}; received one whose memory has no {error}") from None
     except AttributeError as error:  # and to a name that a module does not have
         raise ValueError(f"{must}; received: {printable(error)}") from None
+    except ValueError as error:  # and to a text that is no number
+        raise ValueError(f"{must}; received: {printable(error)}") from None
     except (AssertionError, IndexError, TypeError) as error:  # and to defaults of a named tuple
         raise ValueError(
             f"{must}; received: {printable(error)} (in compiled code a named tuple, such as "

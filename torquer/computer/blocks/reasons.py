@@ -18,11 +18,15 @@ INSTEAD = (
     "vectors are tuples: torquer.maths.geometry.vec3 has add, scale, dot, cross, norm for them"
 )
 _PLAIN_WORDS = {"none": "nothing", "array": "an array"}
+#: Characters of a type that a message shows.
+_LONGEST_TYPE = 200
 
 
 def type_in_words(kind: str) -> str:
     """A type as Numba writes it, in words where it is made of numbers: 'tuple of 3 numbers'."""
     text = re.sub(r"\b(float64|u?int\d+|Literal\[int\]\(-?\d+\))", "number", kind)
+    text = re.sub(r"Literal\[bool\]\((\w+)\)|\bbool\b", lambda found: found[1] or "truth", text)
+    text = re.sub(r"\bcomplex\d+\b", "complex", text)
     text = re.sub(r"<iv=.*?>", "", re.sub(r"Literal\[str\]\(.*?\)|unicode_type", "text", text))
     text = re.sub(r"array\(number, 1d, \w\)", "array", text)
     text = re.sub(r"array\(number, (\d)d, \w\)", r"array of \1 dimensions", text)
@@ -38,7 +42,11 @@ def _tuple(found: re.Match) -> str:
 
 def returned_in_words(kind: str) -> str:
     """What a function returns, by Numba's type; with what works instead of arrays."""
+    if "generator(" in kind:
+        return "a generator"
     text = type_in_words(kind)
+    if len(text) > _LONGEST_TYPE:
+        text = f"{text[:_LONGEST_TYPE]}..."
     shown = _PLAIN_WORDS.get(text) or re.sub(r"^(tuple|number)\b", r"a \1", text)
     shown = re.sub(r"^array\b", "an array", shown)
     joined = re.match(r"tuple of (6|9|12) numbers$", text)  # by +, which adds no tuples

@@ -31,6 +31,7 @@ class UserBlock(OwnFile):
     """A block of the on-board computer of your own, from a Python file."""
 
     executes: ClassVar[bool] = True
+    place: ClassVar[str] = "control.law"
 
     function: str | None = None
     """Its name in the file; may be left out if the file holds one only."""
@@ -40,8 +41,8 @@ class UserBlock(OwnFile):
     """Initial memory, in place of its own."""
 
     def with_keys(self, block: AnyBlock) -> AnyBlock:
-        """The block of the file with these parameters and this memory."""
-        changed = block.with_parameters(**self.parameters)
+        """The block of the file with these parameters and this memory, and the key's name."""
+        changed = replace(block, key=self.own_key).with_parameters(**self.parameters)
         return changed if self.memory is None else changed.with_memory(self.memory)
 
 
@@ -52,7 +53,7 @@ class UserLaw(UserBlock):
 
     def law(self) -> Law:
         """The law, compiled if it is decorated with `@torquer.law`."""
-        return self.with_keys(load_law(self.file, self.function))
+        return self.with_keys(load_law(self.file, self.function, self.own_key))
 
 
 class GivenLaw(Spec):
@@ -135,33 +136,40 @@ def _same_function(a, b) -> bool:
     return a is b or (not closed and getattr(a, "__code__", None) == b.__code__)
 
 
-def load_law(file: Path, name: str | None = None) -> Law:
+def load_law(file: Path, name: str | None = None, key: str = "law") -> Law:
     """The law defined in a user's Python file; by its name when there are several.
 
+    `key`: what names the file, as messages begin.
     A function without the decorator is taken as it is and runs as plain Python (slower: the result
     says so). Code compiled from the file is cached under a hash of all Python files in its folder,
     so that an edit is always noticed.
     """
     with cache_beside(file):
-        found = find_block(import_file(file, "law"), file, name, Law, "law")
+        found = find_block(import_file(file, key), file, name, Law, key)
         if not isinstance(found, Law):
             found = replace(as_law(found), name=name)
+        found = replace(found, key="" if key == "law" else key)
         if found.compiled:
             found.in_loop()
     return found
 
 
-def find_block(module, file: Path, name: str | None, of: type, what: str):
+def find_block(module, file: Path, name: str | None, of: type[Block], key: str):
     """The block of a class in a module, or another callable of that name."""
+    what = of.__name__.lower()
     blocks = {k: v for k, v in vars(module).items() if isinstance(v, of)}
     if name is None:
         if len(blocks) != 1:
             names = ", ".join(blocks) or "none"
             raise ValueError(
-                f"{what} file {file}: must hold one @torquer.{what}, or name one; received {names}"
+                f"{key}.file: must hold one @torquer.{what}, or `function` name one; received "
+                f"{names} ({file})"
             )
         return next(iter(blocks.values()))
     chosen = getattr(module, name, None)
     if not isinstance(chosen, of) and not callable(chosen):
-        raise ValueError(f"{what} file {file}: must define {name}; received no such function")
+        raise ValueError(
+            f"{key}.function: must be defined in the file; received {name!r}, which is not in "
+            f"{file}"
+        )
     return chosen

@@ -68,15 +68,75 @@ def as_estimate(e):
 
 @inlined
 def no_estimate():
-    """The answer of an estimator that raised an error."""
+    """The answer of an estimator that raised an error: the run ends there, see `has_failed`."""
     nothing = (math.nan, math.nan, math.nan)
     q = (math.nan, math.nan, math.nan, math.nan)
     return Estimate(
-        math.nan, q, nothing, nothing, math.nan, math.nan, NONE_ISOLATED, NO_UNITS_ISOLATED
+        math.nan, q, nothing, nothing, math.nan, math.nan, _NOT_ISOLATED, NO_UNITS_ISOLATED
     )
 
 
-ESTIMATE = Kind("estimator", "torquer.Estimate", UNKNOWN_ESTIMATE, as_estimate, no_estimate)
+@inlined
+def has_failed(known):
+    """Whether the estimator, by what is known on board, has failed: it isolates no number."""
+    return math.isnan(known.isolated[0])
+
+
+@inlined
+def _is_whole(v):
+    """Whether numbers are finite, or all unknown."""
+    finite = unknown = 0
+    for each in v:
+        finite += math.isfinite(each)
+        unknown += math.isnan(each)
+    return finite == len(v) or unknown == len(v)
+
+
+@inlined
+def is_usable(e):
+    """Whether each part of an estimate is finite, or unknown as a whole: not-a-numbers.
+
+    Its time is that of what it knows: infinitely long ago at first.
+    """
+    return (
+        e.t_s != math.inf
+        and _is_whole(e.q_body_to_inertial)
+        and _is_whole(e.omega_body_rad_s)
+        and _is_whole(e.gyro_bias_rad_s)
+        and not math.isinf(e.sigma_rad)
+        and not math.isinf(e.sigma_rad_s)
+        and math.isfinite(sum_of(e.isolated) + sum_of(e.isolated_units))
+    )
+
+
+@inlined
+def sum_of(v):
+    """Sum of numbers."""
+    total = 0.0
+    for each in v:
+        total += each
+    return total
+
+
+@inlined
+def as_usable_estimate(e):
+    """What a user's estimator returned, as numbers; that of a failed one if it cannot be used."""
+    found = as_estimate(e)
+    if is_usable(found):
+        return found
+    return no_estimate()
+
+
+#: What an estimator isolates that has failed.
+_NOT_ISOLATED = (math.nan,) * len(NONE_ISOLATED)
+ESTIMATE = Kind(
+    "estimator",
+    "torquer.Estimate",
+    UNKNOWN_ESTIMATE,
+    as_estimate,
+    no_estimate,
+    checked=as_usable_estimate,
+)
 call_estimator = caller(lambda: ESTIMATE.in_loop)
 
 

@@ -1,5 +1,6 @@
 """An estimator of the user's own, from a Python file."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -12,22 +13,27 @@ class UserEstimator(UserBlock):
     """An estimator of your own, from a Python file, decorated with `@torquer.estimator`."""
 
     kind: Literal["user"]
+    place: ClassVar[str] = "control.estimator"
     gives: ClassVar = frozenset({"attitude", "rate"})
 
     def estimator(self, units=()) -> Estimator:
         """The estimator with these parameters."""
-        return self.with_keys(load_estimator(self.file, self.function))
+        return self.with_keys(load_estimator(self.file, self.function, self.own_key))
 
 
-def load_estimator(file: Path, name: str | None = None) -> Estimator:
-    """The estimator defined in a user's Python file; by its name when there are several."""
+def load_estimator(file: Path, name: str | None, key: str) -> Estimator:
+    """The estimator defined in a user's Python file; by its name when there are several.
+
+    `key`: what names the file, as messages begin.
+    """
     with cache_beside(file):
-        found = find_block(import_file(file, "estimator"), file, name, Estimator, "estimator")
+        found = find_block(import_file(file, key), file, name, Estimator, key)
         if not isinstance(found, Estimator):
             raise ValueError(
-                f"estimator file {file}: {name} must be decorated with @torquer.estimator; "
-                "received a function without it"
+                f"{key}.function: must be decorated with @torquer.estimator; received {name!r} "
+                f"of {file}, a function without it"
             )
+        found = replace(found, key=key)
         if found.compiled:
             found.in_loop()
     return found

@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 
-from torquer.base.time import decimal_years
+from torquer.base.time import decimal_years, utc_of_year
 from torquer.base.user_code import UserCode
 from torquer.environment.field.model import rows
 
@@ -22,7 +22,8 @@ class UserField(UserCode):
     """
 
     kind: Literal["user"]
-    what = "field"
+    place = "environment.field"
+    takes = 2
     returns = "a function (r_ecef_m, years) that returns flux densities (n, 3) T"
 
     def prepare(self, decimal_year: float) -> tuple:
@@ -45,16 +46,20 @@ class UserField(UserCode):
         """The dates at times (n,) [s] after the start."""
         return (decimal_years(start_utc, t_s),)
 
+    def where(self, r_ecef, years) -> str:
+        """Place and instant of the first row."""
+        return f"at {[round(x) for x in r_ecef[0].tolist()]} m, {utc_of_year(years[0])}"
+
     def _at(self, r_ecef, years) -> np.ndarray:
         found = self.numbers(self.call(r_ecef.copy(), years.copy()))
         if found.shape != r_ecef.shape:
-            raise ValueError(f"{self.must}; received shape {found.shape} for n = {len(r_ecef)}")
+            raise self.refusal(f"shape {found.shape} for n = {len(r_ecef)}")
         if not np.isfinite(found).all():
             row = np.flatnonzero(~np.isfinite(found).all(axis=1))[0]
-            raise ValueError(f"{self.must}, finite; received none at {r_ecef[row].tolist()} m")
+            where = self.where(r_ecef[row:], years[row:])
+            raise self.refusal(f"{found[row].tolist()} {where}", ", finite")
         if not (np.abs(found) < _GREATEST_T).all():
             row = np.flatnonzero(~(np.abs(found) < _GREATEST_T).all(axis=1))[0]
-            raise ValueError(
-                f"{self.must} below {_GREATEST_T:g} T; received {found[row].tolist()} (in nT?)"
-            )
+            received = f"{found[row].tolist()} (in nT?) {self.where(r_ecef[row:], years[row:])}"
+            raise self.refusal(received, f" below {_GREATEST_T:g} T")
         return found

@@ -29,7 +29,8 @@ class UserOrbit(UserCode, Orbit):
     """
     revolution_s: float = Field(gt=0.0)
     """Time of a revolution: the unit of `simulation.revolutions` and of reports."""
-    what = "orbit"
+    place = "orbit"
+    takes = 2
     returns = "a function (t_s, start) that returns positions (n, 3) m and velocities (n, 3) m/s"
 
     @property
@@ -51,7 +52,7 @@ class UserOrbit(UserCode, Orbit):
         t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
         found = self.call(t_s.copy(), parse_utc(start_utc, "start"))
         if not isinstance(found, tuple | list) or len(found) != 2:
-            raise ValueError(f"{self.must}; received {type(found).__name__}")
+            raise self.refusal(f"{type(found).__name__}")
         r, v = (self._checked(each, t_s) for each in found)
         self._check_units(t_s, r, v)
         if self.axes != "ECEF":
@@ -59,6 +60,10 @@ class UserOrbit(UserCode, Orbit):
         to_gcrf = np.swapaxes(dcm_inertial_to_ecef(t_s, start_utc, "precise", dut1_s), -1, -2)
         v = v + np.cross((0.0, 0.0, EARTH_RATE_RAD_S), r)
         return tuple(np.einsum("nij,nj->ni", to_gcrf, each) for each in (r, v))
+
+    def where(self, t_s, start) -> str:
+        """Time of the first row."""
+        return f"at t = {t_s[0]:g} s"
 
     def _check_units(self, t_s, r, v) -> None:
         """ValueError for a place within the Earth or far beyond it, and a speed beyond escape.
@@ -70,16 +75,17 @@ class UserOrbit(UserCode, Orbit):
         bound = speed * speed * radius < 1.1 * 2.0 * MU_EARTH_M3_S2
         if not (near & bound).all():
             row = int(np.flatnonzero(~(near & bound))[0])
-            raise ValueError(
-                f"{self.must}, of an orbit about the Earth; received {radius[row]:.6g} m from its "
-                f"centre and {speed[row]:.6g} m/s at t = {t_s[row]:g} s"
+            raise self.refusal(
+                f"{radius[row]:.6g} m from its centre and {speed[row]:.6g} m/s at "
+                f"t = {t_s[row]:g} s",
+                ", of an orbit about the Earth",
             )
 
     def _checked(self, value, t_s) -> np.ndarray:
         array = self.numbers(value)
         if array.shape != (t_s.size, 3):
-            raise ValueError(f"{self.must}; received shape {array.shape} for n = {t_s.size}")
+            raise self.refusal(f"shape {array.shape} for n = {t_s.size}")
         if not (finite := np.isfinite(array).all(axis=1)).all():
-            at = t_s[np.flatnonzero(~finite)[0]]
-            raise ValueError(f"{self.must}, finite; received none at t = {at:g} s")
+            row = np.flatnonzero(~finite)[0]
+            raise self.refusal(f"{array[row].tolist()} at t = {t_s[row]:g} s", ", finite")
         return array

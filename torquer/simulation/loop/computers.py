@@ -4,6 +4,7 @@ In lanes, laws alone are vectors over the members. Computers with modes or estim
 another: which transition fires and what an estimator does is each member's own.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from torquer.computer.computer import (
     estimate,
     put_readings,
 )
+from torquer.computer.estimation.estimator import has_failed
 from torquer.computer.interface import KNOWN, PLACES, ROWS, Command, put_ephemeris
 from torquer.computer.modes.table import ModeState
 from torquer.maths.geometry.vec3 import is_finite
@@ -99,10 +101,11 @@ def accept(cells, command):
 
 @inlined
 def has_command(member):
-    """Whether a member's command is one of finite numbers."""
+    """Whether a member's command is one of finite numbers, and no estimator has failed."""
     c = member.state.cells[0]
     dipole, torque = (c.dipole_x, c.dipole_y, c.dipole_z), (c.torque_x, c.torque_y, c.torque_z)
-    return is_finite(dipole) and is_finite(torque)
+    worked = not has_failed(member.state.board.known[0])
+    return is_finite(dipole) and is_finite(torque) and worked
 
 
 @inlined
@@ -176,8 +179,10 @@ def _one_by_one(members, plan, tables, boards, step):
     for lane in range(members.lanes):
         for place in boards.sensed:
             boards.numbers[lane, place] = members.cells[place * LANES + lane]
-        command = command_from(plan.computer, select_board(boards, lane))
-        accept(member_in(members, lane).state.cells, command)
+        board, member = select_board(boards, lane), member_in(members, lane)
+        accept(member.state.cells, command_from(plan.computer, board))
+        if has_failed(board.known[0]):
+            member.state.cells[0].dipole_x = math.nan
 
 
 def compute(members, plan, tables, boards, step):

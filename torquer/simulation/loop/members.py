@@ -19,8 +19,9 @@ from torquer.spacecraft.sensors.device import MOST_UNITS
 from torquer.spacecraft.sensors.devices import FIRST_UNIT_STREAM, MOST_DRAWS
 
 #: How a run can stand: it goes on; the motion is not finite; a command is not; the step does not
-#: follow the motion; a command from outside is awaited; the body strikes the ring of a test bench.
-RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING, TILTED = range(6)
+#: follow the motion; a command from outside is awaited; the body strikes the ring of a test bench;
+#: a sensor of the user's own has failed.
+RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING, TILTED, BAD_READING = range(7)
 #: Streams of random numbers for the readings, from 0 on.
 STREAMS = FIRST_UNIT_STREAM + MOST_DRAWS * MOST_UNITS
 _drawn_in = lane_maker(Rows((STREAMS, 3), 1))

@@ -12,11 +12,13 @@ from torquer.compile.arguments import Arguments, Entry, entry_caller, record_at
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.allocation import allocate_torque, switch_off_motors
 from torquer.computer.computer import restart
+from torquer.computer.interface import OWN_SENSOR
 from torquer.environment.table import lookup6
 from torquer.simulation.loop.computers import Boards, compute, estimate_for_outside, has_command
 from torquer.simulation.loop.due import BY_READERS, READERS
 from torquer.simulation.loop.members import (
     BAD_COMMAND,
+    BAD_READING,
     RUNNING,
     WAITING,
     Many,
@@ -223,6 +225,12 @@ def control(loop, step):
     return RUNNING
 
 
+@inlined
+def has_reading(member):
+    """Whether the sensor of the user's own has not failed at its last reading."""
+    return member.state.sensors[OWN_SENSOR].own[0] == 0.0
+
+
 def _run_steps(address, last):
     """Run on to step `last`; how it ended. `at` says how far it came.
 
@@ -245,6 +253,9 @@ def _run_steps(address, last):
             works = not is_halted(plan.plant.failures.computer, step * plan.step_s)
             if at[1] == BETWEEN:
                 sense(address, row.actions, step, works)
+                own_is_read = row.actions & (READ << OWN_SENSOR) != 0
+                if own_is_read and must_stop(members, has_reading, BAD_READING, step):
+                    return BAD_READING
             if works and row.actions & CONTROL:
                 ended = control(loop, step)
                 if ended != RUNNING:

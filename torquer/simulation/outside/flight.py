@@ -31,8 +31,9 @@ from torquer.simulation.outside.host import HostFailed, inputs_from
 from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, whole_run_names
 from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
-from torquer.simulation.setup.run import Piece, prepare, reason, record_this_instant
+from torquer.simulation.setup.run import NoNextPiece, Piece, prepare, record_this_instant
 from torquer.simulation.setup.simulate import RunStopped, check_scenario, flown_by
+from torquer.simulation.setup.stopped import reason
 from torquer.spacecraft.sensors.devices import DEVICES
 
 if TYPE_CHECKING:
@@ -195,6 +196,8 @@ class Flight(Directed):
             ended = self._run.advance_to(self._run.steps)
         except HostFailed as error:
             self._stop(f"{error} at t = {self.now_s:g} s")
+        except NoNextPiece as error:
+            self._stop(str(error))
         if ended == WAITING:
             self._waits = True
             return True
@@ -205,7 +208,8 @@ class Flight(Directed):
         return False
 
     def _stop(self, why: str) -> NoReturn:
-        record_this_instant(self._run)
+        if not self._run.is_at_end:
+            record_this_instant(self._run)
         raise RunStopped(why, self._store.result(self._run, FAILED, why), False)
 
 

@@ -12,6 +12,7 @@ from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import Law
 from torquer.computer.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
+from torquer.computer.estimation.estimator import Estimator, has_failed, is_usable
 from torquer.computer.inputs import Inputs, ReadingTimes
 from torquer.computer.interface import (
     ESTIMATED,
@@ -19,6 +20,7 @@ from torquer.computer.interface import (
     ROWS,
     SENSED,
     SENSORS,
+    UNKNOWN_ESTIMATE,
     Command,
     Ephemeris,
     Estimate,
@@ -131,9 +133,8 @@ def ask(block: Block, row, board: Board):
         answer = block(inputs_from(board.known.view(np.float64)), parameters, cells)
     except (Exception, SystemExit) as error:
         place = error_place(error, source_file(plain_function(block.function)))
-        raise HostFailed(
-            f"{block.kind.name} {block.name}: must not raise; received {printable(error)}{place}"
-        ) from error
+        text = f"must not raise; received {printable(error)}{place}"
+        raise HostFailed(f"{block.said}: {text}{block.place_in(text)}") from error
     return _unify(block, answer)
 
 
@@ -152,11 +153,13 @@ def working_laws(computer: Computer, board: Board) -> list[int]:
 def what_failed(blocks: Blocks, plan: Plan, state: State) -> str:
     """What was wrong with the last command; a compiled function that raised answers NaN.
 
-    The laws are called once more in plain Python. Their memory is what the failed answer left:
-    where that matters, they may raise nothing now.
+    Estimator or laws are called once more in plain Python. Their memory is what the failed answer
+    left: where that matters, they may raise nothing now.
     """
     board, computer = state.board, plan.computer
-    tried = board._replace(memory=board.memory.copy())
+    tried = board._replace(memory=board.memory.copy(), known=board.known.copy())
+    if has_failed(board.known[0]):
+        return _what_failed_to_estimate(blocks, computer, tried)
     laws, working = list(blocks.laws.values()), working_laws(computer, board)
     for number in working:
         try:
@@ -166,32 +169,69 @@ def what_failed(blocks: Blocks, plan: Plan, state: State) -> str:
     c = state.cells[0]
     answers = [float(c[f"{what}_{axis}"]) for what in ("dipole", "torque") for axis in "xyz"]
     shown = ", ".join(f"{x:g}" for x in answers)
-    names = ", ".join(laws[number].name for number in working)
+    names = ", ".join(laws[number].said for number in working)
     unknown = ""
     if not plan.needs_ephemeris:
         unknown = " (the ephemeris is not numbers unless a law needs 'ephemeris')"
-    return f"law {names}: must return finite numbers and must not raise; received {shown}{unknown}"
+    text = f"must return finite numbers and must not raise; received {shown}{unknown}"
+    return f"{names}: {text}{''.join(laws[number].place_in(text) for number in working)}"
+
+
+def _what_failed_to_estimate(blocks: Blocks, computer: Computer, tried: Board) -> str:
+    """What was wrong with the last estimate, by a board that may be changed."""
+    number, tried.known["isolated"] = int(tried.chosen[0]["estimator"]), 0.0
+    estimators = [*blocks.estimators.values()]
+    asked = estimators[number : number + 1] if number >= 0 else []
+    for block in asked:
+        try:
+            ask(block, computer.estimator_blocks[number], tried)
+        except HostFailed as error:
+            return str(error)
+    names = ", ".join(block.said for block in asked or estimators)
+    text = f"{_MUST_ESTIMATE} and must not raise; received another answer or an error"
+    return f"{names}: {text}{''.join(block.place_in(text) for block in asked)}"
+
+
+#: What an estimator must return.
+_MUST_ESTIMATE = (
+    "must return a torquer.Estimate whose parts are finite, or unknown as a whole (nan)"
+)
 
 
 def _unify(block: Block, answer):
     kind = block.kind
     if isinstance(block, Law) and block.answers != "command" and isinstance(answer, Command):
-        raise HostFailed(
-            f"law {block.name}: must be declared with answers='command' to return a Command; "
-            f"received one that answers {block.answers!r}"
-        )
+        text = "must be declared with answers='command' to return a Command; "
+        text += f"received one that answers {block.answers!r}"
+        raise HostFailed(f"{block.said}: {text}{block.place_in(text)}")
     try:
         unified = plain_function(kind.unify)(answer)
     except (TypeError, ValueError, AttributeError, IndexError):
         must = "three numbers" if kind.returns.startswith("(") else kind.returns
-        raise HostFailed(
-            f"{kind.name} {block.name}: must return {must}; received {printable(answer)}"
-        ) from None
+        text = f"must return {must}; received {printable(answer)}"
+        raise HostFailed(f"{block.said}: {text}{block.place_in(text)}") from None
+    if isinstance(block, Estimator) and not is_usable(unified):
+        text = f"{_MUST_ESTIMATE}; received {_unusable(unified)}"
+        raise HostFailed(f"{block.said}: {text}{block.place_in(text)}")
     if isinstance(block, Law):
         for what, part in (("dipole", unified.dipole_a_m2), ("torque", unified.torque_n_m)):
             if not all(map(math.isfinite, part)):
                 shown = ", ".join(f"{x:g}" for x in part)
-                raise HostFailed(
-                    f"law {block.name}: must return a finite {what}; received ({shown})"
-                )
+                text = f"must return a finite {what}; received ({shown})"
+                raise HostFailed(f"{block.said}: {text}{block.place_in(text)}")
     return unified
+
+
+def _unusable(estimate: Estimate) -> str:
+    """The parts of an estimate that cannot be used, by name."""
+    parts = {name: [*map(float, flat([v]))] for name, v in estimate._asdict().items()}
+    known = UNKNOWN_ESTIMATE._asdict()
+    wrong = {
+        name: v for name, v in parts.items() if not is_usable(Estimate(**{**known, name: _one(v)}))
+    }
+    return printable({name: _one(v) for name, v in wrong.items()})
+
+
+def _one(numbers: list):
+    """Numbers as a part of an estimate."""
+    return tuple(numbers) if len(numbers) > 1 else numbers[0]

@@ -7,8 +7,14 @@ from collections.abc import Callable
 from torquer.simulation.loop.members import COARSE_STEP, RUNNING
 from torquer.simulation.outside.host import HostFailed
 from torquer.simulation.results.file import NotStorable
-from torquer.simulation.setup.run import Run, next_event, reason, record_this_instant
+from torquer.simulation.setup.run import (
+    NoNextPiece,
+    Run,
+    next_event,
+    record_this_instant,
+)
 from torquer.simulation.setup.signals import noted_signals
+from torquer.simulation.setup.stopped import reason
 
 #: Computing time of a piece [s]: it doubles up to this, and is halved where it takes longer.
 _PIECE_S = 0.05
@@ -55,6 +61,15 @@ def advance_in_pieces(
     run: Run, last: int, progress: Callable[[float], None] | None, checkpoints: Checkpoints
 ) -> str:
     """Run on to a step; what made it stop, or "". Raises KeyboardInterrupt on a signal."""
+    try:
+        return _advance(run, last, progress, checkpoints)
+    except NoNextPiece as error:
+        return f"{error}; nothing is known of what follows t = {run.now_s:g} s"
+
+
+def _advance(
+    run: Run, last: int, progress: Callable[[float], None] | None, checkpoints: Checkpoints
+) -> str:
     signals, steps = noted_signals(), _FIRST_STEPS
     while (done := int(run.state.at[0])) < last:
         if signals.asked:

@@ -1,15 +1,24 @@
 """Torques and the sensor of the user's own, compiled for a run."""
 
 import functools
+import inspect
+import math
 from collections.abc import Callable
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import cast
 
 from torquer.base.user_code import UserCode
-from torquer.base.user_source import cache_beside, plain_function, source_file, source_mark
+from torquer.base.user_source import (
+    cache_beside,
+    plain_function,
+    printable,
+    source_file,
+    source_mark,
+)
 from torquer.compile import engine
 from torquer.computer.blocks import plugin
 from torquer.computer.blocks.adapter import Shape, inlined_on_the_spot, make_inner, place_adapter
+from torquer.computer.blocks.reasons import returned_in_words
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.disturbance.user import (
     MOST_PARAMETERS,
@@ -32,6 +41,7 @@ def own_torques(scenario: Scenario) -> tuple[OwnTorque, ...]:
     start_rad, rate_rad_s = scenario.orbit_angle()
     made = []
     for name, spec in scenario.disturbance.own.items():
+        spec.all_parameters()  # a function that takes nothing reads nothing
         _check(f"disturbance.own.{name}", spec, scenario)
         address, parameters = _address_and_numbers(f"disturbance.own.{name}", spec, signature)
         made.append(OwnTorque(address, start_rad, 1.0 / rate_rad_s, parameters))
@@ -50,21 +60,38 @@ def own_sensor(scenario: Scenario) -> OwnSensorSet | None:
 def _address_and_numbers(key: str, spec: UserCode, of_kind: Callable) -> tuple:
     """Address of a compiled function, and its parameters as so many numbers as all have."""
     given = spec.all_parameters()
+    plain = spec.plain()
+    _check_function(key, spec, given)
+    try:
+        made = compile_own(plain, tuple(given), source_mark(plain), of_kind)
+    except ValueError as error:
+        raise ValueError(f"{spec.must}{error} ({spec.function_in_words()})") from None
+    padding = [0.0] * (MOST_PARAMETERS - len(given))
+    numbers = (*map(float, given.values()), *padding)
+    return made.address if engine.COMPILED else made, numbers
+
+
+def _check_function(key: str, spec: UserCode, given: dict) -> None:
+    """ValueError for what no compiled function can take or be."""
     for name, value in given.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not (is_number and math.isfinite(value)):
             raise ValueError(
-                f"{key}.parameters.{name}: must be a number, by default, too; received {value!r}"
+                f"{key}.parameters.{name}: must be a finite number, by default, too; received "
+                f"{printable(value)} ({spec.function_in_words()})"
             )
-    numbers = [*map(float, given.values())]
-    if len(numbers) > MOST_PARAMETERS:
+    if len(given) > MOST_PARAMETERS:
         raise ValueError(
-            f"{key}: its function must have {MOST_PARAMETERS} or fewer parameters; received "
-            f"{len(numbers)}"
+            f"{key}.function: must have {MOST_PARAMETERS} or fewer parameters; received "
+            f"{len(given)} ({spec.function_in_words()})"
         )
     plain = spec.plain()
-    made = compile_own(plain, len(numbers), source_mark(plain), spec.must, of_kind)
-    padding = [0.0] * (MOST_PARAMETERS - len(numbers))
-    return made.address if engine.COMPILED else made, (*numbers, *padding)
+    if plain.__code__.co_flags & inspect.CO_VARKEYWORDS:
+        raise spec.refusal("one that takes keywords without their names (**)")
+    if plain.__code__.co_kwonlyargcount:
+        raise spec.refusal("one with parameters after *")
+    if plain.__code__.co_flags & _NOT_PLAIN:
+        raise spec.refusal("a generator or coroutine")
 
 
 def needs_of_own(scenario: Scenario) -> frozenset[str]:
@@ -86,10 +113,6 @@ def _check(key: str, spec: UserTorque, scenario: Scenario) -> None:
         )
 
 
-def _plain_adapter(here, parameters):
-    return _unify(_spread(here, parameters))  # type: ignore[name-defined]  # noqa: F821
-
-
 def _guarded_adapter(here, parameters):
     try:
         return _unify(_spread(here, parameters))  # type: ignore[name-defined]  # noqa: F821
@@ -97,15 +120,20 @@ def _guarded_adapter(here, parameters):
         return _failed()  # type: ignore[name-defined]  # noqa: F821
 
 
-#: Adapters; what they call is put into the globals of each copy.
-_PLAIN, _GUARDED = cast(FunctionType, _plain_adapter), cast(FunctionType, _guarded_adapter)
+#: The adapter; what it calls is put into the globals of each copy.
+_GUARDED = cast(FunctionType, _guarded_adapter)
+#: Functions that return before they have worked.
+_NOT_PLAIN = inspect.CO_GENERATOR | inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR
 
 
 @functools.lru_cache(maxsize=32)
-def compile_own(function: Callable, count: int, mark: str, must: str, of_kind: Callable):
-    """A function `(here, **parameters)` of three numbers; `of_kind` gives its signature."""
-    plain, shape = plain_function(function), Shape((0.0,) * count)
-    arguments = "".join(f", p[{k}]" for k in range(count))
+def compile_own(function: Callable, names: tuple, mark: str, of_kind: Callable):
+    """A function `(here, **parameters)` of three numbers; `of_kind` gives its signature.
+
+    ValueError for one that does not compile, which begins with what was received.
+    """
+    plain, shape = plain_function(function), Shape((0.0,) * len(names))
+    arguments = "".join(f", {name}=p[{k}]" for k, name in enumerate(names))
     inner = make_inner(function, engine.is_own(plain), shape) if engine.COMPILED else plain
     spread = {"_function": inner}
     exec(f"def spread(here, p):\n    return _function(here{arguments})", spread)
@@ -114,11 +142,24 @@ def compile_own(function: Callable, count: int, mark: str, must: str, of_kind: C
         "_unify": as_torque,
         "_failed": no_torque,
     }
+    adapter = place_adapter(_GUARDED, plain, shape, None, parts, f"{of_kind.__module__} {names}")
     if not engine.COMPILED:
-        return place_adapter(_PLAIN, plain, shape, None, parts)
+        return adapter
     with cache_beside(source_file(plain)):
-        adapter = place_adapter(_GUARDED, plain, shape, None, parts, of_kind.__module__)
-        made = plugin.compile_plugin(adapter, of_kind(), must, keep=True, error_model="numpy")
+        try:
+            made = plugin.compile_plugin(adapter, of_kind(), "", keep=True, error_model="numpy")
+        except ValueError:
+            _explain(spread["spread"], plain.__code__, of_kind())
+            raise
     from torquer.compile.overloads import FirstClass
 
     return FirstClass(made, of_kind())
+
+
+def _explain(spread, own: CodeType, signature) -> None:
+    """Compile a function alone, so that the message is of its own mistake and names its line."""
+    code = spread.__code__.replace(co_filename=own.co_filename, co_firstlineno=own.co_firstlineno)
+    placed = FunctionType(code, spread.__globals__)
+    alone = plugin.compile_plugin(placed, signature.args, "")
+    received = returned_in_words(str(alone.nopython_signatures[0].return_type))
+    raise ValueError(f"; received one that returns {received}")

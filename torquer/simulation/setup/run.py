@@ -16,11 +16,8 @@ from torquer.environment.ephemeris import AnyEnvironment
 from torquer.environment.light import Light, shadow_edges
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import (
-    BAD_STATE,
-    COARSE_STEP,
     RUNNING,
     STREAMS,
-    TILTED,
     Member,
     One,
 )
@@ -35,9 +32,9 @@ from torquer.simulation.loop.step import (
     with_readers,
 )
 from torquer.simulation.loop.timetable import COILS_OFF, longest_interval, next_row
-from torquer.simulation.outside.host import Host, what_failed
+from torquer.simulation.outside.host import Host
 from torquer.simulation.outside.library import Library
-from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
+from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
@@ -64,20 +61,25 @@ AS_BEGUN = "the one with which the run began"
 class Piece(NamedTuple):
     """Steps first..last-1 of a run and the environment tabulated for them.
 
-    `tables`: what sensors and computer need, `moving`: what moves the body. `environment`,
+    `tables`: what sensors and computer need, `moving`: what moves the body, both None of a piece
+    that is over. `environment`,
     `believed`: what is tabulated; `step_s`: of the steps; `has`: what is there besides the orbit's
     table.
     """
 
     first: int
     last: int
-    tables: ReadingTables
-    moving: EnvironmentTables
+    tables: ReadingTables | None
+    moving: EnvironmentTables | None
     relative_error: float
     environment: OrbitEnvironment
     believed: AnyEnvironment
     step_s: float
     has: frozenset[str]
+
+
+class NoNextPiece(ValueError):
+    """The environment of a run cannot be tabulated further."""
 
 
 @dataclass
@@ -86,7 +88,8 @@ class Run:
 
     `advance_to` moves it on. `record` has the rows of the piece, each at its number modulo the
     length; `relative_error` is the greatest of the tables so far. `keep` is called with the run
-    when a piece is complete and another follows.
+    when a piece is complete and another follows. `is_at_end`: the piece is complete, has
+    been kept, and no other can follow.
     """
 
     scenario: Scenario
@@ -104,6 +107,7 @@ class Run:
     host: Host | None = None
     library: Library | None = None
     files: dict[str, dict[str, str]] = field(default_factory=dict)
+    is_at_end: bool = False
     _ready: "_Ready | None" = None
 
     @property
@@ -128,18 +132,30 @@ class Run:
         first = min(int(self.state.at[0]), self.steps - 1) // size * size
         if self.piece is not None and self.piece.first == first:
             return
-        if self.piece is not None and len(
-            self.rows().rows
-        ):  # else interrupted here, and kept already
+        complete = self.record
+        if self.piece is not None and len(self.rows().rows):  # else interrupted here: kept already
             self.keep(self)
             # the rows kept are views of the other
             inputs = self.scenario.simulation.record_inputs
             self.record = empty_record(self.plan, len(self.record.rows), inputs)
-        if self.piece is not None:
-            check_unchanged(self.files, describe_files(self.scenario), AS_BEGUN)
-        self.piece = self._ready = None  # two pieces' tables need not be in memory at once
-        self.piece = tabulate_piece(self.scenario, self.plan, first, min(first + size, self.steps))
+        try:
+            self.piece = self._next_piece(first, min(first + size, self.steps))
+        except NoNextPiece:
+            self.record, self.is_at_end = complete, True
+            raise
         self.relative_error = max(self.relative_error, self.piece.relative_error)
+
+    def _next_piece(self, first: int, last: int) -> Piece:
+        """The piece of the steps first..last-1; `NoNextPiece` for a later one that is not there."""
+        if self.piece is None:
+            return tabulate_piece(self.scenario, self.plan, first, last)
+        self._ready = None  # two pieces' tables need not be in memory at once
+        self.piece = self.piece._replace(tables=None, moving=None)
+        try:
+            check_unchanged(self.files, describe_files(self.scenario), AS_BEGUN)
+            return tabulate_piece(self.scenario, self.plan, first, last)
+        except ValueError as error:
+            raise NoNextPiece(str(error)) from None
 
     def make_ready(self) -> None:
         """Make tables, and compile what is not in the cache: up to a minute before the first step.
@@ -180,9 +196,14 @@ class Run:
         """Whether the integrator's step follows the motion where the run stands."""
         if not isinstance(self.integrator, Rk4):
             return True
-        step, ready = int(self.state.at[0]), self._made_ready()
-        ready.run_steps(ready.loop.address, step)  # which looks the environment up
-        return propagate(ready.problem, step, step, LOOK_ONLY) >= 0
+        step = int(self.state.at[0])
+        return propagate(self.look_up(), step, step, LOOK_ONLY) >= 0
+
+    def look_up(self) -> Arguments:
+        """What `propagate` takes, with the environment of where the run stands."""
+        ready = self._made_ready()
+        ready.run_steps(ready.loop.address, int(self.state.at[0]))
+        return ready.problem
 
 
 class _Ready(NamedTuple):
@@ -369,46 +390,6 @@ def next_event(plan: Plan, step: int) -> int:
     that the bits of a result do not depend on where the run was stopped.
     """
     return min(next_row(plan.timetable, step)[0], step + -step % plan.record_steps)
-
-
-def _jumps(run: Run) -> str:
-    """What else makes steps vanish."""
-    own = run.scenario.disturbance.own if run.scenario.disturbance else {}
-    return "".join(
-        f"; if disturbance.own.{name} jumps, fixed steps (simulation.step_s) take it"
-        for name in own
-    )
-
-
-def reason(run: Run, ended: int) -> str:
-    """What made the loop stop, with the time and the state: one line."""
-    t, cells = run.now_s, run.state.cells.view(np.float64)
-    shown = ", ".join(f"{x:.6g}" for x in cells[:7])
-    if ended == BAD_STATE and run.state.cells[0]["next_step_s"] <= LEAST_STEP_S:
-        return (
-            f"the motion is too fast for adaptive steps after t = {t:g} s: they became shorter "
-            f"than {LEAST_STEP_S:g} s, or more than {MOST_STEPS} to the next event; last "
-            f"quaternion and rate: {shown}{_jumps(run)}"
-        )
-    if ended == BAD_STATE:
-        return (
-            f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
-        )
-    if ended == TILTED:
-        limit = run.scenario.disturbance.suspension.tilt_limit_deg
-        return (
-            f"the body tilts beyond the bearing's {limit:g} deg (disturbance.suspension."
-            f"tilt_limit_deg) and strikes its ring after t = {t:g} s; last quaternion and rate: "
-            f"{shown}"
-        )
-    if ended == COARSE_STEP:
-        return (
-            f"simulation.step_s: must be shorter for RK4 to follow the motion from t = {t:g} s on, "
-            f"or left out for adaptive steps; received {run.plan.step_s:g} s; quaternion and rate: "
-            f"{shown}"
-        )
-    failed = what_failed(run.blocks, run.plan, run.state)
-    return f"{failed} at t = {t:g} s; quaternion and rate: {shown}"
 
 
 def record_this_instant(run: Run) -> None:

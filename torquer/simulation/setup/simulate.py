@@ -191,8 +191,9 @@ def _finish(run: Run, store, last: int, progress, checkpoint_s: float) -> xr.Dat
         reason = advance_in_pieces(run, last, progress, Checkpoints(store.checkpoint, checkpoint_s))
     except KeyboardInterrupt:
         reason, interrupted = f"interrupted at t = {run.now_s:g} s", True
-    run.enter()
-    record_this_instant(run)
+    if not run.is_at_end:
+        run.enter()
+        record_this_instant(run)
     if reason:
         how = INTERRUPTED if interrupted else FAILED
         raise RunStopped(reason, store.result(run, how, reason), interrupted)

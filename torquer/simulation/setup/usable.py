@@ -4,6 +4,7 @@ from pathlib import Path
 
 from torquer.scenario.load import check_orbit_environment
 from torquer.scenario.spec import Scenario
+from torquer.simulation.setup.own_functions import own_sensor, own_torques
 from torquer.simulation.setup.prepare import make_blocks, modes_for
 from torquer.simulation.setup.size import Size, check_disk, check_memory, estimate_size
 
@@ -20,10 +21,15 @@ def checked_size(scenario: Scenario) -> Size:
 
 
 def check_usable(scenario: Scenario) -> bool:
-    """Whether all laws are compiled; `ValueError` if laws, modes or environment are unusable."""
+    """Whether all laws are compiled; `ValueError` for what is unusable.
+
+    That is laws, modes, environment, and the torques and the sensor of the user's own.
+    """
     blocks = make_blocks(scenario)
     for block in blocks.all():
         block.pack()
     modes_for(scenario, blocks)
     check_orbit_environment(scenario)
+    own_torques(scenario)
+    own_sensor(scenario)
     return blocks.compiled

@@ -105,7 +105,8 @@ class UserTorque(UserCode):
     """
 
     kind: Literal["user"]
-    what = "torque"
+    place = "disturbance.own"
+    takes = 1
     returns = "a function (here) that compiles and returns three numbers [N m]"
 
     def needs(self) -> frozenset[str]:

@@ -8,7 +8,7 @@ from torquer.base.user_code import UserCode
 from torquer.compile.engine import caller, inlined
 from torquer.environment.table import lookup3
 from torquer.maths.geometry.quaternion import rotate_inverse
-from torquer.maths.geometry.vec3 import scale
+from torquer.maths.geometry.vec3 import is_finite, scale
 from torquer.spacecraft.data_sheet import DataSheet
 from torquer.spacecraft.disturbance.user import NO_PARAMETERS
 from torquer.spacecraft.failures import PlainFailure
@@ -70,7 +70,7 @@ def own_around(sensor, around):
 
 @inlined
 def read(sensor, here, sky, noise_sample):
-    """What the user's function returns."""
+    """What the user's function returns; it remembers whether that was no finite numbers."""
     r, b, direction, fraction = sky
     x = here.motion
     felt = SensorInputs(
@@ -83,7 +83,9 @@ def read(sensor, here, sky, noise_sample):
         r,
         scale(sensor.noise, noise_sample),
     )
-    return _call(sensor.address, felt, sensor.parameters)
+    answer = _call(sensor.address, felt, sensor.parameters)
+    here.own[0] = 0.0 if is_finite(answer) else 1.0
+    return answer
 
 
 class OwnSensor(UserCode, Sampled):
@@ -99,7 +101,8 @@ class OwnSensor(UserCode, Sampled):
     """Intervals in which its readings are missing or wrong."""
     noise: float = Field(default=0.0, ge=0.0)
     """Standard deviation of the random numbers that its function gets."""
-    what = "sensor"
+    place = "spacecraft.own_sensor"
+    takes = 1
     returns = "a function (here) that compiles and returns three numbers"
 
     def pack(self) -> OwnSensorSet:

@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from torquer.base.time import decimal_years
+from torquer.base.time import decimal_years, utc_of_year
 from torquer.base.user_code import UserCode
 from torquer.environment.earth.atmosphere.model import Atmosphere
 
@@ -19,20 +19,23 @@ class UserAtmosphere(UserCode, Atmosphere):
     """
 
     kind: Literal["user"]
-    what = "atmosphere"
+    place = "environment.atmosphere"
+    takes = 2
     returns = "a function (r_ecef_m, years) that returns densities (n,) kg/m^3"
     heights_km: ClassVar = (0.0, math.inf)
 
     def _densities(self, t_s, start_utc, r, dut1_s) -> np.ndarray:
         found = self.numbers(self.call(r.copy(), decimal_years(start_utc, t_s)))
         if found.shape != (t_s.size,):
-            raise ValueError(f"{self.must}; received shape {found.shape} for n = {t_s.size}")
+            raise self.refusal(f"shape {found.shape} for n = {t_s.size}")
         if not (found >= 0.0).all() or not np.isfinite(found).all():
             row = np.flatnonzero(~((found >= 0.0) & np.isfinite(found)))[0]
-            raise ValueError(
-                f"{self.must}, not negative; received {found[row]} at t = {t_s[row]:g} s"
-            )
+            raise self.refusal(f"{found[row]} at t = {t_s[row]:g} s", ", finite and not negative")
         return found
+
+    def where(self, r_ecef, years) -> str:
+        """Place and instant of the first row."""
+        return f"at {[round(x) for x in r_ecef[0].tolist()]} m, {utc_of_year(years[0])}"
 
     def pack(self):
         """No constants: this model is not compiled (ValueError)."""
@@ -40,6 +43,6 @@ class UserAtmosphere(UserCode, Atmosphere):
 
 
 NOT_COMPILED = (
-    "atmosphere: must be one that compiles (gost, exponential) where the orbit is integrated; "
-    "received a user's function"
+    "environment.atmosphere: must be one that compiles (gost, exponential) where the orbit is "
+    "integrated; received a user's function"
 )

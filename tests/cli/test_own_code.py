@@ -1,0 +1,152 @@
+"""Every command that takes a scenario executes no Python file of it where none may be executed."""
+
+import re
+
+import pytest
+from own_parts import (
+    CONTROLS,
+    EVERY,
+    LAW,
+    OFF,
+    ROOT,
+    TEXT,
+    own_text,
+)
+
+from torquer.cli.app import COMMANDS, app
+
+#: What commands need besides the scenario: so many words that they come to it, and no more.
+MORE = {
+    "export c": ("--out", "{folder}/c"),
+    "ground": ("--link", "tcp:127.0.0.1:9"),
+    "ground import": ("{folder}/own.py",),
+    "kernels build": ("--out", "{folder}/kernels"),
+    "telemetry": ("{folder}/own.py", "--orbit", "{folder}/own.py"),
+    "theory": ("bdot",),
+}
+CAMPAIGN = "[campaign]\nruns = 2\n[campaign.vary]\n"
+CAMPAIGN += "'spacecraft.coils.limit_a_m2' = { values = [0.1, 0.2] }\n"
+KEYS = (*EVERY, "control.law")
+
+
+def arguments(words: str) -> dict:
+    """Arguments of a command by their names."""
+    found = app
+    for word in words.split():
+        found = found[word]
+    return {each.names[0]: each for each in found.assemble_argument_collection() if each.names}
+
+
+def all_commands() -> list[str]:
+    """All commands by their words: those of the table, and those of groups that are one, too."""
+    found = []
+    for words in COMMANDS:
+        group = app
+        for word in words.split():
+            group = group[word]
+        found += [words, *(f"{words} {name}" for name in group if not name.startswith("-"))]
+    return found
+
+
+def takes_scenario() -> list[tuple[str, str]]:
+    """(words, argument) of all arguments that are the file of a scenario."""
+    return [
+        (words, name)
+        for words in all_commands()
+        for name, each in arguments(words).items()
+        if re.fullmatch(r"(--)?(scenarios?|twin)", name.lower()) and "Path" in str(each.hint)
+    ]
+
+
+TAKE = takes_scenario()
+
+
+@pytest.fixture
+def planted(tmp_path):
+    """A function that writes a scenario with the part of a key; its file leaves a trace.
+
+    The scenario is not loaded here, which would let its file be executed in this process.
+    """
+
+    def plant(key):
+        text = own_text(*EVERY.get(key, ()), control=CONTROLS.get(key, OFF))
+        (tmp_path / "scenario.toml").write_text(text + CAMPAIGN)
+        mark = f"open({str(tmp_path / 'executed')!r}, 'w').close()\n"
+        estimate = (ROOT / "examples/own_parts.py").read_text()
+        for name, text in (("own.py", TEXT), ("estimate.py", estimate), ("law.py", LAW)):
+            (tmp_path / name).write_text(mark + text)
+        return tmp_path / "scenario.toml"
+
+    return plant
+
+
+def words_for(words, name, file, folder, refused):
+    """The command with the scenario, and with what else it needs."""
+    given = [word.format(folder=folder) for word in MORE.get(words, ())]
+    given += [name, str(file)] if name.startswith("--") else [str(file)]
+    return [*words.split(), *given, *(("--no-user-code",) if refused else ())]
+
+
+def test_the_commands_that_take_a_scenario_are_found():
+    """Those of the review, at least; and every command that can be told to execute no code."""
+    found = {words for words, _ in TAKE}
+    assert found >= {
+        *("board", "budget", "campaign", "design detumble", "design magneto-gyro"),
+        *("design three-axis", "export c", "faults", "field orbit", "filter-check", "fly"),
+        *("ground", "ground import", "kernels build", "modes", "packets", "run", "telemetry"),
+        *("theory", "theory magneto-gyro", "validate"),
+    }
+    careful = {words for words in all_commands() if "--no-user-code" in arguments(words)}
+    assert careful <= found
+
+
+@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize(
+    ("words", "name"), [t for t in TAKE if "--no-user-code" in arguments(t[0])]
+)
+def test_a_command_that_may_execute_code_can_be_told_not_to(
+    call, planted, tmp_path, words, name, key
+):
+    file = planted(key)
+    code, out, err = call(*words_for(words, name, file, tmp_path, True))
+    part = {"control.law": "law.py", "control.estimator": "estimate.py"}.get(key, "own.py")
+    assert err == (
+        f"error: {key}.file: must not be given with --no-user-code; received {tmp_path / part}\n"
+    )
+    assert code == 2 and not out and not (tmp_path / "executed").exists()
+
+
+@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize(
+    ("words", "name"), [t for t in TAKE if "--no-user-code" not in arguments(t[0])]
+)
+def test_a_command_that_cannot_be_told_executes_nothing(
+    call, planted, tmp_path, monkeypatch, words, name, key
+):
+    """It answers without the part, or refuses it in one line."""
+    monkeypatch.chdir(tmp_path)
+    file = planted(key)
+    code, _, err = call(*words_for(words, name, file, tmp_path, False))
+    assert not (tmp_path / "executed").exists() and "Traceback" not in err
+    assert code in (0, None) or (code == 2 and err.count("\n") == 1 and err.startswith("error: "))
+
+
+@pytest.mark.parametrize(
+    ("words", "name"), [t for t in TAKE if "--no-user-code" not in arguments(t[0])]
+)
+def test_a_command_that_cannot_be_told_reads_the_scenario(call, planted, tmp_path, words, name):
+    """So that the test above is of the scenario, not of another mistake before."""
+    file = planted("orbit")
+    file.write_text("nonsense = 1\n" + file.read_text())
+    code, _, err = call(*words_for(words, name, file, tmp_path, False))
+    assert code == 2 and err.startswith("error: nonsense: must be a known key")
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_the_scenarios_of_a_ground_file_are_refused_too(call, planted, tmp_path, key):
+    planted(key)
+    file = tmp_path / "ground.toml"
+    file.write_text('[satellites.one]\nlink = "tcp:127.0.0.1:9"\nscenario = "scenario.toml"\n')
+    code, _, err = call("ground", str(file), "--no-user-code")
+    assert code == 2 and err.startswith(f"error: {key}.file: must not be given with --no-user-code")
+    assert not (tmp_path / "executed").exists()

@@ -1,0 +1,299 @@
+"""Mistakes in the user's own parts that are found before the flight: one line with the key."""
+
+import re
+
+import numpy as np
+import pytest
+from own_parts import (
+    AIR,
+    BEGINS,
+    BRIEF,
+    DRAG,
+    FIELD,
+    FILES,
+    NAMES,
+    OFF,
+    PARTS,
+    RING,
+    TEXT,
+    made,
+    message,
+    put,
+    scenario_maker,
+    write,
+)
+
+from torquer.compile import engine
+from torquer.scenario.load import check_orbit_environment
+from torquer.simulation.setup.simulate import simulate
+from torquer.simulation.setup.usable import checked_size
+
+whole_runs = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+compiled_only = pytest.mark.skipif(not engine.COMPILED, reason="about what does not compile")
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """A function that makes the scenario of some lines, beside files of parts."""
+    return scenario_maker(tmp_path)
+
+
+# ------------------------------------------------------------------ parameters
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_a_parameter_that_the_function_has_not_is_named(scenario, key):
+    found = message(simulate, made(scenario, key, "parameters = { k = 1.0 }"))
+    assert re.match(rf"{re.escape(key)}\.parameters\.k: must be one of the function's \(", found)
+    assert found.endswith("; received 'k'")
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_a_check_without_a_flight_finds_it_too(scenario, key):
+    wrong = made(scenario, key, "parameters = { k = 1.0 }")
+    assert message(checked_size, wrong).startswith(f"{key}.parameters.k: must be one of the ")
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_what_is_no_parameter_but_an_argument_is_not_given(scenario, key):
+    first = PARTS[key][3].split(", ")[0]
+    found = message(simulate, made(scenario, key, f"parameters = {{ {first} = 1.0 }}"))
+    assert found.startswith(f"{key}.parameters.{first}: must be one of the function's (")
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_a_parameter_without_a_default_must_be_given(scenario, tmp_path, key):
+    """And takes its own place: a torque once got the next parameter's number for it."""
+    _, _, name, arguments, first = PARTS[key]
+    file = put(tmp_path, key, f"{arguments}, {first}", f"{arguments}, k, {first}")
+    found = message(simulate, made(scenario, key))
+    assert found == (
+        f"{key}.parameters.k: must be given, as the function has no default for it; received "
+        f"nothing ({name} in {file})"
+    )
+
+
+@whole_runs
+@pytest.mark.parametrize("key", PARTS)
+def test_a_parameter_that_is_given_needs_no_default(scenario, tmp_path, key):
+    _, _, _, arguments, first = PARTS[key]
+    name, value = first.split("=")
+    usual = simulate(made(scenario, key))
+    put(tmp_path, key, f"{arguments}, {first}", f"{arguments}, {name}")
+    again = simulate(made(scenario, key, f"parameters = {{ {name} = {value} }}"))
+    assert np.array_equal(usual["q_body_to_inertial"], again["q_body_to_inertial"])
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_parameters_that_only_a_name_gives_are_for_plain_python(scenario, tmp_path, key):
+    _, _, _, arguments, first = PARTS[key]
+    put(tmp_path, key, f"{arguments}, {first}", f"{arguments}, *, {first}")
+    if key in ("disturbance.own.leak", "spacecraft.own_sensor"):
+        found = message(simulate, made(scenario, key))
+        assert "; received one with parameters after * (" in found
+    else:
+        simulate(made(scenario, key))
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_a_function_takes_its_arguments(scenario, tmp_path, key):
+    _, _, name, arguments, _ = PARTS[key]
+    file = write(tmp_path, f"def {name}():\n    return 1.0\n")
+    found = message(simulate, made(scenario, key))
+    assert found.startswith(f"{key}: must be a function ({arguments}) that ")
+    assert found.endswith(f"; received one that takes none of these arguments ({name} in {file})")
+
+
+@pytest.mark.parametrize("value", ("None", "'a'", "True", "float('nan')", "1e400"))
+@pytest.mark.parametrize("key", ("disturbance.own.leak", "spacecraft.own_sensor"))
+def test_a_default_of_what_is_compiled_is_a_finite_number(scenario, tmp_path, key, value):
+    _, _, _, arguments, first = PARTS[key]
+    parameter = first.split("=")[0]
+    put(tmp_path, key, f"{arguments}, {first}", f"{arguments}, {parameter}={value}")
+    found = message(simulate, made(scenario, key))
+    assert found.startswith(f"{key}.parameters.{parameter}: must be a finite number, by default, ")
+
+
+@pytest.mark.parametrize("key", ("control.estimator", "control.law"))
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    (
+        ("parameters = { k = 1.0 }", ".parameters.k: must be one of: {0}; received 'k'"),
+        (
+            "parameters = { {0} = [1.0, 2.0] }",
+            ".parameters.{0}: must be a number; received (1.0, 2.0)",
+        ),
+        ("memory = [1.0]", ".memory: must have 3 cells, as the block has; received 1"),
+        ("function = 'nothing'", ".function: must be defined in the file; received 'nothing', "),
+    ),
+)
+def test_keys_of_estimators_and_laws_are_named(scenario, key, more, expected):
+    name = {"control.estimator": "share", "control.law": "gain"}[key]
+    found = message(simulate, made(scenario, key, more.replace("{0}", name)))
+    assert found.startswith(key + expected.replace("{0}", name))
+
+
+# ------------------------------------------------------------------ files
+
+
+@pytest.mark.parametrize("key", (*PARTS, "control.estimator", "control.law"))
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    (
+        ("1 / 0\n", "must import; received ZeroDivisionError('division by zero') ({file}, line 1)"),
+        ("\n\ndef (:\n", "must import; received SyntaxError('invalid syntax') ({file}, line 3)"),
+        ("raise SystemExit(4)\n", "must import; received SystemExit(4) ({file}, line 1)"),
+        ("import nothing_of_the_kind\n", "must import; received ModuleNotFoundError("),
+    ),
+)
+def test_a_file_that_does_not_import_is_named(scenario, tmp_path, key, text, expected):
+    found_scenario, name = made(scenario, key), FILES.get(key, ("own.py",))[0]
+    (tmp_path / name).write_text(text)
+    found = message(simulate, found_scenario)
+    assert found.startswith(f"{key}.file: " + expected.format(file=tmp_path / name))
+
+
+@pytest.mark.parametrize("key", (*PARTS, "control.estimator", "control.law"))
+def test_a_file_that_is_not_there_is_named(scenario, tmp_path, key):
+    found_scenario, name = made(scenario, key), FILES.get(key, ("own.py",))[0]
+    (tmp_path / name).unlink()
+    found = message(simulate, found_scenario)
+    assert found == f"{key}.file: must be an existing file; received {tmp_path / name}"
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_a_function_that_is_not_in_the_file_is_named(scenario, tmp_path, key):
+    name = PARTS[key][2]
+    found_scenario, file = made(scenario, key), put(tmp_path, key, f"def {name}(", "def other(")
+    assert message(simulate, found_scenario) == (
+        f"{key}.function: must be a function of the file; received {name!r}, which is none of "
+        f"{file}"
+    )
+
+
+@pytest.mark.parametrize("key", PARTS)
+def test_one_of_several_functions_is_to_be_named(scenario, tmp_path, key):
+    line, others, name, *_ = PARTS[key]
+    unnamed = re.sub(rf", function = [\"']{name}[\"']", "", line)
+    found = message(simulate, scenario(unnamed, *others))
+    assert found.startswith(f"{key}.file: must define one function, or `function` name one; rec")
+
+
+# ------------------------------------------------------------------ surroundings
+
+WRONG = (
+    ("orbit", "a = 1e3 * radius_km", "a = radius_km", "of an orbit about the Earth; received 6928"),
+    ("orbit", "a * n * v", "2.0 * a * n * v", "about the Earth; received 6.92814e+06 m"),
+    ("orbit", "return a * r, a * n * v", "return {}, {}", "received {}"),
+    ("orbit", "return a * r, a * n * v", "return 'a', v", "received 'a'"),
+    ("orbit", "return a * r, a * n * v", "return r + 0j, v", "received array"),
+    ("orbit", "return a * r, a * n * v", "return a * r", "received ndarray"),
+    ("orbit", "return a * r, a * n * v", "return None", "received NoneType"),
+    ("orbit", "return a * r, a * n * v", "return a * r[:2], v", "shape (2, 3) for n = "),
+    ("orbit", "return a * r, a * n * v", "return r * np.nan, v", "finite; received [nan, nan"),
+    ("orbit", "return a * r, a * n * v", "return nothing", "received NameError"),
+    ("orbit", "return a * r, a * n * v", "raise SystemExit(3)", "SystemExit(3) at t = 0 s"),
+    ("environment.field", "-7.8e15]", "-7.8e24]", "(in nT?)"),
+    ("environment.field", "- moment) / distance**3", "- moment)[0]", "shape (3,) for n = "),
+    ("environment.field", "- moment) / distance**3", "- moment) * np.inf", "received [-inf"),
+    ("environment.field", "- moment) / distance**3", "- moment) / nothing", "2025-07-01T00:00:00Z"),
+    ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "{}", "received {}"),
+    ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "-1.0", "received shape () for"),
+    ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "-np.ones(len(r_ecef_m))",
+     "not negative; received -1.0 at t = 0 s"),
+    ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "np.full(len(years), np.inf)",
+     "finite and not negative; received inf at t = 0 s"),
+    ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "density + nothing",
+     "received NameError(\"name 'nothing' is not defined\") at ["),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "text", "by", "expected"), WRONG)
+def test_what_surroundings_do_wrong_is_one_line(scenario, tmp_path, key, text, by, expected):
+    file = put(tmp_path, key, text, by)
+    found = message(simulate, made(scenario, key))
+    assert found.startswith(f"{key}: must be a function (")
+    assert expected in found and re.search(rf"\({NAMES[key]} in {re.escape(str(file))}", found)
+
+
+def test_whole_numbers_are_numbers(scenario, tmp_path):
+    text = TEXT.replace(
+        "return a * r, a * n * v", "return (a * r).astype(int), (a * n * v).astype(int)"
+    )
+    text = text.replace("- moment) / distance**3", "- moment).astype(int) * 0")
+    write(tmp_path, text.replace("np.full(len(r_ecef_m), density)", "np.zeros(len(years), int)"))
+    around = scenario(RING, FIELD, AIR, DRAG).orbit_environment()
+    t_s = np.arange(3.0)
+    r, v = around.orbit.state(t_s, around.start)
+    assert r.dtype == v.dtype == np.float64 and (r == np.round(r)).all()
+    assert around.field(t_s, r, v).dtype == np.float64 and (around.flow(t_s) == 0.0).all()
+
+
+def test_parts_of_the_ephemeris_have_its_key(scenario, tmp_path):
+    put(tmp_path, "environment.field", "- moment) / distance**3", "- moment) * np.nan")
+    line = FIELD.replace("environment.field", "field").replace("field = ", "", 1)
+    found_scenario = scenario(
+        control=OFF.replace("}\n", f", ephemeris = {{ field = {line} }} }}\n")
+    )
+    found = message(check_orbit_environment, found_scenario)
+    assert found.startswith("control.ephemeris.field: must be a function (r_ecef_m, years) that ")
+
+
+# ------------------------------------------------------------------ what is compiled
+
+NOT_COMPILED = (
+    ("return (0.0, 0.0)", "received one that returns a tuple of 2 numbers ("),
+    ("return (0.0, 0.0, 0.0, 0.0)", "received one that returns a tuple of 4 numbers ("),
+    ("return 0.0", "received one that returns a number ("),
+    ("a = 1.0", "received one that returns nothing ("),
+    ("raise ValueError('boom')", "received one that returns nothing ("),
+    ("return ('a', 'b', 'c')", "received one that returns "),
+    ("return (True, 0.0, 0.0)", "received one that returns Tuple(True, number, number) ("),
+    ("return (1j, 0.0, 0.0)", "received one that returns Tuple(complex, number, number) ("),
+    ("return (nothing, 0.0, 0.0)", "NameError"),
+    ("return (here.nothing, 0.0, 0.0)", "Inputs without a field 'nothing' (own.py, line "),
+    ("return open('x')", "open, which cannot be compiled (own.py, line "),
+    ("return np.linalg.nothing(1.0)", "no attribute 'nothing'"),
+    ("yield (0.0, 0.0, 0.0)", "received a generator or coroutine ("),
+    ("return here.t_s > 3.0 and (0.0, 0.0, 0.0)", "received"),
+)
+
+
+@compiled_only
+@pytest.mark.parametrize(("body", "expected"), NOT_COMPILED)
+@pytest.mark.parametrize("key", ("disturbance.own.leak", "spacecraft.own_sensor"))
+def test_what_cannot_be_compiled_is_one_line(scenario, tmp_path, key, body, expected):
+    name = NAMES[key]
+    file = write(tmp_path, f"import numpy as np\n\n\ndef {name}(here, gain=1.0):\n    {body}\n")
+    found = message(simulate, made(scenario, key))
+    assert found.startswith(f"{key}: must be a function (here) that compiles and returns three num")
+    assert expected in found and found.endswith(f"({name} in {file})")
+    assert len(found) < 600 and "numba" not in found.lower()
+
+
+@compiled_only
+def test_a_function_that_takes_any_keywords_is_not_compiled(scenario, tmp_path):
+    put(tmp_path, "disturbance.own.leak", "growth=0.0)", "growth=0.0, **rest)")
+    found = message(simulate, made(scenario, "disturbance.own.leak"))
+    assert "received one that takes keywords without their names (**)" in found
+
+
+@pytest.mark.parametrize("key", ("disturbance.own.leak", "spacecraft.own_sensor"))
+def test_there_are_twelve_parameters_at_most(scenario, tmp_path, key):
+    name, many = NAMES[key], ", ".join(f"p{k}=0.0" for k in range(13))
+    write(tmp_path, f"def {name}(here, {many}):\n    return (0.0, 0.0, 0.0)\n")
+    found = message(simulate, made(scenario, key))
+    assert found.startswith(f"{key}.function: must have 12 or fewer parameters; received 13 (")
+
+
+@compiled_only
+@pytest.mark.parametrize(
+    "body", ("return (0, 0, 0)", "return [0.0, 0.0, 0.0]", "return np.zeros(3)")
+)
+@pytest.mark.parametrize("key", ("disturbance.own.leak", "spacecraft.own_sensor"))
+def test_whole_numbers_lists_and_arrays_of_three_are_answers(scenario, tmp_path, key, body):
+    begin = BEGINS[key]
+    usual = simulate(scenario().replace("simulation", BRIEF))
+    put(tmp_path, key, begin, f"    {body}\n{begin}")
+    found = simulate(made(scenario, key))
+    assert np.array_equal(found["q_body_to_inertial"], usual["q_body_to_inertial"])
