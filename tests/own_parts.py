@@ -6,10 +6,14 @@ from pathlib import Path
 import pytest
 
 from torquer.base.user_code import admit
+from torquer.compile import engine
 from torquer.environment.earth.atmosphere import ATMOSPHERES
 from torquer.environment.field import FIELDS
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.setup.simulate import RunStopped, simulate
+
+whole_runs = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+compiled_only = pytest.mark.skipif(not engine.COMPILED, reason="about what does not compile")
 
 ROOT = Path(__file__).parents[1]
 TEXT = '''

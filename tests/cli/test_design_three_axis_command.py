@@ -131,7 +131,7 @@ def test_beyond_the_linear_range_there_is_no_number_but_a_cause(call, strict_jso
         assert any(
             note.startswith("its error is made by constant torque") for note in each["notes"]
         )
-        assert not any("compensates a constant dipole" in note for note in each["notes"])
+        assert not any("compensate a constant dipole" in note for note in each["notes"])
 
 
 def test_the_regulator_flies_as_predicted(design, strict_json):

@@ -12,22 +12,20 @@ from own_parts import (
     LEAK,
     PARTS,
     TEXT,
+    compiled_only,
     made,
     message,
     put,
     scenario_maker,
     stopped,
+    whole_runs,
     write,
 )
 
-from torquer.compile import engine
 from torquer.scenario.load import check_orbit_environment
 from torquer.simulation.results.file import load
 from torquer.simulation.setup import size
 from torquer.simulation.setup.simulate import resume, simulate
-
-whole_runs = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-compiled_only = pytest.mark.skipif(not engine.COMPILED, reason="about what does not compile")
 
 
 @pytest.fixture

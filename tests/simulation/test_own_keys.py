@@ -16,20 +16,18 @@ from own_parts import (
     PARTS,
     RING,
     TEXT,
+    compiled_only,
     made,
     message,
     put,
     scenario_maker,
+    whole_runs,
     write,
 )
 
-from torquer.compile import engine
 from torquer.scenario.load import check_orbit_environment
 from torquer.simulation.setup.simulate import simulate
 from torquer.simulation.setup.usable import checked_size
-
-whole_runs = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-compiled_only = pytest.mark.skipif(not engine.COMPILED, reason="about what does not compile")
 
 
 @pytest.fixture

@@ -191,8 +191,8 @@ def _shares(found: PointingError) -> list[str]:
     lines = [f"its error is made by {', '.join(named)}"] if named else []
     if shares and shares[0][0] == SOURCES[1]:
         lines.append(
-            "no law for coils alone compensates a constant dipole, which the field turns past: "
-            "make the residual dipole less, or estimate it and take it off the command"
+            "feedback of the attitude does not compensate a constant dipole: make the residual "
+            "dipole less, or estimate it and take it off the command"
         )
     return lines
 

@@ -19,6 +19,7 @@ from torquer.base.time import parse_utc
 from torquer.cli.answer import answer
 from torquer.computer.on_board_environment import ELEMENTS, ephemeris_along
 from torquer.environment.orbit import Circular
+from torquer.environment.orbit.sgp4 import checksum
 from torquer.flight.c99.ephemeris import find_ephemeris, instants
 from torquer.scenario.change import with_values
 
@@ -212,6 +213,25 @@ def test_exported_field_and_orbit_are_the_scenarios_on_board_models():
     orbit = Circular(altitude_km=600.0, inclination_deg=50.0)
     stated = with_values(scenario, {"control.ephemeris": {"orbit": orbit.model_dump()}})
     assert find_ephemeris(stated, "kepler").elements["semi_major_axis_m"][0] == orbit.radius_m
+
+
+LEAP = (
+    "1 25544U 98067A   16366.50000000  .00001000  00000-0  20000-4 0  9999",
+    "2 25544  51.6400 100.0000 0005000  50.0000 310.0000 15.54000000    05",
+)
+
+
+@pytest.mark.parametrize("start", ["2016-12-31T23:00:00Z", "2017-01-01T01:00:00Z"])
+def test_a_leap_second_between_epoch_and_start_counts_on_board_too(start):
+    """The same place as the orbit's, before the end of 2016 and after it; it was 7.7 km off."""
+    lines = [line[:68] + str(checksum(line)) for line in LEAP]
+    scenario = with_values(
+        example("my_law"), {"start": start, "orbit": {"kind": "sgp4", "tle": lines}}
+    )
+    own, nowhere = find_ephemeris(scenario, "sgp4"), np.zeros((1, 3))
+    found = ephemeris_along("sgp4", own.models, own.elements, [600.0], nowhere, nowhere)
+    place, _ = scenario.orbit_environment().state(np.array([600.0]))
+    assert found[0, :3] == pytest.approx(place[0], abs=10.0)
 
 
 REFUSED = [

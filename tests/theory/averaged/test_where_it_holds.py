@@ -7,7 +7,11 @@ from where_cases import CASES, REFUSED, RIGHT, WRONG, answer, truth
 
 from torquer import theory
 from torquer.compile import engine
+from torquer.scenario.load import load_scenario
 from torquer.theory.averaged.answer import law_gains, law_motion
+from torquer.theory.averaged.assumed import CIRCULAR, TO_CONE_AXIS, WITHIN_LIMITS
+from torquer.theory.averaged.conditions import SAMPLED
+from torquer.theory.averaged.flights import Flight
 from torquer.theory.averaged.requests import LawRequest
 from torquer.theory.slow.axis_stability import nutation_growth
 from torquer.theory.validity import Limit, judge
@@ -132,3 +136,49 @@ def test_every_condition_has_a_formula_a_reason_and_a_trial():
     assert len(found) > 15
     assert all(limit.of and limit.why and limit.shown for limit in found)
     assert len(table(theory)) == len(found) + 2
+
+
+SCENARIO = """
+start = 2024-03-04T10:00:00Z
+environment.field = {{ kind = "averaged" }}
+spacecraft.body.inertia_kg_m2 = [1.5, 1.5, 1.2]
+spacecraft.coils.limit_a_m2 = {limit}
+initial.rate_deg_s = [5, 5, 5]
+control = {{ sample_s = {sample_s}, law = {{ {law} }} }}
+simulation.duration_s = 300
+[orbit]
+{orbit}
+"""
+CIRCLE = 'kind = "circular"\naltitude_km = 500\ninclination_deg = 60'
+OVAL = 'kind = "kepler"\nperigee_altitude_km = 500\napogee_altitude_km = {}\ninclination_deg = 60'
+RATE = 'kind = "bdot_rate", gain_a_m2_s_per_t = 4e4'
+ASIDE = 'kind = "preliminary_1", gain_a_m2_per_t = 1e4, target = [1.0, 0.0, 0.0]'
+
+
+@pytest.mark.parametrize(
+    ("changed", "quantity"),
+    [
+        ({}, None),
+        ({"limit": 0.1}, "commanded dipole over the coils' limit"),
+        ({"orbit": OVAL.format(3000)}, "eccentricity"),
+        ({"orbit": OVAL.format(700)}, None),
+        ({"sample_s": 9.0}, "damping of the sampled law over that of the ideal one"),
+        ({"law": ASIDE}, "angle of the target to the cone axis [deg]"),
+    ],
+    ids=["inside", "saturated", "oval", "nearly a circle", "sampled", "target aside"],
+)
+def test_what_true_motions_leave_out_is_doubted_by_itself(tmp_path, changed, quantity):
+    usual = {"limit": 300.0, "sample_s": 1.0, "orbit": CIRCLE, "law": RATE}
+    path = tmp_path / "case.toml"
+    path.write_text(SCENARIO.format(**usual | changed))
+    verdict = law_motion(scenario=load_scenario(path)).data()["verdict"]
+    doubted = {doubt["quantity"] for doubt in verdict["doubts"]}
+    unseen = {limit.name for limit in (WITHIN_LIMITS, CIRCULAR, SAMPLED, TO_CONE_AXIS)}
+    assert doubted & unseen == ({quantity} if quantity else set())
+
+
+def test_a_motion_cut_short_is_no_never():
+    """Its time to the goal is estimated by where it has come."""
+    flight = Flight(0.0, 50.0, math.inf, 60.0, 0.2, 1.4)
+    assert flight.needed == pytest.approx(70.0)
+    assert flight._replace(span=125.0).needed == math.inf

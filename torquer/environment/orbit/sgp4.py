@@ -257,9 +257,15 @@ def _dates(satellite: Satrec, t_s, start_utc) -> tuple[float, np.ndarray]:
 
     It knows no leap seconds: those from the epoch to the start are added.
     """
-    leap_s = leap_seconds_between(sat_epoch_datetime(satellite), start_utc)
-    (day, fraction), _ = julian_dates(start_utc, t_s + leap_s)
+    (day, fraction), _ = julian_dates(
+        start_utc, t_s + leap_seconds_since_epoch(satellite, start_utc)
+    )
     return day, fraction
+
+
+def leap_seconds_since_epoch(satellite: Satrec, start_utc: str | datetime) -> int:
+    """Leap seconds between the epoch of elements and the start of a run."""
+    return leap_seconds_between(sat_epoch_datetime(satellite), start_utc)
 
 
 def _check_way(satellite: Satrec, extent: Extent, start_utc, end_s: float) -> None:

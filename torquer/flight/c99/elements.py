@@ -15,6 +15,7 @@ from torquer.environment.orbit.fitted_elements import fitted_elements, osculatin
 from torquer.environment.orbit.kepler import TWO_PI
 from torquer.environment.orbit.near_earth import DEEP_SPACE_MIN
 from torquer.environment.orbit.secular import EARTH_J2, drifting_positions
+from torquer.environment.orbit.sgp4 import leap_seconds_since_epoch
 
 #: A drifting Kepler orbit is fitted to the day before the start, at so many instants.
 _INSTANTS = 289
@@ -110,7 +111,10 @@ def _sgp4(own: OrbitEnvironment) -> dict[str, float]:
             "ephemeris: must be 'given' or 'kepler' unless orbit, or control.ephemeris.orbit, is "
             f"of kind sgp4 or numerical; received 'sgp4' with kind {orbit.kind}"
         )
-    return elements_from_tle(orbit)
+    elements = elements_from_tle(orbit)
+    # days from the epoch to the start: SGP4 on board knows no leap seconds either
+    leap_s = leap_seconds_since_epoch(Satrec.twoline2rv(*orbit.tle), own.start)
+    return elements | {"epoch_fraction": elements["epoch_fraction"] - leap_s / DAY_S}
 
 
 def elements_from_tle(orbit: Sgp4) -> dict[str, float]:

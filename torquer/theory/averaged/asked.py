@@ -84,7 +84,7 @@ def _case_asked(law: str, asked: LawRequest, inclination_deg: float) -> Averaged
     return AveragedCase(
         law, asked.gain, spinner, theta, rho, target=(math.sin(sun), 0.0, math.cos(sun)),
         notes=(*notes, *remarks), name=name, sampling=sampling, inertia=body.inertia,
-        rate_rad_s=body.rate_rad_s, flown=flown_kind(law), off=body.off,
+        rate_rad_s=body.rate_rad_s, flown=flown_kind(law), assumed=body.assumed,
     )  # fmt: skip
 
 

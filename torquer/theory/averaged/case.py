@@ -15,12 +15,20 @@ from torquer.maths.geometry.attitudes import axes_about
 from torquer.maths.geometry.quaternion import rotate
 from torquer.maths.geometry.vec3 import as_matrix, as_vector
 from torquer.scenario.spec import Scenario
+from torquer.theory.averaged.assumed import (
+    CIRCULAR,
+    SPINS,
+    SYMMETRIC,
+    TO_CONE_AXIS,
+    WITHIN_LIMITS,
+)
 from torquer.theory.averaged.equations import LAWS
 from torquer.theory.averaged.sampling import law_sampling
 from torquer.theory.slow.evolution import EVOLUTIONS
 from torquer.theory.slow.evolution.model import Case, Evolution
 from torquer.theory.slow.gains import Sampling
 from torquer.theory.slow.spinner import Spinner
+from torquer.theory.validity import Limit
 
 #: Laws of scenarios, with the law whose averaged motion they have.
 _SAME = {
@@ -48,8 +56,8 @@ class AveragedCase:
     `gain` None: not given (a design needs none). `rho`, `sigma` [rad], None: any direction.
     `notes`: assumptions and omissions, one line each. `sampling`: of B-dot and nutation damping.
     `inertia` (rows [kg m^2]) and `rate_rad_s`: of the body as it is, spin axis third. `flown`: kind
-    of the law that true motions fly. `off`: what the averaged motion leaves out of the case, by the
-    names of the conditions that it must meet.
+    of the law that true motions fly. `assumed`: conditions of the averaged motion that the case
+    itself must meet, with its numbers.
     """
 
     law: str
@@ -65,7 +73,7 @@ class AveragedCase:
     inertia: tuple = ()
     rate_rad_s: tuple = ()
     flown: str = ""
-    off: tuple[tuple[str, float], ...] = ()
+    assumed: tuple[tuple[Limit, float], ...] = ()
 
     @property
     def evolution(self) -> Evolution:
@@ -106,7 +114,7 @@ def case_from_scenario(scenario: Scenario) -> AveragedCase:
             f"received {kind!r}"
         )
     r, v = (x[0] for x in scenario.orbit.state(np.zeros(1), scenario.start))
-    orbit, notes, off = _circle(r, v)
+    orbit, notes, assumed = _circle(r, v)
     field = scenario.environment.field
     known = field if isinstance(field, Averaged) else Averaged()
     b0_t = mean_strength(known.prepare(0.0), orbit["radius_m"], orbit["inclination"])
@@ -126,7 +134,7 @@ def case_from_scenario(scenario: Scenario) -> AveragedCase:
         notes=(*notes, *remarks, *duty_note, *saturation[0]),
         sampling=law_sampling(scenario, spec) if kind in SAMPLED else None,
         inertia=body.inertia, rate_rad_s=body.rate_rad_s, flown=flown_kind(spec.kind),
-        off=(*off, *body.off, *saturation[1]),
+        assumed=(*assumed, *body.assumed, *saturation[1]),
     )  # fmt: skip
     if kind not in POINTED:
         return case
@@ -141,17 +149,17 @@ def spun_about_the_axis(case: AveragedCase) -> AveragedCase:
         f"reorientation assumes spin about the axis: theta0 of {math.degrees(case.theta):.0f} "
         "deg is neglected; damp it first"
     )
-    off = (("nutation at the start [deg]", math.degrees(case.theta)),)
-    return replace(case, theta=0.0, notes=(*case.notes, note), off=(*case.off, *off))
+    assumed = (*case.assumed, (SPINS, math.degrees(case.theta)))
+    return replace(case, theta=0.0, notes=(*case.notes, note), assumed=assumed)
 
 
 class Body(NamedTuple):
     """The body as it is, its spin axis third: rows of its inertia tensor [kg m^2], its rate [rad/s]
-    and what an axisymmetric one leaves out."""
+    and what the averaged motion assumes of it."""
 
     inertia: tuple
     rate_rad_s: tuple
-    off: tuple
+    assumed: tuple
 
 
 def flown_kind(kind: str) -> str:
@@ -201,8 +209,7 @@ def as_spinner(
 def _turned(tensor, axis, rate, spread: float) -> Body:
     """The body in axes of which the third is its spin axis."""
     rows = axes_about(axis)
-    off = (("difference of the moments across the axis, over their mean", spread),)
-    return Body(as_matrix(rows @ tensor @ rows.T), as_vector(rows @ rate), off)
+    return Body(as_matrix(rows @ tensor @ rows.T), as_vector(rows @ rate), ((SYMMETRIC, spread),))
 
 
 def _only_law(control) -> tuple:
@@ -227,7 +234,7 @@ def _circle(r, v) -> tuple[dict, tuple, tuple]:
     node = np.array(ascending_node(as_vector(h)))
     inclination = math.atan2(math.hypot(h[0], h[1]), h[2])
     orbit = {"radius_m": float(size), "inclination": inclination, "node": node}
-    return orbit, notes, (("eccentricity", eccentricity),)
+    return orbit, notes, ((CIRCULAR, eccentricity),)
 
 
 def _to_z(vector, orbit) -> np.ndarray:
@@ -278,14 +285,14 @@ def _saturation(scenario, spec, kind, spinner) -> tuple[tuple, tuple]:
         commanded, words = spec.gain_a_m2_s_per_t * rate * spinner.strength_t, ("", "brake")
     else:
         commanded, words = spec.gain_a_m2_s * rate, ("up to ", "act")
-    off = (("commanded dipole over the coils' limit", float(commanded / limit)),)
+    assumed = ((WITHIN_LIMITS, float(commanded / limit)),)
     if commanded <= limit:
-        return (), off
+        return (), assumed
     note = (
         f"the law initially commands {words[0]}{commanded:.3g} A m^2 from coils limited to "
         f"{limit:.3g}: saturated, they {words[1]} more slowly than averaging predicts"
     )
-    return (note,), off
+    return (note,), assumed
 
 
 def _point(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
@@ -307,5 +314,5 @@ def _point(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
         f"the target is {away:.0f} deg from the cone axis, where {case.law} has no closed "
         "equations: the cone axis is used"
     )
-    off = (("angle of the target to the cone axis [deg]", away),)
-    return replace(case, notes=(*case.notes, note), off=(*case.off, *off))
+    assumed = (*case.assumed, (TO_CONE_AXIS, away))
+    return replace(case, notes=(*case.notes, note), assumed=assumed)

@@ -11,11 +11,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from torquer.computer.laws.built_in import BUILT_IN
+from torquer.environment.field.averaged import mean_of_extremes
 from torquer.maths.geometry.frames import dcm_z_to_y
 from torquer.theory.averaged.case import POINTED, AveragedCase
 from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.slow.full_motion import by_euler_from, slow_variables_of
-from torquer.theory.slow.gain_and_time import GOALS, even_directions, slow_time
+from torquer.theory.slow.gain_and_time import GOALS, Start, slow_time, starts_over_directions
 from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import Doubt, Limit
 
@@ -52,7 +53,7 @@ class Flight(NamedTuple):
         """Revolutions until the goal; of a motion too short for it, by the ratio; NaN: unknown."""
         if self.ratio is None:
             return math.nan
-        is_short = self.span < self.formula < math.inf
+        is_short = self.span < 0.999 * _LONGER * self.formula < math.inf
         return self.formula * self.ratio if is_short else self.flown
 
     def data(self) -> dict:
@@ -120,28 +121,14 @@ class Flights(NamedTuple):
         return f"flown {len(flown)} times: {words}"
 
 
-class Start(NamedTuple):
-    """Direction of the momentum [rad], and the slow time until the goal from there."""
-
-    rho: float
-    sigma: float
-    slow: float
-
-
 def find_starts(case: AveragedCase, part: float) -> tuple[Start, Start, Start]:
     """Those of the least, the median and the greatest time; all equal where the direction is
     known."""
-    constants = case.constants._replace(eps=1.0)
-
-    def timed(rho, sigma):
-        start = Slow(1.0, rho, sigma, case.theta)
-        return Start(rho, sigma, slow_time(case.evolution, constants, start, part))
-
     if case.rho is not None:
-        known = timed(case.rho, case.sigma)
+        start = Slow(1.0, case.rho, case.sigma, case.theta)
+        known = Start(case.rho, case.sigma, slow_time(case.evolution, case.constants, start, part))
         return known, known, known
-    each = sorted((timed(*one) for one in even_directions()), key=lambda one: one.slow)
-    return each[0], each[len(each) // 2], each[-1]
+    return starts_over_directions(case.evolution, case.constants, case.theta, part)
 
 
 def fly(case: AveragedCase, part: float, gain: float, starts: tuple[Start, ...]) -> Flights:
@@ -216,8 +203,8 @@ def _cone_deg(case: AveragedCase) -> float:
 
 def _in_true_field(case: AveragedCase, to_y) -> Spinner:
     """Orbit and the tilted dipole whose field has the strength B0 of the averaged one."""
-    sine = math.sin(math.radians(case.spinner.inclination_deg))
-    equatorial = case.spinner.strength_t / (0.5 * (1.0 + math.sqrt(1.0 + 3.0 * sine * sine)))
+    inclination = math.radians(case.spinner.inclination_deg)
+    equatorial = case.spinner.strength_t / mean_of_extremes(1.0, inclination)
     sun = tuple((to_y @ case.target).tolist()) if case.law == "sdot" else None
     return case.spinner.model_copy(
         update={

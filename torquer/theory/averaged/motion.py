@@ -10,7 +10,7 @@ from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaged.case import POINTED, AveragedCase
 from torquer.theory.averaged.conditions import FAST, STILL_FAST, check_case, judge_case
 from torquer.theory.averaged.equations import EQUATIONS, INTEGRALS
-from torquer.theory.averaged.flights import Flights, Start, find_starts, fly
+from torquer.theory.averaged.flights import Flights, find_starts, fly
 from torquer.theory.slow.comparison import resonances
 from torquer.theory.slow.equilibria import (
     Equilibrium,
@@ -22,6 +22,7 @@ from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.slow.evolution.sdot import capture_phase, final_momentum, sun_angle
 from torquer.theory.slow.gain_and_time import (
     GOALS,
+    Start,
     Times,
     design_table,
     gain_at,

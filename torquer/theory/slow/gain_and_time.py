@@ -122,15 +122,35 @@ def even_directions(count: int = 60) -> list[tuple[float, float]]:
     return list(zip(rho.tolist(), sigma.tolist(), strict=True))
 
 
+class Start(NamedTuple):
+    """Direction of the momentum [rad], and the slow time until the goal from there."""
+
+    rho: float
+    sigma: float
+    slow: float
+
+
+def starts_over_directions(
+    evolution: Evolution, case: Case, theta: float, part: float, count: int = 60
+) -> tuple[Start, Start, Start]:
+    """Over all directions, from l = 1 and nutation `theta`: those of the least, the median and the
+    greatest slow time to `part`."""
+    each = sorted(
+        (
+            Start(rho, sigma, slow_time(evolution, case, Slow(1.0, rho, sigma, theta), part))
+            for rho, sigma in even_directions(count)
+        ),
+        key=lambda start: start.slow,
+    )
+    return each[0], each[len(each) // 2], each[-1]
+
+
 def times_over_directions(
     evolution: Evolution, case: Case, theta: float, part: float, count: int = 60
 ) -> Times:
     """Slow times to `part` over all directions of the momentum, from l = 1 and nutation `theta`."""
-    times = sorted(
-        slow_time(evolution, case, Slow(1.0, rho, sigma, theta), part)
-        for rho, sigma in even_directions(count)
-    )
-    return Times(times[0], times[len(times) // 2], times[-1])
+    starts = starts_over_directions(evolution, case, theta, part, count)
+    return Times(*(start.slow for start in starts))
 
 
 @dataclass(frozen=True)
