@@ -16,7 +16,8 @@ from torquer.report.flight.panels.attitude import attitude_error
 from torquer.report.flight.verdict import goal_grid
 from torquer.report.flight.view import make_view
 from torquer.scenario.held import NONE_HELD, held_over_time
-from torquer.scenario.load import ScenarioError, scenario_from_data
+from torquer.scenario.load import scenario_from_data
+from torquer.simulation.setup.usable import check_usable
 
 INERTIA = [0.126, 0.167, 0.061]
 WHEELS = {"kind": "wheel_pd", "bandwidth_rad_s": 0.1, "inertia_kg_m2": INERTIA}
@@ -207,11 +208,14 @@ CANNOT = "mission.attitude_error_below_deg: must be left out unless built-in law
     ],
 )  # fmt: skip
 def test_a_limit_that_cannot_be_judged_is_an_error(keys, received):
-    with pytest.raises(ScenarioError) as caught:
-        scenario(**keys)
-    assert str(caught.value) == (
-        f"{CANNOT}, one at a time, from which the error is measured; received 0.1 with {received}"
-    )
+    """Wherever it would be judged; a design, which replaces the laws, may take it."""
+    for fly in (torquer.simulate, check_usable):
+        with pytest.raises(ValueError) as caught:
+            fly(scenario(**keys))
+        assert str(caught.value) == (
+            f"{CANNOT}, one at a time, from which the error is measured; received 0.1 with "
+            f"{received}"
+        )
     assert scenario(**keys, mission=False).mission is None
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from torquer.computer.laws.pointing import HeldAttitude
 from torquer.computer.modes.spec import Modes, State
 from torquer.scenario.control import Control
+from torquer.scenario.mission import Mission
 
 #: Number of the attitude where none is held.
 NONE_HELD = -1
@@ -69,6 +70,20 @@ def why_no_attitude(control: Control) -> str:
         return "no law"
     kinds = ", ".join(dict.fromkeys(law.kind for law in laws.values()))
     return f"laws that hold none ({kinds})"
+
+
+def check_judged(control: Control, mission: Mission | None) -> None:
+    """ValueError for a limit of the attitude error that no law of a flight gives a meaning.
+
+    A design takes the limit from a scenario whose law it replaces; so this is asked of flights.
+    """
+    limit_deg = mission.attitude_error_below_deg if mission else None
+    if limit_deg is not None and (why := why_no_attitude(control)):
+        raise ValueError(
+            "mission.attitude_error_below_deg: must be left out unless built-in laws hold an "
+            f"attitude, one at a time, from which the error is measured; received {limit_deg:g} "
+            f"with {why}"
+        )
 
 
 def always_held(control: Control) -> Attitude | None:

@@ -20,7 +20,6 @@ from torquer.environment.orbit import AnyOrbit
 from torquer.maths.geometry.frames import argument_of_latitude
 from torquer.scenario.change import with_values
 from torquer.scenario.control import MOST_STEPS, Control, Positive, common_divisor, whole_steps
-from torquer.scenario.held import why_no_attitude
 from torquer.scenario.initial import InitialMotion
 from torquer.scenario.mission import Mission
 from torquer.scenario.resolution import check_step, speeds_at_start
@@ -377,15 +376,8 @@ class Scenario(Spec):
             )
 
     def _check_mission(self) -> None:
-        """Limits can be judged, and reached during the run."""
+        """Limits can be reached during the run."""
         within_s = self.mission.within_s if self.mission else None
-        limit_deg = self.mission.attitude_error_below_deg if self.mission else None
-        if limit_deg is not None and (why := why_no_attitude(self.control)):
-            raise ValueError(
-                "mission.attitude_error_below_deg: must be left out unless built-in laws hold an "
-                f"attitude, one at a time, from which the error is measured; received {limit_deg:g}"
-                f" with {why}"
-            )
         if within_s is not None and within_s > self.length_s:
             raise ValueError(
                 f"mission.within_s: must not exceed the run's length of {self.length_s:g} s; "

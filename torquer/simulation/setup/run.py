@@ -14,6 +14,7 @@ from torquer.computer.computer import Blocks
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import AnyEnvironment
 from torquer.environment.light import Light, shadow_edges
+from torquer.scenario.held import check_judged
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import (
     RUNNING,
@@ -261,6 +262,7 @@ def prepare(
     """
     admit(scenario)
     scenario, given = with_given(scenario, law, laws)
+    check_judged(scenario.control, scenario.mission)
     blocks, environment = make_blocks(scenario, given), scenario.orbit_environment()
     for each in make_environments(scenario):
         each.check_dates(0.0, scenario.steps() * scenario.grid_s)

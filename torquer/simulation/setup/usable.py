@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from torquer.scenario.held import check_judged
 from torquer.scenario.load import check_orbit_environment
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.own_functions import own_sensor, own_torques
@@ -23,8 +24,9 @@ def checked_size(scenario: Scenario) -> Size:
 def check_usable(scenario: Scenario) -> bool:
     """Whether all laws are compiled; `ValueError` for what is unusable.
 
-    That is laws, modes, environment, and the torques and the sensor of the user's own.
+    That is limits, laws, modes, environment, and the torques and the sensor of the user's own.
     """
+    check_judged(scenario.control, scenario.mission)
     blocks = make_blocks(scenario)
     for block in blocks.all():
         block.pack()
