@@ -14,7 +14,6 @@ from gallery.gyro import (
     field,
     fly,
 )
-from gallery.theory.capture_motion import stage_1_steady_motion
 from torquer.report.theory import magneto_gyro_models as draw
 from torquer.theory.magneto_gyro.comparison import (
     CaptureGains,
@@ -23,7 +22,8 @@ from torquer.theory.magneto_gyro.comparison import (
     stage_1_frozen,
 )
 from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_1_inputs
-from torquer.theory.magneto_gyro.loop import DIPOLE
+from torquer.theory.magneto_gyro.own_dipole import dipole_push, stage_1_steady_motion
+from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 
 #: h of the chart next to the satellite's own, and values of h of the curve.
 WEAK = 0.8
@@ -47,12 +47,11 @@ def decay_of_a_flight() -> float:
 
 def exact_error(strength_t: float, normal: float) -> np.ndarray:
     """Root mean square of roll, pitch, yaw [deg] that the dipole leaves by the exact model."""
-    tau = (np.arange(720) + 0.5) * 2.0 * np.pi / 720
-    along, up = DIPOLE["along"] * np.cos(tau), -DIPOLE["up"] * np.sin(tau)
-    b = np.stack([along, np.full(720, normal), up], axis=1)
-    push = np.zeros((720, 6))
-    push[:, :3] = np.cross(RESIDUAL * strength_t / CRAFT.torque_unit, b)
-    angles = stage_1_steady_motion(CRAFT, CAPTURE, push, normal)[:, :3]
+    push = dipole_push(RESIDUAL * strength_t / CRAFT.torque_unit, 720, normal)
+    loop = STAGE_1.with_parameters(
+        **CRAFT.satellite()._asdict(), **CAPTURE._asdict(), normal=normal
+    )
+    angles = stage_1_steady_motion(loop, push)[:, :3]
     return np.degrees(np.sqrt(np.mean(angles**2, axis=0)))
 
 

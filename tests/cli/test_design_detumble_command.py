@@ -74,6 +74,20 @@ law = { kind = "bdot", gain_a_m2_s_per_t = 2e4 }
 """
 
 
+def test_a_time_by_theory_that_flights_refute_is_doubtful(call, strict_json, detumbling):
+    """Near the equator rotation about the field is hardly braked."""
+    code, text, _ = call("design", "detumble", detumbling, *DETUMBLE, "--json")
+    inclined = strict_json(text)["verdict"]
+    assert (code, inclined) == (0, {"state": "valid", "doubts": []})
+    detumbling.write_text(CUBESAT.replace("inclination_deg = 60", "inclination_deg = 1"))
+    code, text, _ = call("design", "detumble", detumbling, *DETUMBLE, "--json")
+    found = strict_json(text)["verdict"]
+    assert (code, found["state"]) == (0, "doubtful")
+    assert found["doubts"][0]["quantity"].startswith("braking about the field's mean direction")
+    code, text, _ = call("design", "detumble", detumbling, *DETUMBLE)
+    assert f"doubtful: {found['doubts'][0]['text']}" in text
+
+
 def few(call, path, *options):
     few = ("--gains", 3, "--runs", 16, "--times", 1)
     code, out, err = call("design", "detumble", path, *few, *options)
@@ -104,6 +118,8 @@ def test_a_limit_within_the_residual_motion_chooses_no_gain(call, strict_json, t
     assert given["notes"][0].startswith(
         "the limit of 0.19 deg/s lies within the residual motion, 0."
     )
+    texts = [doubt["text"] for doubt in given["verdict"]["doubts"]]
+    assert any("over the greatest that remains" in text for text in texts)
     last = given["flights"][-1]  # it was below soon, and stays below from the end of its flight on
     assert last["first_s"]["0.5"] < 2 * 3600.0
     assert last["settled_s"]["0.5"] is None or last["settled_s"]["0.5"] > 10 * 3600.0

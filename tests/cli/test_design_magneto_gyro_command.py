@@ -123,7 +123,7 @@ def test_what_is_printed(call, changed):
     lines = out.splitlines()
     assert lines[0].startswith("satellite: J = 3699 kg m^2, lambda = 0.595, h = 2.1")
     assert any("by the frozen model" in line for line in lines)
-    assert "note: h = 2.11 is near 2 or below it" in out
+    assert "doubtful: h = 2.11: must be at least 3 (near 2 or below it" in out
     assert "note: a wheel of 14.9 N m s has h = 2.5" in out
     assert "[control.law]" in lines and 'kind = "magneto_gyro"' in lines
     assert max(map(len, lines)) <= 140

@@ -106,7 +106,7 @@ def test_a_law_with_a_large_steady_error_is_called_unusable(call, strict_json):
     assert code == 0
     for each in strict_json(out)["candidates"].values():
         large = each["error"] is not None and not _is_below(each["error"], 2.0)
-        assert any(note.startswith("unusable: its steady error") for note in each["notes"]) == large
+        assert any(x["text"].startswith("unusable: ") for x in each["verdict"]["doubts"]) == large
     assert any(
         not _is_below(each["error"], 2.0) for each in strict_json(out)["candidates"].values()
     )

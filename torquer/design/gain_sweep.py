@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +19,12 @@ from torquer.design.residual_rate import (
     common_residual,
     residual_of,
 )
+from torquer.design.sweep_domain import judge_sweep
 from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.spec import Scenario
 from torquer.theory.slow.detumbling import Tumbling, detumbling_time_s
 from torquer.theory.slow.gains import Sampling, sampling_limit_rad_s
+from torquer.theory.validity import Verdict
 
 #: The part of the gain that overshoots up to which one is chosen.
 SAFE = 0.5
@@ -169,18 +172,28 @@ class GainSweep:
             "overshoot_gain_a_m2_s_per_t": finite_or_none(self.most_gain),
             "revolutions": self.revolutions,
             "flights": [as_data(row) for row in self.table()],
+            "verdict": self.verdict.data(),
             "notes": self.notes(),
         }
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the gain chosen and its time by theory hold."""
+        residual = None if self.raised is not None else self._residual
+        return judge_sweep(
+            self.scenario, self.chosen, self.theory_s(self.chosen.gain), self.turning_gain,
+            residual, self.below_deg_s,
+        )  # fmt: skip
 
     def lines(self) -> list[str]:
         """The answer as text."""
         notes = (f"note: {note}" for note in self.notes())
-        return [*as_text(self.table(), 11), *self.verdict(), *notes]
+        return [*as_text(self.table(), 11), *self._words(), *self.verdict.lines(), *notes]
 
     def _repr_html_(self) -> str:
-        return as_html(self.table(), [*self.verdict(), *self.notes()])
+        return as_html(self.table(), [*self._words(), *self.verdict.lines(), *self.notes()])
 
-    def verdict(self) -> list[str]:
+    def _words(self) -> list[str]:
         """The gain chosen, by which rule, and what is known of how many stop."""
         best, wanted = self.chosen, self.wanted
         count, runs = best.settled_within(wanted.allowed_s), len(best.settled_s)

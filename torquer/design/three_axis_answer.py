@@ -7,10 +7,16 @@ from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import to_toml
-from torquer.theory.three_axis.gain_search import SETTLED, Candidate, DesignTask, ThreeAxisDesign
+from torquer.theory.three_axis.gain_search import (
+    SETTLED,
+    Candidate,
+    DesignTask,
+    ThreeAxisDesign,
+    error_text,
+)
 from torquer.theory.three_axis.response import PointingError, greatest_angle
 from torquer.theory.three_axis.sampled import SOURCES
-from torquer.theory.validity import LEAN
+from torquer.theory.validity import LEAN, Doubt, Limit, Verdict
 
 
 @dataclass(frozen=True)
@@ -44,22 +50,33 @@ class ThreeAxisAnswer:
             Row("settling_s", "settling", each.settling_s, "rev", f"{revolutions:.2f}"),
             *_margin_rows(each),
             *_error_rows(each),
+            Row("verdict", value=self.verdict_on(each).data()),
             Row("notes", value=self._notes_on(each)),
             Row(
                 "capture", value=captured and {**asdict(captured), "interval": [*captured.interval]}
             ),
         ]
 
-    def _notes_on(self, each: Candidate) -> list[str]:
-        """On a law, also if it is stable, but with a greater steady error than is of use."""
-        error_deg = math.degrees(each.error.greatest_rad) if each.error is not None else 0.0
-        if error_deg <= self.within_deg:
-            return [*each.notes]
-        return [
+    def verdict_on(self, each: Candidate) -> Verdict:
+        """On a law: doubtful, also if it is stable, with a greater steady error than is of use."""
+        if not self._is_unusable(each):
+            return each.verdict
+        assert each.error is not None
+        usable = Limit("steady error [deg]", most=self.within_deg, why="a run is not captured")
+        words = (
             f"unusable: its steady error {_error_in_words(each.error)} exceeds the "
-            f"{self.within_deg:g} deg within which a run counts as captured",
-            *_shares(each.error), *each.notes,
-        ]  # fmt: skip
+            f"{self.within_deg:g} deg within which a run counts as captured"
+        )
+        doubt = Doubt(usable, math.degrees(each.error.greatest_rad), words)
+        return Verdict((doubt, *each.verdict.doubts))
+
+    def _is_unusable(self, each: Candidate) -> bool:
+        error = each.error
+        return error is not None and math.degrees(error.greatest_rad) > self.within_deg
+
+    def _notes_on(self, each: Candidate) -> list[str]:
+        """Of what to beware; what makes an error that is too great."""
+        return [*(_shares(each.error) if self._is_unusable(each) else ()), *each.notes]
 
     def data(self) -> dict:
         """Plain data, with units in the keys."""
@@ -83,18 +100,26 @@ class ThreeAxisAnswer:
     def lines(self) -> list[str]:
         """The answer as text."""
         return [self._headline(), *as_text(self.table()), *self._words(),
-                *(f"note: {note}" for note in self.notes())]  # fmt: skip
+                *self.verdicts(), *(f"note: {note}" for note in self.notes())]  # fmt: skip
 
     def _repr_html_(self) -> str:
-        return as_html(self.table(), [self._headline(), *self._words(), *self.notes()])
+        said = [self._headline(), *self._words(), *self.verdicts(), *self.notes()]
+        return as_html(self.table(), said)
 
     def notes(self) -> list[str]:
-        """What is left out, and what is doubtful of each law."""
+        """What is left out, and of what to beware with each law."""
         of_laws = (
             f"{name}: {note}" for name, each in self.candidates.items()
             for note in self._notes_on(each)
         )  # fmt: skip
         return [*self.case_notes, *of_laws]
+
+    def verdicts(self) -> list[str]:
+        """Whether each law is valid, or what is doubtful of it."""
+        return [
+            f"{name}: {line}" for name, each in self.candidates.items()
+            for line in self.verdict_on(each).lines()
+        ]  # fmt: skip
 
     def _headline(self) -> str:
         hold, cycle = self.task.sampled.hold, self.task.sampled.cycle
@@ -156,11 +181,11 @@ def _error_rows(each: Candidate) -> list[Row]:
     greatest, rms, noise = map(
         math.degrees, (found.greatest_rad, found.rms_rad, found.noise_rms_rad)
     )
-    holds = LEAN.holds(found.greatest_rad)
+    holds = found.is_linear
     known = greatest if holds else None
     sources = {name: math.degrees(greatest_angle(x)) for name, x in found.by_source.items()}
     return [
-        Row("error/greatest_deg", "error", known, "deg", f"{greatest:.3g}" if holds else "beyond"),
+        Row("error/greatest_deg", "error", known, "deg", error_text(found)),
         Row("error/rms_deg", value=rms if holds else None),
         Row("error/is_linear", value=holds),
         Row("error/noise_rms_deg", "noise", noise, "deg rms", f"{noise:.3g}"),
@@ -172,7 +197,7 @@ def _error_rows(each: Candidate) -> list[Row]:
 
 def _error_in_words(found: PointingError) -> str:
     """The greatest error, as far as the linear theory can tell it."""
-    if LEAN.holds(found.greatest_rad):
+    if found.is_linear:
         return f"of {math.degrees(found.greatest_rad):.3g} deg"
     return f"lies beyond {math.degrees(LEAN.most):.2g} deg, where the linear theory ends, and"
 

@@ -114,6 +114,10 @@ class Verdict(NamedTuple):
         return {"state": self.state, "doubts": [doubt.data() for doubt in self.doubts]}
 
 
+#: The verdict on what no condition casts doubt on.
+VALID = Verdict()
+
+
 def judge(*pairs: tuple[Limit, float | None]) -> Verdict:
     """The verdict of (limit, number) pairs; None for what a case does not have.
 

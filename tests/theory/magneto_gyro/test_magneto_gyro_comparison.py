@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from gallery.theory import capture_motion
 from torquer.theory.magneto_gyro import comparison
 from torquer.theory.magneto_gyro.accuracy import covariances, follow_revolution, steady_motion
 from torquer.theory.magneto_gyro.comparison import CaptureGains
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_2
 from torquer.theory.magneto_gyro.loop import CONE, Satellite
+from torquer.theory.magneto_gyro.own_dipole import stage_1_steady_motion
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 from torquer.theory.magneto_gyro.stage_2_gains import Stage2Weights, stage_2_gains
@@ -132,20 +132,17 @@ def test_response_is_the_loops_steady_motion_in_computed_field():
     assert np.sqrt(2.0 * np.mean(pitch**2)) == pytest.approx(want[1], rel=1e-3)
 
 
-def test_exact_stage_1_steady_motion_equals_frozen_in_computed_field(monkeypatch):
+def test_exact_stage_1_steady_motion_equals_frozen_in_computed_field():
     """A torque about pitch that oscillates with twice the orbital rate; filters of high frequency,
     whose derivative of the calculated field is nearly the exact one."""
     h, i = CRAFT.gyrostat
-    moments = dict(zip("xyz", (1.0, i, 1.0), strict=True))
-    cone = STAGE_1.with_parameters(**CONE)
-    monkeypatch.setattr(capture_motion, "STAGE_1", cone)
-    monkeypatch.setattr(
-        GyroCraft, "satellite", lambda _: Satellite(**moments, wheel=h + 2.0 - i, gravity=0.0)
-    )
     gains, tau = CaptureGains(4.0, 6.0, 2000.0), (np.arange(720) + 0.5) * 2.0 * math.pi / 720
     push = np.zeros((720, 6))
     push[:, 1] = np.cos(2.0 * tau)
-    pitch = capture_motion.stage_1_steady_motion(CRAFT, gains, push)[:, 1]
+    loop = STAGE_1.with_parameters(
+        x=1.0, y=i, z=1.0, wheel=h + 2.0 - i, gravity=0.0, **CONE, **gains._asdict()
+    )
+    pitch = stage_1_steady_motion(loop, push)[:, 1]
     matrix = comparison.stage_1_frozen(CRAFT, gains)
     driven = np.zeros(12)
     driven[STATES_1.index("theta'")] = 1.0 / i

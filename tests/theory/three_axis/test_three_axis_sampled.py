@@ -30,6 +30,7 @@ from torquer.theory.three_axis.sampled import (
     delayed_degree,
     sampled_family,
 )
+from torquer.theory.validity import VALID
 
 ALONE = np.empty((1, 0))
 
@@ -169,7 +170,7 @@ def test_the_steady_error_is_that_of_the_flight():
     error = pointing_error(sampled, (2e-11, -3e-11, 1e-11))
     flown = turns_of(torquer.simulate(scenario))[-281:-1]
     size = error.greatest_rad
-    assert 0.003 < size < 0.03 and error.notes == ()
+    assert 0.003 < size < 0.03 and error.verdict == VALID
     for source in ("residual dipole", "air", CONSTANT):
         assert greatest_angle(error.by_source[source]) > 0.02 * size
     assert flown == pytest.approx(error.turns, abs=0.02 * size)
@@ -236,9 +237,9 @@ def test_notes_say_where_the_theory_ends():
     strong = at_strength(hold(30.0, gravity_gradient=True), 3.0, 4.0)
     error = pointing_error(SampledHold(strong, Cycle(10.0)), limit_a_m2=0.01)
     assert error.greatest_rad > 0.4
-    assert error.notes[0].startswith("error beyond 0.34 rad: ")
-    assert error.notes[1].startswith("dipole asked for [A m^2] = ")
-    assert len(error.notes) == 2
+    assert error.verdict.doubts[0].text.startswith("error beyond 0.34 rad: ")
+    assert error.verdict.doubts[1].text.startswith("dipole asked for [A m^2] = ")
+    assert len(error.verdict.doubts) == 2
     with pytest.raises(ValueError, match="noise: rate_rad_s: must be at least 0; received -1"):
         pointing_error(SampledHold(strong, Cycle(10.0)), noise=Noise(rate_rad_s=-1.0))
 

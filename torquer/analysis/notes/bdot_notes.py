@@ -162,14 +162,19 @@ def _direction_notes(scenario: Scenario, use: Use) -> Iterator[str]:
         yield from direction_notes(scenario)
 
 
-def direction_notes(scenario: Scenario) -> Iterator[str]:
-    """A note if rotation about one direction is braked far less than the mean of all; none for a
-    run of less than a revolution."""
+def least_braked_along(scenario: Scenario) -> float | None:
+    """Braking about the direction braked least, over the mean of all, over up to a day of a run;
+    None for a run of less than a revolution."""
     span_s = min(scenario.length_s, _DAY_S)
     if scenario.orbit.rate_rad_s(scenario.start) * span_s < 2.0 * math.pi:
-        return
-    part = least_braked(_fields_inertial_t(scenario, span_s))
-    if not EVENLY_BRAKED.holds(part):
+        return None
+    return least_braked(_fields_inertial_t(scenario, span_s))
+
+
+def direction_notes(scenario: Scenario) -> Iterator[str]:
+    """A note if rotation about one direction is braked far less than the mean of all."""
+    part = least_braked_along(scenario)
+    if part is not None and not EVENLY_BRAKED.holds(part):
         yield (
             f"{EVENLY_BRAKED.why}: {1.0 / max(part, 1e-6):.2g} times more slowly than the mean "
             "over directions, for which times of B-dot are stated"

@@ -20,6 +20,7 @@ from torquer.theory.magneto_gyro.day import DayLoop, Range
 from torquer.theory.magneto_gyro.stage_2_gains import Stage2Design
 from torquer.theory.magneto_gyro.times import TimeToPoint
 from torquer.theory.magneto_gyro.wheel_choice import BetterWheel
+from torquer.theory.validity import VALID, Verdict
 
 #: Parts of the flights by which times are stated.
 _PARTS = {0.5: "half", 0.9: "90 %", 1.0: "last"}
@@ -31,6 +32,8 @@ _GAINS = (
     "field: A = {strength_t} nT, along the normal {normals}",
     "stage 1: brakes up to {greatest_tip_off_rad_s} deg/s; Floquet degree {stage_1/degree} per "
     "1/nu0",
+    "turned by the satellite's own dipole: stage 1 by {stage_1/turned_rad} deg, stage 2 by "
+    "{dipole_turns_rad} deg until it is found",
     "stage 2: Floquet degree {degree} per 1/nu0; by the frozen model {frozen_degree}; over a day "
     "{degree_over_a_day}",
 )
@@ -51,7 +54,9 @@ class GyroDesign:
     `errors`: (roll, pitch, yaw) [deg] by their cause; `costs`: (degree, error [deg] in all) of this
     design and of others; `margins`: degrees over a day by what differs from what the law knows;
     `law`: its keys, as in a scenario; `scenario`: the one that flies with it, from the tip-off rate
-    until the satellite points; `flights` of it, or None; `notes`: what the user should know.
+    until the satellite points; `dipole_turns_rad`: by which angle the satellite's own dipole turns
+    stage 2 until it is found; `flights` of the scenario, or None; `verdict`: whether the answer
+    holds; `notes`: what the user should know.
     """
 
     case: GyroCase
@@ -69,7 +74,9 @@ class GyroDesign:
     better: BetterWheel | None
     law: dict
     scenario: Scenario
+    dipole_turns_rad: float
     flights: PointingFlights | None = None
+    verdict: Verdict = VALID
     notes: tuple[str, ...] = ()
 
     @property
@@ -113,9 +120,21 @@ class GyroDesign:
             Row("tip_off_deg_s", value=self.case.tip_off_deg_s),
             Row("greatest_tip_off_rad_s", "stage 1 brakes", braked, "deg/s", limit),
             Row("stage_1/degree", "stage 1, degree", first.degree, _PER, f"{first.degree:.3f}"),
+            *self._dipole_rows(),
             Row("weights", value=self.second.weights._asdict()),
             *(Row(key, *about, _PER, f"{about[1]:.3f}") for key, about in degrees.items()),
             Row("law", value=self.law),
+        ]
+
+    def _dipole_rows(self) -> list[Row]:
+        """Angles by the satellite's own dipole."""
+        angles = {
+            "stage_1/turned_rad": ("stage 1, turned by the own dipole", self.first.turned_rad),
+            "dipole_turns_rad": ("stage 2, until it is found", self.dipole_turns_rad),
+        }
+        return [
+            Row(key, label, angle, "deg", f"{math.degrees(angle):.2g}")
+            for key, (label, angle) in angles.items()
         ]
 
     def _reach_rows(self) -> list[Row]:
@@ -189,6 +208,7 @@ class GyroDesign:
                 cause.text: [row.value for row in angles] for cause, *angles in self.errors_table()
             },
             "time_to_point": {"theory": theory | times["theory"], "flights": flights},
+            "verdict": self.verdict.data(),
             "notes": [*self.notes],
         }
 
@@ -207,6 +227,7 @@ class GyroDesign:
             *(line.format_map(texts) for line in _REACH),
             *as_text(self.times(), 14, 24),
             self._in_words(),
+            *self.verdict.lines(),
             *as_text(self.errors_table(), 10, 20),
             *self._cost_lines(),
             _BIAS.format_map(texts),
@@ -236,7 +257,11 @@ class GyroDesign:
             for row in self.rows()
             if row.text
         ]
-        return as_html(shown) + as_html(self.times()) + as_html(self.errors_table(), self.notes)
+        return (
+            as_html(shown)
+            + as_html(self.times())
+            + as_html(self.errors_table(), [*self.verdict.lines(), *self.notes])
+        )
 
 
 def _ends(found: Range, unit: str) -> str:

@@ -13,7 +13,8 @@ from torquer.spacecraft.actuators.coils import Coils
 from torquer.theory.magneto_gyro.along_orbit import FieldAlong, field_along
 from torquer.theory.magneto_gyro.capture import filter_rate_for
 from torquer.theory.magneto_gyro.craft import BRAKED, GyroCraft, greatest_tip_off
-from torquer.theory.magneto_gyro.satellite import make_craft
+from torquer.theory.magneto_gyro.own_dipole import TURNED_1
+from torquer.theory.magneto_gyro.satellite import make_craft, own_dipole
 
 #: Least tip-off rate designed for, unless another is given, and the greatest [deg/s].
 _USUAL, _GREATEST = 3.0, 30.0
@@ -33,6 +34,18 @@ class GyroCase:
     tip_off_deg_s: float
     filter_rate_rad_s: float
     notes: tuple[str, ...]
+
+    @property
+    def own_dipole(self) -> np.ndarray:
+        """The satellite's own dipole in orbital axes, in units of J nu0^2/A `[3]`."""
+        return own_dipole(self.scenario, self.craft, self.along.strength_t)
+
+    @property
+    def most_angle_gain(self) -> float:
+        """K/(J nu0^2) with which the coils still follow where stage 2 may begin."""
+        unit_a_m2 = self.craft.torque_unit / self.along.strength_t
+        most = float(self.coils.limits_a_m2().min()) / unit_a_m2
+        return most / math.sin(math.radians(TURNED_1.most))
 
     @property
     def coils(self) -> Coils:

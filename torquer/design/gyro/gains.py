@@ -11,8 +11,14 @@ from torquer.base.limits import RequestError
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.gyro.case import GyroCase, make_case
-from torquer.design.gyro.flown_scenario import EXACT_DEG, designed_scenario, make_campaign
-from torquer.design.gyro.notes import WEAK, notes_on
+from torquer.design.gyro.domain import STIFF, dipole_in_stage_2, judge_design
+from torquer.design.gyro.flown_scenario import (
+    EXACT_DEG,
+    POINTED_DEG,
+    designed_scenario,
+    make_campaign,
+)
+from torquer.design.gyro.notes import notes_on
 from torquer.design.gyro.reach import (
     EQUATOR,
     EVALUATIONS,
@@ -66,7 +72,10 @@ def magneto_gyro(
     if count:
         campaign = make_campaign(made.scenario, made.case.tip_off_deg_s)
         made = replace(made, flights=fly_releases(made.scenario, campaign, count, progress))
-    return replace(made, notes=tuple(notes_on(made)))
+    pointed_s = made.time.below(math.radians(POINTED_DEG))
+    turned = made.dipole_turns_rad
+    verdict = judge_design(made.case, made.first, turned, pointed_s, made.flights)
+    return replace(made, verdict=verdict, notes=tuple(notes_on(made)))
 
 
 def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
@@ -74,7 +83,7 @@ def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
     first = _first(case, request)
     second = _second(case, request)
     better = None
-    if craft.stiffness < WEAK or second.degree < 0.9 * request.degree:
+    if not STIFF.holds(craft.stiffness) or second.degree < 0.9 * request.degree:
         better = _better_wheel(case, request)
     day, inclinations, altitudes = stable_reach(case, loop := DayLoop(craft, second.gains, form))
     h, pitch_inertia = craft.gyrostat
@@ -86,6 +95,7 @@ def _design(case: GyroCase, request: MagnetoGyroRequest) -> GyroDesign:
         case, request, first, second, -np.linalg.eigvals(frozen).real.max(), day, errors,
         tuple(costs), find_margins(case, loop), inclinations, altitudes, time, better, law,
         designed_scenario(case.scenario, law, case.tip_off_deg_s, _orbits(case, time)),
+        dipole_in_stage_2(case, second, form),
     )  # fmt: skip
 
 
@@ -97,7 +107,10 @@ def _better_wheel(case: GyroCase, request: MagnetoGyroRequest) -> BetterWheel | 
 def _first(case: GyroCase, request: MagnetoGyroRequest) -> Stage1Design:
     """Stage 1; ValueError with a wheel for which it would be stable, if it is not with this one."""
     craft = case.craft
-    first = design_stage_1(craft, case.filter_rate_rad_s, case.along.normals)
+    first = design_stage_1(
+        craft, case.filter_rate_rad_s, case.along.normals, tuple(case.own_dipole),
+        case.most_angle_gain,
+    )  # fmt: skip
     if first.degree > 0.0:
         return first
     better = _better_wheel(case, request)

@@ -5,10 +5,8 @@ import math
 import numpy as np
 
 from torquer.design.gyro.answer import GyroDesign
-from torquer.design.gyro.flown_scenario import EXACT_DEG, POINTED_DEG
+from torquer.design.gyro.flown_scenario import EXACT_DEG
 
-#: Below this h, where roll and yaw are hard to tell apart, a better wheel is looked for.
-WEAK = 3.0
 #: Orbits of braking and turning beyond which the coils are called weak.
 _LONG = 20.0
 #: Degree over a day below which an orbit is called near to the limit.
@@ -17,17 +15,11 @@ _NEAR = 0.1
 
 def notes_on(made: GyroDesign) -> list[str]:
     """What the user should know."""
-    return [*made.case.notes, *_on_wheel(made), *_on_orbit(made), *_on_coils(made),
-            *_on_flights(made)]  # fmt: skip
+    return [*made.case.notes, *_on_wheel(made), *_on_orbit(made), *_on_coils(made)]
 
 
 def _on_wheel(made: GyroDesign) -> list[str]:
-    craft, better, found = made.case.craft, made.better, []
-    if craft.stiffness < WEAK:
-        found.append(
-            f"h = {craft.stiffness:.3g} is near 2 or below it, where roll and yaw are hard to tell "
-            "apart"
-        )
+    better, found = made.better, []
     if made.second.degree < 0.9 * made.request.degree:
         found.append(f"the degree wanted, {made.request.degree:g}, was not reached")
     if better is not None and better.least > min(made.first.degree, made.second.degree):
@@ -77,16 +69,3 @@ def _on_coils(made: GyroDesign) -> list[str]:
             f"{math.radians(EXACT_DEG) * per_rad:.3g} A m^2, they have {limit:g}"
         )
     return found
-
-
-def _on_flights(made: GyroDesign) -> list[str]:
-    if made.flights is None:
-        return []
-    missing = np.count_nonzero(np.isinf(made.flights.settled_s(POINTED_DEG)))
-    if not missing:
-        return []
-    orbits = made.scenario.simulation.revolutions
-    return [
-        f"{missing} of {len(made.flights.error_deg)} releases do not stay below {POINTED_DEG:g} "
-        f"deg within {orbits:g} orbits"
-    ]

@@ -33,7 +33,7 @@ def draw_gyro_design(made: GyroDesign) -> dict[str, Figure]:
         "orbits": _orbits(made, f"{name}: on which orbits?"),
     }
     if made.flights is not None:
-        title = f"{name}: from tip-off to pointing"
+        title = f"{name}: from tip-off to pointing" + ": doubtful" * bool(made.verdict.doubts)
         figures["flights"] = _flights(made, made.flights, title)
     return figures
 

@@ -26,8 +26,7 @@ def make_craft(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
     craft, notes = scenario.spacecraft, []
     if craft.coils is None:
         raise ValueError("spacecraft.coils: must be given for magnetic control; received none")
-    held = held_attitude(scenario)
-    turn = dcm_body_to_reference(np.array(held.q_wanted() if held else (0, 0, 0, 1.0)))
+    held, turn = held_attitude(scenario), _turn(scenario)
     inertia = turn @ np.array(craft.body.inertia) @ turn.T
     wheel = turn @ momentum_at_start(craft, np.zeros(3))
     if np.abs(inertia - np.diag(np.diag(inertia))).max() > 1e-9 * inertia.max():
@@ -48,6 +47,19 @@ def make_craft(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
             f"{made.wheel_n_m_s:g}"
         )
     return made, tuple(notes)
+
+
+def own_dipole(scenario: Scenario, craft: GyroCraft, strength_t: float) -> np.ndarray:
+    """The satellite's own dipole in the axes of the attitude that is held, in J nu0^2/A `[3]`."""
+    coils = scenario.spacecraft.coils
+    own = np.zeros(3) if coils is None else np.array(coils.residual_dipole_a_m2)
+    return _turn(scenario) @ own * (strength_t / craft.torque_unit)
+
+
+def _turn(scenario: Scenario) -> np.ndarray:
+    """From body axes to those of the attitude that is held."""
+    held = held_attitude(scenario)
+    return dcm_body_to_reference(np.array(held.q_wanted() if held else (0, 0, 0, 1.0)))
 
 
 def held_attitude(scenario: Scenario) -> HeldAttitude | None:

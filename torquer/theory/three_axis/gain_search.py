@@ -35,7 +35,7 @@ from torquer.theory.three_axis.response import (
 )
 from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
 from torquer.theory.three_axis.search import Best, greatest
-from torquer.theory.validity import Limit, within
+from torquer.theory.validity import Doubt, Limit, Verdict, within
 
 #: Beyond this strength K = k mu_max/n of the fastest channel the averaged degree is off by a tenth
 #: or more: the formula is not followed further.
@@ -55,6 +55,7 @@ RATE, ANGLE = "rate_gain", "angle_gain"
 HARMONICS = 2
 _PARTS_OF_LIMIT = 10.0 ** np.arange(0.0, -4.1, -0.5)
 _ALONE = np.empty((1, 0))
+STABLE = Limit("degree of the loop", 0.0, open=True, why="the loop is unstable")
 #: Notes: relative difference of exact and averaged degree; error of the moments.
 _AVERAGES_OFF, _LITTLE_INERTIA = 0.1, 0.05
 
@@ -65,7 +66,8 @@ class Candidate:
 
     Degrees [1/rad of u]: `degree` of the sampled loop, `continuous_degree`, `averaged_degree` of
     the equations averaged over u. `settling_s`: time to 2 % of a small error, infinite if unstable.
-    `margins`, `error`: None if unstable. `notes`: where theory or coils leave their range.
+    `margins`, `error`: None if unstable. `verdict`: whether theory and coils keep their range;
+    `notes`: of what else to beware.
     """
 
     law: Law
@@ -75,6 +77,7 @@ class Candidate:
     settling_s: float
     margins: Margins | None
     error: PointingError | None
+    verdict: Verdict
     notes: tuple[str, ...]
 
 
@@ -101,7 +104,7 @@ class ThreeAxisDesign:
         """In notebooks: a row for each law; a dash where it is unstable."""
         from html import escape
 
-        head = ("law", "degree, 1/rad", "settling, h", "steady error, deg", "notes")
+        head = ("law", "degree, 1/rad", "settling, h", "steady error, deg", "verdict", "notes")
         rows = [head, *(_gain_row(name, each) for name, each in self.candidates.items())]
         cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
         return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
@@ -110,8 +113,15 @@ class ThreeAxisDesign:
 def _gain_row(name: str, each: Candidate) -> tuple[str, ...]:
     """A law's numbers for people."""
     settling = f"{each.settling_s / 3600.0:.3g}" if math.isfinite(each.settling_s) else "-"
-    error = f"{math.degrees(each.error.greatest_rad):.3g}" if each.error is not None else "-"
-    return name, f"{each.degree:.3g}", settling, error, "; ".join(each.notes)
+    said = "; ".join(each.verdict.lines()), "; ".join(each.notes)
+    return name, f"{each.degree:.3g}", settling, error_text(each.error), *said
+
+
+def error_text(error: PointingError | None) -> str:
+    """The greatest error [deg] for people: no number beyond the linear range."""
+    if error is None:
+        return "-"
+    return f"{math.degrees(error.greatest_rad):.3g}" if error.is_linear else "beyond"
 
 
 @dataclass(frozen=True)
@@ -279,18 +289,22 @@ def assess(task: DesignTask, law: Law, quick: SampledHold | None = None) -> Cand
         error = task.error_of(sampled, task.limit_a_m2)
     degrees = degree, exact.degree, exact.averaged_degree
     settling_s = settling_time_s(hold, degree)
-    notes = _notes(degrees, margins, error)
-    return Candidate(law, *degrees, settling_s, margins, error, notes)
+    return Candidate(
+        law, *degrees, settling_s, margins, error, _judge(degree, error), _notes(degrees, margins)
+    )
 
 
-def _notes(degrees, margins: Margins | None, error: PointingError | None) -> tuple[str, ...]:
-    """What is doubtful: the loop, the averages, the moments, the error."""
+def _judge(degree: float, error: PointingError | None) -> Verdict:
+    """The verdict on the loop and its error."""
+    return Verdict((Doubt(STABLE, degree, STABLE.why),)) if error is None else error.verdict
+
+
+def _notes(degrees, margins: Margins | None) -> tuple[str, ...]:
+    """Of what to beware: the averages, the moments."""
     _, exact, averaged = degrees
     found = []
-    if error is None:
-        found.append("the loop is unstable")
-        if exact > 0.0:
-            found.append(f"with a continuous dipole it is stable, to a degree of {exact:.2g}")
+    if margins is None and exact > 0.0:
+        found.append(f"with a continuous dipole it is stable, to a degree of {exact:.2g}")
     if averaged > 0.0 and abs(exact / averaged - 1.0) > _AVERAGES_OFF:
         found.append(
             f"the averaged equations do not hold: their degree is {averaged:.2g} per rad, the "
@@ -301,7 +315,7 @@ def _notes(degrees, margins: Margins | None, error: PointingError | None) -> tup
             f"moments of inertia wrong by {100.0 * max(margins.inertia, 0.01):.0f} % may make the "
             "loop unstable"
         )
-    return (*found, *(error.notes if error is not None else ()))
+    return tuple(found)
 
 
 def settling_time_s(hold: AttitudeHold, degree: float) -> float:

@@ -16,7 +16,7 @@ from torquer.base import validate
 from torquer.compile.engine import kernel
 from torquer.theory.periodic.floquet import multipliers
 from torquer.theory.three_axis.sampled import SOURCES, SampledHold
-from torquer.theory.validity import LEAN, Limit, broken_limits, within
+from torquer.theory.validity import LEAN, VALID, Doubt, Limit, Verdict, judge, within
 
 CONSTANT, READINGS = "constant torque", "sensor offsets"
 
@@ -74,8 +74,8 @@ class PointingError:
 
     `u` `[n]`; `turns` `[n, 3]`: small turn [rad] in body axes under all disturbances; `by_source`:
     the same of each (SOURCES, constant torque, sensor offsets); `noise_rad` `[n, 3]`: standard
-    deviations; `dipoles_a_m2` `[n, 3]`: what the law asks for without noise. `notes`: where the
-    linear theory or the coils' limit is left.
+    deviations; `dipoles_a_m2` `[n, 3]`: what the law asks for without noise. `verdict`: whether
+    the linear theory and the coils' limit are kept.
     """
 
     u: np.ndarray
@@ -83,12 +83,17 @@ class PointingError:
     by_source: dict[str, np.ndarray]
     noise_rad: np.ndarray
     dipoles_a_m2: np.ndarray
-    notes: tuple[str, ...] = ()
+    verdict: Verdict = VALID
 
     @property
     def greatest_rad(self) -> float:
         """Greatest angle without noise."""
         return greatest_angle(self.turns)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the greatest angle is one of which the linear theory can tell."""
+        return LEAN.holds(self.greatest_rad)
 
     @property
     def rms_rad(self) -> float:
@@ -139,7 +144,7 @@ def pointing_error(
         {name: x[:, :3, k] for k, name in enumerate(names)},
         noisy,
         dipoles,
-        _notes(total[:, :3], noisy, dipoles, limit_a_m2),
+        _judge(total[:, :3], noisy, dipoles, limit_a_m2),
     )
 
 
@@ -190,8 +195,10 @@ def _noise(sampled: SampledHold, steps, gains, over_period, noise: Noise) -> np.
 SATURATED = "the coils saturate, and the error is greater"
 
 
-def _notes(turns, noisy, dipoles, limit_a_m2) -> tuple[str, ...]:
+def _judge(turns, noisy, dipoles, limit_a_m2) -> Verdict:
+    """The verdict on the error; beyond the linear range it is not told, for it would mislead."""
     angle = math.hypot(greatest_angle(turns), greatest_angle(noisy))
     asked = Limit("dipole asked for [A m^2]", most=limit_a_m2, why=SATURATED)
-    lean = () if angle <= LEAN.most else (f"error beyond {LEAN.most:g} rad: {LEAN.why}",)
-    return (*lean, *broken_limits((asked, float(np.abs(dipoles).max()))))
+    beyond = Doubt(LEAN, angle, f"error beyond {LEAN.most:g} rad: {LEAN.why}")
+    lean = () if LEAN.holds(angle) else (beyond,)
+    return Verdict((*lean, *judge((asked, float(np.abs(dipoles).max()))).doubts))
