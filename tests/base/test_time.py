@@ -132,3 +132,38 @@ def test_seconds_between_counts_leap_seconds():
 
 def test_years_have_their_gregorian_length():
     assert [time.days_in(y) for y in (1900, 2000, 2023, 2024)] == [365, 366, 365, 366]
+
+
+LEAP = "2016-12-31T23:59:60Z"
+
+
+def test_a_leap_second_is_a_time():
+    moment = time.parse_utc(LEAP)
+    assert time.utc_text(moment) == LEAP
+    assert time.parse_utc("2017-01-01T05:29:60+05:30") == moment
+    assert time.seconds_between("2016-12-31T23:59:59Z", LEAP) == 1.0
+    assert time.seconds_between(LEAP, "2017-01-01T00:00:00Z") == 1.0
+    assert time.seconds_between(LEAP, "2016-12-31T23:59:60.25Z") == 0.25
+    assert time.leap_seconds_between(LEAP, "2017-01-01T00:00:00Z") == 1
+    after = time.utc_at(LEAP, [-1.0, 1.0, 61.0]).astype(str).tolist()
+    assert [text[:19] for text in after] == [
+        "2016-12-31T23:59:59", "2017-01-01T00:00:00", "2017-01-01T00:01:00"
+    ]  # fmt: skip
+    (_, tt), (_, tt_before) = (
+        time.julian_dates(text, [0.0])[1] for text in (LEAP, "2016-12-31T23:59:59Z")
+    )
+    assert (tt - tt_before)[0] * 86400.0 == pytest.approx(1.0, abs=1e-6)
+
+
+def test_other_times_are_as_they_were():
+    for text in ("2016-12-31T23:59:59Z", "2024-03-20T12:59:59.5Z", "2017-01-01T00:00:00Z"):
+        assert time.parse_utc(text).fold == 0
+        assert time.parse_utc(time.utc_text(time.parse_utc(text))) == time.parse_utc(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["2016-11-30T23:59:60Z", "2016-12-31T23:58:60Z", "2030-12-31T23:59:60Z"]
+)
+def test_second_60_is_a_time_only_where_there_was_one(text):
+    with pytest.raises(ValueError, match="must have seconds below 60 unless UTC has a leap second"):
+        time.parse_utc(text, "start")

@@ -8,7 +8,13 @@ import pytest
 
 from torquer.analysis.notes.notes import write_notes
 from torquer.computer.modes.spec import Region
-from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
+from torquer.scenario.load import (
+    check_orbit_environment,
+    load_scenario,
+    presets,
+    scenario_from_text,
+    scenario_schema,
+)
 from torquer.scenario.spec import Scenario
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -138,6 +144,25 @@ def test_notes_tell_that_wheels_degrade_the_splitting_at_large_steps(make):
 def test_notes_tell_of_old_two_line_elements():
     text = CHIBIS.read_text(encoding="utf-8")
     assert write_notes(load_scenario(CHIBIS)) == []
-    late = scenario_from_text(text.replace("start = 2012-03-04", "start = 2013-09-04"))
+    late = scenario_from_text(text.replace("start = 2012-03-04", "start = 2012-06-04"))
     (note,) = write_notes(late)
-    assert note.startswith("the start is 555 days after the epoch of the two-line elements")
+    assert note.startswith("the start is 98 days after the epoch of the two-line elements")
+
+
+def test_two_line_elements_that_tell_no_place_are_refused():
+    """After a year and a half drag has moved the satellite by 26 revolutions."""
+    text = CHIBIS.read_text(encoding="utf-8")
+    late = scenario_from_text(text.replace("start = 2012-03-04", "start = 2013-09-04"))
+    with pytest.raises(ValueError, match="555 days from the epoch of the elements their error is"):
+        check_orbit_environment(late)
+
+
+@pytest.mark.parametrize("given", ["2016-12-31T23:59:60Z", '"2017-01-01T02:59:60+03:00"'])
+def test_a_run_may_start_in_a_leap_second(given):
+    """As a time of TOML, which its reader refuses, and as text; what is stored has it, too."""
+    text = CHIBIS.read_text(encoding="utf-8")
+    start = next(line for line in text.splitlines() if line.startswith("start = "))
+    scenario = scenario_from_text(text.replace(start, f"start = {given}"))
+    stored = scenario.model_dump_json()
+    assert '"start":"2016-12-31T23:59:60Z"' in stored
+    assert Scenario.model_validate_json(stored).start.fold == 1

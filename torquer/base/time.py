@@ -1,5 +1,8 @@
 """Time: civil times carry a zone, runs count SI seconds from their start.
 
+23:59:60 is a time where UTC has it: the datetime of 23:59:59 with `fold` = 1, for datetime knows no
+second 60. What computes seconds here takes it for the second after; its own arithmetic does not.
+
 A run's clock never stops at a leap second, so UT1 and TT are the start's value plus `t_s`.
 The number of leap seconds matters twice: for TT at the start, and when a later instant is
 named in UTC. Leap seconds come from the table in pyerfa. After its last entry, and so for every
@@ -8,6 +11,7 @@ read here rather than through `erfa.dat`, which would warn of a 'dubious year' f
 """
 
 import math
+import re
 from datetime import UTC, datetime, timedelta
 from functools import cache
 
@@ -21,12 +25,19 @@ DAY_S = 86400.0
 TT_MINUS_TAI_S = 32.184
 #: Julian date of 1 January of the year 1 minus its proleptic ordinal (1).
 _JD_OF_ORDINAL_0 = 1721424.5
+#: The inserted second in a text, of any zone.
+_SECOND_60 = re.compile(r"(.*\d:\d\d:)60(.*)", re.ASCII)
 
 
 def parse_utc(value: str | datetime, name: str = "utc") -> datetime:
-    """The instant in UTC of an ISO 8601 text or a datetime; one without a zone is an error."""
+    """The instant in UTC of an ISO 8601 text or a datetime; one without a zone is an error.
+
+    Second 60 is one of the leap seconds that there were, else an error.
+    """
+    inserted = _SECOND_60.fullmatch(value) if isinstance(value, str) else None
+    text = f"{inserted[1]}59{inserted[2]}" if inserted else value
     try:
-        moment = datetime.fromisoformat(value) if isinstance(value, str) else value
+        moment = datetime.fromisoformat(text) if isinstance(text, str) else text
     except ValueError:
         moment = None
     if not isinstance(moment, datetime) or moment.utcoffset() is None:
@@ -34,7 +45,32 @@ def parse_utc(value: str | datetime, name: str = "utc") -> datetime:
             f"{name}: must be a time with a zone, such as 2012-03-04T10:31:47Z; received "
             f"{str(value)!r}"
         )
-    return moment.astimezone(UTC)
+    utc = moment.astimezone(UTC)
+    if inserted is None:
+        return utc
+    if not _before_leap(utc):
+        raise ValueError(
+            f"{name}: must have seconds below 60 unless UTC has a leap second there; received "
+            f"{value!r}"
+        )
+    return utc.replace(fold=1)
+
+
+def utc_text(moment: datetime) -> str:
+    """An instant of UTC as ISO 8601 text, its leap second as such."""
+    text = moment.isoformat().replace("+00:00", "Z")
+    return text.replace(":59", ":60").replace(":60:60", ":59:60") if _inserted_s(moment) else text
+
+
+def _before_leap(utc: datetime) -> bool:
+    """Whether the second of an instant is followed by a leap second."""
+    second = np.datetime64(utc.replace(tzinfo=None, microsecond=0), "us")
+    return bool(tai_minus_utc(second + np.timedelta64(1, "s")) > tai_minus_utc(second))
+
+
+def _inserted_s(utc: datetime) -> int:
+    """1 within a leap second, else 0."""
+    return int(utc.fold == 1 and _before_leap(utc))
 
 
 @cache
@@ -57,9 +93,10 @@ def utc_at(start_utc: str | datetime, t_s) -> np.ndarray:
 
     datetime64 has no 23:59:60: an inserted second reads as the first one of the next day.
     """
-    start = _stamp(start_utc)
+    start, t_s = _stamp(start_utc), np.asarray(t_s, dtype=np.float64)
     midnights, offsets = _leap_table()
-    tai = start + _microseconds(tai_minus_utc(start) + np.asarray(t_s, dtype=np.float64))
+    ahead_s = tai_minus_utc(start) + _inserted_s(parse_utc(start_utc))
+    tai = start + _microseconds(ahead_s + t_s)
     row = np.searchsorted(midnights + _microseconds(offsets), tai, side="right") - 1
     return tai - _microseconds(offsets[np.maximum(row, 0)])
 
@@ -74,7 +111,8 @@ def julian_dates(start_utc: str | datetime, t_s, dut1_s: float = 0.0) -> tuple[t
     start = parse_utc(start_utc)
     day = _JD_OF_ORDINAL_0 + start.toordinal()
     midnight = start.replace(hour=0, minute=0, second=0, microsecond=0)
-    seconds = (start - midnight).total_seconds() + np.asarray(t_s, dtype=np.float64)
+    seconds = (start - midnight).total_seconds() + _inserted_s(start)
+    seconds = seconds + np.asarray(t_s, dtype=np.float64)
     tt_s = seconds + (float(tai_minus_utc(_stamp(start))) + TT_MINUS_TAI_S)
     return (day, (seconds + dut1_s) / DAY_S), (day, tt_s / DAY_S)
 
@@ -120,7 +158,8 @@ def new_years(start_utc: str | datetime, first_s: float, last_s: float) -> tuple
 def seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> float:
     """SI seconds from one instant to another, leap seconds counted."""
     start, end = parse_utc(start_utc), parse_utc(end_utc)
-    return (end - start) / timedelta(seconds=1) + leap_seconds_between(start, end)
+    inserted_s = _inserted_s(end) - _inserted_s(start)
+    return (end - start) / timedelta(seconds=1) + inserted_s + leap_seconds_between(start, end)
 
 
 def leap_seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> int:

@@ -6,10 +6,10 @@ from datetime import UTC, datetime
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
 from torquer.base.spec import Spec
-from torquer.base.time import parse_utc
+from torquer.base.time import parse_utc, utc_text
 from torquer.base.validate import storable_name
 from torquer.computer.blocks.law import Law
 from torquer.computer.estimation.filter import MAGNETOMETER_ERRORS, Filter
@@ -223,7 +223,11 @@ class Scenario(Spec):
     """Name of the run; left out: the name of the file."""
     description: str = ""
     """What the run is for, in a sentence."""
-    start: Annotated[datetime, BeforeValidator(_checked_start)]
+    start: Annotated[
+        datetime,
+        BeforeValidator(_checked_start),
+        PlainSerializer(utc_text, return_type=str, when_used="json"),
+    ]
     """UTC of the start with its zone, such as "2024-03-20T12:00:00Z"."""
     seed: int = Field(default=0, ge=0, lt=2**63)
     """Seed of all random numbers."""

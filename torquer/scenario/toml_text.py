@@ -13,6 +13,10 @@ from torquer.base.spec import Spec
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.scenario.explain import ScenarioError
 
+#: A time in a leap second that is a value, not part of a text.
+_SECOND_60 = re.compile(
+    r"([=\[,]\s*)(\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d:60(?:\.\d+)?(?:[Zz]|[+-]\d\d:\d\d)?)", re.ASCII
+)
 #: A list over several lines, without lists or texts in it.
 _PLAIN_LIST = re.compile(r'\[\n\s+([^\[\]{}"\n]+(?:\n\s+[^\[\]{}"\n]+)*),\n\s*\]')
 #: A list of such lists, each in one line.
@@ -34,7 +38,7 @@ def parse_toml(text: str, what: str) -> dict:
     """What a TOML text holds; `what` it must be, in the message."""
     try:
         deep = has_deep_key(text)
-        data = {} if deep else tomllib.loads(text)
+        data = {} if deep else _loads(text)
         deep = deep or not _within_levels(data)
     except RecursionError:
         deep = True
@@ -45,6 +49,17 @@ def parse_toml(text: str, what: str) -> dict:
             f"{what}: must have at most {LEVELS} levels of tables and lists; received more"
         )
     return data
+
+
+def _loads(text: str) -> dict:
+    """What a TOML text holds; times in a leap second, which TOML's reader refuses, as texts."""
+    try:
+        return tomllib.loads(text)
+    except ValueError:
+        quoted = _SECOND_60.sub(r'\1"\2"', text)
+        if quoted == text:
+            raise
+        return tomllib.loads(quoted)
 
 
 def _within_levels(data: dict) -> bool:

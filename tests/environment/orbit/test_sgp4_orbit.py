@@ -367,3 +367,44 @@ def test_an_instant_is_one_place_whether_a_run_began_before_a_leap_second_or_aft
     satellite = Satrec.twoline2rv(*lines)
     _, r_km, _ = satellite.sgp4(satellite.jdsatepoch, satellite.jdsatepochF + 11.0 / 24.0)
     assert before[0] == pytest.approx(1e3 * np.array(r_km), abs=1e-3)
+
+
+def test_a_leap_second_is_a_place_of_its_own():
+    lines = ("1 25544U 98067A   16366.50000000  .00001000  00000-0  20000-4 0  9990",
+             "2 25544  51.6400 100.0000 0005000  50.0000 310.0000 15.54000000    05")  # fmt: skip
+    orbit = Sgp4(tle=[line[:68] + str(checksum(line)) for line in lines])
+    (within, _), (before, _), (after, _) = (
+        orbit.state([0.0], f"{day}Z")
+        for day in ("2016-12-31T23:59:60", "2016-12-31T23:59:59", "2017-01-01T00:00:00")
+    )
+    ahead, _ = orbit.state([1.0, 2.0], "2016-12-31T23:59:59Z")
+    assert np.linalg.norm(ahead[0] - within) < 1e-3 and np.linalg.norm(ahead[1] - after) < 1e-3
+    assert 7e3 < np.linalg.norm(within - before) < 8e3 > np.linalg.norm(after - within) > 7e3
+
+
+def drifting_elements(drag):
+    lines = (f"1 25544U 98067A   24001.50000000  .00000000  00000-0  {drag} 0  9990",
+             "2 25544  51.6400 100.0000 0005000  50.0000 310.0000 15.54000000    05")  # fmt: skip
+    return Sgp4(tle=[line[:68] + str(checksum(line)) for line in lines])
+
+
+@pytest.mark.parametrize(("drag", "lasts_days"), [("20000-4", 800), ("20000-3", 250)])
+def test_elements_too_old_to_tell_the_place_are_refused(drag, lasts_days):
+    """Half a revolution is not known: with ten times the drag after a third of the time."""
+    orbit = drifting_elements(drag)
+    day_s, ages = 86400.0, np.arange(10, 2000, 10)
+    epoch = "2024-01-01T12:00:00Z"
+    refused = []
+    for age in ages.tolist():
+        try:
+            orbit.state([age * day_s], epoch)
+        except ValueError as error:
+            refused.append((age, str(error)))
+    first, message = refused[0]
+    assert lasts_days / 2 < first < lasts_days * 2
+    assert f"no orbit at t = {first * day_s:.6g} s (" in message
+    assert (
+        f"{first} days from the epoch of the elements their error is half a revolution" in message
+    )
+    assert "take elements of about this time" in message
+    assert [age for age, _ in refused] == [age for age in ages if age >= first]

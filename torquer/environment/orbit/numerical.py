@@ -154,7 +154,7 @@ class Numerical(Orbit):
         # UT1 is continuous through a leap second, so that UT1 - UTC jumps there
         dut1_there_s = dut1_s - leap_seconds_between(anchor, start_utc)
         with plainly(False):  # thousands of steps, also where a file is only checked
-            flight = _trajectory(self, anchor, dut1_there_s)
+            flight = _trajectory(self, anchor, anchor.fold, dut1_there_s)
             return flight.states(np.ascontiguousarray(t_s + offset))
 
     def _start_state(self, anchor: datetime) -> np.ndarray:
@@ -183,7 +183,10 @@ def tle_epoch(elements: Sgp4) -> datetime:
 
 
 @functools.lru_cache(maxsize=16)
-def _trajectory(orbit: Numerical, anchor: datetime, dut1_s: float) -> Trajectory:
-    """The trajectory of an orbit from an anchor, shared in this process and extended on demand."""
+def _trajectory(orbit: Numerical, anchor: datetime, _fold: int, dut1_s: float) -> Trajectory:
+    """The trajectory of an orbit from an anchor, shared in this process and extended on demand.
+
+    `_fold`: of the anchor, which equal datetimes may not share (`torquer.base.time`).
+    """
     start = orbit._start_state(anchor)
     return Trajectory(orbit.forces(), anchor, orbit.earth_rotation, start, dut1_s)

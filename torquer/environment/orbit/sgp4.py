@@ -28,6 +28,9 @@ _COUNT = r"[ 0-9]{3}[0-9]"
 #: Part of the semi-major axis by which a place may lie outside perigee and apogee. The Moon and the
 #: Sun change them by a tenth in years; all places of SGP4's own test cases are within it.
 _SLACK = 0.2
+#: Part of what drag moves a satellite along its orbit by that SGP4 does not know: the air's density
+#: is forecast no better. The rest of its error grows by some kilometres a day.
+_DRAG_UNKNOWN, _GROWTH_M_DAY = 0.1, 3e3
 #: Places between the epoch and the times asked for at which the orbit must be there, too.
 _PLACES = 100
 
@@ -285,6 +288,33 @@ def _check_way(satellite: Satrec, extent: Extent, start_utc, end_s: float) -> No
             f"sgp4: no orbit at {_moment(start_utc, end_s)}: on the way from the epoch of the "
             f"elements there is none at {_moment(start_utc, ended_s)}: {why}"
         )
+    _check_age(satellite, extent, away_days, _moment(start_utc, end_s))
+
+
+def _check_age(satellite: Satrec, extent: Extent, age_days: float, when: str) -> None:
+    """ValueError for an age at which the error is half a revolution: the place may be any."""
+    moved = _moved_by_drag(satellite, age_days)
+    axis_m = 0.5 * (extent.perigee_m + extent.apogee_m)
+    grown = _GROWTH_M_DAY * abs(age_days) / (TWO_PI * axis_m)
+    if _DRAG_UNKNOWN * moved + grown < 0.5:
+        return
+    raise ValueError(
+        f"sgp4: no orbit at {when}: {abs(age_days):.0f} days from the epoch of the elements their "
+        f"error is half a revolution or more (drag moves the satellite by {moved:.2g} revolutions, "
+        "of which a tenth is not known): take elements of about this time"
+    )
+
+
+def _moved_by_drag(satellite: Satrec, age_days: float) -> float:
+    """Revolutions by which drag has moved a satellite of low orbit; none in deep space."""
+    if satellite.method != "n":
+        return 0.0
+    days, rates = np.linspace(0.0, age_days, _PLACES), []
+    for day in days.tolist():
+        satellite.sgp4(satellite.jdsatepoch, satellite.jdsatepochF + day)
+        rates.append(satellite.nm)
+    gained = np.array(rates) - rates[0]
+    return abs(float(np.trapezoid(gained, days))) * 1440.0 / TWO_PI
 
 
 def _first_fault(extent: Extent, codes: np.ndarray, r_km: np.ndarray) -> tuple[int, str] | None:
