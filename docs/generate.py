@@ -17,6 +17,7 @@ import numpy as np
 from flight_requirements import requirements_page
 
 import gallery.theory
+import torquer.design
 import torquer.theory
 from torquer.cli.app import app
 from torquer.cli.examples import EXAMPLES
@@ -385,7 +386,7 @@ def _with_examples(section: str) -> str:
 def where_page() -> str:
     """The page on validity, with the table of conditions as they stand beside the formulas."""
     page = (ROOT / "docs/theory/where-it-holds.md").read_text(encoding="utf-8")
-    table = "\n".join(conditions_table(torquer.theory, gallery.theory))
+    table = "\n".join(conditions_table(torquer.theory, torquer.design, gallery.theory))
     made, count = re.subn(r"^\| of \|(.*\n\|)*.*$", lambda _: table, page, flags=re.M)
     if count != 1:
         raise ValueError(f"where-it-holds.md: must have one table of conditions; received {count}")

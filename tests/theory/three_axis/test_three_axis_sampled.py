@@ -238,7 +238,7 @@ def test_notes_say_where_the_theory_ends():
     error = pointing_error(SampledHold(strong, Cycle(10.0)), limit_a_m2=0.01)
     assert error.greatest_rad > 0.4
     assert error.verdict.doubts[0].text.startswith("error beyond 0.34 rad: ")
-    assert error.verdict.doubts[1].text.startswith("dipole asked for [A m^2] = ")
+    assert error.verdict.doubts[1].text.startswith("dipole asked for, over the coils' limit = ")
     assert len(error.verdict.doubts) == 2
     with pytest.raises(ValueError, match="noise: rate_rad_s: must be at least 0; received -1"):
         pointing_error(SampledHold(strong, Cycle(10.0)), noise=Noise(rate_rad_s=-1.0))

@@ -30,6 +30,11 @@ TAIL = Limit(
     "tail", 0.0, 1e-3, "the forcing has harmonics beyond those sampled",
     of="forced periodic motion", shown="the spectrum of the forcing",
 )  # fmt: skip
+RESOLVED = Limit(
+    "highest harmonics of the motion, over the greatest", most=1e-4,
+    why="the samples do not resolve it", refuses=True,
+    of="periodic motion", shown="the spectrum of the motion",
+)  # fmt: skip
 GROWTH = Limit(
     "growth of a free motion", most=1e-6, why="the motion departs from the periodic one",
     of="forced periodic motion", shown="eigenvalues of the free motion",
@@ -238,7 +243,8 @@ def periodic_motion(
 def _resolve(x) -> np.ndarray:
     """The samples; ArithmeticError if their highest harmonics show that they are too few."""
     size = np.abs(np.fft.rfft(x, axis=0)).max(axis=1)
-    if len(size) > 4 and size[-(len(size) // 4) :].max() > 1e-4 * size.max():
+    highest = size[-(len(size) // 4) :].max() if len(size) > 4 else 0.0
+    if highest > RESOLVED.most * size.max():
         raise ArithmeticError(
             f"periodic_motion: the samples must resolve the motion; {len(x)} leave "
             f"{size[-1] / size.max():.2g} of it in the highest harmonic"

@@ -246,6 +246,14 @@ def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = No
     return Slow(*mean_rates(averaged_motion(law, spinner, at), Slow(*map(float, slow))))
 
 
+#: Of the averages, relative to the greatest of them.
+CONVERGED = Limit(
+    "change of the averages by half as many nodes more", most=1e-3,
+    why="the averages have not converged",
+    of="averages of a law by quadrature", shown="the finer quadrature, computed at the start",
+)  # fmt: skip
+
+
 def convergence_note(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, ...]:
     """A note if 1.5 times as many nodes, an odd number against aliasing, change the averages."""
     rho = min(max(slow.rho, 0.1), math.pi - 0.1)
@@ -254,7 +262,7 @@ def convergence_note(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple
     finer = nodes(*more[:3], more[3] if spinner.field == "tilted_dipole" else 1)
     one, other = (np.array(averaged_rates(law, spinner, here, each)) for each in (at, finer))
     change, size = np.abs(one - other).max(), np.abs(other).max()
-    if change <= 1e-3 * size:
+    if CONVERGED.holds(change / size if size > 0.0 else 0.0):
         return ()
     return (f"the averages have not converged: more nodes change them by {change / size:.2g}",)
 

@@ -37,9 +37,12 @@ from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
 from torquer.theory.three_axis.search import Best, greatest
 from torquer.theory.validity import Doubt, Limit, Verdict, within
 
-#: Beyond this strength K = k mu_max/n of the fastest channel the averaged degree is off by a tenth
-#: or more: the formula is not followed further.
-_MOST_STRENGTH = 1.0
+WEAK_CONTROL = Limit(
+    "strength K = k mu_max/n of the fastest channel", most=1.0,
+    why="the averaged degree is too high: the formula is not followed further",
+    of="gains of a three-axis hold by the formula",
+    shown="Floquet multipliers at 30 deg: the averaged degree is a tenth too high",
+)  # fmt: skip
 LINEAR_RANGE = Limit("linear_range_deg", 0.0, 90.0, open=True)
 LIMIT = Limit("limit_a_m2", 0.0, open=True)
 GAIN_MARGIN = Limit("gain_margin", 1.0, 100.0)
@@ -55,7 +58,10 @@ RATE, ANGLE = "rate_gain", "angle_gain"
 HARMONICS = 2
 _PARTS_OF_LIMIT = 10.0 ** np.arange(0.0, -4.1, -0.5)
 _ALONE = np.empty((1, 0))
-STABLE = Limit("degree of the loop", 0.0, open=True, why="the loop is unstable")
+STABLE = Limit(
+    "degree of the sampled loop [1/rad]", 0.0, open=True, why="the loop is unstable",
+    of="error and margins of a three-axis hold", shown="Floquet multipliers of the loop itself",
+)  # fmt: skip
 #: Notes: relative difference of exact and averaged degree; error of the moments.
 _AVERAGES_OFF, _LITTLE_INERTIA = 0.1, 0.05
 
@@ -177,7 +183,7 @@ class _Scales:
         """k and k_a on the plateau's edge, as great as the coils and averaging allow."""
         c, n = 2.0 * self.edge, self.n
         k = 2.0 * self.allowed / (n + math.sqrt(n * n + 4.0 * c * self.allowed))
-        k = min(k, _MOST_STRENGTH / self.strength)
+        k = min(k, WEAK_CONTROL.most / self.strength)
         return k, self.edge * k * k
 
 

@@ -192,13 +192,16 @@ def _noise(sampled: SampledHold, steps, gains, over_period, noise: Noise) -> np.
     return np.sqrt(np.maximum(np.diagonal(p[:-1], axis1=1, axis2=2)[:, :3], 0.0))
 
 
-SATURATED = "the coils saturate, and the error is greater"
+SATURATES = Limit(
+    "dipole asked for, over the coils' limit", most=1.0,
+    why="the coils saturate, and the error is greater",
+    of="steady error of a three-axis hold", shown="the definition of saturation",
+)  # fmt: skip
 
 
 def _judge(turns, noisy, dipoles, limit_a_m2) -> Verdict:
     """The verdict on the error; beyond the linear range it is not told, for it would mislead."""
     angle = math.hypot(greatest_angle(turns), greatest_angle(noisy))
-    asked = Limit("dipole asked for [A m^2]", most=limit_a_m2, why=SATURATED)
     beyond = Doubt(LEAN, angle, f"error beyond {LEAN.most:g} rad: {LEAN.why}")
     lean = () if LEAN.holds(angle) else (beyond,)
-    return Verdict((*lean, *judge((asked, float(np.abs(dipoles).max()))).doubts))
+    return Verdict((*lean, *judge((SATURATES, float(np.abs(dipoles).max()) / limit_a_m2)).doubts))
