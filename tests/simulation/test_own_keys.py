@@ -182,6 +182,12 @@ def test_one_of_several_functions_is_to_be_named(scenario, tmp_path, key):
 WRONG = (
     ("orbit", "a = 1e3 * radius_km", "a = radius_km", "of an orbit about the Earth; received 6928"),
     ("orbit", "a * n * v", "2.0 * a * n * v", "about the Earth; received 6.92814e+06 m"),
+    ("orbit", "return a * r, a * n * v", "return a * r, 1e-3 * a * n * v",
+     ", those of these positions; received velocities off by 99.9 % from t = 0 s on (another unit"),
+    ("orbit", "return a * r, a * n * v", "return a * r, -a * n * v", "velocities off by 200 %"),
+    ("orbit", "return a * r, a * n * v", "return a * r, 0.0 * v", "velocities off by 100 %"),
+    ("orbit", "u, i = n * t_s", "u, i = 0.9 * n * t_s",
+     ", that move under gravity in axes J; received accelerations off by 19 % from t = 0 s on"),
     ("orbit", "return a * r, a * n * v", "return {}, {}", "received {}"),
     ("orbit", "return a * r, a * n * v", "return 'a', v", "received 'a'"),
     ("orbit", "return a * r, a * n * v", "return r + 0j, v", "received array"),
@@ -212,6 +218,63 @@ def test_what_surroundings_do_wrong_is_one_line(scenario, tmp_path, key, text, b
     found = message(simulate, made(scenario, key))
     assert found.startswith(f"{key}: must be a function (")
     assert expected in found and re.search(rf"\({NAMES[key]} in {re.escape(str(file))}", found)
+
+
+ROUND = {"revolutions": 1, "record_s": 60.0}
+
+
+@pytest.mark.parametrize(("axes", "turned"), (("ECEF", True), ("GCRF", False)))
+def test_positions_in_other_axes_than_those_stated_do_not_fall(scenario, axes, turned):
+    """A circle of inertial axes, as one that turns with the Earth: Coriolis' acceleration.
+
+    2 w v sin u of mu/r^2, of which 13.3 % sin 36 deg is the median of five places: 7.8 %.
+    """
+    wrong = scenario(RING.replace('"J"', f'"{axes}"')).replace("simulation", ROUND)
+    if turned:
+        found = message(check_orbit_environment, wrong)
+        off = re.search(r"gravity in axes ECEF; received accelerations off by ([\d.]+) % ", found)
+        assert float(off[1]) == pytest.approx(7.8, abs=0.3)
+    else:
+        check_orbit_environment(wrong)
+
+
+@pytest.mark.parametrize(("given", "refused"), ((95, True), (5100, True), (5200, False)))
+def test_the_time_of_a_revolution_is_that_of_the_orbit(scenario, tmp_path, given, refused):
+    """Minutes for seconds are found: 2 pi sqrt(a^3 / mu) is 5739 s."""
+    line = RING.replace("5740", str(given))
+    if not refused:
+        return check_orbit_environment(scenario(line))
+    assert message(check_orbit_environment, scenario(line)) == (
+        "orbit.revolution_s: must be the time of a revolution to a tenth, 5739 s by position and "
+        f"velocity at the start; received {given} (ring in {tmp_path / 'own.py'})"
+    )
+
+
+def test_an_orbit_on_board_is_checked_by_its_own_key(scenario):
+    """Once "control.ephemeris" stood twice."""
+    line = RING.replace("5740", "95").replace("orbit = ", "", 1)
+    wrong = scenario(control=OFF.replace("}\n", f", ephemeris = {{ orbit = {line} }} }}\n"))
+    found = message(check_orbit_environment, wrong)
+    assert found.startswith("control.ephemeris.orbit.revolution_s: must be the time of a revol")
+
+
+def test_a_thrust_disturbs_one_place_only(scenario, tmp_path):
+    jump = "    v = v + 0.1 * (t_s > 5.0)[:, None] * (t_s < 15.0)[:, None] * across\n"
+    put(tmp_path, "orbit", "    return a * r, a * n * v", f"{jump}    return a * r, a * n * v")
+    check_orbit_environment(scenario(RING).replace("simulation", ROUND))
+
+
+def test_the_time_of_a_revolution_is_that_of_the_first(scenario, tmp_path):
+    """Later the satellite is 2000 km higher, and a revolution 45 % longer."""
+    put(
+        tmp_path, "orbit", "a = 1e3 * radius_km", "a = 1e3 * radius_km + 2e6 * (t_s[:, None] > 1e5)"
+    )
+    text = (tmp_path / "own.py").read_text()
+    text = text.replace("u, i = n * t_s", "u, i = n[:, 0] * t_s")
+    (tmp_path / "own.py").write_text(text)
+    flown = scenario(RING)
+    flown.orbit.check_span(flown.start, 0.0, 9e3)
+    flown.orbit.check_span(flown.start, 2e5, 3e5)
 
 
 def test_whole_numbers_are_numbers(scenario, tmp_path):
