@@ -142,6 +142,16 @@ def test_a_command_that_cannot_be_told_reads_the_scenario(call, planted, tmp_pat
     assert code == 2 and err.startswith("error: nonsense: must be a known key")
 
 
+def test_all_keys_of_a_file_that_is_executed_are_listed(call, tmp_path):
+    """Once only the first key that names it."""
+    (tmp_path / "own.py").write_text(TEXT)
+    text = own_text(*EVERY["environment.field"], *EVERY["disturbance.own.leak"])
+    (tmp_path / "scenario.toml").write_text(text)
+    code, out, _ = call("validate", tmp_path / "scenario.toml")
+    assert code == 0 and out.count("executes ") == 1
+    assert f"executes {tmp_path / 'own.py'} (environment.field, disturbance.own.leak); " in out
+
+
 @pytest.mark.parametrize("key", KEYS)
 def test_the_scenarios_of_a_ground_file_are_refused_too(call, planted, tmp_path, key):
     planted(key)

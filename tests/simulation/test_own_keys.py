@@ -25,6 +25,9 @@ from own_parts import (
     write,
 )
 
+from torquer.campaign.fly import fly_campaign
+from torquer.campaign.load import campaign_from_data, check_own_parts
+from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.scenario.load import check_orbit_environment
 from torquer.simulation.setup.simulate import simulate
 from torquer.simulation.setup.usable import checked_size
@@ -50,6 +53,20 @@ def test_a_parameter_that_the_function_has_not_is_named(scenario, key):
 def test_a_check_without_a_flight_finds_it_too(scenario, key):
     wrong = made(scenario, key, "parameters = { k = 1.0 }")
     assert message(checked_size, wrong).startswith(f"{key}.parameters.k: must be one of the ")
+
+
+@pytest.mark.parametrize("key", (*PARTS, "control.estimator", "control.law"))
+def test_a_campaign_that_varies_what_is_no_parameter_does_not_start(scenario, key):
+    """All members failed, and no line on the screen said why."""
+    flown = made(scenario, key)
+    vary = {f"{key}.parameters.nothing": {"uniform": [1.0, 2.0]}}
+    found = message(check_own_parts, campaign_from_data({"runs": 2, "vary": vary}, flown), flown)
+    assert found.startswith(f'campaign.vary."{key}.parameters.nothing": must be one of')
+    assert found.endswith("; received 'nothing'")
+    name = {"control.estimator": "share", "control.law": "gain"}.get(key)
+    name = name or PARTS[key][4].split("=")[0]
+    vary = {f"{key}.parameters.{name}": {"uniform": [1.0, 2.0]}}
+    check_own_parts(campaign_from_data({"runs": 2, "vary": vary}, flown), flown)
 
 
 @pytest.mark.parametrize("key", PARTS)
@@ -358,3 +375,20 @@ def test_whole_numbers_lists_and_arrays_of_three_are_answers(scenario, tmp_path,
     put(tmp_path, key, begin, f"    {body}\n{begin}")
     found = simulate(made(scenario, key))
     assert np.array_equal(found["q_body_to_inertial"], usual["q_body_to_inertial"])
+
+
+@compiled_only
+def test_the_reason_of_members_that_fail_is_among_what_is_shown(scenario):
+    flown = made(scenario, "disturbance.own.leak")
+    vary = {"disturbance.own.leak.function": {"values": ["leak", "crosswise", "nothing"]}}
+    refused = campaign_from_data({"runs": 3, "vary": vary}, flown)
+    assert message(fly_campaign, flown, refused).startswith(
+        'campaign.vary."disturbance.own.leak.function": must be a function of the file; received '
+    )
+    vary["disturbance.own.leak.function"]["values"].pop()
+    result = fly_campaign(flown, campaign_from_data({"runs": 8, "vary": vary}, flown))
+    rows = summary_rows(campaign_summary(result))
+    assert rows[0] == ("Members", "8") and rows[1][0] == "Failed" and int(rows[1][1]) > 1
+    assert rows[2][0].startswith("  member ")
+    assert rows[2][1].startswith("disturbance.own.leak: must be a function (here) that compiles")
+    assert not rows[3][0].startswith("  member ")  # one reason, one row
