@@ -224,6 +224,8 @@ WRONG = (
      "not negative; received -1.0 at t = 0 s"),
     ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "np.full(len(years), np.inf)",
      "finite and not negative; received inf at t = 0 s"),
+    ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "np.full(len(years), 5e-4)",
+     ", at most 1e-06 130 km or more above the Earth; received 0.0005 (in kg/km^3?) at t = 0 s"),
     ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "density + nothing",
      "received NameError(\"name 'nothing' is not defined\") at ["),
 )  # fmt: skip
