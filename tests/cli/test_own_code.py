@@ -153,6 +153,25 @@ def test_all_keys_of_a_file_that_is_executed_are_listed(call, tmp_path):
 
 
 @pytest.mark.parametrize("key", KEYS)
+def test_a_complete_run_of_other_code_is_not_shown_as_this_one(call, tmp_path, key):
+    """With --resume the result of the file before its edit was shown without a word."""
+    text = own_text(*EVERY.get(key, ()), control=CONTROLS.get(key, OFF))
+    scenario, out = tmp_path / "scenario.toml", tmp_path / "out"
+    scenario.write_text(re.sub("duration_s = [0-9.]+", "duration_s = 5.0", text))
+    estimate = (ROOT / "examples/own_parts.py").read_text()
+    for name, text in (("own.py", TEXT), ("estimate.py", estimate), ("law.py", LAW)):
+        (tmp_path / name).write_text(text)
+    assert call("run", scenario, "--out", out, "--no-report")[0] == 0
+    assert call("run", scenario, "--out", out, "--no-report", "--resume")[0] == 0
+    for file in tmp_path.glob("*.py"):
+        file.write_text(file.read_text() + "# edited\n")
+    code, _, err = call("run", scenario, "--out", out, "--no-report", "--resume")
+    what = {"control.law": "law mine", "control.estimator": "estimator calm"}.get(key, key)
+    assert code == 2 and err.startswith(f"error: {what}")
+    assert "must be the one with which the run began; " in err and "edited since\n" in err
+
+
+@pytest.mark.parametrize("key", KEYS)
 def test_the_scenarios_of_a_ground_file_are_refused_too(call, planted, tmp_path, key):
     planted(key)
     file = tmp_path / "ground.toml"
