@@ -8,6 +8,7 @@ from own_parts import (
     AIR,
     BEGINS,
     BRIEF,
+    CONTROLS,
     DRAG,
     FIELD,
     FILES,
@@ -15,6 +16,7 @@ from own_parts import (
     OFF,
     PARTS,
     RING,
+    SENSOR,
     TEXT,
     compiled_only,
     made,
@@ -146,6 +148,22 @@ def test_keys_of_estimators_and_laws_are_named(scenario, key, more, expected):
     name = {"control.estimator": "share", "control.law": "gain"}[key]
     found = message(simulate, made(scenario, key, more.replace("{0}", name)))
     assert found.startswith(key + expected.replace("{0}", name))
+
+
+@pytest.mark.parametrize("key", ("control.estimator", "control.law"))
+def test_what_reads_the_own_sensor_needs_one(scenario, tmp_path, key):
+    """It once read zeros."""
+    begins, name = BEGINS[key], {"control.law": "mine", "control.estimator": "calm"}[key]
+    line = "    x, y, z = inputs.own_reading\n"
+    file = put(tmp_path, key, begins, begins if begins in line else line + begins)
+    assert message(checked_size, scenario(control=CONTROLS[key])) == (
+        f"spacecraft.own_sensor: must be given for {key} ({name}), which reads own_reading; "
+        "received none"
+    )
+    checked_size(scenario(SENSOR, control=CONTROLS[key]))
+    text = file.read_text()
+    file.write_text(text.replace(line, f"{line}    when = inputs.read_at.own_sensor_s\n"))
+    checked_size(scenario(control=CONTROLS[key]))
 
 
 # ------------------------------------------------------------------ files

@@ -9,7 +9,6 @@ from torquer.base.time import decimal_years, utc_of_year
 from torquer.base.user_code import UserCode
 from torquer.environment.earth.atmosphere.model import Atmosphere
 
-
 #: From this distance to the Earth's centre [m], 128 km above it at the equator, 150 km at a pole,
 #: no air is nearly so dense [kg/m^3]; nor anywhere so dense as the other.
 _HIGH_M, _GREATEST_HIGH, _GREATEST = 6.507e6, 1e-6, 2.0
