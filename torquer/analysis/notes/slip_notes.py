@@ -9,7 +9,7 @@ import numpy as np
 from torquer.analysis.notes.assess import assess
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.environment.field import DirectDipole, UserField
-from torquer.environment.orbit import Bench, Numerical
+from torquer.environment.orbit import Numerical
 from torquer.scenario.spec import Scenario
 
 #: Heights [km] between which satellites fly; beyond, a unit may have been mistaken.
@@ -179,7 +179,10 @@ def _duration_notes(scenario: Scenario) -> Iterator[str]:
 def _field_notes(scenario: Scenario) -> Iterator[str]:
     """A field of the user's own in another unit, or in other axes than the Earth-fixed ones."""
     orbit = scenario.orbit
-    if not isinstance(scenario.environment.field, UserField) or isinstance(orbit, Bench):
+    if (
+        not isinstance(scenario.environment.field, UserField)
+        or orbit.extent(scenario.start) is None
+    ):
         return
     own = scenario.orbit_environment()
     dipole = own.environment.model_copy(update={"field": DirectDipole()})
