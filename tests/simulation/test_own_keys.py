@@ -327,6 +327,22 @@ def test_whole_numbers_are_numbers(scenario, tmp_path):
     assert around.field(t_s, r, v).dtype == np.float64 and (around.flow(t_s) == 0.0).all()
 
 
+def test_a_field_that_jumps_is_named(scenario, tmp_path):
+    jump = "(1.0 + 0.01 * (r_ecef_m[:, 2:] > 1e6)) * "
+    put(tmp_path, "environment.field", "return (3.0", f"return {jump}(3.0")
+    found = message(simulate, scenario(FIELD))
+    assert found.startswith("environment.table_tolerance: environment table: must reach a relative")
+    assert found.endswith(" s (does environment.field jump? it must be smooth)")
+
+
+def test_a_field_of_nothing_is_a_field(scenario, tmp_path):
+    """A relative error of 0/0 was infinite."""
+    text = put(tmp_path, "environment.field", "scale=1.0", "scale=0.0").read_text()
+    assert "scale=0.0" in text
+    found = simulate(made(scenario, "environment.field"))
+    assert not found["b_inertial"].values.any() and float(found.table_relative_error) < 1e-9
+
+
 def test_parts_of_the_ephemeris_have_its_key(scenario, tmp_path):
     put(tmp_path, "environment.field", "- moment) / distance**3", "- moment) * np.nan")
     line = FIELD.replace("environment.field", "field").replace("field = ", "", 1)
