@@ -83,7 +83,8 @@ class UserCode(OwnFile):
         if self.file.resolve() not in _admitted:
             raise ValueError(
                 f"{self.own_key}.file: must be of a scenario whose code may be executed, not of a "
-                f"result or for a command without --no-user-code; received {self.file}"
+                "result or for a command that has no option --no-user-code; received "
+                f"{self.file}"
             )
         try:
             return _load(self.file, self.function, _mark(self.file))
