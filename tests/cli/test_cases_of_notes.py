@@ -110,8 +110,8 @@ def test_archived_elements_are_told_what_they_lack(call, tmp_path):
     for number, digit, line in zip("12", "61", lines, strict=True):
         assert line == (
             f"error: --tle: tle line {number}: must have 69 columns; received 68, without the "
-            f"checksum (column 69), which would be {digit}; orbit.without_checksums = true does "
-            "without"
+            f"checksum (column 69), which would be {digit}; --scenario with "
+            "orbit.without_checksums = true does without"
         )
     completed = "\n".join(line + digit for line, digit in zip(ARCHIVED, "61", strict=True))
     (tmp_path / "archived.tle").write_text(completed + "\n")

@@ -9,6 +9,7 @@ from own_parts import (
     LAW,
     OFF,
     ROOT,
+    SENSOR,
     TEXT,
     own_text,
 )
@@ -140,6 +141,36 @@ def test_a_command_that_cannot_be_told_reads_the_scenario(call, planted, tmp_pat
     file.write_text("nonsense = 1\n" + file.read_text())
     code, _, err = call(*words_for(words, name, file, tmp_path, False))
     assert code == 2 and err.startswith("error: nonsense: must be a known key")
+
+
+def test_all_keys_of_a_file_that_is_executed_are_listed(call, tmp_path):
+    """Once only the first key that names it."""
+    (tmp_path / "own.py").write_text(TEXT)
+    text = own_text(*EVERY["environment.field"], *EVERY["disturbance.own.leak"])
+    (tmp_path / "scenario.toml").write_text(text)
+    code, out, _ = call("validate", tmp_path / "scenario.toml")
+    assert code == 0 and out.count("executes ") == 1
+    assert f"executes {tmp_path / 'own.py'} (environment.field, disturbance.own.leak); " in out
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_a_complete_run_of_other_code_is_not_shown_as_this_one(call, tmp_path, key):
+    """With --resume the result of the file before its edit was shown without a word."""
+    lines = (SENSOR,) if key == "control.law" else EVERY.get(key, ())
+    text = own_text(*lines, control=CONTROLS.get(key, OFF))
+    scenario, out = tmp_path / "scenario.toml", tmp_path / "out"
+    scenario.write_text(re.sub("duration_s = [0-9.]+", "duration_s = 5.0", text))
+    estimate = (ROOT / "examples/own_parts.py").read_text()
+    for name, text in (("own.py", TEXT), ("estimate.py", estimate), ("law.py", LAW)):
+        (tmp_path / name).write_text(text)
+    assert call("run", scenario, "--out", out, "--no-report")[0] == 0
+    assert call("run", scenario, "--out", out, "--no-report", "--resume")[0] == 0
+    for file in tmp_path.glob("*.py"):
+        file.write_text(file.read_text() + "# edited\n")
+    code, _, err = call("run", scenario, "--out", out, "--no-report", "--resume")
+    what = {"control.law": "law mine", "control.estimator": "estimator calm"}.get(key, key)
+    assert code == 2 and err.startswith(f"error: {what}")
+    assert "must be the one with which the run began; " in err and "edited since\n" in err
 
 
 @pytest.mark.parametrize("key", KEYS)

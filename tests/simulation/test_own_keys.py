@@ -8,6 +8,7 @@ from own_parts import (
     AIR,
     BEGINS,
     BRIEF,
+    CONTROLS,
     DRAG,
     FIELD,
     FILES,
@@ -15,6 +16,7 @@ from own_parts import (
     OFF,
     PARTS,
     RING,
+    SENSOR,
     TEXT,
     compiled_only,
     made,
@@ -25,6 +27,9 @@ from own_parts import (
     write,
 )
 
+from torquer.campaign.fly import fly_campaign
+from torquer.campaign.load import campaign_from_data, check_own_parts
+from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.scenario.load import check_orbit_environment
 from torquer.simulation.setup.simulate import simulate
 from torquer.simulation.setup.usable import checked_size
@@ -50,6 +55,20 @@ def test_a_parameter_that_the_function_has_not_is_named(scenario, key):
 def test_a_check_without_a_flight_finds_it_too(scenario, key):
     wrong = made(scenario, key, "parameters = { k = 1.0 }")
     assert message(checked_size, wrong).startswith(f"{key}.parameters.k: must be one of the ")
+
+
+@pytest.mark.parametrize("key", (*PARTS, "control.estimator", "control.law"))
+def test_a_campaign_that_varies_what_is_no_parameter_does_not_start(scenario, key):
+    """All members failed, and no line on the screen said why."""
+    flown = made(scenario, key)
+    vary = {f"{key}.parameters.nothing": {"uniform": [1.0, 2.0]}}
+    found = message(check_own_parts, campaign_from_data({"runs": 2, "vary": vary}, flown), flown)
+    assert found.startswith(f'campaign.vary."{key}.parameters.nothing": must be one of')
+    assert found.endswith("; received 'nothing'")
+    name = {"control.estimator": "share", "control.law": "gain"}.get(key)
+    name = name or PARTS[key][4].split("=")[0]
+    vary = {f"{key}.parameters.{name}": {"uniform": [1.0, 2.0]}}
+    check_own_parts(campaign_from_data({"runs": 2, "vary": vary}, flown), flown)
 
 
 @pytest.mark.parametrize("key", PARTS)
@@ -131,6 +150,22 @@ def test_keys_of_estimators_and_laws_are_named(scenario, key, more, expected):
     assert found.startswith(key + expected.replace("{0}", name))
 
 
+@pytest.mark.parametrize("key", ("control.estimator", "control.law"))
+def test_what_reads_the_own_sensor_needs_one(scenario, tmp_path, key):
+    """It once read zeros."""
+    begins, name = BEGINS[key], {"control.law": "mine", "control.estimator": "calm"}[key]
+    line = "    x, y, z = inputs.own_reading\n"
+    file = put(tmp_path, key, begins, begins if begins in line else line + begins)
+    assert message(checked_size, scenario(control=CONTROLS[key])) == (
+        f"spacecraft.own_sensor: must be given for {key} ({name}), which reads own_reading; "
+        "received none"
+    )
+    checked_size(scenario(SENSOR, control=CONTROLS[key]))
+    text = file.read_text()
+    file.write_text(text.replace(line, f"{line}    when = inputs.read_at.own_sensor_s\n"))
+    checked_size(scenario(control=CONTROLS[key]))
+
+
 # ------------------------------------------------------------------ files
 
 
@@ -182,6 +217,12 @@ def test_one_of_several_functions_is_to_be_named(scenario, tmp_path, key):
 WRONG = (
     ("orbit", "a = 1e3 * radius_km", "a = radius_km", "of an orbit about the Earth; received 6928"),
     ("orbit", "a * n * v", "2.0 * a * n * v", "about the Earth; received 6.92814e+06 m"),
+    ("orbit", "return a * r, a * n * v", "return a * r, 1e-3 * a * n * v",
+     ", those of these positions; received velocities off by 99.9 % from t = 0 s on (another unit"),
+    ("orbit", "return a * r, a * n * v", "return a * r, -a * n * v", "velocities off by 200 %"),
+    ("orbit", "return a * r, a * n * v", "return a * r, 0.0 * v", "velocities off by 100 %"),
+    ("orbit", "u, i = n * t_s", "u, i = 0.9 * n * t_s",
+     ", that move under gravity in axes J; received accelerations off by 19 % from t = 0 s on"),
     ("orbit", "return a * r, a * n * v", "return {}, {}", "received {}"),
     ("orbit", "return a * r, a * n * v", "return 'a', v", "received 'a'"),
     ("orbit", "return a * r, a * n * v", "return r + 0j, v", "received array"),
@@ -201,6 +242,8 @@ WRONG = (
      "not negative; received -1.0 at t = 0 s"),
     ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "np.full(len(years), np.inf)",
      "finite and not negative; received inf at t = 0 s"),
+    ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "np.full(len(years), 5e-4)",
+     ", at most 1e-06 130 km or more above the Earth; received 0.0005 (in kg/km^3?) at t = 0 s"),
     ("environment.atmosphere", "np.full(len(r_ecef_m), density)", "density + nothing",
      "received NameError(\"name 'nothing' is not defined\") at ["),
 )  # fmt: skip
@@ -214,6 +257,63 @@ def test_what_surroundings_do_wrong_is_one_line(scenario, tmp_path, key, text, b
     assert expected in found and re.search(rf"\({NAMES[key]} in {re.escape(str(file))}", found)
 
 
+ROUND = {"revolutions": 1, "record_s": 60.0}
+
+
+@pytest.mark.parametrize(("axes", "turned"), (("ECEF", True), ("GCRF", False)))
+def test_positions_in_other_axes_than_those_stated_do_not_fall(scenario, axes, turned):
+    """A circle of inertial axes, as one that turns with the Earth: Coriolis' acceleration.
+
+    2 w v sin u of mu/r^2, of which 13.3 % sin 36 deg is the median of five places: 7.8 %.
+    """
+    wrong = scenario(RING.replace('"J"', f'"{axes}"')).replace("simulation", ROUND)
+    if turned:
+        found = message(check_orbit_environment, wrong)
+        off = re.search(r"gravity in axes ECEF; received accelerations off by ([\d.]+) % ", found)
+        assert float(off[1]) == pytest.approx(7.8, abs=0.3)
+    else:
+        check_orbit_environment(wrong)
+
+
+@pytest.mark.parametrize(("given", "refused"), ((95, True), (5100, True), (5200, False)))
+def test_the_time_of_a_revolution_is_that_of_the_orbit(scenario, tmp_path, given, refused):
+    """Minutes for seconds are found: 2 pi sqrt(a^3 / mu) is 5739 s."""
+    line = RING.replace("5740", str(given))
+    if not refused:
+        return check_orbit_environment(scenario(line))
+    assert message(check_orbit_environment, scenario(line)) == (
+        "orbit.revolution_s: must be the time of a revolution to a tenth, 5739 s by position and "
+        f"velocity at the start; received {given} (ring in {tmp_path / 'own.py'})"
+    )
+
+
+def test_an_orbit_on_board_is_checked_by_its_own_key(scenario):
+    """Once "control.ephemeris" stood twice."""
+    line = RING.replace("5740", "95").replace("orbit = ", "", 1)
+    wrong = scenario(control=OFF.replace("}\n", f", ephemeris = {{ orbit = {line} }} }}\n"))
+    found = message(check_orbit_environment, wrong)
+    assert found.startswith("control.ephemeris.orbit.revolution_s: must be the time of a revol")
+
+
+def test_a_thrust_disturbs_one_place_only(scenario, tmp_path):
+    jump = "    v = v + 0.1 * (t_s > 5.0)[:, None] * (t_s < 15.0)[:, None] * across\n"
+    put(tmp_path, "orbit", "    return a * r, a * n * v", f"{jump}    return a * r, a * n * v")
+    check_orbit_environment(scenario(RING).replace("simulation", ROUND))
+
+
+def test_the_time_of_a_revolution_is_that_of_the_first(scenario, tmp_path):
+    """Later the satellite is 2000 km higher, and a revolution 45 % longer."""
+    put(
+        tmp_path, "orbit", "a = 1e3 * radius_km", "a = 1e3 * radius_km + 2e6 * (t_s[:, None] > 1e5)"
+    )
+    text = (tmp_path / "own.py").read_text()
+    text = text.replace("u, i = n * t_s", "u, i = n[:, 0] * t_s")
+    (tmp_path / "own.py").write_text(text)
+    flown = scenario(RING)
+    flown.orbit.check_span(flown.start, 0.0, 9e3)
+    flown.orbit.check_span(flown.start, 2e5, 3e5)
+
+
 def test_whole_numbers_are_numbers(scenario, tmp_path):
     text = TEXT.replace(
         "return a * r, a * n * v", "return (a * r).astype(int), (a * n * v).astype(int)"
@@ -225,6 +325,22 @@ def test_whole_numbers_are_numbers(scenario, tmp_path):
     r, v = around.orbit.state(t_s, around.start)
     assert r.dtype == v.dtype == np.float64 and (r == np.round(r)).all()
     assert around.field(t_s, r, v).dtype == np.float64 and (around.flow(t_s) == 0.0).all()
+
+
+def test_a_field_that_jumps_is_named(scenario, tmp_path):
+    jump = "(1.0 + 0.01 * (r_ecef_m[:, 2:] > 1e6)) * "
+    put(tmp_path, "environment.field", "return (3.0", f"return {jump}(3.0")
+    found = message(simulate, scenario(FIELD))
+    assert found.startswith("environment.table_tolerance: environment table: must reach a relative")
+    assert found.endswith(" s (does environment.field jump? it must be smooth)")
+
+
+def test_a_field_of_nothing_is_a_field(scenario, tmp_path):
+    """A relative error of 0/0 was infinite."""
+    text = put(tmp_path, "environment.field", "scale=1.0", "scale=0.0").read_text()
+    assert "scale=0.0" in text
+    found = simulate(made(scenario, "environment.field"))
+    assert not found["b_inertial"].values.any() and float(found.table_relative_error) < 1e-9
 
 
 def test_parts_of_the_ephemeris_have_its_key(scenario, tmp_path):
@@ -295,3 +411,20 @@ def test_whole_numbers_lists_and_arrays_of_three_are_answers(scenario, tmp_path,
     put(tmp_path, key, begin, f"    {body}\n{begin}")
     found = simulate(made(scenario, key))
     assert np.array_equal(found["q_body_to_inertial"], usual["q_body_to_inertial"])
+
+
+@compiled_only
+def test_the_reason_of_members_that_fail_is_among_what_is_shown(scenario):
+    flown = made(scenario, "disturbance.own.leak")
+    vary = {"disturbance.own.leak.function": {"values": ["leak", "crosswise", "nothing"]}}
+    refused = campaign_from_data({"runs": 3, "vary": vary}, flown)
+    assert message(fly_campaign, flown, refused).startswith(
+        'campaign.vary."disturbance.own.leak.function": must be a function of the file; received '
+    )
+    vary["disturbance.own.leak.function"]["values"].pop()
+    result = fly_campaign(flown, campaign_from_data({"runs": 8, "vary": vary}, flown))
+    rows = summary_rows(campaign_summary(result))
+    assert rows[0] == ("Members", "8") and rows[1][0] == "Failed" and int(rows[1][1]) > 1
+    assert rows[2][0].startswith("  member ")
+    assert rows[2][1].startswith("disturbance.own.leak: must be a function (here) that compiles")
+    assert not rows[3][0].startswith("  member ")  # one reason, one row

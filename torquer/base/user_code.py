@@ -45,6 +45,9 @@ class OwnFile(Spec):
         """What it is, as text: a scenario that is checked again has other objects."""
         return f"{type(self).__name__} {self.model_dump_json()}"
 
+    def check_parameters(self) -> None:
+        """ValueError for parameters that what the file gives does not take."""
+
     def described(self) -> dict[str, str]:
         """What a result keeps of the file, so that a run goes on with the same one only."""
         try:
@@ -80,7 +83,8 @@ class UserCode(OwnFile):
         if self.file.resolve() not in _admitted:
             raise ValueError(
                 f"{self.own_key}.file: must be of a scenario whose code may be executed, not of a "
-                f"result or for a command without --no-user-code; received {self.file}"
+                "result or for a command that has no option --no-user-code; received "
+                f"{self.file}"
             )
         try:
             return _load(self.file, self.function, _mark(self.file))
@@ -104,6 +108,10 @@ class UserCode(OwnFile):
                     f"default for it; received nothing ({self.function_in_words()})"
                 )
         return found
+
+    def check_parameters(self) -> None:
+        """ValueError for parameters that the function does not take, or that it lacks."""
+        self.all_parameters()
 
     def _named(self) -> dict[str, Any]:
         """Parameters of the function by name, with their defaults or `inspect.Parameter.empty`."""

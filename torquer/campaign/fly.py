@@ -16,7 +16,7 @@ from torquer.base.limits import at_least
 from torquer.base.spec import check_spec
 from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
-from torquer.campaign.load import check_campaign
+from torquer.campaign.load import check_campaign, check_own_parts
 from torquer.campaign.spec import SUCCESS, Campaign
 from torquer.campaign.statistics import is_enough
 from torquer.campaign.store import (
@@ -73,6 +73,7 @@ def fly_campaign(
     """
     with noted_signals().raising():
         check_campaign(campaign, check_spec(scenario))
+        check_own_parts(campaign, scenario)
     path = None if to is None else Path(to)
     if path is not None and not resume and is_there(path):
         raise ValueError(

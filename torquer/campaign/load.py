@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from torquer.base.spec import Spec
+from torquer.base.user_code import OwnFile, admit, own_files
 from torquer.campaign.outcomes import check_outcomes
 from torquer.campaign.sampling import Drawn, as_changes, draw, draw_values
 from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
@@ -125,14 +126,46 @@ def check_campaign(campaign: Campaign, scenario: Scenario) -> None:
         check_outcomes(campaign.outcomes, scenario)
     except ValueError as error:
         raise ScenarioError(str(error)) from None
+    for member, _ in _tried_members(campaign, scenario):
+        _check_held(campaign, scenario, member)
+
+
+def check_own_parts(campaign: Campaign, scenario: Scenario) -> None:
+    """ScenarioError for a key of the user's own parts that varies and that their functions lack.
+
+    Their files are executed, if keys of them vary.
+    """
+    if not any(_varied(campaign, key) for key in _executed(scenario)):
+        return
+    for member, keys in _tried_members(campaign, scenario):
+        admit(member)
+        for key, part in _executed(member).items():
+            if not _varied(campaign, key):
+                continue
+            try:
+                part.check_parameters()
+            except ValueError as error:
+                raise ScenarioError(_text(str(error), keys, campaign)) from None
+
+
+def _executed(scenario: Scenario) -> dict[str, OwnFile]:
+    return {key: part for key, part in own_files(scenario).items() if part.executes}
+
+
+def _varied(campaign: Campaign, part: str) -> bool:
+    """Whether a key of a part varies."""
+    return any(key.startswith(f"{part}.") for key in campaign.vary)
+
+
+def _tried_members(campaign: Campaign, scenario: Scenario) -> Iterator[tuple[Scenario, list[str]]]:
+    """The members that are tried, and the keys that vary."""
     first = np.arange(min(_TRIED, campaign.runs))
     for drawn, rows in (
         (draw(campaign, scenario, first), len(first)),
         (draw_values(campaign, scenario, units := _ends(campaign)), len(units)),
     ):
         for row in range(rows):
-            member = _member(campaign, scenario, drawn, row)
-            _check_held(campaign, scenario, member)
+            yield _member(campaign, scenario, drawn, row), [*drawn]
 
 
 def _ends(campaign: Campaign) -> np.ndarray:

@@ -181,7 +181,7 @@ def _above(pairs: dict[str, dict[str, float]], chance: float) -> list[dict]:
 
 def summary_rows(summary: dict) -> list[tuple[str, str]]:
     """Label and value of the most important numbers."""
-    rows = headline_rows(summary)
+    rows = headline_rows(summary) + _failure_rows(summary)
     for name, each in summary["outcomes"].items():
         rows += [(with_unit(name, each["unit"]), _line(each)), *settling_rows(each)]
     for name in (*summary["outcomes"], SUCCESS):
@@ -190,6 +190,13 @@ def summary_rows(summary: dict) -> list[tuple[str, str]]:
             text = ", ".join(f"{pair['input']} {pair['correlation']:+.2f}" for pair in found)
             rows.append((f"Rank correlation: {name}", text))
     return rows + _sensitivity_rows(summary)
+
+
+def _failure_rows(summary: dict) -> list[tuple[str, str]]:
+    """Why members failed: each reason once, with the first of those that it is known of."""
+    first = {each["reason"]: each["member"] for each in reversed(summary["failures"])}
+    found = [(f"  member {member}", reason) for reason, member in first.items()]
+    return sorted(found, key=lambda row: int(row[0].split()[1]))
 
 
 def settling_rows(each: dict) -> list[tuple[str, str]]:

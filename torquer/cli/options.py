@@ -40,9 +40,9 @@ class CodeOptions:
     """Whether the Python files that a scenario names may be executed."""
 
     no_user_code: bool = False
-    """Refuse laws in Python files, which are executed."""
+    """Refuse parts in Python files, which are executed."""
     code_from_anywhere: bool = False
-    """Allow laws in files outside SCENARIO's folder."""
+    """Allow Python files outside SCENARIO's folder."""
 
 
 def option(key: str) -> str:

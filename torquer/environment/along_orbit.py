@@ -11,6 +11,7 @@ from pydantic import Field
 
 from torquer.base.conventions import ASTRONOMICAL_UNIT_M
 from torquer.base.spec import Spec, unit_vector
+from torquer.base.user_code import UserCode
 from torquer.environment.earth.atmosphere import AnyAtmosphere
 from torquer.environment.earth.atmosphere.air import air_velocities
 from torquer.environment.earth.gravity import gravity_gradient_vector
@@ -191,7 +192,10 @@ class OrbitEnvironment:
                 self.sample, duration_s, self.segment_s, tolerance, groups, start_s, bends
             )
         except NotSmooth as error:
-            raise ValueError(f"environment.table_tolerance: {error}") from None
+            parts = (self.orbit, self.environment.field)
+            own = [part.own_key for part in parts if isinstance(part, UserCode)]
+            jumps = f" (does {' or '.join(own)} jump? it must be smooth)" if own else ""
+            raise ValueError(f"environment.table_tolerance: {error}{jumps}") from None
 
     def sun_table(self, duration_s: float, start_s: float = 0.0):
         """Table of the Sun's position; two days of its path are a smooth arc."""

@@ -158,6 +158,8 @@ class OnBoardEnvironment:
             self.own.orbit.check_span(start, *map(self.clock, times_s))
             check_span(model, start, *map(self.clock, times_s))
         except ValueError as error:
+            if str(error).startswith("control.ephemeris."):  # a part of the user's own
+                raise
             within = "." if str(error).startswith("orbit.") else ": "
             raise ValueError(f"control.ephemeris{within}{error}") from None
 

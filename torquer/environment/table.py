@@ -186,6 +186,8 @@ def _greatest_error(coefficients, x, exact, first, end):
                 read = read * place + coefficients[segment, power, channel]
             size += exact[row, channel] ** 2
             error += (exact[row, channel] - read) ** 2
+        if error == 0.0:  # also of what is zero, such as a field that there is none of
+            continue
         relative = math.sqrt(error / size)
         if not relative <= greatest:
             greatest = relative if math.isfinite(relative) else math.inf

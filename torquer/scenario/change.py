@@ -51,10 +51,20 @@ def _within(table, name, place: str):
     known = name in table if isinstance(table, dict) else name in range(len(table))
     inner = table[name] if known else None
     if not isinstance(inner, BaseModel | Mapping | list | tuple):
-        received = "no such key" if inner is None else repr(inner)
-        raise ScenarioError(f"{here}: must be a table to change a key in it; received {received}")
+        raise ScenarioError(
+            f"{here}: must be a table to change a key in it; received {_instead(table, name)}"
+        )
     table[name] = inner = _open_file(inner)
     return inner, here
+
+
+def _instead(table, name) -> str:
+    """What is there in place of a table, in words."""
+    if isinstance(table, list):
+        return repr(table[name]) if name in range(len(table)) else "no such key"
+    if name not in table:
+        return f"no such key{suggestion(str(name), [str(key) for key in table])}"
+    return "none: the whole of it must be given" if table[name] is None else repr(table[name])
 
 
 def _open_file(table):

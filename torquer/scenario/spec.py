@@ -10,7 +10,9 @@ from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, utc_text
+from torquer.base.user_source import attributes_read
 from torquer.base.validate import storable_name
+from torquer.computer.blocks.block import Block
 from torquer.computer.blocks.law import Law
 from torquer.computer.estimation.filter import MAGNETOMETER_ERRORS, Filter
 from torquer.computer.modes.packing import check_choice
@@ -676,3 +678,17 @@ def check_fits(key: str, law: Law, scenario: Scenario) -> None:
                 f"control.estimator: must give the {need}, which control.{key} ({law.name}) "
                 f"needs; received {control.estimator.kind!r}"
             )
+    check_own_reading(f"control.{key}", law, craft)
+
+
+def check_own_reading(key: str, block: Block, craft: Spacecraft) -> None:
+    """ValueError for a law or estimator that reads a sensor of the user's own which is not there.
+
+    One that looks when it was read may know better.
+    """
+    used = attributes_read(block.function) or set()
+    if craft.own_sensor is None and "own_reading" in used and "read_at" not in used:
+        raise ValueError(
+            f"spacecraft.own_sensor: must be given for {key} ({block.name}), which reads "
+            "own_reading; received none"
+        )

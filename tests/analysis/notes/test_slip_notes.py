@@ -8,6 +8,7 @@ import pytest
 from torquer.analysis.notes.device_notes import device_notes
 from torquer.analysis.notes.reach_notes import reach_notes
 from torquer.analysis.notes.slip_notes import slip_notes
+from torquer.base.user_code import admit
 from torquer.scenario.load import load_scenario, scenario_from_text
 
 ROOT = Path(__file__).parents[3]
@@ -119,3 +120,45 @@ simulation = {{ revolutions = 1 }}
 """
     )
     assert notes_of(scenario) == []
+
+
+OWN_FIELD = """
+import numpy as np
+
+
+def field(r_ecef_m, years, unit=1.0, sign=1.0, local=0.0):
+    distance = np.linalg.norm(r_ecef_m, axis=1)[:, None]
+    up = r_ecef_m / distance
+    moment = sign * np.array([0.4e15, -1.3e15, -7.7e15])
+    b = unit * (3.0 * up * (up @ moment)[:, None] - moment) / distance**3
+    east = np.cross([0.0, 0.0, 1.0], up)
+    east /= np.linalg.norm(east, axis=1)[:, None]
+    axes = (np.cross(up, east), east, -up)
+    return np.stack([np.sum(b * each, axis=1) for each in axes], axis=1) if local else b
+"""
+
+
+@pytest.mark.parametrize("inclination_deg", (30.0, 97.6))
+@pytest.mark.parametrize(
+    ("parameters", "expected"),
+    (
+        ({}, ""),
+        ({"unit": 2.0}, ""),  # a storm is weaker
+        ({"unit": 1e4}, "times the Earth's dipole: is it in tesla"),
+        ({"unit": 1e-3}, "times the Earth's dipole: is it in tesla"),
+        ({"local": 1.0}, "is it in Earth-fixed axes, not north, east and down?"),
+        ({"sign": -1.0}, "deg off that of the Earth's dipole"),
+    ),
+)
+def test_an_own_field_is_in_tesla_and_earth_fixed(tmp_path, inclination_deg, parameters, expected):
+    """A field in gauss is below the greatest that is refused; axes are not seen at all."""
+    (tmp_path / "own.py").write_text(OWN_FIELD)
+    field = {"kind": "user", "file": str(tmp_path / "own.py"), "parameters": parameters}
+    scenario = load_scenario(ROOT / "examples/chibis_m_detumble.toml").replace(
+        "orbit", {"kind": "circular", "altitude_km": 520.0, "inclination_deg": inclination_deg}
+    )
+    flown = scenario.replace("environment.field", field)
+    admit(flown)
+    found = [note for note in slip_notes(flown) if "environment.field" in note]
+    assert len(found) == (1 if expected else 0)
+    assert all(expected in note for note in found)

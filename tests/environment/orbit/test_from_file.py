@@ -311,6 +311,21 @@ def test_of_several_sets_the_nearest_is_taken(tmp_path):
     )
 
 
+def test_elements_without_checksums_are_read_by_a_key(tmp_path):
+    old = "\n".join(("ISS", *(line[:68] for line in ISS.tle), "NEXT", *second("25545")))
+    keys = {"satellite": "iss", "without_checksums": True}
+    orbit = orbit_of(tmp_path, "old.tle", old, **keys)
+    assert np.array_equal(orbit.state(INSTANTS, START), ISS.state(INSTANTS, START))
+    orbit_of(tmp_path, "old.tle", old, **keys | {"satellite": 25545})  # with checksums, those hold
+    with pytest.raises(
+        ValueError, match=r"line 2: .* would be 7; orbit\.without_checksums = true does"
+    ):
+        orbit_of(tmp_path, "old.tle", old, satellite="iss")
+    for name, text in (("iss.json", json.dumps([omm_fields()])), ("iss.csv", csv_text(INSTANTS))):
+        with pytest.raises(ValueError, match=r"without_checksums: must be left out, as the file"):
+            orbit_of(tmp_path, name, text, without_checksums=True)
+
+
 def test_rounding_is_by_the_digits_of_the_largest():
     assert rounding(np.array([[6800.123456, 1.5, 0.0]]), 1e3) == pytest.approx(0.5e-3 * 3**0.5)
     assert rounding(np.array([[1.0, 20.0, 300.0]])) == pytest.approx(0.5 * 3**0.5)

@@ -1,11 +1,21 @@
 """The orbit of a session may be positions of an ephemeris file."""
 
+import json
+from datetime import timedelta
+
 import numpy as np
 import pytest
 from environment.orbit.orbit_files import ISS, START, gcrf, oem_text, sp3_text, times
+from sgp4 import exporter
+from sgp4.api import Satrec
 
 from torquer.base.limits import RequestError
+from torquer.environment.along_orbit import Environment, OrbitEnvironment
+from torquer.environment.orbit.sgp4 import checksum
 from torquer.ground.telemetry.orbit import load_orbit
+
+INSTANTS = np.linspace(0.0, 6900.0, 24)
+T_S = np.array([0.0, 10.0, 600.0])
 
 
 @pytest.mark.parametrize(("name", "write"), (("iss.oem", oem_text), ("iss.sp3", sp3_text)))
@@ -32,4 +42,78 @@ def test_a_damaged_file_is_told_in_a_line(tmp_path):
 def test_lines_of_elements_may_be_indented(tmp_path):
     file = tmp_path / "iss.tle"
     file.write_text("".join(f"  {line}  \r\n" for line in ("ISS", *ISS.tle)))
-    assert load_orbit(file, START)[0].tle == ISS.tle
+    found, said = load_orbit(file, START)
+    assert np.array_equal(found.state(INSTANTS, START), ISS.state(INSTANTS, START))
+    assert said == "SGP4, elements of 0.0 d after the first row"
+
+
+def test_elements_are_read_as_a_message_of_a_catalogue(tmp_path):
+    """Once "must be TOML"; and of several satellites the nearest epoch was taken."""
+    fields = exporter.export_omm(Satrec.twoline2rv(*ISS.tle), "ISS (ZARYA)")
+    (tmp_path / "omm.json").write_text(json.dumps([fields]))
+    found, said = load_orbit(tmp_path / "omm.json", START + timedelta(days=2))
+    apart = found.state(INSTANTS, START)[0] - ISS.state(INSTANTS, START)[0]
+    assert np.abs(apart).max() < 1e-3 and said == "SGP4, elements of 2.0 d before the first row"
+    (tmp_path / "two.json").write_text(json.dumps([fields, fields | {"NORAD_CAT_ID": 48274}]))
+    with pytest.raises(
+        RequestError,
+        match=r"^orbit: must be a TOML file with a table \[orbit\] of kind 'file' for this one: "
+        r"satellite must name one of the file's by catalogue number or name \(25544 ISS",
+    ):
+        load_orbit(tmp_path / "two.json", START)
+
+
+def test_the_set_that_is_stated_is_the_one_that_is_used(tmp_path):
+    """Whatever instant the orbit is asked from later."""
+    later = ISS.tle[0][:68].replace("25182.5", "25190.5")
+    text = "\n".join((*ISS.tle, later + str(checksum(later)), ISS.tle[1]))
+    (tmp_path / "sets.tle").write_text(text)
+    found, _ = load_orbit(tmp_path / "sets.tle", START)
+    day = START + timedelta(days=7)
+    assert np.allclose(
+        found.state(np.zeros(1), day), ISS.state(np.zeros(1), day), rtol=0.0, atol=1e-3
+    )
+
+
+def test_elements_without_checksums_are_told_where_to_say_so(tmp_path):
+    (tmp_path / "old.tle").write_text("\n".join(line[:68] for line in ISS.tle))
+    with pytest.raises(
+        RequestError, match=r"; a TOML file with \[orbit\] file and orbit\.without_"
+    ):
+        load_orbit(tmp_path / "old.tle", START)
+    table = tmp_path / "orbit.toml"
+    keys = "kind = 'file', file = 'old.tle', without_checksums = true"
+    table.write_text(f"start = {START.isoformat()}\norbit = {{ {keys} }}\n")
+    found, _ = load_orbit(table, START)
+    assert np.array_equal(found.state(INSTANTS, START), ISS.state(INSTANTS, START))
+
+
+@pytest.mark.parametrize("kind", ("circular", "file"))
+def test_the_field_along_the_orbit_of_a_table(tmp_path, kind):
+    """It ended in an AttributeError: such an orbit had no `check_span`."""
+    (tmp_path / "iss.oem").write_text(oem_text(times()))
+    own = {"circular": "altitude_km = 500\ninclination_deg = 50\n", "file": 'file = "iss.oem"\n'}
+    table = tmp_path / "orbit.toml"
+    table.write_text(f'start = {START.isoformat()}\n[orbit]\nkind = "{kind}"\n{own[kind]}')
+    orbit, later = load_orbit(table, START)[0], START + timedelta(seconds=1800)
+    around = OrbitEnvironment(Environment(), orbit, later)
+    b = around.field(T_S, *around.state(T_S))
+    plain = OrbitEnvironment(Environment(), orbit.orbit, START)
+    at = T_S + 1800.0
+    assert np.allclose(b, plain.field(at, *plain.state(at)), rtol=1e-5, atol=1e-10)
+    around.check_dates(0.0, 600.0)
+    if kind == "file":
+        assert orbit.knot_s(later) == pytest.approx(orbit.orbit.knot_s(START) - 1800.0)
+        assert orbit.step_s == 60.0
+        with pytest.raises(ValueError, match="must cover the run"):
+            around.check_dates(0.0, 7000.0)
+
+
+def test_a_file_of_another_suffix_may_be_toml(tmp_path):
+    file = tmp_path / "orbit.txt"
+    table = '[orbit]\nkind = "circular"\naltitude_km = 500\ninclination_deg = 50\n'
+    file.write_text(f"start = {START.isoformat()}\n{table}")
+    assert load_orbit(file, START)[1] == "circular orbit of orbit.txt"
+    file.write_text(table)
+    with pytest.raises(RequestError, match="must state `start`"):
+        load_orbit(file, START)

@@ -112,7 +112,9 @@ def _orbit_from_tle(path: Path) -> Sgp4:
         return Sgp4(tle=text)
     except ValidationError as error:
         lines = _lines(error, {"tle": text})
-    raise RequestError("", "\n".join(f"{{tle}}: {line.removeprefix('tle: ')}" for line in lines))
+    faults = (line.removeprefix("tle: ").replace("; orbit.", "; {scenario} with orbit.")
+              for line in lines)  # fmt: skip
+    raise RequestError("", "\n".join(f"{{tle}}: {fault}" for fault in faults))
 
 
 def _lines(error: ValidationError, data: dict) -> list[str]:

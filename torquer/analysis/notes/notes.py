@@ -12,6 +12,7 @@ from torquer.analysis.notes.device_notes import device_notes
 from torquer.analysis.notes.disturbance_notes import disturbance_notes
 from torquer.analysis.notes.filter_notes import filter_notes
 from torquer.analysis.notes.gyro_notes import gyro_notes
+from torquer.analysis.notes.magnet_notes import magnet_notes
 from torquer.analysis.notes.mode_notes import mode_notes
 from torquer.analysis.notes.orbit_notes import orbit_notes
 from torquer.analysis.notes.reach_notes import reach_notes
@@ -85,6 +86,7 @@ _CHECKS = {
     "the orbit": orbit_notes,
     "the wheels": wheel_notes,
     "the disturbances": disturbance_notes,
+    "the hysteresis rods": magnet_notes,
     "the modes": mode_notes,
     "the filters": filter_notes,
     "what is assumed on board": assumption_notes,

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from torquer.analysis.notes.assess import assess
 from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.environment.field import DirectDipole, UserField
 from torquer.environment.orbit import Numerical
 from torquer.scenario.spec import Scenario
 
@@ -28,6 +30,9 @@ _UNHELD = 1e-5
 _FEW_STEPS = 10
 #: Height [km] up to which orbits near the equator are rare.
 _LOW_ORBIT_KM = 2000.0
+#: Factor and angle [deg] by which no field of the Earth differs from a dipole in the median along
+#: an orbit: IGRF does by 5 % and 17 deg in a low one. Instants at which it is compared.
+_MOST_TIMES, _MOST_TURNED_DEG, _COMPARED = 4.0, 60.0, 24
 
 
 def slip_notes(scenario: Scenario) -> list[str]:
@@ -171,10 +176,42 @@ def _duration_notes(scenario: Scenario) -> Iterator[str]:
         )
 
 
+def _field_notes(scenario: Scenario) -> Iterator[str]:
+    """A field of the user's own in another unit, or in other axes than the Earth-fixed ones."""
+    orbit = scenario.orbit
+    if (
+        not isinstance(scenario.environment.field, UserField)
+        or orbit.extent(scenario.start) is None
+    ):
+        return
+    own = scenario.orbit_environment()
+    dipole = own.environment.model_copy(update={"field": DirectDipole()})
+    t_s = np.linspace(0.0, min(orbit.period_s, scenario.length_s), _COMPARED)
+    r, v = own.state(t_s)
+    found, usual = own.field(t_s, r, v), replace(own, environment=dipole).field(t_s, r, v)
+    sizes, usual_sizes = (np.linalg.norm(b, axis=1) for b in (found, usual))
+    times = float(np.median(sizes / usual_sizes))
+    if not 1.0 / _MOST_TIMES < times < _MOST_TIMES:
+        yield (
+            f"environment.field: {1e9 * float(np.median(sizes)):.3g} nT along the orbit is "
+            f"{times:.2g} times the Earth's dipole: is it in tesla (1 nT is 1e-9 T, 1 gauss is "
+            "1e-4 T)?"
+        )
+        return
+    cosines = np.sum(found * usual, axis=1) / (sizes * usual_sizes)
+    angle = math.degrees(float(np.median(np.arccos(np.clip(cosines, -1.0, 1.0)))))
+    if angle > _MOST_TURNED_DEG:
+        yield (
+            f"environment.field: along the orbit its direction is {angle:.0f} deg off that of the "
+            "Earth's dipole: is it in Earth-fixed axes, not north, east and down?"
+        )
+
+
 _CHECKS = {
     "the heights of the orbit": _altitude_notes,
     "the inertia and the coils' dipole": _inertia_notes,
     "the inclination": _inclination_notes,
+    "the field of your own": _field_notes,
     "the lag of the coils": _lag_notes,
     "the residual dipole of the coils": _residual_notes,
     "the attitude at the start": _quaternion_notes,

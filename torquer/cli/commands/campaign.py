@@ -161,11 +161,12 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
 
 def _load(path: Path, how: CampaignOptions, code: CodeOptions):
     """Scenario and campaign of a file, checked for flight with these options."""
-    from torquer.campaign.load import campaign_from_data, load_campaign
+    from torquer.campaign.load import campaign_from_data, check_own_parts, load_campaign
     from torquer.scenario.load import check_orbit_environment
 
     scenario, campaign = load_campaign(path)
     check_code(scenario, path, code, campaign)
+    check_own_parts(campaign, scenario)
     check_orbit_environment(scenario)
     if how.runs is not None:
         table = campaign.model_dump(exclude_unset=True) | {"runs": how.runs}

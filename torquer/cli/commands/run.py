@@ -155,7 +155,12 @@ def _with_measured_error(result, progress):
 def _check_earlier(path: Path, scenario) -> bool:
     """Whether an earlier result is complete; `ValueError` if it is not of this scenario."""
     from torquer.simulation.results.dataset import COMPLETE
-    from torquer.simulation.results.restore import are_one_run, check_version, scenario_in
+    from torquer.simulation.results.restore import (
+        are_one_run,
+        check_same_code,
+        check_version,
+        scenario_in,
+    )
 
     if not path.is_file():
         raise ValueError(
@@ -165,10 +170,13 @@ def _check_earlier(path: Path, scenario) -> bool:
         with lazily(path) as earlier:
             check_version(earlier)
             began_with, how = scenario_in(earlier), earlier.attrs["how_it_ended"]
+            began = earlier.drop_vars(list(earlier.variables))
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"--resume: must find a result of a run; received {error}") from None
     if not are_one_run(began_with, scenario):
         raise ValueError(f"--resume: the scenario must be the one that {path} was started with")
+    if how == COMPLETE:  # one that goes on is checked there
+        check_same_code(began, scenario)
     return how == COMPLETE
 
 

@@ -17,6 +17,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     from torquer.analysis.notes.fault_notes import Unnoticed, lines_of, unnoticed_faults
     from torquer.analysis.notes.mode_notes import mode_findings
     from torquer.analysis.notes.notes import write_notes
+    from torquer.campaign.load import check_own_parts
     from torquer.flight.c99.export import export_notes
     from torquer.simulation.setup.usable import checked_size
 
@@ -24,6 +25,8 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         checked = load_checked(scenario, code)
         campaign = _campaign_in(scenario, checked)
         check_code(checked, scenario, code, campaign)
+        if campaign:
+            check_own_parts(campaign, checked)
         size = checked_size(checked)
     except ValueError as error:
         if not json:
@@ -38,7 +41,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     found = attempt("the table of modes", lambda: mode_findings(checked), notes) or []
     faults = attempt("the faults that go unnoticed", lambda: unnoticed_faults(checked), notes)
     unnoticed = faults or Unnoticed([], [])
-    executed = {file: key for key, file in reversed(find_code(checked, campaign).items())}
+    executed = _keys_by_file(find_code(checked, campaign))
     if json:
         data = {"scenario": checked.name, "valid": True, "notes": notes, "size": size._asdict()}
         data["compiles_first"] = compiling.is_cold()
@@ -83,12 +86,20 @@ def _show(scenario, campaign, size, executed: dict, found: list) -> None:
         print(compiling.AHEAD)
     if campaign:
         print(f"campaign: {campaign.in_words}")
-    for file, key in reversed(executed.items()):
-        place = key.removesuffix(".file")
-        print(harmless(f"executes {file} ({place}); --no-user-code refuses it"))
+    for file, keys in executed.items():
+        places = ", ".join(key.removesuffix(".file") for key in keys)
+        print(harmless(f"executes {file} ({places}); --no-user-code refuses it"))
     for finding in found:
         if not finding.is_fault:  # the faults are among the notes
             print(f"modes: {finding.message}")
+
+
+def _keys_by_file(named: dict[str, Path]) -> dict[Path, list[str]]:
+    """The keys that name each file."""
+    found: dict[Path, list[str]] = {}
+    for key, file in named.items():
+        found.setdefault(file, []).append(key)
+    return found
 
 
 def _campaign_in(path: Path, scenario):

@@ -51,6 +51,10 @@ class UserLaw(UserBlock):
 
     kind: Literal["user"]
 
+    def check_parameters(self) -> None:
+        """ValueError for parameters or a memory that the law does not have."""
+        self.law()
+
     def law(self) -> Law:
         """The law, compiled if it is decorated with `@torquer.law`."""
         return self.with_keys(load_law(self.file, self.function, self.own_key))

@@ -16,6 +16,10 @@ class UserEstimator(UserBlock):
     place: ClassVar[str] = "control.estimator"
     gives: ClassVar = frozenset({"attitude", "rate"})
 
+    def check_parameters(self) -> None:
+        """ValueError for parameters or a memory that the estimator does not have."""
+        self.estimator()
+
     def estimator(self, units=()) -> Estimator:
         """The estimator with these parameters."""
         return self.with_keys(load_estimator(self.file, self.function, self.own_key))

@@ -1,6 +1,6 @@
 """An orbit from a file: positions at given instants, or elements for SGP4."""
 
-from datetime import UTC
+from datetime import UTC, datetime
 from functools import lru_cache
 from typing import Annotated, Literal, NamedTuple
 
@@ -12,7 +12,7 @@ from torquer.base.conventions import EARTH_RATE_RAD_S
 from torquer.base.time import parse_utc, tai_minus_utc
 from torquer.base.user_code import OwnFile
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
-from torquer.environment.orbit.files import in_file, read_orbit_file
+from torquer.environment.orbit.files import Asked, in_file, read_orbit_file
 from torquer.environment.orbit.files.elements import epoch_of
 from torquer.environment.orbit.files.stamps import seconds_behind
 from torquer.environment.orbit.files.states import Interpolation, States, checked, interpolate
@@ -61,6 +61,10 @@ class FileOrbit(OwnFile, Orbit):
     """Name or catalogue number of the satellite in a file of several."""
     axes: Literal["GCRF", "EME2000", "TEME", "ECEF"] | None = None
     """Axes of the positions in a CSV file; other formats say them."""
+    without_checksums: bool = False
+    """Whether two-line elements may end before their checksums, as in old archives: nothing then
+    shows a slip.
+    """
     greatest_error_m: float = Field(default=100.0, gt=0.0)
     """Greatest error of interpolation, as it is estimated, during a run."""
 
@@ -110,6 +114,10 @@ class FileOrbit(OwnFile, Orbit):
                 f"{error.max():.2g} m (a gap or a damaged position?)"
             )
 
+    def epoch(self, start_utc) -> datetime:
+        """Epoch of the elements that are taken for a start."""
+        return epoch_of(self._elements(start_utc))
+
     def interpolation_error_m(self, start_utc, *times_s: float) -> float | None:
         """Estimate of the greatest error of interpolation between two times [s]; None of SGP4."""
         if not isinstance(self._read(), States):
@@ -121,7 +129,7 @@ class FileOrbit(OwnFile, Orbit):
         """What the file gives for a run of a length, in a line."""
         error_m = self.interpolation_error_m(start_utc, 0.0, length_s)
         if error_m is None:
-            epoch = epoch_of(self._elements(start_utc))
+            epoch = self.epoch(start_utc)
             return (
                 f"orbit: SGP4 with the elements of {epoch:%Y-%m-%d %H:%M} UTC in {self.file.name}"
             )
@@ -143,16 +151,20 @@ class FileOrbit(OwnFile, Orbit):
     @model_validator(mode="after")
     def _can_be_read(self):
         if self.file.is_file():  # a result may stand without it
-            found = read_orbit_file(self.file, self.satellite, self.axes)
+            found = self._read_file()
             if isinstance(found, States):
                 _in_gcrf(_Whole(found), 0.0, self.file.name)
         return self
 
     def _read(self):
         try:
-            return read_orbit_file(self.file, self.satellite, self.axes)
+            return self._read_file()
         except ValueError as error:
             raise ValueError(f"orbit.{error}") from None
+
+    def _read_file(self):
+        asked = Asked(self.satellite, self.axes, self.without_checksums)
+        return read_orbit_file(self.file, asked)
 
     def _by_elements(self, t_s, start_utc) -> tuple[np.ndarray, np.ndarray]:
         try:

@@ -10,7 +10,13 @@ from torquer.base.time import parse_utc
 from torquer.base.user_code import UserCode
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef
 from torquer.environment.orbit.kepler import FARTHEST_KM, TWO_PI, Extent, Orbit
-from torquer.environment.orbit.osculating import extent_of
+from torquer.environment.orbit.osculating import extent_of, mean_rate
+
+#: Interval [s] between three positions that show how they move, and at how many places they do.
+_APART_S, _PLACES = 10.0, 5
+#: Part by which velocity and acceleration may differ from those of an orbit, as in a file's, and
+#: `revolution_s` from the time of a revolution at the start.
+_MOST_OFF, _REVOLUTION_OFF = 0.03, 0.1
 
 
 class UserOrbit(UserCode, Orbit):
@@ -18,7 +24,8 @@ class UserOrbit(UserCode, Orbit):
 
     It gets the times `t_s` (n,) in seconds after `start`, a `datetime` in UTC, and returns
     positions (n, 3) in metres and velocities (n, 3) in m/s. It is called for many instants at once
-    and tabulated: it need not be fast, but smooth.
+    and tabulated: it need not be fast, but smooth. A run is refused where the positions do not move
+    under gravity in `axes`, or the velocities are not theirs.
     """
 
     kind: Literal["user"]
@@ -28,7 +35,7 @@ class UserOrbit(UserCode, Orbit):
     makes them).
     """
     revolution_s: float = Field(gt=0.0)
-    """Time of a revolution: the unit of `simulation.revolutions` and of reports."""
+    """Time of a revolution, to a tenth: the unit of `simulation.revolutions` and of reports."""
     place = "orbit"
     takes = 2
     returns = "a function (t_s, start) that returns positions (n, 3) m and velocities (n, 3) m/s"
@@ -61,6 +68,47 @@ class UserOrbit(UserCode, Orbit):
         v = v + np.cross((0.0, 0.0, EARTH_RATE_RAD_S), r)
         return tuple(np.einsum("nij,nj->ni", to_gcrf, each) for each in (r, v))
 
+    def check_span(self, start_utc, *times_s: float) -> None:
+        """ValueError where velocities, axes or `revolution_s` are not those of the positions.
+
+        Seen at places along a fifth of a revolution, of which a thrust may disturb some.
+        """
+        first_s = min(times_s)
+        length_s = min(max(times_s) - first_s, 0.2 * self.revolution_s)
+        begin_s = first_s + length_s * np.linspace(0.0, 1.0, _PLACES)
+        t_s = (begin_s[:, None] + _APART_S * np.arange(3)).ravel()
+        before, (r, v), after = self._thirds(t_s, start_utc)
+        moved = (after[0] - before[0]) / (2.0 * _APART_S)
+        falls = (after[0] - 2.0 * r + before[0]) / _APART_S**2
+        pull = -MU_EARTH_M3_S2 * r / np.linalg.norm(r, axis=1)[:, None] ** 3
+        since = f"from t = {first_s:g} s on"
+        if (off := _median_off(falls, pull)) > _MOST_OFF:
+            raise self.refusal(
+                f"accelerations off by {100.0 * off:.3g} % {since} (other axes?)",
+                f", that move under gravity in axes {self.axes}",
+            )
+        if (off := _median_off(v, moved)) > _MOST_OFF:
+            raise self.refusal(
+                f"velocities off by {100.0 * off:.3g} % {since} (another unit or frame?)",
+                ", those of these positions",
+            )
+        if first_s < self.revolution_s:  # later it may be another, on a spiral
+            self._check_revolution(*before)
+
+    def _thirds(self, t_s, start_utc) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Positions and velocities at every third of some times, from the first, second, third."""
+        r, v = self.state(t_s, start_utc)
+        return [(r[k::3], v[k::3]) for k in range(3)]
+
+    def _check_revolution(self, r, v) -> None:
+        found_s = TWO_PI / mean_rate(r[:1], v[:1])
+        if not abs(self.revolution_s / found_s - 1.0) <= _REVOLUTION_OFF:
+            raise ValueError(
+                f"{self.own_key}.revolution_s: must be the time of a revolution to a tenth, "
+                f"{found_s:.4g} s by position and velocity at the start; received "
+                f"{self.revolution_s:g} ({self.function_in_words()})"
+            )
+
     def where(self, t_s, start) -> str:
         """Time of the first row."""
         return f"at t = {t_s[0]:g} s"
@@ -89,3 +137,9 @@ class UserOrbit(UserCode, Orbit):
             row = np.flatnonzero(~finite)[0]
             raise self.refusal(f"{array[row].tolist()} at t = {t_s[row]:g} s", ", finite")
         return array
+
+
+def _median_off(found, expected) -> float:
+    """Median of the part by which vectors [n, 3] differ from what is expected."""
+    size = np.maximum(np.linalg.norm(expected, axis=1), 1e-9)
+    return float(np.median(np.linalg.norm(found - expected, axis=1) / size))

@@ -11,15 +11,17 @@ from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, seconds_between
 from torquer.environment.orbit import AnyOrbit, FileOrbit, Sgp4
-from torquer.environment.orbit.files.oem import is_oem
-from torquer.environment.orbit.files.sp3 import is_sp3
+from torquer.environment.orbit.files import is_orbit_file
 from torquer.environment.orbit.numerical import tle_epoch
 from torquer.ground.telemetry.request import mistakes_in_file
 from torquer.scenario.explain import validate_tables
 from torquer.scenario.load import tables_with_files
 from torquer.scenario.toml_text import parse_toml, read_text
 
-_LINE = re.compile(r"^([12]) [ 0-9A-Z]")
+#: How a TOML file may begin that is called otherwise: a list of messages in JSON has no name there.
+_TABLE = re.compile(r"\s*\[+\s*[A-Za-z]")
+#: How mistakes in a file of an orbit begin.
+_OF_FILE = re.compile(r"^orbit\.(\w+): ", re.MULTILINE)
 
 
 class _Tables(Spec):
@@ -28,8 +30,8 @@ class _Tables(Spec):
     orbit: AnyOrbit
 
 
-class _Positions(Spec):
-    """Positions of a file."""
+class _File(Spec):
+    """A file of positions or elements."""
 
     orbit: FileOrbit
 
@@ -50,6 +52,20 @@ class OrbitFrom(NamedTuple):
         """Time of a revolution [s]."""
         return self.orbit.period_s
 
+    @property
+    def step_s(self) -> float | None:
+        """Interval between known positions [s]; None for an orbit in closed form."""
+        return self.orbit.step_s
+
+    def knot_s(self, start_utc) -> float:
+        """Time of the first known position [s]."""
+        return self.orbit.knot_s(self.start) - seconds_between(self.start, start_utc)
+
+    def check_span(self, start_utc, *times_s: float) -> None:
+        """ValueError for times [s] after `start_utc` at which it is not known well enough."""
+        later_s = seconds_between(self.start, start_utc)
+        self.orbit.check_span(self.start, *(later_s + each for each in times_s))
+
     def state(self, t_s, start_utc, dut1_s: float = 0.0):
         """Position [n, 3] m and velocity [n, 3] m/s at seconds after `start_utc`."""
         return self.orbit.state(t_s + seconds_between(self.start, start_utc), self.start, dut1_s)
@@ -66,28 +82,22 @@ def load_orbit(path: Path | str, at: datetime):
 
 def _load(path: Path, at: datetime):
     text = read_text(path, "orbit")
-    lines = [line.strip() for line in text.splitlines() if _LINE.match(line.strip())]
-    if len(lines) >= 2 and path.suffix.lower() != ".toml":
-        read = (
-            _read_orbit({"kind": "sgp4", "tle": lines[k : k + 2]})
-            for k in range(0, len(lines) - 1, 2)
-        )
-        sets = [each for each in read if isinstance(each, Sgp4)]
-        return _describe(min(sets, key=lambda each: abs(tle_epoch(each) - at)), at)
-    if path.suffix.lower() != ".toml" and (is_oem(text) or is_sp3(text)):
-        places = _read_positions(path)
-        return places, f"positions every {places.step_s:g} s in {path.name}"
+    if path.suffix.lower() != ".toml" and is_orbit_file(text) and not _TABLE.match(text):
+        found = _read_file(path)
+        if found.step_s is not None:
+            return found, f"positions every {found.step_s:g} s in {path.name}"
+        return _describe(OrbitFrom(found, at), found.epoch(at), at)
     data = parse_toml(text, "orbit")
     if not isinstance(data.get("orbit"), dict):
         raise RequestError(
             "orbit",
-            f"must hold two-line elements, an OEM, SP3, or a table [orbit]; received {path}",
+            f"must hold two-line elements, an OMM, OEM, SP3, or a table [orbit]; received {path}",
         )
     for _, table in tables_with_files(data):
         table["file"] = str(path.parent / table["file"])
     orbit = _read_orbit(data["orbit"])
     if isinstance(orbit, Sgp4):
-        return _describe(orbit, at)
+        return _describe(orbit, tle_epoch(orbit), at)
     if "start" not in data:
         raise RequestError(
             "orbit", f"must state `start`, the time of the elements; received {path}"
@@ -96,11 +106,19 @@ def _load(path: Path, at: datetime):
     return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}"
 
 
-def _read_positions(path: Path) -> FileOrbit:
+def _read_file(path: Path) -> FileOrbit:
     try:
-        return validate_tables(_Positions, {"orbit": {"kind": "file", "file": path}}).orbit
+        return validate_tables(_File, {"orbit": {"kind": "file", "file": path}}).orbit
     except ValueError as error:
-        raise RequestError("orbit", str(error).removeprefix("orbit.file: ")) from None
+        text = str(error).replace("; orbit.", "; a TOML file with [orbit] file and orbit.")
+        raise RequestError("orbit", _OF_FILE.sub(_in_words, text)) from None
+
+
+def _in_words(found: re.Match) -> str:
+    """What a mistake begins with where the file is all that is given."""
+    if found[1] == "file":
+        return ""
+    return f"must be a TOML file with a table [orbit] of kind 'file' for this one: {found[1]} "
 
 
 def _read_orbit(table: dict) -> AnyOrbit:
@@ -108,7 +126,7 @@ def _read_orbit(table: dict) -> AnyOrbit:
     return validate_tables(_Tables, {"orbit": table}).orbit
 
 
-def _describe(orbit: Sgp4, at: datetime):
-    days = (at - tle_epoch(orbit)) / timedelta(days=1)
+def _describe(orbit: Sgp4 | OrbitFrom, epoch: datetime, at: datetime):
+    days = (at - epoch) / timedelta(days=1)
     side = "before" if days > 0.0 else "after"
     return orbit, f"SGP4, elements of {abs(days):.1f} d {side} the first row"

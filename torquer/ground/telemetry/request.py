@@ -18,8 +18,8 @@ class TelemetryRequest:
     """
 
     orbit: Path | None = None
-    """Two-line elements (of several the nearest), or a TOML file with a table [orbit], such as a
-    scenario [position_j of the telemetry]."""
+    """Elements of one satellite in two lines or OMM (of several sets the nearest), OEM, SP3, or a
+    TOML file with a table [orbit], such as a scenario [position_j of the telemetry]."""
     mapping: Path | None = None
     """How columns become quantities [none: files of torquer]."""
     model: Model | None = None

@@ -15,7 +15,7 @@ from torquer.base.user_source import source_mark, source_text
 from torquer.base.version import VERSION
 from torquer.compile.ready import processor
 from torquer.computer.blocks.block import Block, Logged
-from torquer.computer.computer import estimates
+from torquer.computer.computer import Blocks, estimates
 from torquer.computer.interface import SENSORS
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
@@ -302,14 +302,21 @@ def law_attributes(run: Run) -> dict[str, str]:
     """What a result says of its laws and estimators: by key, as JSON."""
     said = {
         key: {
-            **json.loads(block.described()),
-            "source": source_mark(block.function),
-            "text": source_text(block.function),
-            "runs_as": _runs_as(run, block),
+            **known,
+            "text": source_text(run.blocks.by_key()[key].function),
+            "runs_as": _runs_as(run, run.blocks.by_key()[key]),
         }
-        for key, block in run.blocks.by_key().items()
+        for key, known in identify_blocks(run.blocks).items()
     }
     return {"laws": json.dumps(said)}
+
+
+def identify_blocks(blocks: Blocks) -> dict[str, dict]:
+    """What laws and estimators are, by key: name, parameters, mark of the source."""
+    return {
+        key: {**json.loads(block.described()), "source": source_mark(block.function)}
+        for key, block in blocks.by_key().items()
+    }
 
 
 def part_attributes(run: Run) -> dict[str, str]:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.base.user_code import check_unchanged
+from torquer.base.user_code import check_unchanged, own_files
 from torquer.base.version import VERSION
 from torquer.compile.ready import processor
-from torquer.computer.computer import estimates
+from torquer.computer.computer import Blocks, estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.step import BETWEEN, SENSED, WORKED
 from torquer.simulation.results.dataset import (
@@ -18,14 +18,14 @@ from torquer.simulation.results.dataset import (
     digest_result,
     flown_laws,
     flown_scenario,
-    law_attributes,
+    identify_blocks,
     mode_regions,
     modes_recorded,
     versions,
 )
 from torquer.simulation.results.variables import RECORDED, TORQUE, estimated, inputs, write
-from torquer.simulation.setup.prepare import make_log
-from torquer.simulation.setup.run import AS_BEGUN, Run
+from torquer.simulation.setup.prepare import make_blocks, make_log
+from torquer.simulation.setup.run import AS_BEGUN, Run, describe_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,8 +41,7 @@ def restore(run: Run, result: xr.Dataset) -> None:
     ValueError for a result of another version of torquer, of other laws, or changed since.
     """
     check_version(result)
-    _check_laws(run, result)
-    check_unchanged(json.loads(result.attrs.get("parts", "{}")), run.files, AS_BEGUN)
+    _check_code(result, run.blocks, run.files)
     cells = result["checkpoint"].values
     _check_state(run, cells)
     if result.attrs.get("digest") != digest_result(result):
@@ -54,6 +53,17 @@ def restore(run: Run, result: xr.Dataset) -> None:
     run.piece, run.relative_error = None, float(result.attrs["table_relative_error"])
     run.enter()
     _restore_record(run, result)
+
+
+def check_same_code(result: xr.Dataset, scenario: Scenario) -> None:
+    """ValueError for a result of other laws, or of files that have been edited since."""
+    if own_files(scenario):
+        _check_code(result, make_blocks(scenario), describe_files(scenario))
+
+
+def _check_code(result: xr.Dataset, blocks: Blocks, files: dict[str, dict[str, str]]) -> None:
+    _check_laws(blocks, result)
+    check_unchanged(json.loads(result.attrs.get("parts", "{}")), files, AS_BEGUN)
 
 
 def check_version(result: xr.Dataset) -> None:
@@ -116,8 +126,8 @@ def _versions_in(result: xr.Dataset) -> dict:
         return {}
 
 
-def _check_laws(run: Run, result: xr.Dataset) -> None:
-    given, began = json.loads(law_attributes(run)["laws"]), flown_laws(result)
+def _check_laws(blocks: Blocks, result: xr.Dataset) -> None:
+    given, began = identify_blocks(blocks), flown_laws(result)
     for key, law in given.items():
         was = began.get(key, {"name": "none", "parameters": {}, "source": ""})
         if (law["name"], law["parameters"]) != (was["name"], was["parameters"]):

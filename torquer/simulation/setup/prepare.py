@@ -38,7 +38,14 @@ from torquer.maths.geometry.attitudes import to_body
 from torquer.maths.integrate.dop853 import workspace
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.scenario.control import whole_steps
-from torquer.scenario.spec import Scenario, Spacecraft, check_fits, check_stated, sampling_steps
+from torquer.scenario.spec import (
+    Scenario,
+    Spacecraft,
+    check_fits,
+    check_own_reading,
+    check_stated,
+    sampling_steps,
+)
 from torquer.simulation.loop.state import (
     CELLS,
     ROW,
@@ -126,7 +133,11 @@ def make_blocks(scenario: Scenario, given: Mapping[str, Law] | None = None) -> B
     check_stated(laws.values(), control)
     own = {name: spec for name, spec in estimators.items() if hasattr(spec, "estimator")}
     units = scenario.spacecraft.units()
-    return Blocks(laws, {name: spec.estimator(units) for name, spec in own.items()})
+    made = {name: spec.estimator(units) for name, spec in own.items()}
+    for name, estimator in made.items():
+        key = "estimator" if name == "estimator" else f"estimators.{name}"
+        check_own_reading(f"control.{key}", estimator, scenario.spacecraft)
+    return Blocks(laws, made)
 
 
 def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]:

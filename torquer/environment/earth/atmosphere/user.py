@@ -9,6 +9,10 @@ from torquer.base.time import decimal_years, utc_of_year
 from torquer.base.user_code import UserCode
 from torquer.environment.earth.atmosphere.model import Atmosphere
 
+#: From this distance to the Earth's centre [m], 128 km above it at the equator, 150 km at a pole,
+#: no air is nearly so dense [kg/m^3]; nor anywhere so dense as the other.
+_HIGH_M, _GREATEST_HIGH, _GREATEST = 6.507e6, 1e-6, 2.0
+
 
 class UserAtmosphere(UserCode, Atmosphere):
     """A density of your own: a function `(r_ecef_m, years, **parameters)` in a Python file.
@@ -31,6 +35,15 @@ class UserAtmosphere(UserCode, Atmosphere):
         if not (found >= 0.0).all() or not np.isfinite(found).all():
             row = np.flatnonzero(~((found >= 0.0) & np.isfinite(found)))[0]
             raise self.refusal(f"{found[row]} at t = {t_s[row]:g} s", ", finite and not negative")
+        high = np.linalg.norm(r, axis=1) > _HIGH_M
+        greatest = np.where(high, _GREATEST_HIGH, _GREATEST)
+        if (found > greatest).any():
+            row = int(np.flatnonzero(found > greatest)[0])
+            place = "130 km or more above the Earth" if high[row] else "near the Earth"
+            raise self.refusal(
+                f"{found[row]:g} (in kg/km^3?) at t = {t_s[row]:g} s",
+                f", at most {greatest[row]:g} {place}",
+            )
         return found
 
     def where(self, r_ecef, years) -> str:
@@ -43,6 +56,6 @@ class UserAtmosphere(UserCode, Atmosphere):
 
 
 NOT_COMPILED = (
-    "environment.atmosphere: must be one that compiles (gost, exponential) where the orbit is "
-    "integrated; received a user's function"
+    "atmosphere: must be one that compiles (gost, exponential) where the orbit is integrated; "
+    "received a user's function"
 )

@@ -3,11 +3,13 @@
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 from torquer.environment.orbit.files.csv_rows import is_csv, read_csv
 from torquer.environment.orbit.files.elements import are_elements, read_elements
 from torquer.environment.orbit.files.naming import first_line
 from torquer.environment.orbit.files.oem import is_oem, read_oem
+from torquer.environment.orbit.files.omm import is_omm
 from torquer.environment.orbit.files.sp3 import is_sp3, read_sp3
 from torquer.environment.orbit.files.states import States, checked
 from torquer.environment.orbit.mean_elements import MeanElements
@@ -29,18 +31,31 @@ _READERS = (
 Orbits = States | list[Sgp4 | MeanElements]
 
 
-def read_orbit_file(path: Path, satellite: str | None, axes: str | None) -> Orbits:
+class Asked(NamedTuple):
+    """What a scenario says of a file: see `FileOrbit`."""
+
+    satellite: str | None = None
+    axes: str | None = None
+    without_checksums: bool = False
+
+
+def read_orbit_file(path: Path, asked: Asked) -> Orbits:
     """The `States` of a file, checked, or a list of elements; ValueError with line and reason.
 
     What was read last is kept: a file is read again when it has been written again.
     """
     try:
         status = path.stat()
-        return _read(path, satellite, axes, status.st_mtime_ns, status.st_size)
+        return _read(path, asked, status.st_mtime_ns, status.st_size)
     except OSError as error:
         raise ValueError(
             f"file: must be a file that can be read; received {path} ({error.strerror or error})"
         ) from None
+
+
+def is_orbit_file(text: str) -> bool:
+    """Whether a text begins as one of the formats."""
+    return any(is_it(text) for is_it, _ in _READERS)
 
 
 def in_file(name: str, fault: str) -> str:
@@ -49,12 +64,12 @@ def in_file(name: str, fault: str) -> str:
 
 
 @lru_cache(maxsize=8)
-def _read(path: Path, satellite: str | None, axes: str | None, *_) -> Orbits:
+def _read(path: Path, asked: Asked, *_) -> Orbits:
     try:
-        return _parse(_text(path), satellite, axes)
+        return _parse(_text(path), asked)
     except ValueError as error:
         key, _, rest = str(error).partition(": ")
-        if key in ("satellite", "axes"):
+        if key in Asked._fields:
             raise ValueError(f"{key}: {rest} (file {path.name})") from None
         raise ValueError(in_file(path.name, str(error))) from None
 
@@ -71,16 +86,24 @@ def _text(path: Path) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _parse(text: str, satellite: str | None, axes: str | None) -> Orbits:
+def _parse(text: str, asked: Asked) -> Orbits:
     read = _reader(text)
-    if axes is not None and read is not read_csv:
-        raise ValueError(f"axes: must be left out, as the file says them; received {axes!r}")
+    if asked.without_checksums and (read is not read_elements or is_omm(text)):
+        raise ValueError(
+            "without_checksums: must be left out, as the file has no two-line elements; received "
+            "true"
+        )
+    if asked.axes is not None and read is not read_csv:
+        raise ValueError(f"axes: must be left out, as the file says them; received {asked.axes!r}")
+    if read is read_elements:
+        return read_elements(text, asked.satellite, asked.without_checksums)
     if read is not read_csv:
-        found = read(text, satellite)
-        return checked(found) if isinstance(found, States) else found
-    if satellite is not None:
-        raise ValueError(f"satellite: must be left out for a table of one; received {satellite!r}")
-    return checked(read_csv(text, axes))
+        return checked(read(text, asked.satellite))
+    if asked.satellite is not None:
+        raise ValueError(
+            f"satellite: must be left out for a table of one; received {asked.satellite!r}"
+        )
+    return checked(read_csv(text, asked.axes))
 
 
 def _reader(text: str) -> Callable:

@@ -41,7 +41,7 @@ class TwoLines(NamedTuple):
         except ValueError:
             return self.number, self.name
 
-    def orbit(self) -> Sgp4:
+    def orbit(self, without_checksums: bool) -> Sgp4:
         """Its orbit; ValueError by line."""
         if self.lines[0][_TYPE : _TYPE + 1] == _XP:
             raise ValueError(
@@ -49,14 +49,13 @@ class TwoLines(NamedTuple):
                 f"received {_XP!r}, which are for SGP4-XP"
             )
         try:
-            return Sgp4(tle=self.lines)
+            return Sgp4(tle=self.lines, without_checksums=without_checksums)
         except ValidationError as error:
             first = str(error.errors()[0].get("ctx", {}).get("error", error)).split("\n")[0]
         raise ValueError(self._by_line(first))
 
     def _by_line(self, fault: str) -> str:
-        """A fault of a set as one of a line in the file; the key it proposes is of another kind."""
-        fault = fault.partition("; orbit.without_checksums")[0]
+        """A fault of a set as one of a line in the file."""
         for line, at in enumerate(self.at, start=1):
             if fault.startswith(f"tle line {line}: "):
                 return f"line {at}: {fault.partition(': ')[2]}"
@@ -69,7 +68,9 @@ def are_elements(text: str) -> bool:
     return is_omm(text) or any(_LINE.match(line.lstrip()) for line in text.splitlines())
 
 
-def read_elements(text: str, satellite: str | None) -> list[Sgp4 | MeanElements]:
+def read_elements(
+    text: str, satellite: str | None, without_checksums: bool = False
+) -> list[Sgp4 | MeanElements]:
     """All sets of one satellite, which is chosen by name or number where there are several."""
     found: list[TwoLines | Message] = [*(messages(text) if is_omm(text) else _two_lines(text))]
     if not found:
@@ -83,7 +84,10 @@ def read_elements(text: str, satellite: str | None) -> list[Sgp4 | MeanElements]
             f"satellite: must name one of the file's by catalogue number or name ({some}); "
             f"received {satellite!r}"
         )
-    return [each.orbit() for each in wanted]
+    return [
+        each.orbit(without_checksums) if isinstance(each, TwoLines) else each.orbit()
+        for each in wanted
+    ]
 
 
 def epoch_of(elements: Sgp4 | MeanElements) -> datetime:
