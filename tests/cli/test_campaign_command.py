@@ -230,3 +230,23 @@ def test_what_cannot_be_compared_is_reported(call, two, tmp_path):
     (two[1] / "campaign.nc").write_bytes(damaged)
     code, _, err = call("campaign", "compare", *two)
     assert code == 2 and "must be as torquer wrote it" in err
+
+
+@needs_jit
+@pytest.mark.parametrize(
+    ("torques", "expected"), [("[0.1, 0, 0]", 1), ("[0, 0, 0], [0.1, 0, 0]", 0)]
+)
+def test_a_campaign_of_which_nothing_is_left_is_no_success(
+    call, scenario, no_report, tmp_path, torques, expected
+):
+    text = scenario.read_text() + "[disturbance]\nconstant_torque_n_m = [1e-6, 0, 0]\n"
+    vary = f"[campaign.vary]\ndisturbance.constant_torque_n_m = {{ values = [{torques}] }}\n"
+    scenario.write_text(f"{text}[campaign]\nruns = 12\nseed = 3\n{vary}")
+    out = tmp_path / "out"
+    code, printed, err = call("campaign", scenario, "--out", out, "--no-report")
+    assert (code, err) == (expected, "")
+    assert "RK4" in printed
+    again = ("--out", out, "--no-report", "--overwrite", "--json")
+    code, printed, _ = call("campaign", scenario, *again)
+    found = json.loads(printed)
+    assert (code, found["failed"] == found["members"]) == (expected, expected == 1)

@@ -173,6 +173,9 @@ def test_a_scenario_gives_the_satellite(call, scenario):
     assert "initial attitudes (" in out and "to within 30 deg in" in out
     captured = re.search(r"regulator: captures (\d+) of 16 random initial attitudes \(", out)
     assert 12 <= int(captured[1]) <= 16
+    missed = 16 - int(captured[1])
+    said = f"degree and settling are those of errors up to 10 deg: {missed} of 16 starts"
+    assert (f"regulator: doubtful: {said}" in out) == (missed > 0)
     lines = out.splitlines()
     assert lines[0].startswith("short: three axes by coils, field averaged (repeats after 1 rev of")
     assert [line.split()[0] for line in lines[3:6]] == ["formula", "refined", "regulator"]

@@ -18,6 +18,12 @@ from torquer.theory.three_axis.response import PointingError, greatest_angle
 from torquer.theory.three_axis.sampled import SOURCES
 from torquer.theory.validity import LEAN, Doubt, Limit, Verdict
 
+CAPTURED = Limit(
+    "starts with any attitude that are not captured", most=0.0,
+    why="degree and settling are those of small errors",
+    of="degree and settling of a three-axis hold", shown="the flights of --capture-runs",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class ThreeAxisAnswer:
@@ -58,9 +64,11 @@ class ThreeAxisAnswer:
         ]
 
     def verdict_on(self, each: Candidate) -> Verdict:
-        """On a law: doubtful, also if it is stable, with a greater steady error than is of use."""
+        """On a law: doubtful, also if it is stable, with a greater steady error than is of use, and
+        where starts beyond the linear range were flown and not captured."""
+        own = Verdict((*each.verdict.doubts, *self._not_captured(each)))
         if not self._is_unusable(each):
-            return each.verdict
+            return own
         assert each.error is not None
         usable = Limit("steady error [deg]", most=self.within_deg, why="a run is not captured")
         words = (
@@ -68,7 +76,18 @@ class ThreeAxisAnswer:
             f"{self.within_deg:g} deg within which a run counts as captured"
         )
         doubt = Doubt(usable, math.degrees(each.error.greatest_rad), words)
-        return Verdict((doubt, *each.verdict.doubts))
+        return Verdict((doubt, *own.doubts))
+
+    def _not_captured(self, each: Candidate) -> tuple[Doubt, ...]:
+        flown = next((self.captures.get(x) for x, y in self.candidates.items() if y is each), None)
+        if flown is None or flown.captured == flown.runs:
+            return ()
+        missed = flown.runs - flown.captured
+        words = (
+            f"degree and settling are those of errors up to {self.task.linear_range_deg:g} deg: "
+            f"{missed} of {flown.runs} starts with any attitude are not captured"
+        )
+        return (Doubt(CAPTURED, float(missed), words),)
 
     def _is_unusable(self, each: Candidate) -> bool:
         error = each.error

@@ -24,7 +24,7 @@ from torquer.cli.output import (
     table_console,
     writing_to,
 )
-from torquer.cli.process import SIGNAL_CODE, leave_or_raise
+from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.simulation.results.file import explain_errors, put
 from torquer.simulation.setup.signals import ALL, noting_signals
 
@@ -67,7 +67,10 @@ class CampaignOptions:
 def fly(
     scenario: Path, *, how: CampaignOptions = CampaignOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
-    """Fly the campaign of SCENARIO, many runs with varied keys; write campaign.nc and a report."""
+    """Fly the campaign of SCENARIO, many runs with varied keys; write campaign.nc and a report.
+
+    Exit code 1 if every run failed.
+    """
     from torquer.campaign.fly import fly_campaign
     from torquer.campaign.store import files_there
     from torquer.campaign.summary import summary_rows
@@ -98,14 +101,15 @@ def fly(
         except ValueError as error:
             text = re.sub(r"(?<!-)\bresume (?=continues|flies)", "--resume ", str(error))
             raise ValueError(as_options(text, _OPTIONS)) from None
+    ended = FAILED_CODE if summary["failed"] == summary["members"] else 0
     if how.json:
         print(json_text(summary))
-        return 0
+        return ended
     report = () if how.no_report else ("report.html", "plots/")
     show_summary(
         summary["name"], summary_rows(summary), out, "campaign.nc", "summary.json", *report
     )
-    return 0
+    return ended
 
 
 def _make_free(path: Path, how: CampaignOptions) -> None:
