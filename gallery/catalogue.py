@@ -97,6 +97,18 @@ ROWS = (
     _row("MGS", "15", "15th-order model, parameter choice"),
 )  # fmt: skip
 
+
+@dataclass(frozen=True)
+class Omission:
+    """A printed result without an entry: where it stands, what it is, why it is left out."""
+
+    source: str
+    content: str
+    reason: str
+
+
+LEFT_OUT = ()
+
 #: The row of every id.
 ROW_OF = {id_: row for row in ROWS for id_ in row.ids}
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, near, within
 from torquer.base.conventions import EARTH_RADIUS_M
 from torquer.environment.field.averaged import mean_of_extremes, mean_over_orbit
 
@@ -44,6 +44,7 @@ ENTRY = Entry(
     ids=("FIELD-3",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "the formulas (1.10) and (1.11) give 0.0420 mu_e/r^3 on a polar orbit; 1250 nT would need "
         "an orbit some 330 km lower, or mu_e a sixth greater. The printed 3 % holds"

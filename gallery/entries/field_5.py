@@ -4,7 +4,7 @@ import numpy as np
 
 from gallery.cones import deviation_deg
 from gallery.drawing import BLUE, label, level, new_figure
-from gallery.entry import Answer, Entry, Verdict, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, near, within
 
 
 def compute() -> Answer:
@@ -36,6 +36,7 @@ ENTRY = Entry(
     ids=("FIELD-5", "MAG-1.2.2"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.ROUNDING,
     reason=(
         "the maximum is at 51.2 deg, which rounds to 51; it is so flat that the deviation at the "
         "printed 52 deg (MAG; FIELD prints none) is the same to a thousandth"

@@ -10,7 +10,7 @@ import time
 import numpy as np
 
 from gallery.drawing import COLOURS, new_figure
-from gallery.entry import Answer, Entry, Verdict, consistent, within
+from gallery.entry import Answer, Entry, Grade, Verdict, consistent, within
 from gallery.four_models import MODELS, Case, scenario
 from torquer.simulation.setup.run import prepare
 
@@ -89,6 +89,7 @@ ENTRY = Entry(
     ids=("FIELD-cost",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "here even IGRF at every step adds about a third to a run (FIELD: 87 % of it was the "
         "field): it is compiled, evaluated for all instants at once, and shared by the stages of "

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gallery.drawing import BLUE, GREEN, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, chosen, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, near, within
 from gallery.spinning import Course, course_of
 from torquer.computer.laws.recommended import standard_scheme
 from torquer.computer.scheme import stage_starts_s
@@ -213,6 +213,7 @@ ENTRY = Entry(
     ids=tuple(f"MAG-3.3.{n}" for n in range(2, 8)),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "the times of spin-up are reproduced. Those of damping depend on the attitude and the "
         "limit, which the text does not give; chosen in view of the printed ones, they come near "

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gallery.entry import Answer, Entry, Verdict, consistent, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, consistent, near, within
 from gallery.gyro import (
     CAPTURE,
     CRAFT,
@@ -139,6 +139,7 @@ ENTRY = Entry(
     ids=("MGS-12",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason="k and n as printed lack the factor 1/(1 + b^2), without which three rows do not follow",
     slow=True,
 )

@@ -2,7 +2,7 @@
 
 import math
 
-from gallery.entry import Answer, Entry, Verdict, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, near, within
 from gallery.wheels import (
     FOUR,
     INERTIA,
@@ -52,6 +52,7 @@ ENTRY = Entry(
     ids=("WHEEL-8",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.ROUNDING,
     reason=(
         "only in the last digit of 0.184, which was truncated, not rounded: at the balanced angles "
         "the rate is 2 sqrt(2) h/|I| = 0.18494 deg/s. All other numbers agree; 0.292 needs gamma "
