@@ -181,9 +181,9 @@ ENTRY = Entry(
         "the text shows four sessions that succeeded, and prints neither their starts nor how many "
         "did not. From starts drawn at random 44 % are on the Sun's line after the stated 25 min, "
         "with any gain tried, and two thirds after 90 min; nine tenths of those that come there "
-        "stay. All printed ends occur. That the momentum passes gamma = pi on its way to 0 is rare, "
-        "and less so from starts below 0.2 deg/s. In the last 20 of 90 min the momentum varies by "
-        "less than a fifth in 46 % of the starts: not yet a constant in most"
+        "stay. All printed ends occur. That the momentum passes gamma = pi on its way to 0 is "
+        "rare, and less so from starts below 0.2 deg/s. In the last 20 of 90 min the momentum "
+        "varies by less than a fifth in 46 % of the starts: not yet a constant in most"
     ),
     slow=True,
 )

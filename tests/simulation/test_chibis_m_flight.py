@@ -111,7 +111,8 @@ def test_filters_are_switched_at_shadow_entry_and_exit(boot):
     assert error[light].max() < 0.3 and 1.0 < error[shadow].max() < 10.0
 
 
-# Starts whose ends are far from any limit; the text gives none. Shares of random ones: gallery SDOT-3.27.
+# Starts whose ends are far from any limit; the text gives none.
+# Shares of random ones, at the times that it states: gallery SDOT-3.27.
 @pytest.mark.parametrize(
     ("euler_deg", "part", "momentum_deg", "axis_deg"),
     [
