@@ -154,8 +154,8 @@ def compute() -> Answer:
     checks = (*of_packets(core), *of_boot(started, times, steps), *of_queues(core),
               *of_modules(core, saved))  # fmt: skip
     note = (
-        f"A reboot {REBOOT_S:.0f} s after the start of examples/chibis_m_flight.toml. Made from the "
-        "text: what agrees is that the software flies it. Chosen, as the text prints none: "
+        f"A reboot after {REBOOT_S:.0f} s of examples/chibis_m_flight.toml. The software was made "
+        "from the text: what agrees is that it flies what it says. Chosen, as the text has none: "
         "durations of the steps of the boot, byte order and packing. Drivers of I2C, SPI, RS485, "
         "CAN and of the parallel bus have no part in a simulation; their steps of the boot take "
         "their time. That a command has no arguments and that it may have parameters stand in the "
