@@ -10,6 +10,7 @@ from gallery.entry import Outcome
 from gallery.lookup import all_entries
 from gallery.pages import PICTURES, RECORD, pages, record_of
 from torquer.compile import engine
+from torquer.environment.orbit import Circular
 
 DOCS = Path(__file__).parents[2] / "docs/gallery"
 ENTRIES = {entry.id: entry for entry in all_entries()}
@@ -93,6 +94,9 @@ def test_gain_of_mag_5_1_makes_small_parameter_one():
     from gallery.entries import mag_5_1 as run
 
     assert run.GAIN * run.B0_T**2 / (run.INERTIA[2] * run.OMEGA0) == pytest.approx(1.0, abs=1e-4)
+    assert run.GAIN == 4.5362e6  # as 4.5362e3 the text has it
+    rates = [Circular(radius_km=r, inclination_deg=0.0).rate_rad_s() for r in (6730.0, 7359.0)]
+    assert rates == pytest.approx([0.00114, 0.001], abs=5e-6)
     orbit = run.scenario("averaged").orbit
     assert orbit.rate_rad_s() == pytest.approx(run.OMEGA0, rel=1e-12)
 

@@ -1,0 +1,97 @@
+"""The errata: each row cites a test or a gallery entry that has its numbers, to their digits."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from gallery.catalogue import ROW_OF
+from gallery.lookup import entry_of
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs/errata.md"
+RECORD = json.loads((ROOT / "docs/gallery/results.json").read_text(encoding="utf-8"))
+#: A number as pages write it, neither part of a name, an equation's number, an exponent nor a time.
+NUMBER = re.compile(r"(?<![\w.(^,/:-])\d+(?:\.\d+)?(?:e-?\d+)?(?!\.?\d|\w|:|\))")
+PLACE = re.compile(r"\b(?:MAG|SDOT|FIELD|WHEEL|MGS|Figs?\.|Table|section) [\d.]+")
+GALLERY = re.compile(rf"(?<![\w/])(?:{'|'.join({i.split('-')[0] for i in ROW_OF})})-[\w.]+")
+
+
+def rows():
+    """Cells of each row: source, printed, computed, shown by."""
+    lines = [line for line in PAGE.read_text("utf-8").splitlines() if line.startswith("|")]
+    return [tuple(cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]) for line in lines][
+        2:
+    ]
+
+
+def files_of(shown_by: str) -> list[Path]:
+    """The files that a row cites."""
+    return [ROOT / name for name in re.findall(r"`([^`]+)`", shown_by)]
+
+
+def numbers_in(text: str) -> list[float]:
+    """All numbers in a text, also those within words, and shares in per cent."""
+    found = [float(x) for x in re.findall(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?", text)]
+    return [x * factor for x in found for factor in (1.0, 100.0)]
+
+
+def known_to(shown_by: str) -> list[float]:
+    """Numbers in the files and in the entries' records that a row cites, and in their code.
+
+    An entry's reason, which nobody computes, is left out.
+    """
+    found = [
+        number for path in files_of(shown_by) for number in numbers_in(path.read_text("utf-8"))
+    ]
+    for id_ in GALLERY.findall(re.sub(r"`[^`]+`", "", shown_by)):
+        (data,) = [each for each in RECORD if id_ in each["ids"]]
+        found += numbers_in(data["note"])
+        for check in data["checks"]:
+            found += numbers_in(
+                f"{check['name']} {check['expected']} {abs(check['measured'] or 0)}"
+            )
+        code = Path(entry_of()[id_].compute.__code__.co_filename).read_text("utf-8")
+        found += numbers_in(code.split("ENTRY = ")[0])
+    return found
+
+
+def has(number: str, known: list[float]) -> bool:
+    """Whether one of the numbers is this one, to its digits."""
+    mantissa, _, power = number.partition("e")
+    half = 0.5 * 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+    return any(abs(each - float(number)) <= half * (1.0 + 1e-9) for each in known)
+
+
+def stated(cell: str) -> list[str]:
+    """Numbers that a cell states; small whole ones, which any text has, are left out."""
+    found = NUMBER.findall(PLACE.sub("", cell))
+    return [x for x in found if not (x.isdigit() and int(x) < 10)]
+
+
+def test_a_number_counts_to_its_digits():
+    assert has("2.7", [2.65]) and has("51", [51.18]) and has("1.3e-6", [1.27e-6])
+    assert not has("2.7", [2.76]) and not has("52", [51.18]) and not has("1.3e-6", [1.4e-6])
+    assert stated("by (2.1), MAG 5.3: 14:30:27, k2 = 3 and 0.57 deg/s, 1e7 to 41 %, x^2") == [
+        "0.57", "1e7", "41"]  # fmt: skip
+    assert numbers_in("abs=0.056") == [0.056, pytest.approx(5.6)]
+
+
+@pytest.mark.parametrize("row", rows(), ids=lambda row: row[0])
+def test_each_row_cites_what_shows_it(row):
+    """A file that is there, or an entry that is done, with every number of the row."""
+    *_, computed, shown_by = row
+    files = files_of(shown_by)
+    assert files or GALLERY.findall(shown_by), "a row needs a test"
+    assert [path for path in files if not path.is_file()] == []
+    assert set(GALLERY.findall(re.sub(r"`[^`]+`", "", shown_by))) <= set(entry_of())
+    known = known_to(shown_by)
+    assert [x for x in stated(computed) if not has(x, known)] == []
+
+
+def test_no_row_is_lost():
+    assert len(rows()) > 70
+    assert all(len(row) == 4 for row in rows())
+    assert not math.isnan(sum(numbers_in(PAGE.read_text("utf-8"))))
