@@ -69,6 +69,8 @@ ROWS = (
     _row("MAG", "4.3.1 4.3.2", "Degree of stability isolines + parabola"),
     _row("MAG", "4.4.1 4.4.2", "Floquet vs averaged; instability region"),
     _row("MAG", "4.4.3", "Nonlinear three-axis run", "settles"),
+    _row("MAG", "4.4", "Accuracy under gravity, and remedies (end of 4.4)",
+         "a little better than 10 deg"),
     _row("MAG", "5.1.1 5.1.2", "B-dot under 3 models", "~2 revs; steady 2 omega0"),
     _row("MAG", "5.2.1 5.2.2", "Bench", "~700 s from 15 deg/s to ~0.6 deg/s"),
     _row("MAG", "5.3.1 5.3.2 5.3.3", "Magnetometer vs IGRF on the TLE orbit",

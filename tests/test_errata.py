@@ -86,6 +86,7 @@ def test_each_row_cites_what_shows_it(row):
     files = files_of(shown_by)
     assert files or GALLERY.findall(shown_by), "a row needs a test"
     assert [path for path in files if not path.is_file()] == []
+    assert [path for path in files if path.relative_to(ROOT).parts[0] != "tests"] == []
     assert set(GALLERY.findall(re.sub(r"`[^`]+`", "", shown_by))) <= set(entry_of())
     known = known_to(shown_by)
     assert [x for x in stated(computed) if not has(x, known)] == []
