@@ -96,3 +96,45 @@ def test_no_row_is_lost():
     assert len(rows()) > 70
     assert all(len(row) == 4 for row in rows())
     assert not math.isnan(sum(numbers_in(PAGE.read_text("utf-8"))))
+
+
+# ------------------------------------------------------------------ pages of the theory
+
+#: By page: sources whose entries, and tests whose numbers, it may state. The other two pages have
+#: tests that compute every number of theirs.
+PAGES = {
+    "sdot": (["SDOT"], ["gallery/test_sdot.py", "cli/test_theory_command.py", "theory/slow"]),
+    "which-field-model": (["FIELD", "MAG"], ["environment/field"]),
+    "floquet": (["FIELD"], ["theory/periodic", "gallery/test_planar_magnet.py",
+                            "gallery/test_pitch_wheel.py"]),
+    "three-axis": (["MAG-4"], ["theory/three_axis", "attitude_holds.py"]),
+}  # fmt: skip
+#: Rows on a CubeSat in the air, of flights that no test repeats.
+OPEN = {"three-axis": {"1.9", "0.08"}}
+
+
+def of_pages(name: str) -> tuple[list[str], list[float]]:
+    """Numbers that a page states outside code and links, and those known to what it may cite."""
+    sources, tests = PAGES[name]
+    page = (ROOT / f"docs/theory/{name}.md").read_text("utf-8")
+    page = re.sub(r"```.*?```", "", page, flags=re.DOTALL)
+    page = re.sub(r"\]\([^)]*\)|`[^`]*`", "", page)
+    known = []
+    for each in tests:
+        path = ROOT / "tests" / each
+        files = [path] if path.is_file() else path.rglob("*.py")
+        known += [number for file in files for number in numbers_in(file.read_text("utf-8"))]
+    for data in RECORD:
+        if any(id_.startswith(source) for id_ in data["ids"] for source in sources):
+            known += numbers_in(data["note"])
+            for check in data["checks"]:
+                text = f"{check['name']} {check['expected']} {abs(check['measured'] or 0)}"
+                known += numbers_in(text)
+    return stated(page), known
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_numbers_of_a_page_of_the_theory_are_those_of_entries_and_tests(name):
+    numbers, known = of_pages(name)
+    assert numbers
+    assert {x for x in numbers if not has(x, known)} == OPEN.get(name, set())
