@@ -1,4 +1,8 @@
-"""The errata: each row cites a test or a gallery entry that has its numbers, to their digits."""
+"""Numbers that are typed are those of a test or of a gallery entry, to their digits.
+
+Each row of the errata cites what has its numbers; so have the reasons of the gallery's entries and
+the pages of the theory.
+"""
 
 import json
 import math
@@ -12,6 +16,7 @@ from gallery.lookup import entry_of
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/errata.md"
+WHEELS = "tests/spacecraft/wheel_array/test_search.py"
 RECORD = json.loads((ROOT / "docs/gallery/results.json").read_text(encoding="utf-8"))
 #: A number as pages write it, neither part of a name, an equation's number, an exponent nor a time.
 NUMBER = re.compile(r"(?<![\w.(^,/:-])\d+(?:\.\d+)?(?:e-?\d+)?(?!\.?\d|\w|:|\))")
@@ -38,23 +43,28 @@ def numbers_in(text: str) -> list[float]:
     return [x * factor for x in found for factor in (1.0, 100.0)]
 
 
-def known_to(shown_by: str) -> list[float]:
-    """Numbers in the files and in the entries' records that a row cites, and in their code.
+def of_record(data: dict) -> list[float]:
+    """Numbers of an entry's record; of its reason, which nobody computes, none."""
+    found = numbers_in(data["note"])
+    for check in data["checks"]:
+        found += numbers_in(f"{check['name']} {check['expected']} {abs(check['measured'] or 0)}")
+    return found
 
-    An entry's reason, which nobody computes, is left out.
-    """
+
+def of_entry(data: dict) -> list[float]:
+    """Numbers of an entry's record and code."""
+    code = Path(entry_of()[data["id"]].compute.__code__.co_filename).read_text("utf-8")
+    return of_record(data) + numbers_in(code.split("ENTRY = ")[0])
+
+
+def known_to(shown_by: str) -> list[float]:
+    """Numbers in the files and of the entries that a row cites."""
     found = [
         number for path in files_of(shown_by) for number in numbers_in(path.read_text("utf-8"))
     ]
     for id_ in GALLERY.findall(re.sub(r"`[^`]+`", "", shown_by)):
         (data,) = [each for each in RECORD if id_ in each["ids"]]
-        found += numbers_in(data["note"])
-        for check in data["checks"]:
-            found += numbers_in(
-                f"{check['name']} {check['expected']} {abs(check['measured'] or 0)}"
-            )
-        code = Path(entry_of()[id_].compute.__code__.co_filename).read_text("utf-8")
-        found += numbers_in(code.split("ENTRY = ")[0])
+        found += of_entry(data)
     return found
 
 
@@ -98,6 +108,17 @@ def test_no_row_is_lost():
     assert not math.isnan(sum(numbers_in(PAGE.read_text("utf-8"))))
 
 
+# ------------------------------------------------------------------ reasons of entries
+
+
+@pytest.mark.parametrize("data", RECORD, ids=lambda data: data["id"])
+def test_numbers_of_a_reason_are_those_of_the_entry_or_of_a_test(data):
+    known = of_entry(data)
+    for file in (*(ROOT / "tests/gallery").glob("*.py"), ROOT / WHEELS):
+        known += numbers_in(file.read_text("utf-8"))
+    assert [x for x in stated(data["reason"]) if not has(x, known)] == []
+
+
 # ------------------------------------------------------------------ pages of the theory
 
 #: By page: sources whose entries, and tests whose numbers, it may state. The other two pages have
@@ -126,10 +147,7 @@ def of_pages(name: str) -> tuple[list[str], list[float]]:
         known += [number for file in files for number in numbers_in(file.read_text("utf-8"))]
     for data in RECORD:
         if any(id_.startswith(source) for id_ in data["ids"] for source in sources):
-            known += numbers_in(data["note"])
-            for check in data["checks"]:
-                text = f"{check['name']} {check['expected']} {abs(check['measured'] or 0)}"
-                known += numbers_in(text)
+            known += of_record(data)
     return stated(page), known
 
 

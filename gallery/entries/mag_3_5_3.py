@@ -227,7 +227,7 @@ ENTRY = Entry(
     reason=(
         "in 106 and 85 deg. With the target 19.6 deg from the end that is spun up, as the text "
         "reads, the standard scheme leaves up to 73 deg to the last stage in twelve attitudes; "
-        "the momentum starts 35 to 74 deg from such a target. With 160.4 deg, or with "
+        "the momentum starts 34 to 73 deg from such a target. With 160.4 deg, or with "
         "19.6 deg and a spin against the initial one, both numbers lie in the range of the "
         "attitudes that were run; the text gives none. The proposed scheme leaves less and takes "
         "less time, as in the text. The final error is some degrees for the diagonal part of the "

@@ -4,6 +4,7 @@ import importlib.util
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gallery.entry import Outcome
@@ -99,6 +100,23 @@ def test_gain_of_mag_5_1_makes_small_parameter_one():
     assert rates == pytest.approx([0.00114, 0.001], abs=5e-6)
     orbit = run.scenario("averaged").orbit
     assert orbit.rate_rad_s() == pytest.approx(run.OMEGA0, rel=1e-12)
+
+
+def test_the_share_of_the_field_in_the_printed_cost():
+    from gallery.entries.field_cost import PRINTED_FIELD_S, PRINTED_S
+
+    assert PRINTED_FIELD_S / PRINTED_S["IGRF-14"] == pytest.approx(0.87, abs=5e-3)
+
+
+def test_where_the_momentum_of_mag_3_6_starts():
+    """34 to 73 deg from a target 19.6 deg off axis 3, whatever its azimuth."""
+    from gallery.entries.mag_3_5_3 import DIAGONAL
+    from gallery.spinning import aside
+
+    momentum = np.array(DIAGONAL) / np.linalg.norm(DIAGONAL)  # 6 deg/s about each axis
+    targets = np.array([aside(19.6, azimuth) for azimuth in range(360)])
+    angles = np.degrees(np.arccos(targets @ momentum))
+    assert [angles.min(), angles.max()] == pytest.approx([34.0, 73.0], abs=0.5)
 
 
 def test_the_guide_for_new_entries_runs(tmp_path):
