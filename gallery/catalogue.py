@@ -118,7 +118,7 @@ class Omission:
     reason: str
 
 
-LEFT_OUT = ()
+LEFT_OUT: tuple[Omission, ...] = ()
 
 #: The row of every id.
 ROW_OF = {id_: row for row in ROWS for id_ in row.ids}

@@ -264,8 +264,9 @@ def in_words(verdict: str, grade: str | None) -> str:
 
 def _check_data(check: Check, grade: Grade | None) -> dict:
     limits = [x if math.isfinite(x) else None for x in (check.low, check.high)]
-    drawn = {"standard_error": check.standard_error} if check.standard_error else {}
-    drawn |= {"grade": str(grade)} if grade else {}
+    drawn: dict[str, object] = {"grade": str(grade)} if grade else {}
+    if check.standard_error:
+        drawn = {"standard_error": check.standard_error} | drawn
     return {
         "name": check.name,
         "expected": check.printed,

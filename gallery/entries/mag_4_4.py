@@ -134,20 +134,27 @@ class Search:
 
     def fastest(self):
         """(Degree, gains) of those that settle fastest."""
-        best = greatest(self.degrees, *np.log(_BOX), GRID, SPACING)
+        low, high = np.log(_BOX)
+        best = greatest(self.degrees, low, high, GRID, SPACING)
         return best.value, self.gains(best.point)
 
     def least_deg(self, degree: float) -> float:
         """The least error [deg] of those at least half as fast."""
-        return -greatest(lambda p: self.less_error(p, self.degrees(p), 0.5 * degree),
-                         *np.log(_BOX), GRID, SPACING).value  # fmt: skip
+
+        def value(points):
+            return self.less_error(points, self.degrees(points), 0.5 * degree)
+
+        low, high = np.log(_BOX)
+        return -greatest(value, low, high, GRID, SPACING).value
 
     def least_of_any_deg(self) -> float:
         """The least error [deg] of any stable gains, whatever their margin and speed."""
-        return -greatest(
-            lambda p: self.less_error(p, self.family.degrees(self.factors(p)), 0.02),
-            *np.log(_ANY), GRID, SPACING,
-        ).value  # fmt: skip
+
+        def value(points):
+            return self.less_error(points, self.family.degrees(self.factors(points)), 0.02)
+
+        low, high = np.log(_ANY)
+        return -greatest(value, low, high, GRID, SPACING).value
 
 
 def regulated_deg(loop: Loop) -> float:
