@@ -118,7 +118,28 @@ class Omission:
     reason: str
 
 
-LEFT_OUT: tuple[Omission, ...] = ()
+#: What the sources print besides, of which no entry is made.
+LEFT_OUT: tuple[Omission, ...] = (
+    Omission("SDOT", "predictive regulator of its reference 21, with the formula of the prediction",
+             "a law of others in a survey: the functional that it minimises is not printed, nor a "
+             "result; and the printed right-hand side applies I^-1 to omega x omega_o i_o, which "
+             "is an acceleration already"),
+    Omission("SDOT", "Table A.1: drivers of I2C, SPI, RS485, CAN and the parallel bus",
+             "registers of hardware, which a simulation has none of; what they carry is simulated "
+             "(SDOT-A)"),
+    Omission("SDOT", "Figs. 3.1 to 3.10", "photographs and a drawing of the satellite"),
+    Omission("MAG", "coils of Chibis-M, solenoids with a core of permalloy (App. II)",
+             "neither size, turns, current nor the core's permeability are printed, only 3.2 A "
+             "m^2; `torquer design coil` sizes coils without a core, and a core is a factor of "
+             "the winding, `core_gain`, that a user measures"),
+    Omission("MAG", "Sun simulator, a lamp of 80 000 lx up to 1.5 m (App. II)",
+             "a purchased lamp: no number follows from another"),
+    Omission("MAG", "the first of two tables that are both numbered II.1, sensors",
+             "the numbers of SDOT Table 3.1, see SDOT-3.1t; those of the second, torques on the "
+             "bench, are flown in MAG-5.2.1"),
+    Omission("MGS", "relay magnets that work above thresholds, and the choice of TechSat",
+             "neither thresholds nor a result is printed; the simulated relay has no dead zone"),
+)  # fmt: skip
 
 #: The row of every id.
 ROW_OF = {id_: row for row in ROWS for id_ in row.ids}

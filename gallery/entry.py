@@ -36,8 +36,8 @@ class Grade(StrEnum):
     """What a difference says of its source, from the least to the gravest.
 
     ROUNDING: the last printed digit is off, and nothing depends on it. OPEN: the number depends on
-    a choice that the print leaves open, and none that we tried gives the printed one. REFUTED: it
-    does not follow from what the source itself states.
+    a choice that the print leaves open, and with those that we took it is another. REFUTED: it does
+    not follow from what the source itself states.
     """
 
     ROUNDING = "rounding"

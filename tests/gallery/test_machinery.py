@@ -269,6 +269,12 @@ def test_an_unknown_id_names_what_is_near():
         known_id("zzz")
 
 
+def test_what_is_left_out_has_a_source_and_a_reason():
+    assert len(LEFT_OUT) == 7
+    assert {one.source for one in LEFT_OUT} <= set(SOURCES)
+    assert all(one.content and one.reason for one in LEFT_OUT)
+
+
 def test_every_file_of_the_folder_is_one_entry():
     files = {path.stem for path in Path(folder.__path__[0]).glob("*.py")} - {"__init__"}
     assert len(lookup.all_entries()) == len(files)
