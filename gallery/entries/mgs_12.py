@@ -14,6 +14,7 @@ from gallery.gyro import (
     field,
     fly,
 )
+from gallery.logic import turning_point
 from gallery.theory.capture_motion import stage_1_steady_motion
 from torquer.report.theory import magneto_gyro_models as draw
 from torquer.theory.magneto_gyro.comparison import (
@@ -79,6 +80,18 @@ def in_degrees(angles) -> str:
     return ", ".join(f"{x:.2f}" for x in angles)
 
 
+def span_of(lost, normal: float) -> tuple[float, float]:
+    """Ends of a range of h that only the constant model calls stable, from its points of a grid."""
+
+    def is_lost(h):
+        here = stage_1_degrees(CRAFT, CAPTURE, np.array([h]), normal)
+        return bool(here.frozen[0] > 0.0 and here.exact[0] <= 0.0)
+
+    step = STIFFNESS[1] - STIFFNESS[0]
+    return (turning_point(is_lost, lost[0], lost[0] - step),
+            turning_point(is_lost, lost[-1], lost[-1] + step))  # fmt: skip
+
+
 def compute() -> Answer:
     """Rows, charts, a decay and an error in flight."""
     # sympy, which the list of entries does without
@@ -94,7 +107,8 @@ def compute() -> Answer:
     exact, frozen = (f(along.strength_t, b) for f in (exact_error, frozen_error))
     wrong = (weak.frozen > 0.0) & ~(weak.exact > 0.0)
     lost = np.flatnonzero((curve.frozen > 0.0) & (curve.exact <= 0.0))
-    spans = [STIFFNESS[part] for part in np.split(lost, np.flatnonzero(np.diff(lost) > 1) + 1)]
+    spans = [span_of(STIFFNESS[part], b)
+             for part in np.split(lost, np.flatnonzero(np.diff(lost) > 1) + 1)]  # fmt: skip
     checks = (
         near("order of the characteristic polynomial", "12",
              sum(part.degree() for _, part in characteristic_factors(derive_model(12))),
@@ -119,7 +133,7 @@ def compute() -> Answer:
         f"{here.frozen:.3f} by the constant model, {here.exact:.3f} exactly, b = {b:.3f}. The lag "
         "of the filters bounds n at about 2 xi omega lambda. The constant model needs h > 0 alone; "
         "in the field of a dipole with gravity gradient stage 1 is unstable for h of "
-        + " and ".join(f"{span[0]:.2f} to {span[-1]:.2f}" for span in spans)
+        + " and ".join(f"{abs(low):.2f} to {high:.2f}" for low, high in spans)
         + f", too; at h = {WEAK:g} in {100 * wrong.sum() / (weak.frozen > 0.0).sum():.0f} % of the "
         "chart where the constant model is stable. The satellite's dipole leaves (roll, pitch, "
         f"yaw) {in_degrees(flown)} deg in flight, {in_degrees(exact)} by the exact model, "
