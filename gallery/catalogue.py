@@ -69,14 +69,24 @@ ROWS = (
     _row("MAG", "4.3.1 4.3.2", "Degree of stability isolines + parabola"),
     _row("MAG", "4.4.1 4.4.2", "Floquet vs averaged; instability region"),
     _row("MAG", "4.4.3", "Nonlinear three-axis run", "settles"),
+    _row("MAG", "4.4", "Accuracy under gravity, and remedies (end of 4.4)",
+         "a little better than 10 deg"),
     _row("MAG", "5.1.1 5.1.2", "B-dot under 3 models", "~2 revs; steady 2 omega0"),
     _row("MAG", "5.2.1 5.2.2", "Bench", "~700 s from 15 deg/s to ~0.6 deg/s"),
     _row("MAG", "5.3.1 5.3.2 5.3.3", "Magnetometer vs IGRF on the TLE orbit",
          "~1500 nT, mostly < 1000"),
     _row("MAG", "5.3.4 5.3.5", "Flight-like B-dot", "5x in 30 min; ~5 min"),
+    _row("MAG", "II.8", "Field of the bench: pairs of square coils (App. II)",
+         "practically uniform in a ball of 650 mm"),
+    _row("MAG", "coil", "Dipole of a coil by power and mass (introduction)",
+         "aluminium takes half the power of copper"),
     _row("SDOT", "3.11 3.12 3.13 3.14 3.15 3.16 3.17", "Simulation ladder"),
     _row("SDOT", "2.1t", "Table of stable equilibria"),
     _row("SDOT", "2.18", "Final momentum vs simulation", "near-exact in 3.11"),
+    _row("SDOT", "gravity", "Fig. 3.11's gain with gravity gradient (3.2)", "about 20 deg"),
+    _row("SDOT", "relay", "S-dot with relay control (3.2)", "not satisfactory"),
+    _row("SDOT", "1.13", "Lyapunov function and damping in the orbital frame, (1.11) to (1.13)",
+         "asymptotically stable"),
     _row("SDOT", "3.18 3.19 3.20 3.21", "Logic diagrams, generated from the code"),
     _row("SDOT", "3.22 3.23 3.24 3.25 3.26", "Acquisition; shadow switching"),
     _row("SDOT", "3.27 3.28 3.29 3.30 3.31 3.32 3.33", "S-dot sessions",
@@ -87,6 +97,7 @@ ROWS = (
          "vertex/face counts 14/12, 8/6, 32/30, 22/20"),
     _row("WHEEL", "8", "Ellipsoid in polyhedron",
          "0.184 (0.190 out), 0.092, 0.292, 0.184 deg/s"),
+    _row("WHEEL", "4.1", "Greatest angular acceleration (WHEEL section 4)"),
     _row("WHEEL", "balanced", "Balanced angles (WHEEL section 3)", "80.5, 45.5; gamma"),
     _row("WHEEL", "9", "Optimal angles vs H3/H2", "70.0, 21.5 at 6.4"),
     _row("WHEEL", "10 11 12 13", "Five-day run", "+-0.005/0.5/0.05 deg; 1.4x; +31 h"),
@@ -95,6 +106,39 @@ ROWS = (
     _row("MGS", "12", "12th-order model, stability"),
     _row("MGS", "2", "Stage 2 simulation, compensation", "no steady error to a constant dipole"),
     _row("MGS", "15", "15th-order model, parameter choice"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Omission:
+    """A printed result without an entry: where it stands, what it is, why it is left out."""
+
+    source: str
+    content: str
+    reason: str
+
+
+#: What the sources print besides, of which no entry is made.
+LEFT_OUT: tuple[Omission, ...] = (
+    Omission("SDOT", "predictive regulator of its reference 21, with the formula of the prediction",
+             "a law of others in a survey: the functional that it minimises is not printed, nor a "
+             "result; and the printed right-hand side applies I^-1 to omega x omega_o i_o, which "
+             "is an acceleration already"),
+    Omission("SDOT", "Table A.1: drivers of I2C, SPI, RS485, CAN and the parallel bus",
+             "registers of hardware, which a simulation has none of; what they carry is simulated "
+             "(SDOT-A)"),
+    Omission("SDOT", "Figs. 3.1 to 3.10", "photographs and a drawing of the satellite"),
+    Omission("MAG", "coils of Chibis-M, solenoids with a core of permalloy (App. II)",
+             "neither size, turns, current nor the core's permeability are printed, only 3.2 A "
+             "m^2; `torquer design coil` sizes coils without a core, and a core is a factor of "
+             "the winding, `core_gain`, that a user measures"),
+    Omission("MAG", "Sun simulator, a lamp of 80 000 lx up to 1.5 m (App. II)",
+             "a purchased lamp: no number follows from another"),
+    Omission("MAG", "the first of two tables that are both numbered II.1, sensors",
+             "the numbers of SDOT Table 3.1, see SDOT-3.1t; those of the second, torques on the "
+             "bench, are flown in MAG-5.2.1"),
+    Omission("MGS", "relay magnets that work above thresholds, and the choice of TechSat",
+             "neither thresholds nor a result is printed; the simulated relay has no dead zone"),
 )  # fmt: skip
 
 #: The row of every id.

@@ -32,6 +32,19 @@ class Verdict(StrEnum):
 _PRECEDENCE = (Verdict.DIFFERS, Verdict.CHOSEN, Verdict.AGREES, Verdict.CONSISTENT, Verdict.LOST)
 
 
+class Grade(StrEnum):
+    """What a difference says of its source, from the least to the gravest.
+
+    ROUNDING: the last printed digit is off, and nothing depends on it. OPEN: the number depends on
+    a choice that the print leaves open, and with those that we took it is another. REFUTED: it does
+    not follow from what the source itself states.
+    """
+
+    ROUNDING = "rounding"
+    OPEN = "left open"
+    REFUTED = "refuted"
+
+
 @dataclass(frozen=True)
 class Check:
     """One number and the source's; `low..high` is where they agree.
@@ -41,7 +54,8 @@ class Check:
     `uncertainty`: how far rounding on another processor may move the number, where that is more
     than its fourth digit. `standard_error`: that of a number over starts, taken as drawn at
     random, else zero; it widens no limit. `fleeting`: the number changes from run to run (a
-    clock), so that pages show the limits only.
+    clock), so that pages show the limits only. `grade`: what a difference would say of the source,
+    where it is less than the entry's other differences say, see `graded`.
     """
 
     name: str
@@ -54,6 +68,7 @@ class Check:
     basis: Verdict = Verdict.AGREES
     uncertainty: float = 0.0
     standard_error: float = 0.0
+    grade: Grade | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -106,6 +121,11 @@ def sampled(check: Check, standard_error: float) -> Check:
     return replace(check, standard_error=float(standard_error))
 
 
+def graded(check: Check, grade: Grade) -> Check:
+    """The check of a number whose difference has a lesser grade than the entry."""
+    return replace(check, grade=grade)
+
+
 def share(name, printed: str, happened, low=-math.inf, high=math.inf) -> Check:
     """Check of the share of starts in which something `happened`."""
     return sampled(within(name, printed, np.mean(happened), low, high), share_error(happened))
@@ -156,8 +176,9 @@ class Answer:
 class Entry:
     """Published ids that one function computes; `declared` is the verdict that it must reach.
 
-    `reason`: why it differs, what was chosen or lost; given unless it agrees. `slow`: a second
-    and a half or more with nothing compiled, or a matter of the clock.
+    `reason`: why it differs, what was chosen or lost; given unless it agrees. `grade`: the gravest
+    of its differences, given if it differs. `slow`: a second and a half or more with nothing
+    compiled, or a matter of the clock.
     """
 
     ids: tuple[str, ...]
@@ -165,6 +186,7 @@ class Entry:
     declared: Verdict = Verdict.AGREES
     reason: str = ""
     slow: bool = False
+    grade: Grade | None = None
 
     def __post_init__(self):
         unknown = [id_ for id_ in self.ids if id_ not in ROW_OF]
@@ -176,6 +198,12 @@ class Entry:
             raise ValueError(
                 f"entry {self.id}: reason must be {what} where the verdict is '{self.declared}'; "
                 f"received {self.reason!r}"
+            )
+        if (self.declared is Verdict.DIFFERS) != (self.grade is not None):
+            what = "given" if self.declared is Verdict.DIFFERS else "left out"
+            raise ValueError(
+                f"entry {self.id}: grade must be {what} where the verdict is '{self.declared}'; "
+                f"received {self.grade or 'none'}"
             )
 
     @property
@@ -199,8 +227,18 @@ class Outcome:
 
     @property
     def as_declared(self) -> bool:
-        """Whether the verdict is the declared one."""
-        return self.answer.verdict is self.entry.declared
+        """Whether the verdict, and the grade of a difference, are the declared ones."""
+        return (self.answer.verdict, self.grade) == (self.entry.declared, self.entry.grade)
+
+    @property
+    def grade(self) -> Grade | None:
+        """The gravest grade of what differs; none where nothing does."""
+        found = {self.grade_of(check) for check in self.answer.checks}
+        return next((grade for grade in reversed(Grade) if grade in found), None)
+
+    def grade_of(self, check: Check) -> Grade | None:
+        """The grade of a check that differs, the entry's unless it has its own; else none."""
+        return (check.grade or self.entry.grade) if check.verdict is Verdict.DIFFERS else None
 
     def as_data(self) -> dict:
         """Plain data, for JSON."""
@@ -211,16 +249,24 @@ class Outcome:
             "expected": "; ".join(row.expected for row in self.entry.rows if row.expected),
             "verdict": str(self.answer.verdict),
             "declared": str(self.entry.declared),
+            "grade": None if self.grade is None else str(self.grade),
             "reason": self.entry.reason,
-            "checks": [_check_data(check) for check in self.answer.checks],
+            "checks": [_check_data(c, self.grade_of(c)) for c in self.answer.checks],
             "note": self.answer.note,
             "pictures": [str(path) for path in self.pictures],
         }
 
 
-def _check_data(check: Check) -> dict:
+def in_words(verdict: str, grade: str | None) -> str:
+    """A verdict with its grade, 'differs (refuted)'."""
+    return f"{verdict} ({grade})" if grade else str(verdict)
+
+
+def _check_data(check: Check, grade: Grade | None) -> dict:
     limits = [x if math.isfinite(x) else None for x in (check.low, check.high)]
-    drawn = {"standard_error": check.standard_error} if check.standard_error else {}
+    drawn: dict[str, object] = {"grade": str(grade)} if grade else {}
+    if check.standard_error:
+        drawn = {"standard_error": check.standard_error} | drawn
     return {
         "name": check.name,
         "expected": check.printed,

@@ -8,8 +8,8 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-from gallery.catalogue import ROW_OF, ROWS, SOURCES, Row
-from gallery.entry import Outcome, Verdict
+from gallery.catalogue import LEFT_OUT, ROW_OF, ROWS, SOURCES, Row
+from gallery.entry import Grade, Outcome, Verdict, in_words
 
 RECORD, PICTURES = "results.json", "img"
 _MADE = (
@@ -19,6 +19,8 @@ _MADE = (
 _NOT_YET = "not yet"
 #: What the front page counts of each source's rows.
 _COUNTED = (*map(str, Verdict), _NOT_YET)
+#: And of what differs, number by number.
+_GRADES = tuple(map(str, Grade))
 
 
 def record_of(outcomes: Iterable[Outcome]) -> list[dict]:
@@ -79,7 +81,7 @@ def _serving(row: Row, record: list[dict]) -> list[dict]:
 def _state(row: Row, record: list[dict]) -> str:
     """Verdicts of a row's entries; 'not yet' where an id has none."""
     serving = _serving(row, record)
-    states = list(dict.fromkeys(data["verdict"] for data in serving))
+    states = list(dict.fromkeys(in_words(data["verdict"], data["grade"]) for data in serving))
     served = {id_ for data in serving for id_ in data["ids"]}
     missing = [id_ for id_ in row.ids if id_ not in served]
     if missing:
@@ -101,6 +103,12 @@ def _front_page(record: list[dict]) -> str:
         "or it *differs*, for a stated reason; or its *value is lost*: illegible there. After ±",
         "stands the standard error that a number over starts has, taken as drawn at random; it",
         "widens no limit.",
+        "",
+        "What differs has a grade. *Rounding*: the last printed digit is off, and nothing depends",
+        "on it. *Left open*: the number depends on a choice that the print leaves open, and with",
+        "those that we took it is another. *Refuted*: it does not follow from what the source",
+        "itself states. A row has the gravest grade of its numbers.",
+        "",
         "One entry: `torquer gallery run FIELD-5`. All: `torquer gallery all`.",
         "",
         "| source | what it is | rows | " + " | ".join(_COUNTED) + " |",
@@ -113,10 +121,26 @@ def _front_page(record: list[dict]) -> str:
         lines.append(f"| [{source}]({source}.md) | {title} | {numbers} |")
     lines += [
         "",
-        "[Differences from the sources](differences.md): each number, with the reason.",
+        f"[Differences from the sources](differences.md): each number, with grade and reason. "
+        f"{_graded_in_words(record)}",
         "",
+        *_left_out(),
     ]
     return "\n".join(lines)
+
+
+def _graded_in_words(record: list[dict]) -> str:
+    """How many numbers differ, by grade."""
+    found = [check.get("grade") for data in record for check in data["checks"]]
+    counts = ", ".join(f"{found.count(grade)} {grade}" for grade in _GRADES)
+    return f"Of {sum(len(data['checks']) for data in record)} numbers: {counts}."
+
+
+def _left_out() -> list[str]:
+    """Printed results that have no entry, with the reason."""
+    lines = ["## Left out", "", "Printed results without an entry, each with the reason.", ""]
+    lines += ["| result | reason |", "|---|---|"]
+    return [*lines, *(f"| {one.source}: {one.content} | {one.reason} |" for one in LEFT_OUT), ""]
 
 
 def _source_page(source: str, record: list[dict]) -> str:
@@ -134,7 +158,8 @@ def _section(data: dict) -> list[str]:
     lines = [f"## {', '.join(data['ids'])}: {data['title']}", ""]
     if data["expected"]:
         lines += [f"Source: {data['expected']}.", ""]
-    lines += [f"**{data['verdict']}**" + (f": {data['reason']}" if data["reason"] else ""), ""]
+    verdict = in_words(data["verdict"], data["grade"])
+    lines += [f"**{verdict}**" + (f": {data['reason']}" if data["reason"] else ""), ""]
     lines += _table(data["checks"])
     if data["note"]:
         lines += ["", data["note"]]
@@ -146,15 +171,16 @@ def _section(data: dict) -> list[str]:
 def _table(checks: list[dict]) -> list[str]:
     rows = [
         f"| {check['name']} | {check['expected'] or 'lost'} | {shown_number(check)} "
-        f"| {shown_limits(check)} | {_mark(check['verdict'])} |"
+        f"| {shown_limits(check)} | {_mark(check)} |"
         for check in checks
     ]
     return ["| | printed | computed | agrees if | |", "|---|---|---|---|---|", *rows]
 
 
-def _mark(verdict: str) -> str:
+def _mark(check: dict) -> str:
+    verdict = check["verdict"]
     if verdict == Verdict.DIFFERS:
-        return f"**{verdict}**"
+        return f"**{in_words(verdict, check['grade'])}**"
     return "" if verdict == Verdict.LOST else verdict
 
 
@@ -184,15 +210,19 @@ def _differences(record: list[dict]) -> str:
     lines = [
         "# Differences from the sources",
         "",
-        f"{_MADE} Each number that differs, with the reason.",
+        f"{_MADE} Each number that differs, with its [grade](README.md) and the reason. "
+        f"{_graded_in_words(record)}",
         "",
     ]
-    lines += ["| id | quantity | printed | computed | reason |", "|---|---|---|---|---|"]
+    lines += [
+        "| id | quantity | printed | computed | grade | reason |",
+        "|---|---|---|---|---|---|",
+    ]
     for data in record:
         link = f"[{', '.join(data['ids'])}]({data['id'].split('-', 1)[0]}.md)"
         lines += [
             f"| {link} | {check['name']} | {check['expected']} | {shown_number(check)} "
-            f"| {data['reason']} |"
+            f"| {check['grade']} | {data['reason']} |"
             for check in data["checks"]
             if check["verdict"] == Verdict.DIFFERS
         ]

@@ -26,7 +26,7 @@ from gallery.entries.field_10 import (
     ranges,
     scenario as with_errors,
 )
-from gallery.entry import Answer, Entry, Verdict
+from gallery.entry import Answer, Entry, Grade, Verdict
 from gallery.four_models import MU_E_T_KM3, draw
 from torquer.environment.orbit.circular import Circular
 
@@ -93,6 +93,7 @@ ENTRY = Entry(
     ids=("FIELD-11",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "the dipoles come within a quarter of IGRF's accuracy; the averaged model shows an error "
         "half as great. The mean angles are alike, 5 to 7 deg; what differs is their oscillation, "

@@ -6,7 +6,7 @@ import numpy as np
 
 from gallery.cones import angle_between_deg, averaged_y, dipole_y
 from gallery.drawing import BLUE, RED, label, level, new_figure
-from gallery.entry import Answer, Entry, Verdict, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, near, within
 from torquer.environment.field.averaged import cos_to_direct_dipole
 
 PLATEAU_FROM_DEG = 35.0
@@ -59,6 +59,7 @@ ENTRY = Entry(
     ids=("FIELD-6",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "(1.12) sets Theta = i, exact on equatorial and polar orbits only. With Theta of "
         "MAG (1.2.1) the vectors themselves have no plateau: the angle rises all the way to "

@@ -7,7 +7,7 @@ alike, so that all of it is shown.
 """
 
 from gallery.drawing import label, level, new_figure
-from gallery.entry import Answer, Entry, Verdict
+from gallery.entry import Answer, Entry, Grade, Verdict
 from gallery.four_models import Case, by_node, comparison, courses, draw
 
 CASE = Case((60.0, 130.0, 230.0), 5e11, 0.0, 1.0, record_s=2.0)
@@ -43,6 +43,7 @@ ENTRY = Entry(
     ids=("FIELD-8",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "which model damps sooner depends on the node, which is not printed: at most nodes IGRF is "
         "not the slower one, and by their times the dipoles are not the closest pair. Over the "

@@ -7,7 +7,7 @@ checks, node by node: times, here to 45 deg from the normal, whole courses, and 
 import numpy as np
 
 from gallery.drawing import label, new_figure
-from gallery.entry import Answer, Entry, Verdict, lost
+from gallery.entry import Answer, Entry, Grade, Verdict, lost
 from gallery.four_models import (
     DIRECT,
     IGRF,
@@ -66,6 +66,7 @@ ENTRY = Entry(
     ids=("FIELD-9",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "the times are alike, the dipoles' transients are closest at most nodes and the averaged "
         "model differs, as for Fig. 8. But at most nodes IGRF is not the slower one, and in "

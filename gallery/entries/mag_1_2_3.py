@@ -11,7 +11,7 @@ from gallery.cones import (
     deviation_deg,
 )
 from gallery.drawing import BLUE, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, within
+from gallery.entry import Answer, Entry, Grade, Verdict, within
 from torquer.environment.field import TiltedDipole
 
 INCLINATION_DEG = 52.0
@@ -73,6 +73,7 @@ ENTRY = Entry(
     ids=("MAG-1.2.3",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "as the Earth turns, a dipole tilted by 11 deg 34' takes its vectors off the cone by as "
         "much as its tilt, and off the averaged vectors by more. The printed 1 deg 11' is near the "

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from gallery.drawing import label, new_figure, shaded_map
-from gallery.entry import Answer, Entry, Verdict, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, near, within
 from torquer.theory.slow.evolution import BDOT
 from torquer.theory.slow.slow_motion import map_evolution
 from torquer.theory.slow.spinner import Spinner
@@ -104,6 +104,7 @@ ENTRY = Entry(
     ids=("MAG-2.1.2", "MAG-2.1.3"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "in the long run the momentum decays as exp(-2p eps u) below i0 = 45.58 deg and as "
         "exp(-(1 - p) eps u) above it, as by (2.1.11) for a sphere: faster with inclination up "

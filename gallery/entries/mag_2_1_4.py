@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, consistent, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, consistent, near, within
 from torquer.computer.laws.bdot import BdotRate
 from torquer.theory.slow.comparison import compare
 from torquer.theory.slow.evolution.model import Slow
@@ -91,6 +91,7 @@ ENTRY = Entry(
     ids=("MAG-2.1.4",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "full and averaged motion agree to the order of eps, as the text says; but A = 3, C = 2 "
         "make eta1 : eta2 = 1 : 2, while the text has 10 and 5. With C = 1 the printed ratio comes "

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from gallery.drawing import BLUE, GREEN, RED, label, level, new_figure
-from gallery.entry import Answer, Entry, Verdict, consistent, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, consistent, near, within
 from gallery.theory.steady_bdot import (
     PITCH,
     ROLL,
@@ -84,6 +84,7 @@ ENTRY = Entry(
     ids=("MAG-2.2",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.ROUNDING,
     reason=(
         "in the last digit: the text's formula and numbers give 2.24 deg, where it says about 2.3. "
         "The formula itself agrees with the full equations and with the small-parameter method"

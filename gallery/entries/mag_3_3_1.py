@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from gallery.drawing import BLUE, COLOURS, RED, SKY, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, within
+from gallery.entry import Answer, Entry, Grade, Verdict, within
 from torquer.computer.laws.reorientation import Reorientation
 from torquer.theory.slow.evolution import REORIENTATION, REORIENTATION_AS_PRINTED, reorientation
 from torquer.theory.slow.evolution.model import Slow
@@ -130,6 +130,7 @@ ENTRY = Entry(
     ids=("MAG-3.3.1",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "the figure itself is confirmed. Away from the cone axis the second equation of (3.3.2) "
         "has p cos^2 rho + q sin^2 rho where the text prints p; the full motion follows the "

@@ -9,7 +9,7 @@ import numpy as np
 
 from gallery.drawing import label, new_figure, shaded_map
 from gallery.entries.mag_3_4_1 import END, EPS, GRID, figure_map, rho_deg
-from gallery.entry import Answer, Entry, Verdict, chosen, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, graded, near, within
 from torquer.theory.slow.evolution import PRELIMINARY_2
 from torquer.theory.slow.slow_motion import map_evolution
 
@@ -30,8 +30,9 @@ def compute() -> Answer:
     swap, lowest = GRID[np.argmax(faster[-1])], GRID[np.argmax(faster.any(axis=1))]
     large = GRID >= 80.0
     checks = (
-        near("rho as far off after 10 revolutions at i = 10 as at 80 deg: theta0", "45", turns_over,
-             "deg", printed="low inclination better above 45 deg"),
+        graded(near("rho as far off after 10 revolutions at i = 10 as at 80 deg: theta0", "45",
+                    turns_over, "deg", printed="low inclination better above 45 deg"),
+               Grade.ROUNDING),
         chosen(near("the same from rho0 = 1 deg", "45", at_last, "deg", printed="45 deg")),
         within("high inclination, theta0 up to 45 deg: greatest rho over that of algorithm 1",
                "faster than the first algorithm", (second / first)[high][:, spinning].max(),
@@ -81,6 +82,7 @@ ENTRY = Entry(
     ids=("MAG-3.5.1", "MAG-3.5.2"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "the printed 45 deg holds as rho tends to zero; from rho0 = 20 deg, as in the figure, low "
         "inclination is better above 46 deg. The advice to take the first algorithm from there on "

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from gallery.drawing import BLUE, COLOURS, GREEN, GREY, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, within
+from gallery.entry import Answer, Entry, Grade, Verdict, within
 from torquer.theory.slow.evolution import NUTATION_DAMPING, PRELIMINARY_1, PRELIMINARY_2
 from torquer.theory.slow.evolution.model import Slow
 from torquer.theory.slow.spinner import Spinner
@@ -133,6 +133,7 @@ ENTRY = Entry(
     ids=("MAG-3.5.1t",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "at moderate and high inclination the second law leaves a smaller error at every strength "
         "of the damping, 0.3 to 50 times that of the reorientation, where the table has the first. "

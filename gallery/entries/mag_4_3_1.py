@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from gallery.drawing import RED, label, new_figure, shaded_map
-from gallery.entry import Answer, Entry, Verdict, consistent, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, consistent, near, within
 from gallery.holding import HIGH_DEG, LOW_DEG, edge, factors, hold
 from torquer.theory.three_axis.averaged import averaged_degree, plateau_edge
 
@@ -108,6 +108,7 @@ ENTRY = Entry(
     ids=("MAG-4.3.1", "MAG-4.3.2"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "for a given k the averaged degree does not fall as k_a grows beyond the parabola: it "
         "stays as it is (the exact one does change, MAG-4.4.1). The rest is as printed"

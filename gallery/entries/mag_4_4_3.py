@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gallery.drawing import BLUE, GREEN, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, chosen, consistent, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, consistent, near, within
 from gallery.holding import (
     ALTITUDE_KM,
     HIGH_DEG,
@@ -114,6 +114,7 @@ ENTRY = Entry(
     ids=("MAG-4.4.3",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "the angles settle, but the gains are not those of the parabola at the stated inclination "
         "of 70 deg: they are those of 30 deg"

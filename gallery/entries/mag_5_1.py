@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gallery.drawing import MODEL_COLOURS, label, level, new_figure
-from gallery.entry import Answer, Entry, Verdict, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, near, within
 from torquer.base.conventions import MU_EARTH_M3_S2
 from torquer.environment.field.averaged import cone_angle, mean_over_orbit
 from torquer.maths.geometry.frames import dcm_body_to_l, dcm_l_to_z, dcm_z_to_y, mat_mul
@@ -187,6 +187,7 @@ ENTRY = Entry(
     ids=("MAG-5.1.1", "MAG-5.1.2"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "the models' times are alike and the steady rate is the printed one. The momentum reaches "
         "it in less than a revolution, not two. The means of the two dipoles differ by some "

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from gallery.drawing import BLUE, GREEN, RED, label, level, new_figure
-from gallery.entry import Answer, Entry, Verdict, chosen, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, graded, near, within
 from torquer import load_scenario
 from torquer.analysis.budget import budget_along_run
 from torquer.design.bench_scaling import scaling
@@ -71,8 +71,8 @@ def compute() -> Answer:
     checks = (
         chosen(within("time from 15 deg/s to below 1 deg/s", "about 700 s", stopped_s(bench),
                       600.0, 850.0, "s")),
-        chosen(within("rate then, mean of 300 s", "about 0.6 deg/s", rate[late].mean(), 0.5, 0.7,
-                      "deg/s")),
+        graded(chosen(within("rate then, mean of 300 s", "about 0.6 deg/s", rate[late].mean(), 0.5,
+                             0.7, "deg/s")), Grade.OPEN),
         within("vertical coil over the horizontal ones in the first 500 s",
                "mainly the horizontal coils", vertical[early].mean() / horizontal[early].mean(),
                high=0.5),
@@ -116,6 +116,7 @@ ENTRY = Entry(
     ids=("MAG-5.2.1", "MAG-5.2.2"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "with the cycle and the gain chosen here the rotation stops in the printed time, by the "
         "horizontal coils. The rate that is left is 0.4 deg/s in the mean, 0.6 at times, and is "

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from gallery.drawing import BLUE, COLOURS, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, chosen, consistent, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, consistent, within
 from gallery.flight_session import session
 from torquer.simulation.results.dataset import flown_scenario
 
@@ -81,6 +81,7 @@ ENTRY = Entry(
     ids=("MAG-5.3.1", "MAG-5.3.2", "MAG-5.3.3"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "in the mean modulus: along the hour of the printed elements it is 29 thousand nT, 40 "
         "thousand nT is reached in a part of it only. The telemetry is simulated, and the noise is "

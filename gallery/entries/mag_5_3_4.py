@@ -7,7 +7,7 @@ the text prints no rate for 11 March.
 import numpy as np
 
 from gallery.drawing import BLUE, label, level, new_figure
-from gallery.entry import Answer, Entry, Verdict, sampled, within
+from gallery.entry import Answer, Entry, Grade, Verdict, sampled, within
 from gallery.flight_session import ATTITUDES, RATE_DEG_S, rate_deg_s, session
 from torquer.simulation.results.dataset import flown_scenario
 
@@ -75,6 +75,7 @@ ENTRY = Entry(
     ids=("MAG-5.3.4", "MAG-5.3.5"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "from the printed rate of 0.29 deg/s the rate falls by a factor of 2 to 4 in 30 min, not "
         "5, with any gain tried: B-dot leads to one to two orbital rates, and a fifth of 0.29 "

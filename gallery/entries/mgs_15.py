@@ -3,7 +3,7 @@
 import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, chosen, consistent, near, uncertain, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, consistent, near, uncertain, within
 from gallery.gyro import (
     CRAFT,
     NEARLY,
@@ -141,6 +141,7 @@ ENTRY = Entry(
     ids=("MGS-15",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "the units of k_1, k_3, k_5 and the sign in Y1' = Y1 + theta contradict the rows; and "
         "gains that are optimal in the constant model are unstable in the field of a dipole"

@@ -12,6 +12,7 @@ from gallery.drawing import BLUE, COLOURS, GREY, RED, label, level, new_figure, 
 from gallery.entry import (
     Answer,
     Entry,
+    Grade,
     Verdict,
     consistent,
     near,
@@ -195,6 +196,7 @@ ENTRY = Entry(
     ids=("SDOT-2.18",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "the mean over the argument of latitude at the start is that of (2.18), to its standard "
         "error. A single run of Fig. 3.11 is not: its k B0/(omega0 C) is 1, and final momenta "

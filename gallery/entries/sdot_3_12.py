@@ -10,6 +10,7 @@ from gallery.drawing import BLUE, GREEN, RED, label, new_figure
 from gallery.entry import (
     Answer,
     Entry,
+    Grade,
     Verdict,
     chosen,
     near,
@@ -145,6 +146,7 @@ ENTRY = Entry(
     ids=("SDOT-3.12", "SDOT-3.13"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "over the start arguments the satellite does not stop: its momentum falls to a third of "
         "the initial one in the median. The rest comes out, with eps taken for k B0/L0 as in "

@@ -15,6 +15,7 @@ from gallery.drawing import COLOURS, label, new_figure
 from gallery.entry import (
     Answer,
     Entry,
+    Grade,
     Verdict,
     chosen,
     consistent,
@@ -140,6 +141,7 @@ ENTRY = Entry(
     ids=("SDOT-3.14", "SDOT-3.15", "SDOT-3.16"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "x3 is 5.3 to 5.8 deg off the Sun's line in the median, little more than the 5.2 deg by "
         "which the axis of greatest inertia is tilted from it. The printed 8 deg is near the 90 % "

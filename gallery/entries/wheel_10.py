@@ -5,7 +5,7 @@ import functools
 import numpy as np
 
 from gallery.drawing import BLUE, GREEN, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, chosen, lost, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, lost, near, within
 from gallery.five_days import (
     END_S,
     NONE,
@@ -374,6 +374,7 @@ ENTRY = Entry(
     ids=("WHEEL-10", "WHEEL-11", "WHEEL-12", "WHEEL-13"),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.OPEN,
     reason=(
         "the text leaves four readings open: x1 along or against the motion, air at rest or "
         "turning. With the lost gain and rate chosen for the angles and H3, none matches all. In "

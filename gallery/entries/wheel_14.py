@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gallery.drawing import BLUE, GREY, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, chosen, consistent, lost, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, chosen, consistent, lost, near, within
 from torquer.spacecraft.wheel_array import angles, layout
 from torquer.spacecraft.wheel_array.demand import Box, Series, greatest_momentum, greatest_norm
 
@@ -111,6 +111,7 @@ ENTRY = Entry(
     ids=("WHEEL-14",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.ROUNDING,
     reason=(
         "(7.3) is lost. With H1 = H2 and H3/H2 = 6.4 as printed the section at 21.5 deg has its "
         "least value at 69.8 deg, not 70.0, as in WHEEL-9. The least value itself, 19.4, was used "

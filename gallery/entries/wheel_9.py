@@ -3,7 +3,7 @@
 import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, near, within
+from gallery.entry import Answer, Entry, Grade, Verdict, near, within
 from torquer.spacecraft.wheel_array import angles, layout
 from torquer.spacecraft.wheel_array.demand import Box, greatest_norm
 from torquer.spacecraft.wheel_array.minimise import TOLERANCE
@@ -45,6 +45,7 @@ ENTRY = Entry(
     ids=("WHEEL-9",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.ROUNDING,
     reason=(
         "by the printed (6.10) H1 = H2 and H3/H2 = 6.4 give 69.8 and 21.6 deg. The printed 70.0 "
         "and 21.5 are those of H3/H2 = 6.44 and H1/H2 = 0.986, the unrounded (7.3), which our "

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gallery.drawing import BLUE, GREEN, RED, label, new_figure
-from gallery.entry import Answer, Entry, Verdict, lost, near, uncertain, within
+from gallery.entry import Answer, Entry, Grade, Verdict, lost, near, uncertain, within
 from gallery.wheels import INERTIA, LIMIT, worst_rate_deg_s
 from torquer.spacecraft.wheel_array import angles, layout
 from torquer.spacecraft.wheel_array.faces import volume
@@ -80,6 +80,7 @@ ENTRY = Entry(
     ids=("WHEEL-balanced",),
     compute=compute,
     declared=Verdict.DIFFERS,
+    grade=Grade.REFUTED,
     reason=(
         "all angles agree. That a regular pyramid has the greatest volume for any number of "
         "wheels does not hold for six: axes of an icosahedron have 98.49 against 96.00, 2.6 % more"

@@ -6,10 +6,12 @@ import sys
 
 import pytest
 
-from gallery.catalogue import ROW_OF
+from gallery.catalogue import LEFT_OUT, ROW_OF
 from gallery.drawing import new_figure
-from gallery.entry import Answer, Entry, Outcome, Verdict, near
+from gallery.entry import Answer, Entry, Grade, Outcome, Verdict, near
 from gallery.pages import record_of, write_pages
+
+DIFFERS = {"declared": Verdict.DIFFERS, "reason": "so", "grade": Grade.OPEN}
 
 
 def make(measured, **keys):
@@ -37,14 +39,25 @@ def test_list_has_every_id_and_says_what_is_not_yet(call, strict_json, only):
     code, out, err = call("gallery", "list")
     assert (code, err) == (0, "")
     lines = out.splitlines()
-    assert lines[-1] == f"1 of {len(ROW_OF)} done"
-    assert [line.split()[0] for line in lines[:-1]] == list(ROW_OF)
-    (done,) = [line for line in lines[:-1] if "not yet" not in line]
+    assert lines[-1] == f"1 of {len(ROW_OF)} done, {len(LEFT_OUT)} left out"
+    rows, omitted = lines[: len(ROW_OF)], lines[len(ROW_OF) : -1]
+    assert [line.split()[0] for line in rows] == list(ROW_OF)
+    (done,) = [line for line in rows if "not yet" not in line]
     assert done.split()[:2] == ["FIELD-10", "agrees"]
+    assert [line.split()[0] for line in omitted] == [one.source for one in LEFT_OUT]
+    assert all("left out" in line for line in omitted)
     answer = strict_json(call("gallery", "list", "--json")[1])
     assert [row["id"] for row in answer] == list(ROW_OF)
     assert {row["verdict"] for row in answer} == {"agrees", "not yet"}
-    assert set(answer[0]) == {"id", "verdict", "content", "expected"}
+    assert set(answer[0]) == {"id", "verdict", "grade", "content", "expected"}
+    assert {row["grade"] for row in answer} == {None}
+
+
+def test_list_has_the_grade_of_what_differs(call, strict_json, only):
+    only(make(3.0, **DIFFERS))
+    assert "FIELD-10        differs (left open)  Accuracy" in call("gallery", "list")[1]
+    answer = strict_json(call("gallery", "list", "--json")[1])
+    assert [row["grade"] for row in answer if row["id"] == "FIELD-10"] == ["left open"]
 
 
 @pytest.mark.parametrize("command", [("run", "FIELD-10"), ("all",)])
@@ -63,13 +76,13 @@ def test_json_per_entry_and_pictures(call, strict_json, only, tmp_path, command)
 
 
 def test_text_and_the_default_folder(call, only, tmp_path, monkeypatch):
-    only(make(3.0, declared=Verdict.DIFFERS, reason="so"))
+    only(make(3.0, **DIFFERS))
     monkeypatch.chdir(tmp_path)
     code, out, err = call("gallery", "run", "field-10")
     assert (code, err) == (0, "")
     assert out.splitlines() == [
-        "FIELD-10: Accuracy with disturbances, without/with wheel: differs",
-        "  x: 3 %; printed: 2.7 % (agrees if 2.65 to 2.75): DIFFERS",
+        "FIELD-10: Accuracy with disturbances, without/with wheel: differs (left open)",
+        "  x: 3 %; printed: 2.7 % (agrees if 2.65 to 2.75): DIFFERS (left open)",
         "  why: so",
         "runs/gallery: results.json, 1 pictures",
     ]
@@ -80,7 +93,7 @@ def test_text_and_the_default_folder(call, only, tmp_path, monkeypatch):
     ("measured", "keys", "words"),
     [
         (3.0, {}, "'agrees'; received 'differs'"),
-        (2.7, {"declared": Verdict.DIFFERS, "reason": "so"}, "'differs'; received 'agrees'"),
+        (2.7, DIFFERS, "'differs (left open)'; received 'agrees'"),
     ],
 )
 def test_exit_1_if_a_verdict_is_not_the_declared_one(call, only, tmp_path, measured, keys, words):

@@ -38,6 +38,15 @@ def test_one_order_of_the_printed_moments_is_stable():
     assert growth(field_10.PRINTED) > 0.5
 
 
+def test_the_pitch_frequency_is_near_the_orbital_rate():
+    """0.90 of it: sqrt(3 (B - A)/C) with the moments up, motion, normal."""
+    up, motion, normal = field_10.STABLE
+    assert math.sqrt(3.0 * (motion - up) / normal) == pytest.approx(0.90, abs=5e-3)
+    jacobian = derivatives(lambda x: free_rates(x, field_10.STABLE, 0.0), EQUILIBRIUM)
+    found = np.abs(np.linalg.eigvals(jacobian).imag)
+    assert np.abs(found - math.sqrt(3.0 * (motion - up) / normal)).min() < 1e-6
+
+
 def test_the_turns_of_field_in_axes_of_x():
     """1-3-2 in (up, motion, normal) is 3-2-1 in (motion, normal, up), for a body so renamed."""
     run = field_10.scenario(field_10.law_of(1e8), "averaged", revolutions=1.0)

@@ -4,12 +4,14 @@ import importlib.util
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gallery.entry import Outcome
 from gallery.lookup import all_entries
 from gallery.pages import PICTURES, RECORD, pages, record_of
 from torquer.compile import engine
+from torquer.environment.orbit import Circular
 
 DOCS = Path(__file__).parents[2] / "docs/gallery"
 ENTRIES = {entry.id: entry for entry in all_entries()}
@@ -93,8 +95,28 @@ def test_gain_of_mag_5_1_makes_small_parameter_one():
     from gallery.entries import mag_5_1 as run
 
     assert run.GAIN * run.B0_T**2 / (run.INERTIA[2] * run.OMEGA0) == pytest.approx(1.0, abs=1e-4)
+    assert run.GAIN == 4.5362e6  # as 4.5362e3 the text has it
+    rates = [Circular(radius_km=r, inclination_deg=0.0).rate_rad_s() for r in (6730.0, 7359.0)]
+    assert rates == pytest.approx([0.00114, 0.001], abs=5e-6)
     orbit = run.scenario("averaged").orbit
     assert orbit.rate_rad_s() == pytest.approx(run.OMEGA0, rel=1e-12)
+
+
+def test_the_share_of_the_field_in_the_printed_cost():
+    from gallery.entries.field_cost import PRINTED_FIELD_S, PRINTED_S
+
+    assert PRINTED_FIELD_S / PRINTED_S["IGRF-14"] == pytest.approx(0.87, abs=5e-3)
+
+
+def test_where_the_momentum_of_mag_3_6_starts():
+    """34 to 73 deg from a target 19.6 deg off axis 3, whatever its azimuth."""
+    from gallery.entries.mag_3_5_3 import DIAGONAL
+    from gallery.spinning import aside
+
+    momentum = np.array(DIAGONAL) / np.linalg.norm(DIAGONAL)  # 6 deg/s about each axis
+    targets = np.array([aside(19.6, azimuth) for azimuth in range(360)])
+    angles = np.degrees(np.arccos(targets @ momentum))
+    assert [angles.min(), angles.max()] == pytest.approx([34.0, 73.0], abs=0.5)
 
 
 def test_the_guide_for_new_entries_runs(tmp_path):

@@ -13,15 +13,17 @@ from matplotlib.figure import Figure
 
 import gallery
 from gallery import entries as folder, lookup
-from gallery.catalogue import ROW_OF, ROWS, SOURCES, known_id
+from gallery.catalogue import LEFT_OUT, ROW_OF, ROWS, SOURCES, known_id
 from gallery.drawing import BLUE, COLOURS, GREEN, ORANGE, new_figure, save_small
 from gallery.entry import (
     Answer,
     Entry,
+    Grade,
     Outcome,
     Verdict,
     chosen,
     consistent,
+    graded,
     half_unit,
     lost,
     near,
@@ -140,8 +142,40 @@ def test_verdict(checks, verdict):
 )
 def test_departure_from_declared_verdict_shows_in_both_directions(checks, declared, as_declared):
     reason = "" if declared is Verdict.AGREES else "because"
-    made = entry(*checks, declared=declared, reason=reason)
+    grade = Grade.REFUTED if declared is Verdict.DIFFERS else None
+    made = entry(*checks, declared=declared, reason=reason, grade=grade)
     assert Outcome(made, made.compute()).as_declared is as_declared
+
+
+SMALL, WIDE = graded(BAD, Grade.ROUNDING), graded(BAD, Grade.OPEN)
+
+
+@pytest.mark.parametrize(
+    ("checks", "declared", "found", "of_each"),
+    [
+        ((BAD,), Grade.OPEN, Grade.OPEN, [Grade.OPEN]),
+        ((SMALL, BAD, GOOD), Grade.REFUTED, Grade.REFUTED, [Grade.ROUNDING, Grade.REFUTED, None]),
+        ((SMALL, WIDE), Grade.OPEN, Grade.OPEN, [Grade.ROUNDING, Grade.OPEN]),
+        ((SMALL,), Grade.REFUTED, Grade.ROUNDING, [Grade.ROUNDING]),
+        ((WIDE,), Grade.ROUNDING, Grade.OPEN, [Grade.OPEN]),
+        ((graded(GOOD, Grade.REFUTED), SMALL), Grade.ROUNDING, Grade.ROUNDING, [None,
+         Grade.ROUNDING]),
+    ],
+)  # fmt: skip
+def test_an_entry_has_the_gravest_grade_of_what_differs(checks, declared, found, of_each):
+    made = entry(*checks, declared=Verdict.DIFFERS, reason="so", grade=declared)
+    outcome = Outcome(made, made.compute())
+    assert outcome.grade is found
+    assert outcome.as_declared is (found is declared)
+    data = outcome.as_data()
+    assert data["grade"] == found
+    assert [check.get("grade") for check in data["checks"]] == of_each
+
+
+def test_what_agrees_has_no_grade():
+    made = entry(GOOD)
+    data = Outcome(made, made.compute()).as_data()
+    assert data["grade"] is None and "grade" not in data["checks"][0]
 
 
 @pytest.mark.parametrize(
@@ -164,6 +198,15 @@ def test_departure_from_declared_verdict_shows_in_both_directions(checks, declar
             {"declared": Verdict.LOST},
             "entry FIELD-10: reason must be given where the verdict is 'value lost'; received ''",
         ),
+        (
+            {"declared": Verdict.DIFFERS, "reason": "so"},
+            "entry FIELD-10: grade must be given where the verdict is 'differs'; received none",
+        ),
+        (
+            {"grade": Grade.OPEN},
+            "entry FIELD-10: grade must be left out where the verdict is 'agrees'; received "
+            "left open",
+        ),
     ],
 )
 def test_an_entry_that_makes_no_sense(keys, message):
@@ -173,7 +216,8 @@ def test_an_entry_that_makes_no_sense(keys, message):
 
 
 def test_json_of_an_outcome():
-    made = entry(BAD, lost("y", math.inf), declared=Verdict.DIFFERS, reason="so", note="and so")
+    made = entry(BAD, lost("y", math.inf), declared=Verdict.DIFFERS, reason="so", note="and so",
+                 grade=Grade.OPEN)  # fmt: skip
     data = Outcome(made, made.compute(), (Path("a/FIELD-10.png"),)).as_data()
     assert json.loads(json.dumps(data, allow_nan=False)) == {
         "id": "FIELD-10",
@@ -182,11 +226,12 @@ def test_json_of_an_outcome():
         "expected": "similar",
         "verdict": "differs",
         "declared": "differs",
+        "grade": "left open",
         "reason": "so",
         "checks": [
             {"name": "x", "expected": "2.7 %", "measured": 2.76, "unit": "%",
              "tolerance": [pytest.approx(2.65), pytest.approx(2.75)], "verdict": "differs",
-             "uncertainty": 0.0, "fleeting": False},
+             "uncertainty": 0.0, "fleeting": False, "grade": "left open"},
             {"name": "y", "expected": None, "measured": None, "unit": "",
              "tolerance": [None, None], "verdict": "value lost",
              "uncertainty": 0.0, "fleeting": False},
@@ -204,7 +249,7 @@ def test_the_catalogue_has_every_id_once():
     assert len(ids) == len(set(ids)) == len(ROW_OF)
     assert {row.source for row in ROWS} == set(SOURCES)
     # rows of the project's catalogue, as counted there
-    assert len(ROWS) == 51
+    assert len(ROWS) == 58
 
 
 @pytest.mark.parametrize(
@@ -222,6 +267,12 @@ def test_an_unknown_id_names_what_is_near():
     )
     with pytest.raises(ValueError, match="received 'zzz'; see: gallery list"):
         known_id("zzz")
+
+
+def test_what_is_left_out_has_a_source_and_a_reason():
+    assert len(LEFT_OUT) == 7
+    assert {one.source for one in LEFT_OUT} <= set(SOURCES)
+    assert all(one.content and one.reason for one in LEFT_OUT)
 
 
 def test_every_file_of_the_folder_is_one_entry():
@@ -252,8 +303,9 @@ def test_wanted_gives_each_entry_once():
     ]
 
 
-def test_what_is_not_done_yet_says_so():
-    todo = next(id_ for id_ in ROW_OF if id_ not in lookup.entry_of())
+def test_what_is_not_done_yet_says_so(monkeypatch):
+    todo = "MGS-1"
+    monkeypatch.setattr(lookup, "all_entries", lambda: [entry(GOOD)])
     with pytest.raises(ValueError) as error:
         lookup.wanted([todo])
     assert str(error.value) == (
@@ -342,7 +394,8 @@ def test_one_entry_is_replaced_in_a_record_the_others_stay(tmp_path):
     write_pages(record_of(first), tmp_path)
     record = read_record(tmp_path)
     assert record == record_of(first)
-    other = entry(BAD, ids=("FIELD-11",), declared=Verdict.DIFFERS, reason="so")
+    other = entry(BAD, ids=("FIELD-11",), declared=Verdict.DIFFERS, reason="so",
+                  grade=Grade.OPEN)  # fmt: skip
     added = outcomes(tmp_path, entry(GOOD, ids=("FIELD-3",)), other)
     found = updated_record(record, added)
     assert [data["id"] for data in found] == ["FIELD-3", "FIELD-11", "MAG-2.2"]
@@ -387,22 +440,27 @@ def test_a_small_picture_of_what_a_clock_says_is_kept(tmp_path):
 def test_pages_say_what_differs_and_what_is_not_yet(tmp_path):
     made = [
         entry(near("x", "2.7", 3.1, "%"), lost("y", 5.0, "s"), declared=Verdict.DIFFERS,
-              reason="the reason", note="A note.", figures={"": made_figure()}),
+              reason="the reason", note="A note.", figures={"": made_figure()},
+              grade=Grade.OPEN),
         entry(within("z", "about 1", 1.1, 0.9, 1.2), ids=("FIELD-5",)),
     ]  # fmt: skip
     text = pages(record_of(outcomes(tmp_path, *made)))
     assert set(text) == {"README.md", "differences.md", *(f"{s}.md" for s in SOURCES)}
     field = text["FIELD.md"]
     row = "| FIELD-10, FIELD-11 | Accuracy with disturbances, without/with wheel"
-    assert f"{row} | differs, not yet: FIELD-11 |" in field
+    assert f"{row} | differs (left open), not yet: FIELD-11 |" in field
     assert "| FIELD-3 | B0 arithmetic vs integral mean vs inclination, 350 km | not yet |" in field
-    assert "**differs**: the reason" in field and "\nA note.\n" in field
+    assert "**differs (left open)**: the reason" in field and "\nA note.\n" in field
     assert "![FIELD-10](img/FIELD-10.png)" in field
-    assert "| x | 2.7 % | 3.1 % | 2.65 to 2.75 | **differs** |" in field
+    assert "| x | 2.7 % | 3.1 % | 2.65 to 2.75 | **differs (left open)** |" in field
     assert "| y | lost | 5 s |  |  |" in field
     assert "| z | about 1 | 1.1 | 0.9 to 1.2 | agrees |" in field
     differs = [line for line in text["differences.md"].splitlines() if line.startswith("| [")]
-    assert differs == ["| [FIELD-10](FIELD.md) | x | 2.7 % | 3.1 % | the reason |"]
+    assert differs == ["| [FIELD-10](FIELD.md) | x | 2.7 % | 3.1 % | left open | the reason |"]
+    for name in ("README.md", "differences.md"):
+        assert "Of 3 numbers: 0 rounding, 1 left open, 0 refuted." in text[name]
+    assert all(f"| {one.source}: {one.content} | {one.reason} |" in text["README.md"]
+               for one in LEFT_OUT)  # fmt: skip
     # a row that two sources share stands on both pages
     assert "## FIELD-5" in text["MAG.md"] and "## FIELD-10" not in text["MAG.md"]
 

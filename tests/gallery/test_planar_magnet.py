@@ -128,12 +128,16 @@ def test_where_the_tongues_shut():
 
 
 def test_where_the_tongue_of_the_motion_itself_shuts():
-    """The published point is that of the motion to 1 %; along the field eta is 23 % away."""
+    """The published point, 0.333, is that of the motion (0.331) to 1 %; along the field eta is
+    0.408, 23 % away.
+    """
     eta, lambda2 = closed_tongue(lambda eta: motion_edges(eta, 1, (0.5, 1.7)), 0.28, 0.38)
     assert (eta, lambda2) == pytest.approx((0.330929, 0.991661), abs=1e-5)
     assert eta / lambda2 == pytest.approx(1.0 / 3.0, rel=2e-3)
+    assert eta / lambda2 == pytest.approx(0.3337, abs=5e-5)
     eta, lambda2 = closed_tongue(lambda eta: tongue_edges(along_field, eta), 0.1, 0.9)
     assert (eta, lambda2) == pytest.approx((0.408311, 1.104827), abs=1e-5)
+    assert eta / lambda2 == pytest.approx(0.3696, abs=5e-5)  # 11 % from 0.3333
 
 
 def grown(eta, lambda2, mu, revolutions=60):

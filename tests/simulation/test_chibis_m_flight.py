@@ -112,6 +112,7 @@ def test_filters_are_switched_at_shadow_entry_and_exit(boot):
 
 
 # Starts whose ends are far from any limit; the text gives none.
+# Shares of random ones, at the times that it states: gallery SDOT-3.27.
 @pytest.mark.parametrize(
     ("euler_deg", "part", "momentum_deg", "axis_deg"),
     [

@@ -10,9 +10,11 @@ import math
 import numpy as np
 import pytest
 from flown_modes import Flown, reading
+from scipy.linalg import expm
 
 from torquer.computer.modes.check import findings
 from torquer.computer.modes.spec import Modes
+from torquer.flight.software.modules.svr import MAX, MIN, NORM, SvrSettings, classify_value
 from torquer.scenario.load import presets
 
 SHIPPED = presets("region")
@@ -106,6 +108,25 @@ def test_science_ends_at_large_ones(pointing, error_deg, rate_deg_s):
     found = pointing.fly(1, rate_deg_s=rate_deg_s, error_deg=error_deg)
     large = math.sin(math.radians(0.5 * error_deg)) > 0.15 or rate_deg_s > 0.4
     assert found == ["kalman_mag_dss", "acquisition" if large else "science"]
+
+
+def test_the_vector_part_has_no_scalar():
+    """SDOT 3.3 prints sqrt(q0^2 + q1^2 + q2^2); q0 is the scalar of its (1.7).
+
+    By the printed matrix of (1.7) from no turn, about axis 3: q0 begins at 1 and stays near it, so
+    that by the printed sum even no turn would be of class MAX.
+    """
+    one_two_three = np.array([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1], [0, 0, -1, 0]])
+    settings = SvrSettings()
+    for turn_deg, kind in ((1.0, MIN), (10.0, NORM), (20.0, MAX)):
+        angle = math.radians(turn_deg)
+        q = expm(0.5 * angle * one_two_three) @ [0.0, 0.0, 0.0, 1.0]
+        vector = math.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2)
+        assert q[3] == pytest.approx(math.cos(0.5 * angle))
+        assert vector == pytest.approx(math.sin(0.5 * angle))
+        assert classify_value(vector, settings.q_min, settings.q_max) == kind
+        printed = math.sqrt(q[3] ** 2 + q[0] ** 2 + q[1] ** 2)
+        assert classify_value(printed, settings.q_min, settings.q_max) == MAX
 
 
 def test_gyro_replaces_an_unseen_sun(pointing):

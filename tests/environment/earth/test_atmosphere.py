@@ -1,5 +1,6 @@
 """Density of the air: the standard's own formula written again, NRLMSIS, limits, every error."""
 
+import itertools
 import json
 import math
 import sys
@@ -149,6 +150,44 @@ def test_lower_range_holds_where_two_height_ranges_meet(column, f81):
     logarithm = polynomial(STANDARD["table_low"], "a", 500.0, column, 7)
     expected = STANDARD["rho_0"] * math.exp(logarithm)
     assert gost_density(night, 500.0, -1.0, 1) == pytest.approx(expected, rel=1e-9, abs=0.0)
+
+
+def steps_at_changes(more_flux, day, is_plain):
+    """Relative steps of the night density where polynomials meet, of all indices."""
+    found = []
+    for f81 in STANDARD["columns_F0"]:
+        gost = Gost(f107=f81 + more_flux, f81=f81, kp=0.0).pack().gost
+        polynomials = gost.polynomials.copy()
+        polynomials[:, 3:] *= 0.0 if is_plain else 1.0
+        gost = gost._replace(polynomials=polynomials)
+        for h in gost.above_km[gost.above_km < 1500.0]:
+            below, above = (gost_density(gost, h + d, -1.0, day) for d in (-1e-9, 1e-9))
+            found.append(abs(above / below - 1.0))
+    return found
+
+
+def test_steps_where_the_tables_meet_are_as_large_as_the_errata_say():
+    """2.2 % of the night density; 2.6 % with the season and a flux 20 above its mean."""
+    assert max(steps_at_changes(0.0, 1, True)) == pytest.approx(0.022, abs=5e-4)
+    most = max(max(steps_at_changes(20.0, day, False)) for day in range(1, 366, 20))
+    assert most == pytest.approx(0.026, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("days", "most"), [(range(1, 366), 0.018), ([0], 0.048)], ids=["in the year", "at its turn"]
+)
+def test_steps_at_midnight_are_as_large_as_the_errata_say(days, most):
+    """The number of the day is an integer, and falls from 365 to 1."""
+    found = []
+    heights = 1e3 * np.arange(120.0, 1500.0, 20.0)
+    places = np.array([ecef_from_geodetic(0.0, 0.0, h) for h in heights])
+    for flux, day in itertools.product((100.0, 125.0, 150.0), days):
+        midnight = datetime(2024, 1, 1, tzinfo=UTC) + timedelta(days=day)
+        before = midnight - timedelta(seconds=0.1)
+        model = Gost(f107=flux, ap=12.0)
+        one, other = (model.density(np.zeros(len(heights)), t, places) for t in (before, midnight))
+        found.append(np.abs(other / one - 1.0).max())
+    assert max(found) == pytest.approx(most, abs=5e-4)
 
 
 @pytest.mark.parametrize("f81", [75, 100, 125, 150, 175, 200, 250])

@@ -75,6 +75,7 @@ def test_angular_momentum_frame():
     along = (math.sin(rho) * math.cos(sigma), math.sin(rho) * math.sin(sigma), math.cos(rho))
     assert np.allclose(q[:, 2], along, rtol=0, atol=1e-15)
     assert q[2, 1] == 0.0  # L2 is parallel to the plane Z1 Z2
+    # SDOT (1.2), printed as MAG (1.3.1)
     printed = [
         [math.cos(rho) * math.cos(sigma), -math.sin(sigma), math.sin(rho) * math.cos(sigma)],
         [math.cos(rho) * math.sin(sigma), math.cos(sigma), math.sin(rho) * math.sin(sigma)],
@@ -87,6 +88,13 @@ def test_the_body_in_the_momentum_frame_equals_its_euler_sequence():
     phi, psi, theta = 0.3, 1.1, 2.0
     expected = euler.to_dcm("313", (psi, theta, phi))
     assert np.allclose(frames.dcm_body_to_l(phi, psi, theta), expected, rtol=0, atol=1e-15)
+    (cf, sf), (cs, ss), (ct, st) = ((math.cos(x), math.sin(x)) for x in (phi, psi, theta))
+    printed = [  # SDOT (1.3)
+        [cf * cs - ct * sf * ss, -sf * cs - ct * cf * ss, st * ss],
+        [cf * ss + ct * sf * cs, -sf * ss + ct * cf * cs, -st * cs],
+        [st * sf, st * cf, ct],
+    ]
+    assert np.allclose(expected, printed, rtol=0, atol=1e-15)
     third = (math.sin(phi) * math.sin(theta), math.cos(phi) * math.sin(theta), math.cos(theta))
     assert np.allclose(expected[2], third, rtol=0, atol=1e-15)
 

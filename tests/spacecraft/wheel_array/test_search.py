@@ -12,7 +12,9 @@ from torquer.spacecraft.wheel_array.demand import (
     greatest_norm,
     share_for_generators,
 )
+from torquer.spacecraft.wheel_array.envelope import Envelope
 from torquer.spacecraft.wheel_array.faces import volume
+from torquer.spacecraft.wheel_array.rates import worst_case
 
 INERTIA = (2600.0, 11100.0, 10900.0)
 HALF = np.array([4.62, 5.3, 29.6])
@@ -108,6 +110,16 @@ def test_minimax_never_needs_more_than_least_squares():
     some = search.find_layout(four, search.least_peak(demand), (1, 1), (89, 89), starts=4)
     other = search.find_layout(four, search.least_squares_peak(demand), (1, 1), (89, 89), starts=4)
     assert some.measure < other.measure
+
+
+@pytest.mark.parametrize(("gamma_deg", "rate"), [(81.1, 0.2920), (None, 0.2915)])
+def test_the_rate_of_six_balanced_wheels_depends_on_the_angles_digits(gamma_deg, rate):
+    """tan gamma = 3 I2/(2 I1) is 81.1 deg, rounded."""
+    exact = np.degrees(np.arctan(1.5 * INERTIA[1] / INERTIA[0]))
+    assert exact == pytest.approx(81.1, abs=0.05)
+    axes = 18.0 * np.array(layout.regular_pyramid(6, gamma_deg or exact))
+    found = np.degrees(worst_case(Envelope(axes), INERTIA).rate)
+    assert found == pytest.approx(rate, abs=5e-5)
 
 
 def test_balanced_pyramid_is_best_for_four_wheels_not_six():

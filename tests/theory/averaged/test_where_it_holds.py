@@ -39,6 +39,19 @@ def test_no_wrong_answer_is_silent_and_right_ones_are_seldom_doubted():
     assert len(CASES) == 60
 
 
+@pytest.mark.skipif(not engine.COMPILED, reason="true motions of a hundred revolutions")
+@pytest.mark.parametrize(
+    ("inclination_deg", "formula", "flown"), [(5.0, 460.0, 102.0), (10.0, 115.0, 65.0),
+                                              (20.0, 29.0, 26.0)]
+)  # fmt: skip
+def test_near_the_equator_the_dipoles_tilt_turns_the_field(inclination_deg, formula, flown):
+    """As the condition says; on the equator the formula says never, and true motions go there."""
+    cube = {**CUBE, "rho_deg": 0.0, "gain": 1e5, "rate_deg_s": (3.0,) * 3, "to": 20.0}
+    found = law_motion("bdot", LawRequest(inclination_deg=inclination_deg, **cube)).data()
+    assert found["revolutions"]["median"] == pytest.approx(formula, abs=0.5)
+    assert found["verdict"]["flown_revolutions"] == pytest.approx(flown, abs=0.5)
+
+
 @pytest.mark.parametrize("case", REFUSED, ids=lambda case: case.law)
 def test_a_law_about_the_intermediate_axis_is_refused(case):
     with pytest.raises(ValueError, match=r"^inertia: .*intermediate.* received 1, 2, 1.5 kg m"):

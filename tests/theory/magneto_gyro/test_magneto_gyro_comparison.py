@@ -54,7 +54,7 @@ def test_frozen_model_certifies_nothing_over_h_for_stage_1():
 
 
 def test_stage_1_is_unstable_for_two_ranges_of_h():
-    """h of 0.01 to 0.18 and of 0.52 to 1.06, as the errata and the page on the system say."""
+    """h of 0 to 0.18 and of 0.51 to 1.07, as the errata and the page on the system say."""
     gains = CaptureGains(4.0, 6.0, 0.0982 / 1.03165e-3, 0.7)
     craft = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, 1.03165e-3)
     edges = {0.01: 0.02, 0.19: 0.17, 0.51: 0.53, 1.07: 1.05}

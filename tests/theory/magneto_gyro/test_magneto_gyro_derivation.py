@@ -44,6 +44,7 @@ def test_derived_model_of_order_15_matches_the_numeric_one(models):
     found = models[15]
     want = frozen_2(Stage2Gains(*GAINS), **CRAFT)
     assert in_numbers(found.matrix, STAGE_2) == pytest.approx(want, abs=1e-12)
+    assert want.size == 225
     want = frozen_2_inputs(Stage2Gains(*GAINS), pitch_inertia=0.595)
     assert in_numbers(found.inputs, STAGE_2) == pytest.approx(want, abs=1e-12)
 

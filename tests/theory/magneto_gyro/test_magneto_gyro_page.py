@@ -113,7 +113,8 @@ def test_the_limits_of_stage_1(along):
     h = np.arange(1, 300) * 0.01 + 0.005
     curve = comparison.stage_1_degrees(CRAFT, CAPTURE, h, along.normal)
     assert (curve.frozen > 0.0).all()
-    spans = " and ".join(f"{span[0]:.2f} to {span[-1]:.2f}" for span in unstable(curve, h))
+    ends = [mgs_12.span_of(span, along.normal) for span in unstable(curve, h)]
+    spans = " and ".join(f"{abs(low):.2f} to {high:.2f}" for low, high in ends)
     stated(f"unstable for h of {spans}")
     own = comparison.stage_1_degrees(CRAFT, CAPTURE, normal=along.normal)
     stated(f"{own.frozen:.3f} by the constant model and {own.exact:.3f} exactly")

@@ -76,6 +76,25 @@ def test_the_equation_of_gamma_is_the_printed_one(inclination, rho, sigma, theta
 
 @MANY
 @given(inclinations, inner, around, inner, ratios)
+def test_theta_by_the_first_integral_has_one_half_and_not_two(
+    inclination, rho, sigma, theta, ratio
+):
+    """SDOT (2.14) is (2.11) with cos rho by (2.12); the line before it has a second 1/2."""
+    case, slow = case_of(inclination, ratio), Slow(1.0, rho, sigma, theta)
+    p, q, s3 = case.moments[0], case.moments[2], case.target[2]
+    gamma, first = float(sdot.sun_angle(slow, case)), float(sdot.plane_integral(slow, case))
+    sine, cosine = math.sin(gamma), math.cos(gamma)
+    factor = 0.5 * case.eps * (1.0 - case.ratio) * math.sin(theta) * math.cos(theta)
+    a1, a2 = p + (q - p) * s3**2, first * s3 * (q - p)
+    expected = factor * (a1 * (2.0 - sine**2) + a2 * sine * cosine)  # (2.14)
+    assert SDOT.rates(slow, case).theta == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    line = 2.0 * p + 2.0 * s3**2 * (q - p) - p * sine**2
+    line += (q - p) * (first * s3 * cosine * sine - s3**2 * sine**2)
+    assert 0.5 * factor * line == pytest.approx(0.5 * expected, rel=1e-9, abs=1e-12)
+
+
+@MANY
+@given(inclinations, inner, around, inner, ratios)
 def test_first_integrals_are_constant(inclination, rho, sigma, theta, ratio):
     case, start = case_of(inclination, ratio), Slow(1.0, rho, sigma, theta)
     path = evolve(SDOT, case, start, U, rtol=1e-12)

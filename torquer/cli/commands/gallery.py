@@ -26,24 +26,39 @@ CHECKOUT = Path(__file__).parents[3]
 
 
 def list_(*, json: Json = False) -> int:
-    """List the catalogue: id, verdict if available, content."""
+    """List the catalogue: id, verdict if available, grade of what differs, content."""
     _find_gallery()
-    from gallery.catalogue import ROW_OF
+    from gallery.catalogue import LEFT_OUT, ROW_OF
     from gallery.lookup import entry_of
 
     done = entry_of()
-    states = {id_: str(done[id_].declared) if id_ in done else "not yet" for id_ in ROW_OF}
     if json:
-        rows = [
-            {"id": id_, "verdict": states[id_], "content": row.content, "expected": row.expected}
-            for id_, row in ROW_OF.items()
-        ]
-        print(json_text(rows))
+        print(json_text([_listed(id_, row, done.get(id_)) for id_, row in ROW_OF.items()]))
         return 0
     for id_, row in ROW_OF.items():
-        print(f"{id_:<15} {states[id_]:<15} {row.content}")
-    print(f"{len(done)} of {len(ROW_OF)} done")
+        print(f"{id_:<15} {_state(done.get(id_)):<20} {row.content}")
+    for one in LEFT_OUT:
+        print(f"{one.source:<15} {'left out':<20} {one.content}: {one.reason}")
+    print(f"{len(done)} of {len(ROW_OF)} done, {len(LEFT_OUT)} left out")
     return 0
+
+
+def _state(entry) -> str:
+    """The declared verdict of an entry with its grade; 'not yet' without one."""
+    from gallery.entry import in_words
+
+    return in_words(entry.declared, entry.grade) if entry else "not yet"
+
+
+def _listed(id_: str, row, entry) -> dict:
+    """A row of the catalogue as data."""
+    return {
+        "id": id_,
+        "verdict": str(entry.declared) if entry else "not yet",
+        "grade": str(entry.grade) if entry and entry.grade else None,
+        "content": row.content,
+        "expected": row.expected,
+    }
 
 
 def run(*ids: str, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
@@ -116,6 +131,8 @@ def _explain_missing_sympy():
 
 def _print_all(outcomes: list, as_json: bool, out: Path) -> int:
     """Print the outcomes; return the exit code."""
+    from gallery.entry import in_words
+
     if as_json:
         print(json_text([outcome.as_data() for outcome in outcomes]))
     else:
@@ -126,21 +143,22 @@ def _print_all(outcomes: list, as_json: bool, out: Path) -> int:
     for outcome in wrong:
         print_error(
             f"gallery {outcome.entry.id}: must have its declared verdict, "
-            f"'{outcome.entry.declared}'; received '{outcome.answer.verdict}'"
+            f"'{in_words(outcome.entry.declared, outcome.entry.grade)}'; received "
+            f"'{in_words(outcome.answer.verdict, outcome.grade)}'"
         )
     return FAILED_CODE if wrong else 0
 
 
 def _print(data: dict) -> None:
     """Print an outcome."""
-    from gallery.entry import Verdict
+    from gallery.entry import Verdict, in_words
     from gallery.pages import shown_limits, shown_number
 
-    print(f"{', '.join(data['ids'])}: {data['title']}: {data['verdict']}")
+    print(f"{', '.join(data['ids'])}: {data['title']}: {in_words(data['verdict'], data['grade'])}")
     for check in data["checks"]:
         limits = shown_limits(check)
         number = shown_number(check | {"fleeting": False})
-        mark = check["verdict"].replace(Verdict.DIFFERS, "DIFFERS")
+        mark = in_words(check["verdict"], check.get("grade")).replace(Verdict.DIFFERS, "DIFFERS")
         printed = f"printed: {check['expected'] or 'lost'}"
         if limits:
             printed += f" (agrees if {limits})"

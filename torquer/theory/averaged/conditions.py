@@ -33,8 +33,8 @@ INCLINED = Limit(
     "angle of the orbit to the equator [deg]", 25.0,
     why="the averaged field leaves the dipole's tilt out, which alone turns the field there",
     of=OF,
-    shown="B-dot in the field of a dipole tilted by 9.2 deg, at 0, 5, 10, 20 deg: flown 133, 107, "
-    "66, 24 revolutions for never, 460, 115, 29",
+    shown="B-dot to 20 % in the field of a dipole tilted by 9.2 deg, at 5, 10, 20 deg: flown 102, "
+    "65, 26 revolutions for 460, 115, 29",
 )  # fmt: skip
 SEES_THE_SUN = SUN_SEEN._replace(
     why="the Sun lies across the field at all times: S-dot gives no dipole", of="S-dot",

@@ -27,6 +27,7 @@ from torquer.theory.magneto_gyro.frozen import (
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 from torquer.theory.periodic.floquet import degree_of_stability, multipliers, transitions
+from torquer.theory.periodic.periodic_systems import PeriodicSystem
 
 
 class Degrees(NamedTuple):
@@ -56,6 +57,11 @@ def stage_1_frozen(craft: GyroCraft, gains: CaptureGains, normal: float = 0.0) -
     k, n = (float(x) / (1.0 + normal**2) for x in gains[:2])
     h, i = craft.gyrostat
     return frozen_1(k, n, gains.damping, gains.frequency, stiffness=h, pitch_inertia=i, b=normal)
+
+
+def stage_1_loop(craft: GyroCraft, gains: CaptureGains, normal: float = 0.0) -> PeriodicSystem:
+    """The exact model of stage 1 for gains that are numbers."""
+    return STAGE_1.with_parameters(**craft.satellite()._asdict(), **gains._asdict(), normal=normal)
 
 
 def stage_1_degrees(
