@@ -104,7 +104,7 @@ def draw_table(modes: Modes, title: str):
     axes.set(xlim=(0.0, found.width), ylim=(found.height, 0.0))
     axes.axis("off")
     for (y, name), rule in zip(found.titles, (None, *found.rules), strict=False):
-        axes.text(15.0, y, name, style="italic", fontsize=8.5, color="#666666")
+        axes.text(15.0, y, name, style="italic", fontsize=7.4, color="#666666")
         if rule is not None:
             axes.axhline(rule, color=GREY, lw=0.6, ls=(0, (2, 4)))
     for number, path in enumerate(found.paths):
@@ -112,12 +112,12 @@ def draw_table(modes: Modes, title: str):
         axes.plot(*zip(*path.corners, strict=True), color=colour, lw=1.0)
         end_x, end_y = path.corners[-1]
         axes.plot(end_x + 4.0, end_y, "<", color=colour, ms=5)
-        axes.text(*path.label_at, path.label, fontsize=8.0, parse_math=False)
+        axes.text(*path.label_at, path.label, fontsize=7.2, parse_math=False)
     for box in found.boxes:
         round_ = {"boxstyle": "round,pad=0,rounding_size=6", "fc": "#f3f6fa", "ec": "#445566"}
         axes.add_patch(FancyBboxPatch((box.x, box.y), box.width, box.height, **round_))
         for row, line in enumerate(box.lines):
-            axes.text(box.x + 10.0, box.y + (row + 0.7) * ROW, line, fontsize=8.5,
+            axes.text(box.x + 10.0, box.y + (row + 0.7) * ROW, line, fontsize=7.4,
                       fontweight="normal" if row else "bold", parse_math=False)  # fmt: skip
     return figure
 

@@ -83,7 +83,8 @@ def test_a_time_by_theory_that_flights_refute_is_doubtful(call, strict_json, det
     code, text, _ = call("design", "detumble", detumbling, *DETUMBLE, "--json")
     found = strict_json(text)["verdict"]
     assert (code, found["state"]) == (0, "doubtful")
-    assert found["doubts"][0]["quantity"].startswith("braking about the field's mean direction")
+    named = [doubt["quantity"] for doubt in found["doubts"]]
+    assert any(each.startswith("braking about the field's mean direction") for each in named)
     code, text, _ = call("design", "detumble", detumbling, *DETUMBLE)
     assert f"doubtful: {found['doubts'][0]['text']}" in text
 

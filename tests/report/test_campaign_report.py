@@ -28,7 +28,7 @@ from torquer.report.campaign import compare_campaigns, write_campaign_report
 from torquer.report.campaign.bands import percentiles
 from torquer.report.campaign.convergence import means
 from torquer.report.campaign.distribution import draw_distribution
-from torquer.report.campaign.interactive import sobol_figure
+from torquer.report.campaign.interactive import distribution_figure, sobol_figure
 from torquer.report.campaign.shared import steps
 from torquer.report.campaign.tables import comparison_grid, worst_grid
 
@@ -115,6 +115,26 @@ def test_distribution_of_a_time_extends_to_end_of_run(result, summary):
     assert {low, high} <= {*band[band[:, 0] == axes.get_xlim()[1], 1]}
     share = np.isfinite(result["settling_s"].values).mean()
     assert axes.lines[-1].get_ydata()[-1] == pytest.approx(share)
+
+
+def settling_axis(settling):
+    """Ends of the axis of times, of which the run has 6000 s, in the picture and in the page."""
+    result = artificial(100)
+    result["settling_s"][:] = settling
+    summary = campaign_summary(result)
+    figure = distribution_figure(result, summary, "settling_s")
+    last = trace(figure, "share of members")[0][-1]
+    return draw_distribution(result, summary, "settling_s").axes[1].get_xlim()[1], last
+
+
+def test_the_axis_of_times_is_that_of_the_times():
+    """55 to 82 s of a run of 6000 s were a line; so is an end that all reached long before."""
+    near = np.linspace(55.0, 82.0, 100)
+    assert settling_axis(near) == (pytest.approx(82.54), 82.0)
+    assert settling_axis(np.where(near > 80.0, np.nan, near))[0] < 90.0
+    late = np.linspace(2000.0, 4500.0, 100)
+    assert settling_axis(late)[0] == pytest.approx(4550.0)
+    assert settling_axis(np.where(late > 4400.0, np.nan, late)) == (6000.0, 6000.0)
 
 
 def test_intervals_stay_within_the_bounds_of_their_outcome():

@@ -2,6 +2,7 @@
 
 import math
 
+from torquer.theory.averaged.conditions import FLOWN
 from torquer.theory.validity import Doubt, Limit, judge
 
 #: Half of the releases, over the mean by a formula.
@@ -11,6 +12,14 @@ PACE = Limit(
     of="time by theory, beside the flights of a design",
     shown="the flights themselves, beside which it is printed",
 )  # fmt: skip
+
+
+def is_confirmed(half_s: float, theory_s: float) -> bool:
+    """Whether half of the releases take the time [s] of the formula, within a quarter.
+
+    Then it holds, although a condition may not be met.
+    """
+    return FLOWN.holds(half_s / theory_s) if theory_s > 0.0 else False
 
 
 def doubts_by_flights(half_s: float, theory_s: float) -> tuple[Doubt, ...]:

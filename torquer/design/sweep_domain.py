@@ -3,7 +3,7 @@
 import numpy as np
 
 from torquer.analysis.notes.bdot_notes import least_braked_along
-from torquer.design.flown_pace import doubts_by_flights
+from torquer.design.flown_pace import doubts_by_flights, is_confirmed
 from torquer.design.gain_flights import GainFlights
 from torquer.design.residual_rate import CLEAR, Residual
 from torquer.scenario.spec import Scenario
@@ -12,7 +12,7 @@ from torquer.theory.validity import Doubt, Limit, Verdict, judge
 
 BELOW_TURNING = Limit(
     "gain over the one that brakes as fast as the field turns", most=1.0,
-    why="rotation about the field outlasts the rest",
+    why="the time by theory is too short: rotation about the field outlasts the rest",
     of="design detumble: time by theory",
     shown="Avanzini and Giulietti 2012: the gain at which the slowest direction is fastest",
 )  # fmt: skip
@@ -35,14 +35,13 @@ def judge_sweep(
     below_deg_s: float,
 ) -> Verdict:
     """The verdict on the gain chosen: `residual`: the motion within which the limit lies."""
-    rest = None if residual is None else below_deg_s / residual.greatest
-    settled_s = chosen.settled_s
-    never = int(np.count_nonzero(np.isinf(settled_s)))
-    part = least_braked_along(scenario)
-    found = judge(
-        (EVENLY_BRAKED, part), (BELOW_TURNING, chosen.gain / turning_gain), (ABOVE_REST, rest)
-    )
-    if never:
+    settled_s, half_s = chosen.settled_s, chosen.settled_by(0.5)
+    rest = judge((ABOVE_REST, None if residual is None else below_deg_s / residual.greatest)).doubts
+    if never := int(np.count_nonzero(np.isinf(settled_s))):
         words = f"{never} of {len(settled_s)} releases do not stay below {below_deg_s:.3g} deg/s"
-        return Verdict((*found.doubts, Doubt(ALL_STOP, float(never), words)))
-    return Verdict((*found.doubts, *doubts_by_flights(chosen.settled_by(0.5), theory_s)))
+        rest = (*rest, Doubt(ALL_STOP, float(never), words))
+    elif is_confirmed(half_s, theory_s):
+        return Verdict(rest)
+    part, turning = least_braked_along(scenario), chosen.gain / turning_gain
+    of_theory = judge((EVENLY_BRAKED, part), (BELOW_TURNING, turning)).doubts
+    return Verdict((*rest, *of_theory, *doubts_by_flights(half_s, theory_s)))

@@ -1,6 +1,7 @@
 """The distribution of an outcome: histogram and empirical distribution function.
 
-That of a time is drawn to the end of the run: members that had not arrived by then are censored.
+That of a time is drawn to the end of the run where members had not arrived by then, which are
+censored; unless the end is so far that the times of the others would not show.
 """
 
 import math
@@ -18,6 +19,8 @@ from torquer.report.common.colours import BLUE, GREEN, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
 _WIDTH, _HEIGHT, _LEFT, _WIDE = 7.2, 4.7, 0.75, 6.2
+#: An end of the run that is farther beyond the last member, over their range, is not drawn.
+_FARTHEST = 2.0
 _LABELS = {"0.01": "1 %", "0.05": "5 %", "0.5": "50 %", "0.95": "95 %", "0.99": "99 %"}
 
 
@@ -40,7 +43,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     for axes in (upper, lower):
         quiet(axes)
         axes.set_xscale("log" if is_wide(known) else "linear")
-        axes.set_xlim(edges[0], max(_right_end(axes, edges), end or -math.inf))
+        axes.set_xlim(edges[0], _right_end(axes, edges, end if each["missing"] else None))
         _mark(axes, each, condition)
     beyond = [*x, lower.get_xlim()[1]], [*share, share[-1]]
     if end is not None and each["members"] > 1:
@@ -66,11 +69,14 @@ def share_band(share, members: int, confidence: float) -> tuple[np.ndarray, np.n
     return tuple(np.array(found).T)
 
 
-def _right_end(axes, edges) -> float:
-    """A little beyond the last member, so that its step of the distribution function shows."""
+def _right_end(axes, edges, end: float | None) -> float:
+    """The end of the run, or a little beyond the last member, so that its step shows."""
+    first, last = float(edges[0]), float(edges[-1])
     if axes.get_xscale() == "log":
-        return float(edges[-1] * (edges[-1] / edges[0]) ** 0.02)
-    return float(edges[-1] + 0.02 * (edges[-1] - edges[0]))
+        beyond, farthest = last * (last / first) ** 0.02, last * (last / first) ** _FARTHEST
+    else:
+        beyond, farthest = last + 0.02 * (last - first), last + _FARTHEST * (last - first)
+    return max(beyond, end) if end is not None and end <= farthest else beyond
 
 
 def bins(known: np.ndarray) -> np.ndarray:

@@ -52,7 +52,7 @@ def distribution_figure(result: xr.Dataset, summary: dict, name: str) -> dict:
     bars = line(np.repeat(edges, 2), [0, *np.repeat(counts, 2), 0], "members", BLUE, fill="tozeroy")
     found = [line(x, share, "share of members", BLUE, line={"shape": "hv"})]
     if is_time(result, name) and each["members"] > 1:
-        x = np.append(x, max(x[-1], end_s(result) or 0.0))
+        x = np.append(x, max(x[-1], end_s(result) or 0.0) if each["missing"] else x[-1])
         share = np.append(share, share[-1])
         ends = share_band(share, len(values), summary["confidence"])
         label = f"{percent(summary['confidence'])} confidence interval"

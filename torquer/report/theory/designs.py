@@ -67,7 +67,7 @@ def draw_gains(sweep: GainSweep) -> Figure:
     for axes in (upper, middle, lower):
         axes.axvline(sweep.chosen.gain, color=GREEN, lw=1.6, label="chosen")
     legend_at_left(upper, 7)
-    label = "gain_a_m2_s_per_t"
+    label = "gain [A m² s/T]"
     if not all(np.isfinite(each.settled_s).all() for each in sweep.flights):
         label += "\nmissing points: fewer stop during the flight"
     lower.set_xlabel(label, fontsize=10)
@@ -100,8 +100,8 @@ def draw_design(answer: ThreeAxisAnswer) -> Figure:
     axes.plot([], [], color=BLUE, ls="--", label="averaged")
     for name, (x, y, colour) in places.items():
         axes.plot(x, y, "o", color=colour, ms=7, label=name, clip_on=False)
-    axes.set_xlabel("k, rate_gain_n_m_s_per_t2", fontsize=10)
-    axes.set_ylabel("k_a, angle_gain_n_m_per_t2", fontsize=10)
+    axes.set_xlabel("k, of the rate [N m s/T²]", fontsize=10)
+    axes.set_ylabel("k_a, of the angle [N m/T²]", fontsize=10)
     legend_at_left(axes, 5, 9.5)
     return figure
 

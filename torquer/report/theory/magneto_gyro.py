@@ -58,10 +58,15 @@ def _wheel(made: GyroDesign, title: str) -> Figure:
     axes.axhline(0.0, color=INK, lw=0.8)
     marks = ((0.0, "h = 0", FAINT), (2.0, "h = 2", FAINT),
              (craft.stiffness, f"h = {craft.stiffness:.3g}, this wheel", RED))  # fmt: skip
-    for place, text, colour in marks:
+    for row, (place, text, colour) in enumerate(marks):
         axes.axvline(place, color=colour, lw=1.2, ls=(0, (5, 3)))
-        axes.text(place + 0.06, 0.03, text, transform=axes.get_xaxis_transform(), fontsize=8.5,
-                  color=INK, bbox={"color": "white", "alpha": 0.85, "pad": 1.0})  # fmt: skip
+        at_right = place > 0.5 * h[-1]  # where the text would leave the axes
+        axes.annotate(
+            text, (place, 0.03 + 0.07 * row), xycoords=axes.get_xaxis_transform(),
+            xytext=(-4 if at_right else 4, 0), textcoords="offset points",
+            ha="right" if at_right else "left", fontsize=8.5, color=INK,
+            bbox={"color": "white", "alpha": 0.85, "pad": 1.0},
+        )  # fmt: skip
     axes.set_xlabel("stiffness h\nstage 2: gains made for each wheel with the same weights; "
                     "stage 1: the same gains", fontsize=9)  # fmt: skip
     axes.set_ylabel("degree of stability [1/nu0]", fontsize=10)
