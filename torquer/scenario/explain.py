@@ -8,7 +8,6 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from torquer.base.spec import Spec
 from torquer.base.units import conversion, did_you_mean
 from torquer.compile.when_compiling import plainly
 
@@ -64,12 +63,12 @@ def validate_tables(spec: type[M], data: dict) -> M:
         with plainly():
             return spec.model_validate(data)
     except ValidationError as error:
-        raise ScenarioError("\n".join(explain(error, data))) from None
+        raise ScenarioError("\n".join(explain(error, data, spec))) from None
 
 
-def explain(error: ValidationError, data: dict) -> list[str]:
-    """One line per mistake in `data`, the tables of the file."""
-    lines, spec = {}, spec_named(error.title)
+def explain(error: ValidationError, data: dict, spec: type[BaseModel]) -> list[str]:
+    """One line per mistake in `data`, the tables of the file; `spec`: what they were to be."""
+    lines: dict[tuple, str] = {}
     for place, mistakes in _by_place(error, data).items():
         chosen = min(mistakes.values(), key=_strangeness)
         for keys, mistake in chosen:
@@ -137,7 +136,7 @@ def key_name(keys: tuple) -> str:
     return shown.removeprefix(".") or "scenario"
 
 
-def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
+def _line(keys: tuple, mistake: dict, spec: type[BaseModel]) -> str:
     """The error; the package's own check may report several, a line each."""
     key, kind, context = key_name(keys), mistake["type"], mistake.get("ctx", {})
     received = _quote(mistake["input"])
@@ -148,7 +147,7 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
             return f"{key}: must have {mistake['loc'][-1] + 1} values; received {received}"
         return f"{key}: must be given; received nothing"
     if kind == "extra_forbidden":
-        known = known_keys(spec, mistake["loc"][:-1]) if spec else []
+        known = known_keys(spec, mistake["loc"][:-1])
         text = suggestion(str(mistake["loc"][-1]), known)
         return f"{key}: must be a known key; received {received}{text}"
     if kind == "too_short":
@@ -239,17 +238,6 @@ def known_keys(spec: type[BaseModel], loc: tuple) -> list[str]:
         at = [inner for each in at for inner in _within(each, part)]
     tables = {each: None for each in at if _is_table(each)}  # in order, each once
     return list(dict.fromkeys(key for table in tables for key in table.model_fields))
-
-
-def spec_named(name: str) -> type[BaseModel] | None:
-    """The spec whose mistakes pydantic reports by this name."""
-    to_see: list[type[BaseModel]] = [Spec]
-    while to_see:
-        found = to_see.pop()
-        if found.__name__ == name:
-            return found
-        to_see += found.__subclasses__()
-    return None
 
 
 def suggestion(key: str, known: list[str]) -> str:

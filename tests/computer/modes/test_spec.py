@@ -181,7 +181,7 @@ def condition(**keys):
 def test_what_makes_no_sense_is_reported_in_one_line(data, line):
     with pytest.raises(ValidationError) as error:
         Modes.model_validate(data)
-    (answer,) = explain(error.value, data)
+    (answer,) = explain(error.value, data, Modes)
     assert line in answer and "\n" not in answer and "main" not in answer
 
 
@@ -203,7 +203,7 @@ def test_a_state_of_another_region_is_named_without_doubt(keys, line):
     data = {"regions": {"one": TWICE, "two": TWICE, "c": region}}
     with pytest.raises(ValidationError) as error:
         Modes.model_validate(data)
-    assert line in explain(error.value, data)[0]
+    assert line in explain(error.value, data, Modes)[0]
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_names_that_cannot_be_stored_are_refused(name):
     ):
         with pytest.raises(ValidationError) as caught:
             Modes.model_validate(data)
-        assert f"{key}: {NAME} {name!r}" in explain(caught.value, data)
+        assert f"{key}: {NAME} {name!r}" in explain(caught.value, data, Modes)
 
 
 def test_names_in_any_script_and_no_longer_than_files_allow():

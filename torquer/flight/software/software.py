@@ -144,7 +144,7 @@ def _settings(name: str, make: type[Module], given: dict) -> Spec:
         return make.Settings.model_validate(given)
     except ValidationError as error:
         where = f"modules.{name}.settings"
-        lines = [f"{where}.{line}" for line in explain(error, given)]
+        lines = [f"{where}.{line}" for line in explain(error, given, make.Settings)]
         raise ScenarioError("\n".join(lines)) from None
 
 

@@ -164,7 +164,8 @@ def make_mapping(data: dict) -> Mapping:
     try:
         return Mapping.model_validate(data)
     except ValidationError as error:
-        raise ValueError("\n".join(f"mapping: {line}" for line in explain(error, data))) from None
+        lines = explain(error, data, Mapping)
+        raise ValueError("\n".join(f"mapping: {line}" for line in lines)) from None
 
 
 def write_mapping(mapping: Mapping, guesses: list[str]) -> str:
