@@ -8,8 +8,6 @@ from environment.orbit.orbit_files import ISS, START, times
 from environment.orbit.test_from_file import omm_fields, orbit_of, refused, second
 from sgp4.api import WGS72, Satrec
 
-from torquer.environment.orbit.files.elements import epoch_of
-
 INSTANTS = times(1200.0)
 
 
@@ -24,7 +22,7 @@ def test_lines_of_elements_may_be_indented(tmp_path, begin, end):
 def test_a_number_beyond_five_digits_has_a_letter_in_two_lines(tmp_path):
     text = "\n".join([*ISS.tle, *second("A0001")])
     orbit = orbit_of(tmp_path, "a.tle", text, satellite=100001)
-    assert orbit._read()[0].tle[0][2:7] == "A0001"
+    assert orbit.elements(START).orbit.tle[0][2:7] == "A0001"
 
 
 def message_of(**values) -> str:
@@ -39,7 +37,7 @@ def message_of(**values) -> str:
 )
 def test_epochs_of_messages_in_all_forms_are_the_same(tmp_path, epoch):
     orbit = orbit_of(tmp_path, "a.json", message_of(EPOCH=epoch))
-    assert epoch_of(orbit._read()[0]) == START
+    assert orbit.elements(START).epoch == START
     assert np.abs(orbit.state(INSTANTS, START)[0] - ISS.state(INSTANTS, START)[0]).max() < 1e-4
 
 

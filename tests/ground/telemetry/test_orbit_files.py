@@ -44,7 +44,7 @@ def test_lines_of_elements_may_be_indented(tmp_path):
     file.write_text("".join(f"  {line}  \r\n" for line in ("ISS", *ISS.tle)))
     found, said = load_orbit(file, START)
     assert np.array_equal(found.state(INSTANTS, START), ISS.state(INSTANTS, START))
-    assert said == "SGP4, elements of 0.0 d after the first row"
+    assert said == "SGP4, elements of 25544 ISS of 0.0 d after the middle row"
 
 
 def test_elements_are_read_as_a_message_of_a_catalogue(tmp_path):
@@ -53,7 +53,10 @@ def test_elements_are_read_as_a_message_of_a_catalogue(tmp_path):
     (tmp_path / "omm.json").write_text(json.dumps([fields]))
     found, said = load_orbit(tmp_path / "omm.json", START + timedelta(days=2))
     apart = found.state(INSTANTS, START)[0] - ISS.state(INSTANTS, START)[0]
-    assert np.abs(apart).max() < 1e-3 and said == "SGP4, elements of 2.0 d before the first row"
+    assert (
+        np.abs(apart).max() < 1e-3
+        and said == "SGP4, elements of 25544 ISS (ZARYA) of 2.0 d before the middle row"
+    )
     (tmp_path / "two.json").write_text(json.dumps([fields, fields | {"NORAD_CAT_ID": 48274}]))
     with pytest.raises(
         RequestError,
@@ -117,3 +120,45 @@ def test_a_file_of_another_suffix_may_be_toml(tmp_path):
     file.write_text(table)
     with pytest.raises(RequestError, match="must state `start`"):
         load_orbit(file, START)
+
+
+def write_sets(path, *sets):
+    """Sets of (name, number, days after those of the ISS) as two-line elements."""
+    lines = []
+    for name, number, days in sets:
+        first, second = (line[:2] + f"{number:05d}" + line[7:68] for line in ISS.tle)
+        first = first.replace("25182.5", f"25{182.5 + days:.1f}")
+        lines += [name, *(line + str(checksum(line)) for line in (first, second))]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_a_satellite_is_chosen_by_name_or_number(tmp_path):
+    """And of its sets the one nearest to the middle row, not of another's."""
+    file = write_sets(
+        tmp_path / "many.tle", ("ONE", 11111, 0.0), ("TWO", 22222, 3.0), ("TWO", 22222, 8.0)
+    )
+    for satellite in ("two", "22222"):
+        _, said = load_orbit(file, START + timedelta(days=2), satellite)
+        assert said == "SGP4, elements of 22222 TWO of 1.0 d after the middle row"
+    with pytest.raises(RequestError, match="satellite must name one of the file's by catalogue n"):
+        load_orbit(file, START)
+    table = tmp_path / "orbit.toml"
+    table.write_text(f"orbit = {{ kind = 'sgp4', tle = {list(ISS.tle)} }}\n".replace("'", '"'))
+    assert load_orbit(table, START)[1] == "SGP4, elements of 25544 of 0.0 d after the middle row"
+    with pytest.raises(RequestError, match=r"^satellite: must be left out for a table \[orbit\]"):
+        load_orbit(table, START, "ISS")
+
+
+@pytest.mark.parametrize("days", [31.0, -31.0])
+def test_old_elements_are_refused_unless_they_are_wanted(tmp_path, days):
+    file, at = write_sets(tmp_path / "iss.tle", ("ISS", 25544, 0.0)), START + timedelta(days=days)
+    side = "before" if days > 0.0 else "after"
+    with pytest.raises(RequestError) as refused:
+        load_orbit(file, at)
+    assert str(refused.value) == (
+        "orbit: must have elements within 30 d of the middle row (most_age_days); received SGP4, "
+        f"elements of 25544 ISS of 31.0 d {side} the middle row"
+    )
+    assert load_orbit(file, at, most_age_days=40.0)[1].startswith("SGP4, elements of 25544 ISS")
+    assert load_orbit(file, START + timedelta(days=29.9))

@@ -283,3 +283,23 @@ def test_sessions_are_checked():
         make_session(utc[1:], {"field": np.zeros(1)})
     with pytest.raises(ValueError, match=r"b_measured: must have shape \(1, 3\)"):
         make_session(utc[1:], {"b_measured": np.zeros(1)})
+
+
+def test_rows_of_a_clock_that_was_not_set_are_left_out(tmp_path):
+    """Three rows of 1970 chose the elements, and were the start of the session."""
+    early = [f"1970-01-01T00:00:{k:02d}Z,1,2,3" for k in range(3)]
+    rows = [f"{stamp},{k},2,3" for k, stamp in enumerate(rows_of(50))]
+    found = read(written(tmp_path, "\n".join(["t,x,y,z", *early, *rows])), mapped())
+    assert found.data.sizes["time"] == 50 and str(found.data["utc"].values[0])[:4] == "2012"
+    (finding,) = (each for each in found.findings if each.key == "clock not set")
+    assert finding.text == (
+        "3 rows are more than a year from all others (1970-01-01) and left out: of a clock that "
+        "was not set?"
+    )
+
+
+def test_two_campaigns_years_apart_are_one_session(tmp_path):
+    later = [stamp.replace("2012", "2014") for stamp in rows_of(20)]
+    rows = [f"{stamp},{k},2,3" for k, stamp in enumerate([*rows_of(50), *later])]
+    found = read(written(tmp_path, "\n".join(["t,x,y,z", *rows])), mapped())
+    assert found.data.sizes["time"] == 70 and "clock not set" not in keys_of(found)

@@ -1,6 +1,6 @@
 """An orbit from a file: positions at given instants, or elements for SGP4."""
 
-from datetime import UTC, datetime
+from datetime import UTC
 from functools import lru_cache
 from typing import Annotated, Literal, NamedTuple
 
@@ -13,13 +13,11 @@ from torquer.base.time import parse_utc, tai_minus_utc
 from torquer.base.user_code import OwnFile
 from torquer.environment.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.orbit.files import Asked, in_file, read_orbit_file
-from torquer.environment.orbit.files.elements import epoch_of
+from torquer.environment.orbit.files.elements import ElementSet
 from torquer.environment.orbit.files.stamps import seconds_behind
 from torquer.environment.orbit.files.states import Interpolation, States, checked, interpolate
 from torquer.environment.orbit.kepler import TWO_PI, Extent, Orbit
-from torquer.environment.orbit.mean_elements import MeanElements
 from torquer.environment.orbit.osculating import extent_of, mean_rate
-from torquer.environment.orbit.sgp4 import Sgp4
 
 #: Instants of a file after its last, or before its first, for which it may still be asked:
 #: a table's last segment goes beyond the run.
@@ -78,12 +76,12 @@ class FileOrbit(OwnFile, Orbit):
         """Mean orbital rate [rad/s]: over the first revolution of positions, or of the elements."""
         if isinstance(self._read(), States):
             return self._known(0.0).rate_rad_s
-        return self._elements(start_utc).rate_rad_s()
+        return self.elements(start_utc).orbit.rate_rad_s()
 
     def extent(self, start_utc=None) -> Extent:
         """Perigee, apogee and inclination: osculating, or of the elements."""
         if not isinstance(self._read(), States):
-            return self._elements(start_utc).extent()
+            return self.elements(start_utc).orbit.extent()
         r, v = self.state(np.zeros(1), start_utc)
         return extent_of(r[0], v[0])
 
@@ -114,10 +112,6 @@ class FileOrbit(OwnFile, Orbit):
                 f"{error.max():.2g} m (a gap or a damaged position?)"
             )
 
-    def epoch(self, start_utc) -> datetime:
-        """Epoch of the elements that are taken for a start."""
-        return epoch_of(self._elements(start_utc))
-
     def interpolation_error_m(self, start_utc, *times_s: float) -> float | None:
         """Estimate of the greatest error of interpolation between two times [s]; None of SGP4."""
         if not isinstance(self._read(), States):
@@ -129,9 +123,10 @@ class FileOrbit(OwnFile, Orbit):
         """What the file gives for a run of a length, in a line."""
         error_m = self.interpolation_error_m(start_utc, 0.0, length_s)
         if error_m is None:
-            epoch = self.epoch(start_utc)
+            found = self.elements(start_utc)
             return (
-                f"orbit: SGP4 with the elements of {epoch:%Y-%m-%d %H:%M} UTC in {self.file.name}"
+                f"orbit: SGP4 with the elements of {found.called} of "
+                f"{found.epoch:%Y-%m-%d %H:%M} UTC in {self.file.name}"
             )
         return (
             f"orbit: positions every {self.step_s:g} s in {self.file.name}, known between them to "
@@ -168,19 +163,19 @@ class FileOrbit(OwnFile, Orbit):
 
     def _by_elements(self, t_s, start_utc) -> tuple[np.ndarray, np.ndarray]:
         try:
-            return self._elements(start_utc).state(t_s, start_utc)
+            return self.elements(start_utc).orbit.state(t_s, start_utc)
         except ValueError as error:
             when = str(error).removeprefix("sgp4: no orbit ")
             must = "must hold elements of an orbit throughout the run; received none"
             raise ValueError(f"orbit.{in_file(self.file.name, must)} {when}") from None
 
-    def _elements(self, start_utc) -> Sgp4 | MeanElements:
+    def elements(self, start_utc) -> ElementSet:
         """Of several sets the one nearest to the start; the last without a start."""
         orbits = self._read()
         if start_utc is None:
-            return max(orbits, key=epoch_of)
+            return max(orbits, key=lambda each: each.epoch)
         start = parse_utc(start_utc, "start")
-        return min(orbits, key=lambda each: abs(epoch_of(each) - start))
+        return min(orbits, key=lambda each: abs(each.epoch - start))
 
     def _known(self, dut1_s: float) -> _Known:
         return _in_gcrf(_Whole(self._read()), dut1_s, self.file.name)

@@ -9,13 +9,14 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 
 from torquer.base.conventions import MU_EARTH_M3_S2
+from torquer.base.limits import RequestError
 from torquer.computer.estimation.filter import Filter
 from torquer.ground.telemetry.attitude import load_filter
 from torquer.ground.telemetry.calibration import MODELS, split_shift
 from torquer.ground.telemetry.examination import Examination, Split
 from torquer.ground.telemetry.examine import examine
 from torquer.ground.telemetry.mapping import load_mapping
-from torquer.ground.telemetry.modulus import session_start
+from torquer.ground.telemetry.modulus import session_middle
 from torquer.ground.telemetry.orbit import load_orbit
 from torquer.ground.telemetry.read import Session, read
 from torquer.ground.telemetry.request import Model, TelemetryRequest
@@ -74,7 +75,10 @@ def load_case(files: Path | str | Sequence[Path | str], asked: TelemetryRequest)
     session = read(files, None if asked.mapping is None else load_mapping(asked.mapping))
     orbit, about = None, "positions of the telemetry"
     if asked.orbit is not None:
-        orbit, about = load_orbit(asked.orbit, session_start(session.data))
+        at = session_middle(session.data)
+        orbit, about = load_orbit(asked.orbit, at, asked.satellite, asked.most_age_days)
+    elif asked.satellite is not None:
+        raise RequestError("satellite", "must be given with an orbit; received it without")
     filter_ = None if asked.filter is None else load_filter(asked.filter)
     twin = None if asked.twin is None else load_scenario(asked.twin)
     return Case(session, orbit, about, filter_, twin, asked)

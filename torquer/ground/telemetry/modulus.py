@@ -48,6 +48,13 @@ def session_start(data: xr.Dataset) -> datetime:
     return data["utc"].values[0].astype("datetime64[us]").item().replace(tzinfo=UTC)
 
 
+def session_middle(data: xr.Dataset) -> datetime:
+    """UTC of the middle row of a session: some rows of a clock that was not set do not move it."""
+    session_start(data)
+    stamp = data["utc"].values[data.sizes["time"] // 2]
+    return stamp.astype("datetime64[us]").item().replace(tzinfo=UTC)
+
+
 class FieldAlong:
     """The field along an orbit at the stamps of a session, by splines over stretches of stamps."""
 

@@ -13,7 +13,7 @@ from torquer.base.time import parse_utc, seconds_between
 from torquer.environment.orbit import AnyOrbit, FileOrbit, Sgp4
 from torquer.environment.orbit.files import is_orbit_file
 from torquer.environment.orbit.numerical import tle_epoch
-from torquer.ground.telemetry.request import mistakes_in_file
+from torquer.ground.telemetry.request import MOST_AGE_DAYS, mistakes_in_file
 from torquer.scenario.explain import validate_tables
 from torquer.scenario.load import tables_with_files
 from torquer.scenario.toml_text import parse_toml, read_text
@@ -71,22 +71,43 @@ class OrbitFrom(NamedTuple):
         return self.orbit.state(t_s + seconds_between(self.start, start_utc), self.start, dut1_s)
 
 
-def load_orbit(path: Path | str, at: datetime):
+def load_orbit(
+    path: Path | str,
+    at: datetime,
+    satellite: str | None = None,
+    most_age_days: float = MOST_AGE_DAYS,
+):
     """The orbit of a file, and what to say of it; of several element sets the one nearest to `at`.
 
-    RequestError for a file that has none.
+    `at`: UTC of the middle row; `satellite`: its name or number in a file of several. RequestError
+    for a file that has none, and for elements older, or younger, than `most_age_days`.
     """
     with mistakes_in_file("orbit"):
-        return _load(Path(path), at)
+        orbit, about, age_days = _load(Path(path), at, satellite)
+    if not abs(age_days) <= most_age_days:
+        raise RequestError(
+            "orbit",
+            f"must have elements within {most_age_days:g} d of the middle row (most_age_days); "
+            f"received {about}",
+            "most_age_days",
+        )
+    return orbit, about
 
 
-def _load(path: Path, at: datetime):
+def _load(path: Path, at: datetime, satellite: str | None):
+    """Orbit, what to say of it, age of its elements [days]; 0 if it has none."""
     text = read_text(path, "orbit")
     if path.suffix.lower() != ".toml" and is_orbit_file(text) and not _TABLE.match(text):
-        found = _read_file(path)
+        found = _read_file(path, satellite)
         if found.step_s is not None:
-            return found, f"positions every {found.step_s:g} s in {path.name}"
-        return _describe(OrbitFrom(found, at), found.epoch(at), at)
+            return found, f"positions every {found.step_s:g} s in {path.name}", 0.0
+        elements = found.elements(at)
+        return _describe(OrbitFrom(found, at), elements.called, elements.epoch, at)
+    if satellite is not None:
+        raise RequestError(
+            "satellite",
+            f"must be left out for a table [orbit], which may name it; received {satellite!r}",
+        )
     data = parse_toml(text, "orbit")
     if not isinstance(data.get("orbit"), dict):
         raise RequestError(
@@ -97,18 +118,19 @@ def _load(path: Path, at: datetime):
         table["file"] = str(path.parent / table["file"])
     orbit = _read_orbit(data["orbit"])
     if isinstance(orbit, Sgp4):
-        return _describe(orbit, tle_epoch(orbit), at)
+        return _describe(orbit, orbit.tle[0][2:7].strip(), tle_epoch(orbit), at)
     if "start" not in data:
         raise RequestError(
             "orbit", f"must state `start`, the time of the elements; received {path}"
         )
     start = parse_utc(data["start"], "start")
-    return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}"
+    return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}", 0.0
 
 
-def _read_file(path: Path) -> FileOrbit:
+def _read_file(path: Path, satellite: str | None) -> FileOrbit:
+    table = {"kind": "file", "file": path, "satellite": satellite}
     try:
-        return validate_tables(_File, {"orbit": {"kind": "file", "file": path}}).orbit
+        return validate_tables(_File, {"orbit": table}).orbit
     except ValueError as error:
         text = str(error).replace("; orbit.", "; a TOML file with [orbit] file and orbit.")
         raise RequestError("orbit", _OF_FILE.sub(_in_words, text)) from None
@@ -126,7 +148,7 @@ def _read_orbit(table: dict) -> AnyOrbit:
     return validate_tables(_Tables, {"orbit": table}).orbit
 
 
-def _describe(orbit: Sgp4 | OrbitFrom, epoch: datetime, at: datetime):
+def _describe(orbit: Sgp4 | OrbitFrom, called: str, epoch: datetime, at: datetime):
     days = (at - epoch) / timedelta(days=1)
     side = "before" if days > 0.0 else "after"
-    return orbit, f"SGP4, elements of {abs(days):.1f} d {side} the first row"
+    return orbit, f"SGP4, elements of {called} of {abs(days):.1f} d {side} the middle row", days

@@ -20,6 +20,9 @@ _NO_QUATERNION = 0.5
 _NOT_UNIT = 0.02
 #: A step longer than this many times the cadence is a gap.
 _GAP = 1.5
+#: Rows farther than this from all others, and fewer than this part of them, are of a clock that was
+#: not set.
+_ASTRAY, _FEW = np.timedelta64(366, "D"), 0.1
 #: A row is a jump where it differs from both neighbours by so many times the usual step.
 _JUMP = 12.0
 
@@ -58,6 +61,7 @@ def read(paths, mapping: Mapping | None = None) -> Session:
     if lost:
         findings.append(Finding("not in all files", 0, f"not in all files: {', '.join(lost)}"))
     utc, values = _order(utc, values, findings)
+    utc, values = _without_strays(utc, values, findings)
     _check_quaternions(values, findings)
     data = make_session(utc, values, source=", ".join(each.name for each in map(Path, files)))
     findings += _describe_stamps(utc) + _describe_values(values)
@@ -249,6 +253,25 @@ def _order(utc, values, findings) -> tuple[np.ndarray, dict]:
         )
         utc, values = utc[~doubled], {name: each[~doubled] for name, each in values.items()}
     return utc, values
+
+
+def _without_strays(utc, values, findings) -> tuple[np.ndarray, dict]:
+    """Rows without those few whose stamps are years from all others."""
+    groups = np.append(0, np.cumsum(np.diff(utc) > _ASTRAY))
+    counts = np.bincount(groups)
+    stray = (counts < _FEW * len(utc))[groups]
+    if not np.any(stray):
+        return utc, values
+    days = ", ".join(sorted({str(each)[:10] for each in utc[stray]})[:3])
+    findings.append(
+        Finding(
+            "clock not set",
+            int(np.sum(stray)),
+            f"{np.sum(stray)} rows are more than a year from all others ({days}) and left out: of "
+            "a clock that was not set?",
+        )
+    )
+    return utc[~stray], {name: each[~stray] for name, each in values.items()}
 
 
 def _check_quaternions(values: dict, findings: list[Finding]) -> None:

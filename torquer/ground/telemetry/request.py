@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 from torquer.base.limits import RequestError, at_least, positive, request
 
+#: Age of elements [days] up to which they are taken, unless another is asked for.
+MOST_AGE_DAYS = 30.0
 Model = Literal["bias", "scale", "non-orthogonality", "shift", "coils", "temperature", "all"]
 
 
@@ -20,6 +22,10 @@ class TelemetryRequest:
     orbit: Path | None = None
     """Elements of one satellite in two lines or OMM (of several sets the nearest), OEM, SP3, or a
     TOML file with a table [orbit], such as a scenario [position_j of the telemetry]."""
+    satellite: str | None = None
+    """Name or catalogue number of the satellite in a file of several orbits."""
+    most_age_days: Annotated[float, positive()] = MOST_AGE_DAYS
+    """Days between epoch and telemetry up to which elements are taken."""
     mapping: Path | None = None
     """How columns become quantities [none: files of torquer]."""
     model: Model | None = None

@@ -6,14 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.environment.orbit.files.csv_rows import is_csv, read_csv
-from torquer.environment.orbit.files.elements import are_elements, read_elements
+from torquer.environment.orbit.files.elements import ElementSet, are_elements, read_elements
 from torquer.environment.orbit.files.naming import first_line
 from torquer.environment.orbit.files.oem import is_oem, read_oem
 from torquer.environment.orbit.files.omm import is_omm
 from torquer.environment.orbit.files.sp3 import is_sp3, read_sp3
 from torquer.environment.orbit.files.states import States, checked
-from torquer.environment.orbit.mean_elements import MeanElements
-from torquer.environment.orbit.sgp4 import Sgp4
 
 #: What files may be, for messages.
 FORMATS = "OEM or OMM of CCSDS, SP3, CSV with names of columns, or two-line elements"
@@ -28,7 +26,7 @@ _READERS = (
     (are_elements, read_elements),
     (is_csv, read_csv),
 )
-Orbits = States | list[Sgp4 | MeanElements]
+Orbits = States | list[ElementSet]
 
 
 class Asked(NamedTuple):

@@ -22,6 +22,19 @@ _TYPE, _XP = 62, "4"
 _MOST_LISTED = 8
 
 
+class ElementSet(NamedTuple):
+    """Elements of a satellite; `called`: its catalogue number and name, as the file has them."""
+
+    orbit: Sgp4 | MeanElements
+    called: str
+
+    @property
+    def epoch(self) -> datetime:
+        """Epoch of the elements."""
+        orbit = self.orbit
+        return orbit.epoch if isinstance(orbit, MeanElements) else tle_epoch(orbit)
+
+
 class TwoLines(NamedTuple):
     """A set of two lines, with their numbers in the file, and the name before them."""
 
@@ -70,14 +83,14 @@ def are_elements(text: str) -> bool:
 
 def read_elements(
     text: str, satellite: str | None, without_checksums: bool = False
-) -> list[Sgp4 | MeanElements]:
+) -> list[ElementSet]:
     """All sets of one satellite, which is chosen by name or number where there are several."""
     found: list[TwoLines | Message] = [*(messages(text) if is_omm(text) else _two_lines(text))]
     if not found:
         raise ValueError("must hold sets of elements; received none")
     wanted = [each for each in found if is_called(satellite, *each.names())]
     if len({each.number for each in wanted}) != 1:
-        known = sorted({f"{each.number} {each.name}".strip() for each in found})
+        known = sorted(set(map(_called, found)))
         more = len(known) - _MOST_LISTED
         some = ", ".join(known[:_MOST_LISTED]) + (f" and {more} others" if more > 0 else "")
         raise ValueError(
@@ -85,14 +98,16 @@ def read_elements(
             f"received {satellite!r}"
         )
     return [
-        each.orbit(without_checksums) if isinstance(each, TwoLines) else each.orbit()
+        ElementSet(
+            each.orbit(without_checksums) if isinstance(each, TwoLines) else each.orbit(),
+            _called(each),
+        )
         for each in wanted
     ]
 
 
-def epoch_of(elements: Sgp4 | MeanElements) -> datetime:
-    """Epoch of a set."""
-    return elements.epoch if isinstance(elements, MeanElements) else tle_epoch(elements)
+def _called(each: TwoLines | Message) -> str:
+    return each.name if each.name == each.number else f"{each.number} {each.name}".strip()
 
 
 def _two_lines(text: str) -> Iterator[TwoLines]:
