@@ -17,6 +17,7 @@ from torquer.theory.three_axis.gain_search import (
     DesignTask,
     assess,
     design_gains,
+    error_text,
     least_held,
 )
 from torquer.theory.three_axis.margins import (
@@ -230,6 +231,14 @@ def test_the_regulator_points_better(made):
     assert made.regulator.settling_s == pytest.approx(
         math.log(50.0) / made.regulator.degree / 1.1443e-3, rel=1e-3
     )
+
+
+def test_rounding_is_not_printed_as_an_error(made):
+    """A turn of 1e-16 is none; one of 1e-3 rad is an angle."""
+    error, turn = made.refined.error, np.array([[0.0, 1.0, 0.0]])
+    assert error_text(replace(error, turns=1e-16 * turn)) == "0"
+    assert error_text(replace(error, turns=1e-3 * turn)) == "0.0573"
+    assert error_text(replace(error, turns=turn)) == "beyond"
 
 
 def test_messages(sampled):

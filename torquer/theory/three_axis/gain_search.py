@@ -71,6 +71,8 @@ RATE, ANGLE = "rate_gain", "angle_gain"
 HARMONICS = 2
 _PARTS_OF_LIMIT = 10.0 ** np.arange(0.0, -4.1, -0.5)
 _ALONE = np.empty((1, 0))
+#: A steady error up to this [deg] is rounding.
+_ROUNDING_DEG = 1e-10
 STABLE = Limit(
     "degree of the sampled loop [1/rad]", 0.0, open=True, why="the loop is unstable",
     of="error and margins of a three-axis hold", shown="Floquet multipliers of the loop itself",
@@ -137,10 +139,12 @@ def _gain_row(name: str, each: Candidate) -> tuple[str, ...]:
 
 
 def error_text(error: PointingError | None) -> str:
-    """The greatest error [deg] for people: no number beyond the linear range."""
+    """The greatest error [deg] for people: no number beyond the linear range, and none of rounding
+    where nothing disturbs the satellite."""
     if error is None:
         return "-"
-    return f"{math.degrees(error.greatest_rad):.3g}" if error.is_linear else "beyond"
+    degrees = math.degrees(error.greatest_rad)
+    return f"{degrees if degrees > _ROUNDING_DEG else 0.0:.3g}" if error.is_linear else "beyond"
 
 
 @dataclass(frozen=True)
