@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -91,7 +92,19 @@ def test_three_axis(printed):
     found = printed("three-axis", CUBESAT)
     assert found.pop("files") == [] and _plain(answer) == found
     assert _is_table_of(answer, "degree [1/rad]", "regulator", "error [deg]")
-    assert torquer.plot(answer).axes[0].get_xlabel().startswith("k, rate_gain")
+    axes = torquer.plot(answer).axes[0]
+    assert axes.get_xlabel() == "k, of the rate [N m s/T²]"
+    said = [text.get_text() for text in axes.get_legend().get_texts()]
+    for name in ("formula", "refined"):
+        doubts = answer.verdict_on(answer.candidates[name]).doubts
+        assert (name + ": doubtful" * bool(doubts)) in said
+
+
+def test_a_picture_of_gains_says_which_are_doubtful():
+    """Laws with an error of no use, as text and JSON say."""
+    answer = replace(three_axis(None, CUBESAT), within_deg=-1.0)  # any error is too great
+    said = [text.get_text() for text in torquer.plot(answer).axes[0].get_legend().get_texts()]
+    assert {"formula: doubtful", "refined: doubtful"} <= set(said)
 
 
 def test_three_axis_wants_one_description_of_the_satellite():
@@ -114,7 +127,9 @@ def test_detumble(printed):
     gain = answer.with_gain().control.law.gain_a_m2_s_per_t
     assert gain == pytest.approx(answer.chosen.gain, rel=1e-3)
     assert _is_table_of(answer, "gain [A m^2 s/T]", f"{answer.chosen.gain:.3g}")
-    assert torquer.plot(answer).axes[2].get_xlabel() == "gain_a_m2_s_per_t"
+    figure = torquer.plot(answer)
+    assert figure.axes[2].get_xlabel().startswith("gain [A m² s/T]")
+    assert figure.get_suptitle().endswith(": doubtful") == bool(answer.verdict.doubts)
 
 
 def test_detumble_refuses_a_rate_by_its_key():

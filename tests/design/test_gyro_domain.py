@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from torquer.compile import engine
+from torquer.design.gyro.answer import _angle_text
 from torquer.design.gyro.gains import magneto_gyro
 from torquer.design.requests import MagnetoGyroRequest
 from torquer.scenario.load import scenario_from_text
@@ -162,3 +163,8 @@ def test_flights_agree_with_the_verdict(wheel_n_m_s, dipole_a_m2, state):
     assert (never == 0) == (state == "valid")
     said = any("releases do not stay below 5 deg" in line for line in made.verdict.lines())
     assert said == (never > 0)
+
+
+def test_an_angle_beyond_linear_theory_has_no_number():
+    assert _angle_text(math.radians(54.3)) == "54"
+    assert _angle_text(math.radians(90.5)) == "more than 90"

@@ -33,6 +33,7 @@ from torquer.theory.slow.slow_motion import (
     map_evolution,
     map_law,
 )
+from torquer.theory.slow.slow_result import drift
 from torquer.theory.slow.spinner import Spinner
 from torquer.theory.validity import AVERAGES_ERR, POLE, SLOW_CHANGE
 
@@ -189,6 +190,17 @@ def test_integrals_are_monitored_where_they_hold_and_are_numbers():
     to_sun = case_of(target=(math.sin(1.0), 0.0, math.cos(1.0)))
     in_plane = evolve(EVOLUTIONS["sdot"], to_sun, START._replace(sigma=0.0), U)
     assert max(in_plane.drift.values()) < 1e-8  # an extremum of the integral of the plane
+
+
+def test_at_an_extremum_of_an_integral_its_drift_is_the_distance():
+    """cos(sigma) at sigma = 0, where a small shift changes nothing; and where it is no extremum."""
+    path = Slow(*(np.array([x, x]) for x in (1.0, 0.9)), np.array([3e-6, 0.0]), np.full(2, 1.1))
+    at_top = drift(lambda slow, case: np.cos(slow.sigma), None, path, 1e-9)
+    assert 1e-6 <= at_top <= 1e-5
+    aside = path._replace(sigma=path.sigma + 1.0)
+    assert drift(lambda slow, case: np.cos(slow.sigma), None, aside, 1e-9) == pytest.approx(
+        3e-6, rel=1e-3
+    )
 
 
 def test_the_result_is_copied_and_stored_whole():

@@ -13,7 +13,13 @@ from torquer.computer.laws.periodic_gains import PeriodicGains
 from torquer.computer.laws.projected_pd import ProjectedPd
 from torquer.theory.three_axis.averaged import channel_factors, plateau_edge
 from torquer.theory.three_axis.feedback import attitude_keys
-from torquer.theory.three_axis.gain_search import DesignTask, assess, design_gains
+from torquer.theory.three_axis.gain_search import (
+    DesignTask,
+    assess,
+    design_gains,
+    error_text,
+    least_held,
+)
 from torquer.theory.three_axis.margins import (
     best_factors,
     degrees_with_margin,
@@ -227,6 +233,14 @@ def test_the_regulator_points_better(made):
     )
 
 
+def test_rounding_is_not_printed_as_an_error(made):
+    """A turn of 1e-16 is none; one of 1e-3 rad is an angle."""
+    error, turn = made.refined.error, np.array([[0.0, 1.0, 0.0]])
+    assert error_text(replace(error, turns=1e-16 * turn)) == "0"
+    assert error_text(replace(error, turns=1e-3 * turn)) == "0.0573"
+    assert error_text(replace(error, turns=turn)) == "beyond"
+
+
 def test_messages(sampled):
     with pytest.raises(ValueError, match="limit_a_m2: must be above 0; received 0"):
         DesignTask(sampled, 0.0)
@@ -236,6 +250,30 @@ def test_messages(sampled):
         DesignTask(sampled, 1.0, gain_margin=0.5)
     with pytest.raises(ArithmeticError, match="gain margin of 50 within the coils' limit of 1e-05"):
         design_gains(DesignTask(sampled, 1e-5, gain_margin=50.0))
+
+
+def test_a_field_that_does_not_turn_is_named_as_the_cause():
+    """An equatorial orbit in the untilted dipole: nothing acts about the orbit's normal."""
+    held = hold(0.0, field="direct_dipole", reference="orbital", gravity_gradient=True)
+    with pytest.raises(ValueError, match=r"the field does not turn along this orbit.*received 0$"):
+        design_gains(DesignTask(SampledHold(held, Cycle(1.0)), 3.2))
+
+
+def test_fields_of_one_plane_leave_half_of_a_torque_about_each_of_its_axes():
+    u = np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False)
+    circle = 3e-5 * np.stack([np.cos(u), np.sin(u), 0.0 * u], axis=1)
+    assert least_held(circle) == pytest.approx(0.5)
+    assert least_held(circle[:1]) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
+def test_a_torque_beyond_the_coils_is_doubtful_not_a_missing_regulator():
+    """All regulators saturate: the one that errs least is given, and says so."""
+    sampled = SampledHold(hold(**CUBESAT), Cycle(20.0))
+    task = DesignTask(sampled, 0.1, constant_torque_n_m=(0.0, 0.0, 1e-5))
+    for each in design_gains(task).candidates.values():
+        assert each.degree > 0.0
+        assert "the coils saturate" in " ".join(each.verdict.lines())
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")

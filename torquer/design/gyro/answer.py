@@ -47,6 +47,11 @@ _BIAS = (
 )
 
 
+def _angle_text(angle_rad: float) -> str:
+    """An angle [deg] of linear theory: beyond 90 deg its number means nothing."""
+    return f"{math.degrees(angle_rad):.2g}" if angle_rad <= 0.5 * math.pi else "more than 90"
+
+
 @dataclass(frozen=True)
 class GyroDesign:
     """What was designed for a case, and what it can do.
@@ -133,7 +138,7 @@ class GyroDesign:
             "dipole_turns_rad": ("stage 2, until it is found", self.dipole_turns_rad),
         }
         return [
-            Row(key, label, angle, "deg", f"{math.degrees(angle):.2g}")
+            Row(key, label, angle, "deg", _angle_text(angle))
             for key, (label, angle) in angles.items()
         ]
 

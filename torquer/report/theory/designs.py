@@ -41,6 +41,7 @@ def draw_gains(sweep: GainSweep) -> Figure:
     gains = np.array([each.gain for each in sweep.flights])
     title = f"{sweep.scenario.name}: gain of B-dot".lstrip(": ")
     title += f", stopped below {sweep.below_deg_s:.3g} deg/s"
+    title += ": doubtful" * bool(sweep.verdict.doubts)
     figure, (upper, middle, lower) = stack_panels(title, 3, 7.2, sharex=True)
     for part, name, colour in _TIMES:
         hours = np.array([each.settled_by(part) for each in sweep.flights]) / 3600.0
@@ -99,7 +100,8 @@ def draw_design(answer: ThreeAxisAnswer) -> Figure:
     axes.plot([], [], color=INK, label="exact")
     axes.plot([], [], color=BLUE, ls="--", label="averaged")
     for name, (x, y, colour) in places.items():
-        axes.plot(x, y, "o", color=colour, ms=7, label=name, clip_on=False)
+        said = name + ": doubtful" * bool(answer.verdict_on(answer.candidates[name]).doubts)
+        axes.plot(x, y, "o", color=colour, ms=7, label=said, clip_on=False)
     axes.set_xlabel("k, of the rate [N m s/T²]", fontsize=10)
     axes.set_ylabel("k_a, of the angle [N m/T²]", fontsize=10)
     legend_at_left(axes, 5, 9.5)

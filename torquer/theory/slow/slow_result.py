@@ -9,6 +9,9 @@ from torquer.theory.validity import AVERAGES_ERR, SLOW_CHANGE
 
 #: Change of a first integral, over itself, that is rounding.
 _ROUNDING = 16.0 * np.finfo(float).eps
+#: Shifts of the variables that are tried where a smaller one changes an integral by less than the
+#: motion did: near its extremum the change goes with the shift's square.
+_WIDER = (1e-6, 1e-4)
 
 
 class SlowMotion(Slow):
@@ -75,17 +78,23 @@ def drift(integral, case: Case, path: Slow, scale: float) -> float:
     It is the change from the start over what shifts of each variable by `scale` change the
     integral, times the scale: the distance of the path from the surface on which it should lie.
     (Relative to the integral itself it would mean nothing: most are sums of logarithms, which pass
-    through zero.) A change by rounding alone counts as none, as at an extremum of the integral no
-    shift changes it. NaN where the integral is infinite.
+    through zero.) A change by rounding alone counts as none. Where a shift changes the integral by
+    less than the motion did, as next to its extremum, wider ones are tried. NaN where the integral
+    is infinite.
     """
     known = Slow(*(np.asarray(x)[np.isfinite(path.l)] for x in path))
     with np.errstate(all="ignore"):
         value = integral(known, case)
-        moved = sum(np.abs(integral(_shift(known, k, scale), case) - value) for k in range(4))
+        if not np.all(np.isfinite(value)):
+            return math.nan
         change = np.abs(value - value[0])
         change[change <= _ROUNDING * np.abs(value[0])] = 0.0
-        return float(np.max(np.where(change == 0.0, 0.0, scale * change / moved), initial=0.0)
-                     if np.all(np.isfinite(value)) else math.nan)  # fmt: skip
+        far, least = np.where(change == 0.0, 0.0, np.inf), 0.0
+        for by in (scale, *(wider for wider in _WIDER if wider > scale)):
+            moved = sum(np.abs(integral(_shift(known, k, by), case) - value) for k in range(4))
+            nearer = np.maximum(np.fmin(far, by * change / moved), least)
+            far, least = np.where(far > least, nearer, far), by
+    return float(np.max(far, initial=0.0))
 
 
 def _shift(path: Slow, k: int, by: float) -> Slow:

@@ -16,7 +16,12 @@ import numpy as np
 
 from torquer.computer.blocks.law import Law
 from torquer.computer.laws.three_axis import ThreeAxis
-from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
+from torquer.theory.three_axis.averaged import (
+    channel_factors,
+    mean_damping,
+    mean_projection,
+    plateau_edge,
+)
 from torquer.theory.three_axis.feedback import attitude_keys, lqr_law
 from torquer.theory.three_axis.floquet import exact_stability
 from torquer.theory.three_axis.hold import AttitudeHold
@@ -35,13 +40,21 @@ from torquer.theory.three_axis.response import (
 )
 from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
 from torquer.theory.three_axis.search import Best, greatest
-from torquer.theory.validity import Doubt, Limit, Verdict, within
+from torquer.theory.validity import Doubt, Limit, Verdict, judge, within
 
 WEAK_CONTROL = Limit(
     "strength K = k mu_max/n of the fastest channel", most=1.0,
     why="the averaged degree is too high: the formula is not followed further",
     of="gains of a three-axis hold by the formula",
     shown="Floquet multipliers at 30 deg: the averaged degree is a tenth too high",
+)  # fmt: skip
+#: Of the axis about which coils act least, in the mean over the orbit.
+FIELD_TURNS = Limit(
+    "the field's turning in the body: part of a torque about its mean direction that coils give",
+    1e-6, why="the field does not turn along this orbit: coils cannot act about it",
+    of="gains of a three-axis hold",
+    shown="the torque of coils, which is across the field: of a fixed field one angle stays free",
+    refuses=True,
 )  # fmt: skip
 LINEAR_RANGE = Limit("linear_range_deg", 0.0, 90.0, open=True)
 LIMIT = Limit("limit_a_m2", 0.0, open=True)
@@ -58,6 +71,8 @@ RATE, ANGLE = "rate_gain", "angle_gain"
 HARMONICS = 2
 _PARTS_OF_LIMIT = 10.0 ** np.arange(0.0, -4.1, -0.5)
 _ALONE = np.empty((1, 0))
+#: A steady error up to this [deg] is rounding.
+_ROUNDING_DEG = 1e-10
 STABLE = Limit(
     "degree of the sampled loop [1/rad]", 0.0, open=True, why="the loop is unstable",
     of="error and margins of a three-axis hold", shown="Floquet multipliers of the loop itself",
@@ -124,10 +139,12 @@ def _gain_row(name: str, each: Candidate) -> tuple[str, ...]:
 
 
 def error_text(error: PointingError | None) -> str:
-    """The greatest error [deg] for people: no number beyond the linear range."""
+    """The greatest error [deg] for people: no number beyond the linear range, and none of rounding
+    where nothing disturbs the satellite."""
     if error is None:
         return "-"
-    return f"{math.degrees(error.greatest_rad):.3g}" if error.is_linear else "beyond"
+    degrees = math.degrees(error.greatest_rad)
+    return f"{degrees if degrees > _ROUNDING_DEG else 0.0:.3g}" if error.is_linear else "beyond"
 
 
 @dataclass(frozen=True)
@@ -196,6 +213,12 @@ def _scales(task: DesignTask, b_body) -> _Scales:
     return _Scales(mu, hold.rate_rad_s, allowed, float(plateau_edge(mu, 1.0)))
 
 
+def least_held(b_body_t) -> float:
+    """Part of a torque that coils give in the mean, about the axis where it is least; fields
+    `[n, 3]` [T] at equidistant instants, body axes."""
+    return max(0.0, float(np.linalg.eigvalsh(mean_projection(b_body_t))[0]))
+
+
 def coarser(sampled: SampledHold) -> SampledHold:
     """The sampled hold with a cycle long enough for a quick search."""
     least_s = 2.0 * math.pi / sampled.hold.rate_rad_s / _CYCLES
@@ -205,8 +228,12 @@ def coarser(sampled: SampledHold) -> SampledHold:
 
 
 def design_gains(task: DesignTask) -> ThreeAxisDesign:
-    """Gains by the formula, the best of the exact sampled system, and the periodic regulator."""
+    """Gains by the formula, the best of the exact sampled system, and the periodic regulator.
+
+    ValueError where the field does not turn in the body; ArithmeticError where no gains are found.
+    """
     quick = coarser(task.with_gains(1.0, 1.0))
+    judge((FIELD_TURNS, least_held(quick.maps.b_body_t)))
     scales = _scales(task, quick.maps.b_body_t)
     first, best = scales.formula(), _search(task, quick, scales)
     k = math.exp(best.point[0])
@@ -219,9 +246,12 @@ def design_gains(task: DesignTask) -> ThreeAxisDesign:
 
 def _regulator(task: DesignTask, quick: SampledHold) -> Law:
     """The regulator of errors of the linear range, with the weight of the dipole, of some up to the
-    coils' limit, that has the least steady error of those that settle half as fast as any."""
+    coils' limit, that has the least steady error of those that settle half as fast as any.
+
+    One whose steady error saturates the coils counts only where all do: its verdict says so.
+    """
     angle, hold = math.radians(task.linear_range_deg), quick.hold
-    found: list[tuple[float, float, Law]] = []
+    found: list[tuple[bool, float, float, Law]] = []
     for part in _PARTS_OF_LIMIT:
         weights = Weights(angle, angle, part * task.limit_a_m2)
         with contextlib.suppress(ArithmeticError):  # too fast for the steps, or not stable
@@ -232,24 +262,22 @@ def _regulator(task: DesignTask, quick: SampledHold) -> Law:
             "design: a periodic regulator must make the sampled loop stable with a gain margin of "
             f"{task.gain_margin:g}; none was found"
         )
-    fast = [each for each in found if each[1] >= 0.5 * max(degree for _, degree, _ in found)]
-    return min(fast, key=lambda each: (each[0], -each[1]))[2]
+    found = [each for each in found if each[0] == min(saturates for saturates, *_ in found)]
+    fast = [each for each in found if each[2] >= 0.5 * max(degree for *_, degree, _ in found)]
+    return min(fast, key=lambda each: (each[1], -each[2]))[3]
 
 
-def _merits(task: DesignTask, quick: SampledHold, law: Law) -> tuple[float, float]:
-    """Steady error [rad], noise included, and degree of the sampled loop.
-
-    ArithmeticError without the gain margin, or where the steady error alone saturates the coils.
-    """
+def _merits(task: DesignTask, quick: SampledHold, law: Law) -> tuple[bool, float, float]:
+    """Whether the steady error alone saturates the coils; this error [rad], noise included; degree
+    of the sampled loop. ArithmeticError without the gain margin."""
     sampled = quick.with_law(law)
     factors = np.array([[1.0], [task.gain_margin**0.5], [task.gain_margin]])
     degrees = scaled_family(sampled).degrees(factors)
     if not (degrees > 0.0).all():
         raise ArithmeticError("design: the loop must be stable with its gain margin; it is not")
     error = task.error_of(sampled)
-    if np.abs(error.dipoles_a_m2).max() > task.limit_a_m2:
-        raise ArithmeticError("design: the coils must not saturate; they do")
-    return round(error.rms_rad, 9), float(degrees[0])
+    saturates = bool(np.abs(error.dipoles_a_m2).max() > task.limit_a_m2)
+    return saturates, round(error.rms_rad, 9), float(degrees[0])
 
 
 def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
