@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from spellings import TLE
 
+from torquer import simulate
 from torquer.analysis.notes.bdot_notes import as_flown, as_tumbling
 from torquer.analysis.notes.notes import write_notes
-from torquer.theory.slow.detumbling import detumbling_time_s
+from torquer.compile import engine
+from torquer.theory.slow.detumbling import detumbling_time_s, mean_turning_rad_s
 from torquer.theory.slow.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 
 WINDOW = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s": 3.0,
@@ -289,3 +291,46 @@ def test_an_orbit_along_which_the_field_hardly_turns(notes_with, inclination, to
     assert len(found) == told
     short = {"simulation.duration_s": 600.0}
     assert not any("hardly turns" in note for note in notes_with(law(), orbit, short))
+
+
+@pytest.mark.parametrize(
+    ("below", "told"), [(0.03, True), (0.1, True), (0.14, False), (0.3, False)]
+)
+def test_a_rate_below_the_fields_own_turning_is_not_kept(notes_with, below, told):
+    """At 97.5 deg the field turns by 0.125 deg/s on average: B-dot brakes relative to it."""
+    orbit = {"orbit": {"kind": "circular", "altitude_km": 500.0, "inclination_deg": 97.5},
+             "environment.field": {"kind": "igrf14"}}  # fmt: skip
+    mission = {"mission": {"rate_below_deg_s": below}, "simulation.duration_s": 86400.0}
+    found = [note for note in notes_with(law(), orbit, mission) if "hardly be kept" in note]
+    assert len(found) == told
+    if told:
+        assert found[0] == (
+            f"mission.rate_below_deg_s of {below:g} deg/s will hardly be kept: B-dot brakes "
+            "relative to the field, and keeps the rate near the field's turning, here 0.13 deg/s "
+            "on average"
+        )
+
+
+def test_the_mean_turning_of_a_field():
+    """Of one that turns evenly it is its rate, whatever its strength."""
+    turned = 2e-3 * 10.0 * np.arange(200)
+    field = np.stack([np.cos(turned), np.sin(turned), 0.0 * turned], axis=1)
+    field *= (3e-5 * (1.0 + 0.3 * np.sin(turned)))[:, None]
+    assert mean_turning_rad_s(field, 10.0) == pytest.approx(2e-3)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
+@pytest.mark.parametrize("inclination", [0.0, 30.0, 97.0])
+def test_bdot_keeps_a_satellite_near_the_fields_turning(make, inclination):
+    """The trial of the bound: from a slow start, the mean rate from the ninth revolution on."""
+    orbit = {"kind": "circular", "altitude_km": 500.0, "inclination_deg": inclination}
+    scenario = make({
+        "orbit": orbit, "environment.field": {"kind": "igrf14"}, **law(gain=3e4),
+        "spacecraft.body": {"inertia_kg_m2": [0.05, 0.04, 0.03]}, "control.sample_s": 2.0,
+        "spacecraft.coils": {"limit_a_m2": 0.2}, "initial.rate_deg_s": [0.2, 0.05, 0.02],
+        "simulation": {"duration_s": 16.0 * 5677.0, "record_s": 30.0},
+    })  # fmt: skip
+    rate = np.linalg.norm(simulate(scenario)["omega_body"].values, axis=1)
+    along, times = scenario.orbit_environment(), np.arange(0.0, 86400.0, 30.0)
+    turning = mean_turning_rad_s(along.field(times, *along.state(times)), 30.0)
+    assert 0.94 < rate[len(rate) // 2 :].mean() / turning < 3.1

@@ -19,10 +19,12 @@ from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.theory.averaged.sampling import DIFFERENCES, law_sampling
 from torquer.theory.slow.detumbling import (
+    ABOVE_TURNING,
     EVENLY_BRAKED,
     Tumbling,
     detumbling_time_s,
     least_braked,
+    mean_turning_rad_s,
 )
 from torquer.theory.slow.gains import (
     MOST_LAG,
@@ -160,6 +162,23 @@ def _direction_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """An orbit along which the field hardly turns."""
     if use.at_start and isinstance(use.law, BDOT):
         yield from direction_notes(scenario)
+        yield from _turning_notes(scenario)
+
+
+def _turning_notes(scenario: Scenario) -> Iterator[str]:
+    """A wanted rate below that at which the field itself turns along the orbit."""
+    wanted = scenario.mission.rate_below_deg_s if scenario.mission else None
+    if wanted is None:
+        return
+    span_s = scenario.orbit.period_s
+    fields = _fields_inertial_t(scenario, min(scenario.length_s, span_s))
+    step_s = min(scenario.length_s, span_s) / (_FIELDS - 1)
+    turning = math.degrees(mean_turning_rad_s(fields, step_s))
+    if not ABOVE_TURNING.holds(wanted / turning):
+        yield (
+            f"mission.rate_below_deg_s of {wanted:g} deg/s will hardly be kept: "
+            f"{ABOVE_TURNING.why}, here {turning:.2g} deg/s on average"
+        )
 
 
 def least_braked_along(scenario: Scenario) -> float | None:

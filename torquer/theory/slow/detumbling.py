@@ -33,6 +33,14 @@ EVENLY_BRAKED = Limit(
     shown="gain 1e3, moments 0.01, 0.01, 0.02, 1.5 deg/s at 500 km: 7, 6, 2, 0 of 8 flights have "
     "not stopped after 48 h at 0, 5, 15, 97.5 deg, for 16, 16, 15, 8 h by the formula",
 )  # fmt: skip
+#: Of a rate that counts as stopped.
+ABOVE_TURNING = Limit(
+    "rate that counts as stopped, over the field's mean turning along the orbit", 1.0,
+    why="B-dot brakes relative to the field, and keeps the rate near the field's turning",
+    of="time of B-dot to stop a tumbling body",
+    shown="gain 3e4, moments 0.05, 0.04, 0.03 at 500 km, 0 to 97 deg, with and without gravity "
+    "gradient: from the ninth revolution on the mean rate is 0.94 to 3.1 of the field's",
+)  # fmt: skip
 #: Gains between which the knee is looked for, over the one that just saturates the coils.
 _LOWEST, _HIGHEST = 1e-4, 1e4
 
@@ -55,6 +63,13 @@ def least_braked(b_inertial_t) -> float:
     """
     b = np.asarray(b_inertial_t) / np.linalg.norm(b_inertial_t, axis=1)[:, None]
     return 1.5 * float(1.0 - np.linalg.eigvalsh(b.T @ b / len(b))[-1])
+
+
+def mean_turning_rad_s(b_inertial_t, step_s: float) -> float:
+    """Mean rate [rad/s] at which the field's direction turns; fields `[n, 3]` at equal steps."""
+    b = np.asarray(b_inertial_t) / np.linalg.norm(b_inertial_t, axis=1)[:, None]
+    chords = np.linalg.norm(np.diff(b, axis=0), axis=1)
+    return float(np.mean(2.0 * np.arcsin(0.5 * chords))) / step_s
 
 
 def mean_dipole_a_m2(coils: Coils, commanded_a_m2) -> np.ndarray:
