@@ -298,8 +298,10 @@ def test_rows_of_a_clock_that_was_not_set_are_left_out(tmp_path):
     )
 
 
-def test_two_campaigns_years_apart_are_one_session(tmp_path):
-    later = [stamp.replace("2012", "2014") for stamp in rows_of(20)]
-    rows = [f"{stamp},{k},2,3" for k, stamp in enumerate([*rows_of(50), *later])]
+@pytest.mark.parametrize("years", [("2012", "2014"), tuple(map(str, range(1990, 2014, 2)))])
+def test_campaigns_years_apart_are_one_session(tmp_path, years):
+    """Two, or a dozen of which each has less than a tenth of the rows."""
+    stamps = [stamp.replace("2012", year) for year in years for stamp in rows_of(20)]
+    rows = [f"{stamp},{k},2,3" for k, stamp in enumerate(stamps)]
     found = read(written(tmp_path, "\n".join(["t,x,y,z", *rows])), mapped())
-    assert found.data.sizes["time"] == 70 and "clock not set" not in keys_of(found)
+    assert found.data.sizes["time"] == 20 * len(years) and "clock not set" not in keys_of(found)

@@ -20,8 +20,8 @@ _NO_QUATERNION = 0.5
 _NOT_UNIT = 0.02
 #: A step longer than this many times the cadence is a gap.
 _GAP = 1.5
-#: Rows farther than this from all others, and fewer than this part of them, are of a clock that was
-#: not set.
+#: Rows farther than this from nearly all others, and fewer than this part of all, are of a clock
+#: that was not set.
 _ASTRAY, _FEW = np.timedelta64(366, "D"), 0.1
 #: A row is a jump where it differs from both neighbours by so many times the usual step.
 _JUMP = 12.0
@@ -256,11 +256,10 @@ def _order(utc, values, findings) -> tuple[np.ndarray, dict]:
 
 
 def _without_strays(utc, values, findings) -> tuple[np.ndarray, dict]:
-    """Rows without those few whose stamps are years from all others."""
-    groups = np.append(0, np.cumsum(np.diff(utc) > _ASTRAY))
-    counts = np.bincount(groups)
-    stray = (counts < _FEW * len(utc))[groups]
-    if not np.any(stray):
+    """Rows without those few whose stamps are years from nearly all others."""
+    groups = np.append(0, np.cumsum(np.diff(utc) > _ASTRAY))[: len(utc)]
+    stray = groups != np.argmax(np.bincount(groups, minlength=1))
+    if not 0 < np.sum(stray) < _FEW * len(utc):
         return utc, values
     days = ", ".join(sorted({str(each)[:10] for each in utc[stray]})[:3])
     findings.append(
