@@ -7,6 +7,7 @@ import pytest
 from spellings import TLE
 
 from torquer import simulate
+from torquer.analysis.notes import bdot_notes as bdot_module
 from torquer.analysis.notes.bdot_notes import as_flown, as_tumbling
 from torquer.analysis.notes.notes import write_notes
 from torquer.compile import engine
@@ -309,6 +310,16 @@ def test_a_rate_below_the_fields_own_turning_is_not_kept(notes_with, below, told
             "relative to the field, and keeps the rate near the field's turning, here 0.13 deg/s "
             "on average"
         )
+
+
+def test_a_field_at_rest_has_no_turning_to_stay_near(make):
+    """Of one field vector the rate of turning is zero, and every wanted rate lies above it."""
+    scenario = make({**law(), "mission": {"rate_below_deg_s": 0.1}})
+    with pytest.MonkeyPatch.context() as patched:
+        for field in (np.full((300, 3), 2e-5), np.zeros((300, 3))):
+            patched.setattr(bdot_module, "_fields_inertial_t", lambda *_, b=field: b)
+            with np.errstate(invalid="ignore"):
+                assert list(bdot_module._turning_notes(scenario)) == []
 
 
 def test_the_mean_turning_of_a_field():

@@ -170,11 +170,10 @@ def _turning_notes(scenario: Scenario) -> Iterator[str]:
     wanted = scenario.mission.rate_below_deg_s if scenario.mission else None
     if wanted is None:
         return
-    span_s = scenario.orbit.period_s
-    fields = _fields_inertial_t(scenario, min(scenario.length_s, span_s))
-    step_s = min(scenario.length_s, span_s) / (_FIELDS - 1)
-    turning = math.degrees(mean_turning_rad_s(fields, step_s))
-    if not ABOVE_TURNING.holds(wanted / turning):
+    span_s = min(scenario.length_s, scenario.orbit.period_s)
+    fields = _fields_inertial_t(scenario, span_s)
+    turning = math.degrees(mean_turning_rad_s(fields, span_s / (_FIELDS - 1)))
+    if wanted < ABOVE_TURNING.least * turning:  # neither of a field at rest, nor of none
         yield (
             f"mission.rate_below_deg_s of {wanted:g} deg/s will hardly be kept: "
             f"{ABOVE_TURNING.why}, here {turning:.2g} deg/s on average"
