@@ -59,7 +59,7 @@ def parse_utc(value: str | datetime, name: str = "utc") -> datetime:
 def utc_text(moment: datetime) -> str:
     """An instant of UTC as ISO 8601 text, its leap second as such."""
     text = moment.isoformat().replace("+00:00", "Z")
-    return text.replace(":59", ":60").replace(":60:60", ":59:60") if _inserted_s(moment) else text
+    return f"{text[:17]}60{text[19:]}" if _inserted_s(moment) else text
 
 
 def _before_leap(utc: datetime) -> bool:

@@ -86,15 +86,18 @@ def design_stage_1(
     usual: list[Stage1Design] = []
     held: list[Stage1Design] = []
     for gains in grids:
-        made = [
-            _turned(craft, each, normals, dipole)
-            for each in _designs(craft, filter_rate_rad_s, normals, gains)
-        ]
+        made = sorted(_designs(craft, filter_rate_rad_s, normals, gains), key=_rank, reverse=True)
         usual = usual or made
-        held += [each for each in made if each.holds]
-        if held and (gains is grids[0] or max(each.degree for each in held) > _ENOUGH):
+        turned = (_turned(craft, each, normals, dipole) for each in made)
+        held += itertools.islice((each for each in turned if each.holds), 1)
+        if held and (gains is grids[0] or max(held, key=_rank).degree > _ENOUGH):
             break
-    return max(held or usual, key=lambda each: (UPSIDE_DOWN.holds(each.upside_down), each.degree))
+    return max(held, key=_rank) if held else _turned(craft, usual[0], normals, dipole)
+
+
+def _rank(each: Stage1Design) -> tuple[bool, float]:
+    """Designs that let go upside down first, and of these the one with the greatest degree."""
+    return UPSIDE_DOWN.holds(each.upside_down), each.degree
 
 
 def _designs(craft, filter_rate_rad_s, normals, gains) -> Iterator[Stage1Design]:
