@@ -96,7 +96,7 @@ def test_three_axis(printed):
     assert axes.get_xlabel() == "k, of the rate [N m s/T²]"
     said = [text.get_text() for text in axes.get_legend().get_texts()]
     for name in ("formula", "refined"):
-        doubts = answer.verdict_on(answer.candidates[name]).doubts
+        doubts = answer.verdict_on(name).doubts
         assert (name + ": doubtful" * bool(doubts)) in said
 
 

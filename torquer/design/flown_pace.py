@@ -2,6 +2,9 @@
 
 import math
 
+import numpy as np
+
+from torquer.campaign.statistics import quantile
 from torquer.theory.averaged.conditions import FLOWN
 from torquer.theory.validity import Doubt, Limit, judge
 
@@ -14,19 +17,26 @@ PACE = Limit(
 )  # fmt: skip
 
 
-def is_confirmed(half_s: float, theory_s: float) -> bool:
-    """Whether half of the releases take the time [s] of the formula, within a quarter.
+#: A formula's time is that of all releases.
+NEVER = Limit("releases flown that do not arrive", most=0.0, why="theory promises all of them")
+
+
+def is_confirmed(settled_s: np.ndarray, theory_s: float) -> bool:
+    """Whether all releases arrive, half of them in the time [s] of the formula within a quarter.
 
     Then it holds, although a condition may not be met.
     """
-    return FLOWN.holds(half_s / theory_s) if theory_s > 0.0 else False
+    all_do = bool(np.isfinite(settled_s).all())
+    return all_do and theory_s > 0.0 and FLOWN.holds(quantile(settled_s, 0.5) / theory_s)
 
 
-def doubts_by_flights(half_s: float, theory_s: float) -> tuple[Doubt, ...]:
-    """A doubt where half of the releases take another time [s] than the formula says.
+def doubts_by_flights(settled_s: np.ndarray, theory_s: float, goal: str) -> tuple[Doubt, ...]:
+    """A doubt where releases do not arrive, or half of them in another time [s] than by theory.
 
-    None where the flights have no such time: that they do not arrive is said by another doubt.
+    `settled_s`: their times [s], infinite where one does not; `goal`: what they are to do.
     """
-    if not math.isfinite(half_s):
-        return ()
+    if never := int(np.count_nonzero(np.isinf(settled_s))):
+        words = f"{never} of {len(settled_s)} releases do not {goal}"
+        return (Doubt(NEVER, float(never), words),)
+    half_s = quantile(settled_s, 0.5)
     return judge((PACE, half_s / theory_s if theory_s > 0.0 else math.inf)).doubts

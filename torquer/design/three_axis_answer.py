@@ -56,17 +56,18 @@ class ThreeAxisAnswer:
             Row("settling_s", "settling", each.settling_s, "rev", f"{revolutions:.2f}"),
             *_margin_rows(each),
             *_error_rows(each),
-            Row("verdict", value=self.verdict_on(each).data()),
+            Row("verdict", value=self.verdict_on(name).data()),
             Row("notes", value=self._notes_on(each)),
             Row(
                 "capture", value=captured and {**asdict(captured), "interval": [*captured.interval]}
             ),
         ]
 
-    def verdict_on(self, each: Candidate) -> Verdict:
+    def verdict_on(self, name: str) -> Verdict:
         """On a law: doubtful, also if it is stable, with a greater steady error than is of use, and
         where starts beyond the linear range were flown and not captured."""
-        own = Verdict((*each.verdict.doubts, *self._not_captured(each)))
+        each = self.candidates[name]
+        own = Verdict((*each.verdict.doubts, *self._not_captured(name)))
         if not self._is_unusable(each):
             return own
         assert each.error is not None
@@ -78,8 +79,8 @@ class ThreeAxisAnswer:
         doubt = Doubt(usable, math.degrees(each.error.greatest_rad), words)
         return Verdict((doubt, *own.doubts))
 
-    def _not_captured(self, each: Candidate) -> tuple[Doubt, ...]:
-        flown = next((self.captures.get(x) for x, y in self.candidates.items() if y is each), None)
+    def _not_captured(self, name: str) -> tuple[Doubt, ...]:
+        flown = self.captures.get(name)
         if flown is None or flown.captured == flown.runs:
             return ()
         missed = flown.runs - flown.captured
@@ -136,8 +137,8 @@ class ThreeAxisAnswer:
     def verdicts(self) -> list[str]:
         """Whether each law is valid, or what is doubtful of it."""
         return [
-            f"{name}: {line}" for name, each in self.candidates.items()
-            for line in self.verdict_on(each).lines()
+            f"{name}: {line}" for name in self.candidates
+            for line in self.verdict_on(name).lines()
         ]  # fmt: skip
 
     def _headline(self) -> str:

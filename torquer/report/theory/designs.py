@@ -100,7 +100,7 @@ def draw_design(answer: ThreeAxisAnswer) -> Figure:
     axes.plot([], [], color=INK, label="exact")
     axes.plot([], [], color=BLUE, ls="--", label="averaged")
     for name, (x, y, colour) in places.items():
-        said = name + ": doubtful" * bool(answer.verdict_on(answer.candidates[name]).doubts)
+        said = name + ": doubtful" * bool(answer.verdict_on(name).doubts)
         axes.plot(x, y, "o", color=colour, ms=7, label=said, clip_on=False)
     axes.set_xlabel("k, of the rate [N m s/T²]", fontsize=10)
     axes.set_ylabel("k_a, of the angle [N m/T²]", fontsize=10)
