@@ -34,7 +34,7 @@ def answer(model: Model, torque, at) -> sympy.Matrix:
 
 
 def numerator(model: Model, output: str, torque) -> sympy.Expr:
-    """Numerator of the transfer function from a torque to a state for b = 0, in factors."""
+    """Numerator of the transfer function from a torque to a state for b = 0."""
     matrix, pushed = (
         model.matrix.subs(b, 0),
         (model.inputs[:, :3] * sympy.Matrix(torque)).subs(b, 0),
@@ -44,7 +44,7 @@ def numerator(model: Model, output: str, torque) -> sympy.Expr:
     part = (s * sympy.eye(len(places)) - matrix.extract(places, places)).as_mutable()
     part[:, places.index(at)] = pushed.extract(places, [0])
     of_polynomials = DomainMatrix.from_Matrix(part)
-    return sympy.factor(of_polynomials.domain.to_sympy(of_polynomials.det()))
+    return of_polynomials.domain.to_sympy(of_polynomials.det())
 
 
 def characteristic_factors(model: Model) -> list[tuple[tuple[str, ...], sympy.Poly]]:
