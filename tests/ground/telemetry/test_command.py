@@ -43,7 +43,7 @@ def test_a_good_pass(folder, capsys):
     )
     assert found["split"]["clock_s"][0] < 2.5
     names = {each.name for each in (folder / "runs/pass-telemetry").iterdir()}
-    assert names == {"calibrated.nc", "report.html", "residual.png", "ellipsoid.png", "zones.png"}
+    assert names == {"calibrated.nc", "report.html", "residual.png", "ellipsoid.png", "causes.png"}
     with xr.open_dataset(folder / "runs/pass-telemetry/calibrated.nc") as made:
         assert {"B_VFM", "F", "F_model", "Latitude", "Longitude", "Radius", "Flags_F"} <= set(made)
         assert float(abs(made["F"] - made["F_model"]).max()) < 400.0

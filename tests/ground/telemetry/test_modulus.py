@@ -1,6 +1,4 @@
-"""The strength of the field along an orbit; zones, units, axes that are wrong."""
-
-from datetime import timedelta
+"""The strength of the field along an orbit; axes that are wrong; an examination."""
 
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.orbit import Circular, Sgp4
 from torquer.ground.telemetry.axes import rank_axes
 from torquer.ground.telemetry.examine import examine
-from torquer.ground.telemetry.modulus import FieldAlong, FieldGiven, unit_slip, zone_scan
+from torquer.ground.telemetry.modulus import FieldAlong, FieldGiven, strength_ratio
 from torquer.ground.telemetry.orbit import load_orbit
 from torquer.ground.telemetry.read import Session
 
@@ -40,36 +38,12 @@ def test_given_positions_give_the_same_field():
     np.testing.assert_allclose(given[1][5:-5], along[1][5:-5], atol=2e-12)
 
 
-@pytest.mark.parametrize(("noise", "hours"), [(50e-9, 1), (50e-9, -3), (900e-9, 1)])
-def test_a_wrong_zone_is_found(noise, hours):
-    data, _ = session(2, noise=noise)
-    zone = zone_scan(
-        environment(START + timedelta(hours=hours)), data["time"].values, data["b_measured"].values
-    )
-    assert zone.is_wrong and zone.best_h == -hours
-    assert zone.best_nt < 1.2e9 * noise + 20.0 and zone.next_nt > zone.best_nt
-
-
-def test_the_right_zone_is_left_alone():
-    for seed in range(5):
-        data, _ = session(seed, noise=900e-9)
-        zone = zone_scan(environment(), data["time"].values, data["b_measured"].values)
-        assert not zone.is_wrong
-
-
-@pytest.mark.parametrize(
-    ("factor", "name"),
-    [
-        (1e-3, "microtesla taken for nanotesla"),
-        (1e3, "nanotesla taken for microtesla"),
-        (1e-5, "gauss taken for nanotesla"),
-        (1.3, ""),
-    ],
-)
-def test_a_wrong_unit_is_named(factor, name):
+def test_the_ratio_of_the_strengths_is_that_of_the_usual_row():
     strength = np.linspace(2e-5, 5e-5, 50)
-    ratio, slip = unit_slip(factor * strength, strength)
-    assert (ratio, slip) == (pytest.approx(factor), name)
+    measured = 1.3 * strength
+    measured[:5] = np.nan
+    measured[10] = 1.0
+    assert strength_ratio(measured, strength) == pytest.approx(1.3)
 
 
 @pytest.mark.parametrize("judge", ["omega_measured", "sun_measured"])

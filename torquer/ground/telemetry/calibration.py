@@ -57,6 +57,7 @@ GROUPS = {
     "shift": Group(("shift",), 60.0),
     "coils": Group(tuple(f"coil_{a}{c}" for a in "xyz" for c in "xyz"), 1e-5),
     "temperature": Group(tuple(f"drift_{a}" for a in "xyz"), 1e-7),
+    "matrix": Group(tuple(f"matrix_{a}{c}" for a in "xyz" for c in "xyz"), 0.05),
 }
 #: Models from small to large; those whose data are not there are left out.
 MODELS: tuple[tuple[str, ...], ...] = (
@@ -149,7 +150,10 @@ class Calibration(NamedTuple):
 
     @property
     def matrix(self) -> np.ndarray:
-        """Matrix A [3, 3] of scale and non-orthogonality."""
+        """Matrix A [3, 3] of scale and non-orthogonality, or of a known attitude."""
+        if "matrix" in self.groups:
+            given = np.array([self.of(name) for name in GROUPS["matrix"].names])
+            return np.eye(3) + given.reshape(3, 3)
         return _matrix({name: self.of(name) for group in GROUPS.values() for name in group.names})
 
     def apply(self, data: xr.Dataset) -> np.ndarray:
@@ -312,7 +316,7 @@ def fit_calibration(rows: Rows, groups: tuple[str, ...]) -> Calibration:
             f"b_measured: must follow the strength of the field within {100 * _FOLLOWS:.0f} % to "
             f"be calibrated; received residuals of {1e9 * sigma:.0f} nT"
         )
-    covariance, correlation = _covariance(residual, j, sigma)
+    covariance, correlation = covariance_of(residual, j, sigma)
     sizes = _sizes(groups)
     return Calibration(
         groups,
@@ -323,7 +327,7 @@ def fit_calibration(rows: Rows, groups: tuple[str, ...]) -> Calibration:
         residual,
         weight,
         correlation,
-        _unknown_directions(_names(groups), covariance),
+        unknown_directions(_names(groups), covariance),
     )
 
 
@@ -343,7 +347,7 @@ def _start(rows: Rows, groups) -> np.ndarray:
     return values
 
 
-def _covariance(residual, j, sigma) -> tuple[np.ndarray, float]:
+def covariance_of(residual, j, sigma) -> tuple[np.ndarray, float]:
     """Covariance in usual sizes (a sandwich), and the correlation of neighbouring residuals.
 
     The filling allows for residuals that are correlated over time: a white part and one whose
@@ -428,7 +432,7 @@ def _autocorrelation(u, used: float) -> tuple[float, float, float]:
     return float(parts[best]), float(decays[best]), first
 
 
-def _unknown_directions(names, covariance) -> tuple[str, ...]:
+def unknown_directions(names, covariance) -> tuple[str, ...]:
     """Directions that are known no better than to their usual size, in words."""
     values, vectors = np.linalg.eigh(covariance)
     found = []

@@ -13,18 +13,20 @@ from torquer.base.limits import RequestError
 from torquer.computer.estimation.filter import Filter
 from torquer.ground.telemetry.attitude import load_filter
 from torquer.ground.telemetry.calibration import MODELS, split_shift
+from torquer.ground.telemetry.diagnosis.causes import Known, Place
 from torquer.ground.telemetry.examination import Examination, Split
 from torquer.ground.telemetry.examine import examine
 from torquer.ground.telemetry.mapping import load_mapping
-from torquer.ground.telemetry.modulus import session_middle
-from torquer.ground.telemetry.orbit import load_orbit
+from torquer.ground.telemetry.modulus import environment_along, session_middle
+from torquer.ground.telemetry.orbit import age_days, load_neighbours, load_orbit
 from torquer.ground.telemetry.read import Session, read
 from torquer.ground.telemetry.request import Model, TelemetryRequest
+from torquer.ground.telemetry.vector import MODEL
 from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Scenario
 
 #: Groups of parameters of a calibration by its last part.
-_GROUPS = dict(zip(get_args(Model), MODELS, strict=True))
+_GROUPS = dict(zip(get_args(Model), (*MODELS, MODEL), strict=True))
 
 
 class Case(NamedTuple):
@@ -48,8 +50,22 @@ class Case(NamedTuple):
             60.0 * asked.leave_out_first_min,
             self.filter,
             self.twin,
+            self._known(),
         )
         return found._replace(orbit=self.about, split=_split(found, asked))
+
+    def _known(self) -> Known:
+        """What the diagnosis may rely on."""
+        data = self.session.data
+        if self.orbit is None:
+            return Known(self.session.zone_is_stated)
+        at = session_middle(data)
+        others = load_neighbours(self.orbit, at).items()
+        return Known(
+            self.session.zone_is_stated,
+            age_days(self.orbit, at),
+            {name: Place(environment_along(data, orbit)) for name, orbit in others},
+        )
 
 
 def check(

@@ -29,6 +29,8 @@ _LEAST_MARGIN, _GREATEST_DEG = 1.5, 20.0
 #: Lengths of quaternions that are taken as such.
 _LEAST_LENGTH, _GREATEST_LENGTH = 0.9, 1.1
 _LEAST_ROWS = 3
+#: Angles beyond so many medians are of wrong rows: of normal errors one in half a million is.
+_FAR = 4.5
 #: Visible part of the Sun's disc above which its direction is compared.
 _LIT = 0.99
 
@@ -46,7 +48,7 @@ class Way(NamedTuple):
     `scalar`: "last" or "first"; `sense`: "body to reference" or "reference to body"; `frame`:
     reference of the quaternion: "J2000", "TEME" or "ECEF"; `axes`: body axes in terms of those of
     the sensor, such as ("x", "-z", "y"); `is_reflection`: axes of the other hand. `error_deg`: root
-    mean square of the angles to the models' directions.
+    mean square of the angles to the models' directions, without `far_rows` far beyond their median.
     """
 
     scalar: str
@@ -55,6 +57,7 @@ class Way(NamedTuple):
     axes: tuple[str, str, str]
     is_reflection: bool
     error_deg: float
+    far_rows: int
 
     @property
     def text(self) -> str:
@@ -106,6 +109,9 @@ class Found(NamedTuple):
         then = f", next {others[0].error_deg:.2f} deg with {others[0].text}" if others else ""
         about = f"quaternions and {_WORDS[self.sensor]}"
         stated = f"{self.stated.error_deg:.2f} deg as they are"
+        shown = self.stated if self.agrees else best
+        if shown.far_rows:
+            then += f"; {shown.far_rows} of {self.rows} rows are far off and left out"
         if self.agrees:
             alike = [way.text for way in rivals if way[:4] != STATED]
             rest = f"; {' and '.join(alike[:2])} cannot be ruled out" if alike else ""
@@ -156,7 +162,7 @@ def find_convention(
             seen = _in_body(q, scalar, sense, wanted)
             ways += [
                 Way(scalar, sense, frame, axes, bool(np.linalg.det(matrix) < 0.0),
-                    _rms_angle_deg(read @ matrix.T, seen))
+                    *_rms_angle_deg(read @ matrix.T, seen))
                 for axes, matrix in axes_of_sensor
             ]  # fmt: skip
     return Found(sensor, tuple(sorted(ways, key=lambda way: way.error_deg)), int(usable.sum()))
@@ -197,6 +203,9 @@ def _in_body(q: np.ndarray, scalar: str, sense: str, reference: np.ndarray) -> n
     return np.einsum(form, dcm_body_to_reference(last), reference)
 
 
-def _rms_angle_deg(a: np.ndarray, b: np.ndarray) -> float:
-    """Root mean square of the angles between unit vectors (n, 3)."""
-    return float(np.sqrt(np.mean(angles_deg(a, b) ** 2)))
+def _rms_angle_deg(a: np.ndarray, b: np.ndarray) -> tuple[float, int]:
+    """Root mean square of the angles between unit vectors (n, 3), without those far beyond the
+    median, and how many these are: single wrong rows do not speak for another way."""
+    off = angles_deg(a, b)
+    kept = off <= _FAR * np.median(off)
+    return float(np.sqrt(np.mean(off[kept] ** 2))), int(np.sum(~kept))

@@ -14,7 +14,8 @@ from torquer.ground.telemetry.attitude import Attitude
 from torquer.ground.telemetry.axes import Axes
 from torquer.ground.telemetry.calibration import Calibration, Choice
 from torquer.ground.telemetry.convention import WAYS_SHOWN, Found
-from torquer.ground.telemetry.modulus import Zone
+from torquer.ground.telemetry.diagnosis.causes import CAUSES
+from torquer.ground.telemetry.diagnosis.verdict import Diagnosis
 from torquer.ground.telemetry.read import Finding
 from torquer.ground.telemetry.twin_members import Twin
 
@@ -24,7 +25,7 @@ CHOICE_HEAD = ("model up to", "fitted rms", "held-out rms")
 #: Units in which people see parameters, and the factor from SI, by the beginning of the name.
 _UNITS = {
     "bias": ("nT", 1e9), "scale": ("%", 100.0), "skew": ("deg", 180.0 / math.pi),
-    "shift": ("s", 1.0), "coil": ("nT/(A m^2)", 1e9), "drift": ("nT/K", 1e9),
+    "matrix": ("", 1.0), "shift": ("s", 1.0), "coil": ("nT/(A m^2)", 1e9), "drift": ("nT/K", 1e9),
     "inertia": ("kg m^2", 1.0), "dipole": ("A m^2", 1.0), "gain": ("", 1.0),
 }  # fmt: skip
 
@@ -48,7 +49,7 @@ class Examination(NamedTuple):
     findings: tuple[Finding, ...]
     mistakes: tuple[Finding, ...]
     ratio: float
-    zone: Zone | None
+    diagnosis: Diagnosis | None
     axes: Axes | None
     calibration: Calibration | None
     choices: tuple[Choice, ...]
@@ -92,7 +93,7 @@ class Examination(NamedTuple):
     def as_plain(self) -> dict:
         """What was found as plain data, SI."""
         parts = {
-            "zone": None if self.zone is None else _zone(self.zone),
+            "diagnosis": None if self.diagnosis is None else _diagnosis(self.diagnosis),
             "axes": None if self.axes is None else _axes(self.axes),
             "conventions": [_convention(each) for each in self.conventions],
             "attitude": None if self.attitude is None else _attitude(self.attitude),
@@ -148,12 +149,17 @@ def choice_texts(choices: tuple[Choice, ...]) -> list[tuple[str, str, str]]:
     ]
 
 
-def _zone(zone: Zone) -> dict:
+def _diagnosis(found: Diagnosis) -> dict:
+    """Verdict, causes that are not excluded, and all that were tried, best first."""
     return {
-        "best_h": zone.best_h,
-        "residual_nt": zone.best_nt,
-        "stated_nt": zone.stated_nt,
-        "next_nt": zone.next_nt,
+        "verdict": found.verdict,
+        "not_excluded": list(found.rivals),
+        "floor_nt": found.floor_nt,
+        "rows": found.rows,
+        "causes": [
+            {**each._asdict(), "text": CAUSES[each.cause].say(each.value)} for each in found.ranking
+        ],
+        "plane": None if found.plane is None else found.plane._asdict(),
     }
 
 
@@ -162,6 +168,8 @@ def _axes(axes: Axes) -> dict:
         "best": list(axes.orders[0]),
         "error_deg": float(axes.errors_deg[0]),
         "next_deg": float(axes.errors_deg[1]),
+        "stated_deg": axes.stated_deg,
+        "shares": {" ".join(o): float(s) for o, s in zip(axes.orders, axes.shares, strict=True)},
         "by": list(axes.by),
     }
 

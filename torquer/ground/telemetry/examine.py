@@ -12,24 +12,27 @@ from torquer.base.limits import RequestError
 from torquer.computer.estimation.filter import Filter
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.attitude import estimate_attitude
-from torquer.ground.telemetry.axes import rank_axes
+from torquer.ground.telemetry.axes import Axes, rank_axes
 from torquer.ground.telemetry.calibration import (
     GROUPS,
-    MODELS,
     Calibration,
+    Choice,
     TooManyOutliers,
-    calibrate,
-    choose,
     complete_rows,
 )
 from torquer.ground.telemetry.convention import Found, find_convention
+from torquer.ground.telemetry.diagnosis.causes import NOTHING, Given, Known, Place
+from torquer.ground.telemetry.diagnosis.diagnose import diagnose
+from torquer.ground.telemetry.diagnosis.rows import find_usable
+from torquer.ground.telemetry.diagnosis.verdict import Diagnosis
+from torquer.ground.telemetry.diagnosis.words import mistake, notes, row_findings
 from torquer.ground.telemetry.examination import Examination
+from torquer.ground.telemetry.judged import choose_calibration, fitted_coupling, trusted_field
 from torquer.ground.telemetry.modulus import (
     FieldAlong,
     FieldGiven,
     environment_along,
-    unit_slip,
-    zone_scan,
+    strength_ratio,
 )
 from torquer.ground.telemetry.read import Finding
 from torquer.ground.telemetry.twin import fit_twin
@@ -48,14 +51,15 @@ def examine(
     leave_out_first_s: float = 0.0,
     filter_: Filter | None = None,
     scenario: Scenario | None = None,
+    known: Known = NOTHING,
 ) -> Examination:
     """Examine a session (`torquer.ground.telemetry.read.Session`).
 
     `orbit`: of the satellite, or None where the telemetry has `position_j`. `groups`: model of the
     calibration, by default chosen by blocks of time held out. `filter_`: makes an attitude of the
     calibrated readings, and a smoothed one. `scenario`: the satellite as it is believed to be,
-    whose twin is fitted to them. ValueError without readings of a magnetometer, or without
-    positions.
+    whose twin is fitted to them. `known`: what the diagnosis may rely on. ValueError without
+    readings of a magnetometer, or without positions.
     """
     data, findings = session.data, list(session.findings)
     if "b_measured" not in data:
@@ -65,47 +69,34 @@ def examine(
     data, t_s = _late_part(data, leave_out_first_s, findings)
     environment = environment_along(data, orbit)
     given = orbit is None
-    field = (
-        FieldGiven(environment, t_s, data["position_j"].values)
-        if given
-        else FieldAlong(environment, t_s)
-    )
+    field: FieldGiven | FieldAlong
+    place: Given | Place
+    if given:
+        field = FieldGiven(environment, t_s, data["position_j"].values)
+        place = Given(field)
+    else:
+        field, place = FieldAlong(environment, t_s), Place(environment)
     strength, _ = field.strength(t_s)
-    b = data["b_measured"].values
+    ratio = strength_ratio(np.linalg.norm(data["b_measured"].values, axis=1), strength)
     mistakes: list[Finding] = []
-    ratio, slip = unit_slip(np.linalg.norm(b, axis=1), strength)
-    if slip:
-        text = f"the strength is {ratio:.4g} times that of the model: {slip}"
-        mistakes.append(Finding(slip, len(b), text))
-    zone = None if given else zone_scan(environment, t_s, b)
-    if zone is not None and zone.is_wrong:
-        text = (
-            f"stamps fit best {zone.best_h:+g} h from where they are: {zone.best_nt:.0f} nT there, "
-            f"{zone.stated_nt:.0f} nT as they are, {zone.next_nt:.0f} nT at the next best hour"
-        )
-        mistakes.append(Finding(f"zone wrong by {-zone.best_h:+g} h", len(b), text))
-    axes = rank_axes(data, b, None if given else environment)
-    if axes is not None and axes.is_wrong:
-        text = (
-            f"by {' and '.join(axes.by)} the axes of the magnetometer are {list(axes.orders[0])}: "
-            f"{axes.errors_deg[0]:.1f} deg, as stated {axes.stated_deg:.1f}, "
-            f"next best {axes.errors_deg[1]:.1f}"
-        )
-        mistakes.append(Finding("axes of the magnetometer wrong", len(b), text))
-    elif axes is None:
-        text = "without gyro or Sun sensor swapped axes of the magnetometer cannot be noticed"
-        if "omega_measured" in data:
-            text = (
-                "swapped axes of the magnetometer cannot be noticed: too few rows follow one "
-                "another with a turn by the gyro that is neither too large nor too small"
-            )
-        findings.append(Finding("axes not checked", 0, text))
-    calibration, choices = None, ()
-    if not slip and not (zone is not None and zone.is_wrong):
+    data, usable = _without_spoilt(data, findings)
+    diagnosis = _diagnose(data, field, place, known, findings)
+    if diagnosis is None:
+        text = f"8 usable rows of b_measured or more are needed; received {usable}"
+        mistakes.append(Finding("too few rows", len(t_s), text))
+    else:
+        mistakes += [each for each in (mistake(diagnosis, ratio),) if each is not None]
+        findings += notes(diagnosis)
+    is_fitted = diagnosis is not None and not mistakes
+    axes = _axes(data, diagnosis, None if given else environment, mistakes, findings)
+    calibration: Calibration | None = None
+    choices: tuple[Choice, ...] = ()
+    if is_fitted:
+        vector = trusted_field(data, environment)
         try:
-            calibration, choices = _calibration(data, field, groups, given)
+            calibration, choices = choose_calibration(data, field, groups, given, vector, findings)
         except TooManyOutliers as error:
-            mistakes.append(Finding("no calibration", len(b), str(error)))
+            mistakes.append(Finding("no calibration", len(t_s), str(error)))
     if calibration is not None:
         _note(data, field, calibration, findings)
     made = make_columns(data, environment, field, calibration, given)
@@ -124,7 +115,7 @@ def examine(
         tuple(findings),
         tuple(mistakes),
         ratio,
-        zone,
+        diagnosis,
         axes,
         calibration,
         choices,
@@ -133,6 +124,56 @@ def examine(
         attitude,
         twin,
     )
+
+
+def _without_spoilt(data, findings) -> tuple[xr.Dataset, int]:
+    """The session without its frozen and saturated rows, and how many rows say something."""
+    b = data["b_measured"].values
+    usable = find_usable(data["time"].values, b)
+    findings += row_findings(usable)
+    spoilt = usable.frozen | usable.saturated
+    if spoilt.any():
+        kept = np.where(spoilt[:, None], np.nan, b)
+        data = data.assign(b_measured=(data["b_measured"].dims, kept, data["b_measured"].attrs))
+    return data, int(usable.kept.sum())
+
+
+def _diagnose(data, field, place, known: Known, findings) -> Diagnosis | None:
+    """What explains the readings; without what coils beside the magnetometer do, if that is it."""
+    t_s, b = data["time"].values, data["b_measured"].values
+    found = diagnose(t_s, b, place, known)
+    if found is None or found.verdict == "stated" or "dipole_body" not in data:
+        return found
+    coupling = fitted_coupling(data, field)
+    if coupling is None:
+        return found
+    again = diagnose(t_s, b - data["dipole_body"].values @ coupling.T, place, known)
+    if again is None or again.verdict != "stated":
+        return found
+    text = "the readings feel the coils so strongly that causes are judged without their part"
+    findings.append(Finding("coils are felt", len(t_s), text))
+    return again
+
+
+def _axes(data, diagnosis: Diagnosis | None, environment, mistakes, findings) -> Axes | None:
+    """Ways to name the magnetometer's axes; its bias, as far as it is known, is taken off first."""
+    b = data["b_measured"].values
+    axes = rank_axes(data, b if diagnosis is None else b - diagnosis.bias_t, environment)
+    if axes is not None and axes.is_wrong:
+        text = (
+            f"{axes.said}: {axes.errors_deg[0]:.1f} deg so, {axes.stated_deg:.1f} as stated; "
+            f"{axes.text}"
+        )
+        mistakes.append(Finding("axes of the magnetometer wrong", len(b), text))
+    elif axes is None:
+        text = "without gyro or Sun sensor swapped axes of the magnetometer cannot be noticed"
+        if "omega_measured" in data:
+            text = (
+                "swapped axes of the magnetometer cannot be noticed: too few rows follow one "
+                "another with a turn by the gyro that is neither too large nor too small"
+            )
+        findings.append(Finding("axes not checked", 0, text))
+    return axes
 
 
 def _twin(corrected: xr.Dataset, scenario: Scenario, calibration: Calibration) -> Twin:
@@ -179,16 +220,6 @@ def _late_part(data, leave_out_first_s, findings):
         data = data.isel(time=late)
         data = data.assign_coords(time=("time", t_s[late] - t_s[late][0], data["time"].attrs))
     return data, data["time"].values
-
-
-def _calibration(data, field, groups, given):
-    """The calibration, and the models that were compared for it."""
-    if groups is not None:
-        return calibrate(data, field, groups), ()
-    models = MODELS
-    if given:  # positions belong to the stamps: a shift of both is not seen well
-        models = tuple(m for m in MODELS if "shift" not in m)
-    return choose(data, field, models=models)
 
 
 def _note(data, field, found: Calibration, findings) -> None:

@@ -12,6 +12,7 @@ from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, seconds_between
 from torquer.environment.orbit import AnyOrbit, FileOrbit, Sgp4
 from torquer.environment.orbit.files import is_orbit_file
+from torquer.environment.orbit.files.elements import read_neighbours
 from torquer.environment.orbit.numerical import tle_epoch
 from torquer.ground.telemetry.request import MOST_AGE_DAYS, mistakes_in_file
 from torquer.scenario.explain import validate_tables
@@ -20,6 +21,8 @@ from torquer.scenario.toml_text import parse_toml, read_text
 
 #: How a TOML file may begin that is called otherwise: a list of messages in JSON has no name there.
 _TABLE = re.compile(r"\s*\[+\s*[A-Za-z]")
+#: Other satellites of a file whose elements are tried in place of those stated.
+_MOST_NEIGHBOURS = 100
 #: How mistakes in a file of an orbit begin.
 _OF_FILE = re.compile(r"^orbit\.(\w+): ", re.MULTILINE)
 
@@ -125,6 +128,26 @@ def _load(path: Path, at: datetime, satellite: str | None):
         )
     start = parse_utc(data["start"], "start")
     return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}", 0.0
+
+
+def age_days(orbit, at: datetime) -> float:
+    """How far its elements are from an instant; 0 for positions, and for an orbit of a scenario."""
+    given = orbit.orbit if isinstance(orbit, OrbitFrom) else orbit
+    if isinstance(given, FileOrbit) and given.step_s is None:
+        return abs((at - given.elements(at).epoch) / timedelta(days=1))
+    return abs((at - tle_epoch(given)) / timedelta(days=1)) if isinstance(given, Sgp4) else 0.0
+
+
+def load_neighbours(orbit, at: datetime) -> dict[str, Any]:
+    """Orbits of the other satellites in the file of elements of one, by name, each by the epoch
+    nearest to an instant."""
+    given = orbit.orbit if isinstance(orbit, OrbitFrom) else orbit
+    if not isinstance(given, FileOrbit) or given.step_s is not None:
+        return {}
+    called = given.elements(at).called
+    sets = read_neighbours(read_text(given.file, "orbit"), called, _MOST_NEIGHBOURS)
+    nearest = (min(each, key=lambda one: abs(one.epoch - at)) for each in sets)
+    return {each.called: each.orbit for each in nearest}
 
 
 def _read_file(path: Path, satellite: str | None) -> FileOrbit:

@@ -36,10 +36,12 @@ class Finding(NamedTuple):
 
 
 class Session(NamedTuple):
-    """Telemetry: the data (`telemetry.quantities`), and what was noteworthy in it."""
+    """Telemetry: the data (`telemetry.quantities`), what was noteworthy in it, and whether its
+    stamps state their own zone."""
 
     data: xr.Dataset
     findings: tuple[Finding, ...]
+    zone_is_stated: bool = False
 
 
 def read(paths, mapping: Mapping | None = None) -> Session:

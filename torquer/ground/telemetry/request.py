@@ -9,7 +9,9 @@ from torquer.base.limits import RequestError, at_least, positive, request
 
 #: Age of elements [days] up to which they are taken, unless another is asked for.
 MOST_AGE_DAYS = 30.0
-Model = Literal["bias", "scale", "non-orthogonality", "shift", "coils", "temperature", "all"]
+Model = Literal[
+    "bias", "scale", "non-orthogonality", "shift", "coils", "temperature", "all", "attitude"
+]
 
 
 @request
@@ -29,8 +31,9 @@ class TelemetryRequest:
     mapping: Path | None = None
     """How columns become quantities [none: files of torquer]."""
     model: Model | None = None
-    """Last part of the calibration: each holds those before it, but `temperature` no coils
-    [chosen by blocks of time held out]."""
+    """Last part of the calibration: each holds those before it, but `temperature` no coils;
+    `attitude`: bias and a whole matrix by the logged quaternions instead [chosen by blocks of time
+    held out]."""
     leave_out_first_min: Annotated[float, at_least(0.0)] = 0.0
     """Minutes at the beginning that are not used."""
     clock_sigma_s: Annotated[float | None, positive()] = None

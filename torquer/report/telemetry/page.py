@@ -17,6 +17,13 @@ from torquer.report.telemetry.pictures import draw_pictures
 from torquer.simulation.results.file import put
 
 _WORDS = {
+    "causes": (
+        "Causes",
+        "What each cause that was tried leaves, with bias, scale and non-orthogonality fitted each "
+        "time, the most probable at the top. A cause is named where it is 12 nats above 'as "
+        "stated' and 6 above every rival, and near what a field that may be anything smooth "
+        "leaves. Crosses are not near.",
+    ),
     "residual": (
         "Residuals",
         "Strength of the reading minus that of IGRF-14 along the orbit, before and after the "
@@ -37,11 +44,6 @@ _WORDS = {
         "Twin over data",
         "The scenario flown with the parameters found, in legs of five minutes that each begin "
         "with a motion of their own, as noise of the sensors moves the satellite through its law.",
-    ),
-    "zones": (
-        "Zones",
-        "Residual with the stamps moved by each zone in use, with bias, scale and "
-        "non-orthogonality fitted each time.",
     ),
 }
 

@@ -1,4 +1,4 @@
-"""Pictures of an examination: residuals over time and over the orbit, the ellipsoid, the zones."""
+"""Pictures of an examination: residuals over time and over the orbit, the ellipsoid, the causes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from torquer.computer.estimation.sensor_keys import SENSOR_WORDS
-from torquer.ground.telemetry.modulus import ZONES_H
+from torquer.ground.telemetry.diagnosis.causes import CAUSES
 from torquer.report.common.colours import BLUE, GREY, ORANGE, RED
 from torquer.report.common.figure import label_time, legend_at_left, save_figure, stack_panels
 from torquer.report.common.scales import clock_for
@@ -21,8 +21,8 @@ def draw_pictures(found, out: Path) -> dict[str, Path]:
     made = {"residual": _residual(found, out / "residual.png")}
     if found.calibration is not None:
         made["ellipsoid"] = _ellipsoid(found, out / "ellipsoid.png")
-    if found.zone is not None:
-        made["zones"] = _zones(found, out / "zones.png")
+    if found.diagnosis is not None:
+        made["causes"] = _causes(found.diagnosis, out / "causes.png")
     if found.attitude is not None:
         made["attitude"] = _attitude(found.attitude, out / "attitude.png")
     if found.twin is not None and found.twin.data is not None:
@@ -163,12 +163,22 @@ def _ellipsoid(found, path: Path) -> Path:
     return save_figure(figure, path)
 
 
-def _zones(found, path: Path) -> Path:
-    figure, (axes,) = stack_panels("Residual with the stamps moved by whole zones", 1, 3.2)
-    axes.semilogy(ZONES_H, found.zone.residual_nt, ".-", color=BLUE, lw=0.8, ms=4)
-    axes.axvline(0.0, color=GREY, lw=0.8, label="as stated")
-    axes.axvline(found.zone.best_h, color=RED, lw=0.8, ls="--", label="best")
-    axes.set_xlabel("stamps moved by [h]", fontsize=10)
-    axes.set_ylabel("residual [nT]", fontsize=10)
-    legend_at_left(axes, 2)
+def _causes(found, path: Path) -> Path:
+    """What each cause leaves, the most probable at the top, beside what a free field leaves."""
+    ranking = found.ranking[::-1]
+    height = 1.4 + 0.32 * len(ranking)
+    figure, (axes,) = stack_panels("What each cause leaves of |B|", 1, height)
+    for row, each in enumerate(ranking):
+        colour = BLUE if each.fits else GREY
+        axes.plot(each.residual_nt, row, "o" if each.fits else "x", ms=6, color=colour)
+    axes.axvline(found.floor_nt, color=ORANGE, lw=1.0, label="a free, smooth field")
+    axes.set_xscale("log")
+    axes.set_xlabel("residual [nT]", fontsize=10)
+    names = [CAUSES[each.cause].say(each.value) for each in ranking]
+    axes.set_yticks(range(len(ranking)), names, fontsize=9)
+    axes.set_ylim(-0.6, len(ranking) - 0.4)
+    right = axes.secondary_yaxis("right")
+    right.set_yticks(range(len(ranking)), [f"{each.nats:+.0f}" for each in ranking], fontsize=9)
+    right.set_ylabel("nats over 'as stated'", fontsize=10)
+    legend_at_left(axes, 1)
     return save_figure(figure, path)

@@ -106,6 +106,38 @@ def read_elements(
     ]
 
 
+def read_neighbours(text: str, called: str, most: int) -> list[list[ElementSet]]:
+    """Sets of other satellites in a text than the one that is called so, a list each.
+
+    Of more than `most` those with the nearest catalogue numbers, which were launched with it. Sets
+    with mistakes are left out.
+    """
+    found: dict[str, list] = {}
+    for each in messages(text) if is_omm(text) else _two_lines(text):
+        found.setdefault(each.number, []).append(each)
+    own = next((key for key, sets in found.items() if called in map(_called, sets)), None)
+    rest = [key for key in found if key != own]
+    rest.sort(key=lambda key: abs(_order(key) - _order(own or "")))
+    made = ([*filter(None, map(_made, found[key]))] for key in rest[:most])
+    return [sets for sets in made if sets]
+
+
+def _order(number: str) -> int:
+    """Catalogue number; 0 of what is none."""
+    try:
+        return int(from_alpha5(number)) if len(number) == 5 else int(number)
+    except ValueError:
+        return 0
+
+
+def _made(each: TwoLines | Message) -> ElementSet | None:
+    try:
+        orbit = each.orbit(False) if isinstance(each, TwoLines) else each.orbit()
+        return ElementSet(orbit, _called(each))
+    except ValueError:
+        return None
+
+
 def _called(each: TwoLines | Message) -> str:
     return each.name if each.name == each.number else f"{each.number} {each.name}".strip()
 

@@ -1,0 +1,138 @@
+"""Calibrations judged by more than |B|: by what the dipoles followed, and by logged attitudes.
+
+A correction may make the strength better and the vector worse: a coupling that the noise made does,
+and every block of time held out agrees with it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from torquer.base.limits import RequestError
+from torquer.ground.telemetry.calibration import (
+    GROUPS,
+    MODELS,
+    Calibration,
+    Choice,
+    TooManyOutliers,
+    calibrate,
+    choose,
+    complete_rows,
+)
+from torquer.ground.telemetry.convention import find_convention
+from torquer.ground.telemetry.diagnosis.loop import Followed, follow
+from torquer.ground.telemetry.read import Finding
+from torquer.ground.telemetry.vector import MODEL, KnownField, calibrate_vector, known_field
+
+#: A correction may leave the field vector this factor worse by a logged attitude.
+_WORSE_VECTOR = 1.02
+
+
+def choose_calibration(
+    data, field, groups, given: bool, vector: KnownField | None, findings: list[Finding]
+) -> tuple[Calibration, tuple[Choice, ...]]:
+    """The calibration of a session, and the models that were compared for it.
+
+    `groups`: the model that is asked for, None for the best; `given`: positions are those of the
+    telemetry; `vector`: the field by logged attitudes; `findings` grows. RequestError for a model
+    that the session does not allow.
+    """
+    loop = _loop(data, field)
+    if groups == MODEL:
+        return calibrate_vector(data, _needed(vector)), ()
+    if groups is not None and "coils" in groups and loop is not None:
+        raise RequestError("model", f"must not fit the coils, as {loop.text}; received coils")
+    if loop is not None:
+        findings.append(Finding("dipoles follow the readings", 0, f"coils not fitted: {loop.text}"))
+    if groups is not None:
+        return _judged(calibrate(data, field, groups), data, vector, findings), ()
+    models = MODELS
+    if given:  # positions belong to the stamps: a shift of both is not seen well
+        models = tuple(m for m in models if "shift" not in m)
+    if loop is not None:
+        models = tuple(m for m in models if "coils" not in m)
+    found, choices = choose(data, field, models=models)
+    for smaller in reversed(models[: models.index(found.groups)]):
+        if vector is None or not _makes_worse(found, data, vector):
+            break
+        findings.append(_worse(found, data, vector, "a smaller model is used"))
+        found = calibrate(data, field, smaller)
+    return _judged(found, data, vector, findings), choices
+
+
+def _loop(data, field) -> Followed | None:
+    """How far the dipoles follow the readings; None where they do not, or are not known.
+
+    A strong coupling makes readings follow the dipoles: so these must follow the readings also
+    without the coupling that fits best.
+    """
+    if "dipole_body" not in data:
+        return None
+    rows, *_ = complete_rows(data, field)
+    found = follow(rows.t_s, rows.m, rows.dipole)
+    if found is None or not found.is_loop:
+        return None
+    coupling = fitted_coupling(data, field)
+    if coupling is None:
+        return found
+    again = follow(rows.t_s, rows.m - rows.dipole @ coupling.T, rows.dipole)
+    return found if again is None or again.follows else None
+
+
+def fitted_coupling(data, field) -> np.ndarray | None:
+    """Field [3, 3] T for each A m^2 of the coils that fits |B| best; None where nothing fits."""
+    try:
+        found = calibrate(data, field, ("bias", "scale", "non_orthogonality", "coils"))
+    except TooManyOutliers:
+        return None
+    return np.array([found.of(name) for name in GROUPS["coils"].names]).reshape(3, 3)
+
+
+def trusted_field(data, environment) -> KnownField | None:
+    """The field by logged attitudes, if their convention agrees with the readings."""
+    vector = known_field(data, environment)
+    if vector is None or not find_convention(data, environment).agrees:
+        return None
+    return vector
+
+
+def _needed(vector: KnownField | None) -> KnownField:
+    if vector is None:
+        raise RequestError(
+            "model",
+            "must have q_measured that agrees with the readings in 24 rows or more to be attitude; "
+            "received telemetry without",
+        )
+    return vector
+
+
+def _makes_worse(found: Calibration, data, vector: KnownField) -> bool:
+    """Whether the corrected vector is farther from the field by the attitude than the reading."""
+    return vector.error(found.apply(data)) > _WORSE_VECTOR * vector.error(data["b_measured"].values)
+
+
+def _worse(found: Calibration, data, vector: KnownField, then: str) -> Finding:
+    before, after = (
+        1e9 * vector.error(each) for each in (data["b_measured"].values, found.apply(data))
+    )
+    text = (
+        f"up to {found.groups[-1]} the correction takes the field vector from {before:.0f} to "
+        f"{after:.0f} nT by the logged attitude, which does not show in |B|: {then}. If the "
+        "attitude was estimated from this magnetometer, it follows the errors of its readings"
+    )
+    return Finding("the vector gets worse", len(vector.rows), text)
+
+
+def _judged(found: Calibration, data, vector: KnownField | None, findings) -> Calibration:
+    """A calibration that was asked for or chosen, with what the vector says of it."""
+    if vector is None:
+        return found
+    if _makes_worse(found, data, vector):
+        findings.append(_worse(found, data, vector, "do not use it without the reason"))
+        return found
+    before, after = (
+        1e9 * vector.error(each) for each in (data["b_measured"].values, found.apply(data))
+    )
+    text = f"by the logged attitude the field vector goes from {before:.0f} to {after:.0f} nT"
+    findings.append(Finding("vector", len(vector.rows), text))
+    return found
