@@ -9,7 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.orbit import Sgp4
-from torquer.ground.telemetry.diagnosis.causes import Known, Place
+from torquer.ground.telemetry.diagnosis.causes import TIMING, Known, Place
+from torquer.ground.telemetry.diagnosis.diagnose import diagnose
+from torquer.ground.telemetry.diagnosis.fit import Tried, fit
+from torquer.ground.telemetry.diagnosis.rows import find_usable
 
 #: Faults and how often each is drawn.
 FAULTS = {
@@ -232,11 +235,35 @@ def _spoil(g, fault, m, value):
 
 def gain_nats(each: Pass) -> float:
     """How much more probable the truth is than 'as stated', by readings without noise."""
-    from torquer.ground.telemetry.diagnosis.fit import Tried, fit
-
     rows = np.linspace(0, len(each.t_s) - 1, min(len(each.t_s), 240)).astype(int)
     strength = each.place.strength(each.t_s[rows])
     m = 1e9 * each.clean[rows]
     found = fit(Tried(m[None], strength[None], np.zeros((1, len(rows), 1)), np.zeros((1, 1))), 15)
     left = np.sqrt(np.mean(found.residual**2))
     return float(0.5 * len(rows) * np.log(1.0 + (left / each.noise_nt) ** 2))
+
+
+def named(each: Pass) -> tuple[str, tuple[str, ...]]:
+    """The verdict on a pass, and its rivals."""
+    usable = find_usable(each.t_s, each.b)
+    found = diagnose(each.t_s, each.b, each.place, each.known)
+    if found is None:
+        return "too short", ()
+    for key in ("frozen", "saturated"):
+        if found.verdict == "stated" and getattr(usable, key).mean() > 0.05:
+            return key, found.rivals
+    return found.verdict, found.rivals
+
+
+def is_right(each: Pass, verdict: str, rivals) -> bool:
+    """Whether a verdict names the fault: those that |B| cannot tell apart as a set."""
+    if each.fault == "unlisted":
+        return verdict == "nothing fits"
+    if each.fault in TIMING:
+        return verdict == each.fault or (verdict in TIMING and each.fault in rivals)
+    return verdict == each.fault
+
+
+def can_be_told(each: Pass) -> bool:
+    """Whether the truth is far more probable than 'as stated'."""
+    return each.fault in ("units", "frozen", "saturated") or gain_nats(each) > 20.0

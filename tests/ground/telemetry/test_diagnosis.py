@@ -5,7 +5,7 @@ from datetime import timedelta
 
 import numpy as np
 import pytest
-from telemetry_passes import elements, gain_nats, make_pass, place_of
+from telemetry_passes import can_be_told, elements, is_right, make_pass, named, place_of
 from telemetry_session import START, TLE, environment, session
 
 from torquer.environment.orbit import Sgp4
@@ -13,7 +13,6 @@ from torquer.ground.telemetry.diagnosis.causes import (
     CAUSES,
     NONE_OF_THESE,
     SLIPS,
-    TIMING,
     Known,
     Place,
 )
@@ -28,31 +27,6 @@ from torquer.ground.telemetry.read import Session
 
 #: What is said where nothing is accused.
 _SILENT = ("stated", "too short")
-
-
-def named(each):
-    """The verdict on a pass, and its rivals."""
-    usable = find_usable(each.t_s, each.b)
-    found = diagnose(each.t_s, each.b, each.place, each.known)
-    if found is None:
-        return "too short", ()
-    for key in ("frozen", "saturated"):
-        if found.verdict == "stated" and getattr(usable, key).mean() > 0.05:
-            return key, found.rivals
-    return found.verdict, found.rivals
-
-
-def is_right(each, verdict, rivals):
-    """Whether a verdict names the fault: those that |B| cannot tell apart as a set."""
-    if each.fault == "unlisted":
-        return verdict == "nothing fits"
-    if each.fault in TIMING:
-        return verdict == each.fault or (verdict in TIMING and each.fault in rivals)
-    return verdict == each.fault
-
-
-def can_be_told(each):
-    return each.fault in ("units", "frozen", "saturated") or gain_nats(each) > 20.0
 
 
 # rows
