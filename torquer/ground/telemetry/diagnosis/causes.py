@@ -218,17 +218,17 @@ def units(m, strength) -> Iterator[Hypothesis]:
             )
 
 
-def lags(t_s, m, rows, strength, smooth) -> Iterator[Hypothesis]:
+def lags(t_s, m, rows, strength, undo) -> Iterator[Hypothesis]:
     """Readings at `rows` without the lag of an exponential filter or of a running mean.
 
-    `t_s`, `m`: all usable rows; `smooth`: see `lag.undo`.
+    `t_s`, `m`: all rows that are looked at; `undo`: see `lag.undo`.
     """
     cadence, span = float(np.median(np.diff(t_s))), t_s[-1] - t_s[0]
     times = dict.fromkeys(max(each, cadence) for each in _LAGS_S)
     some = [each for each in times if each <= min(_LAG_PART * span, 120.0)]
     for lag_s in some:
         for kind in ("filters", "averages"):
-            undone = smooth(t_s, m, lag_s, kind)
+            undone = undo(t_s, m, lag_s, kind)
             if undone is not None:
                 value = (kind, lag_s if kind == "filters" else 2.0 * lag_s)
                 readings, calmer = undone

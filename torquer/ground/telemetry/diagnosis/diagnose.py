@@ -28,6 +28,8 @@ from torquer.ground.telemetry.diagnosis.verdict import Diagnosis, Ranked, decide
 _MOST_ROWS, _LEAST_ROWS = 240, 8
 #: Of longer sessions so many stretches of so long [s] are used: rows stay near one another.
 _STRETCHES, _STRETCH_S = 4, 5400.0
+#: Rows that are looked at at most: each k-th of more.
+_LOOKED_AT = 20_000
 #: A step counts for at most so many cadences of a session's length.
 _GAP = 4.0
 
@@ -42,8 +44,9 @@ def diagnose(
     usable = np.flatnonzero(find_usable(t_s, b).kept)
     if len(usable) < _LEAST_ROWS:
         return None
+    usable = usable[_stretches(t_s[usable])]
     t_all, m_all = t_s[usable], 1e9 * b[usable]
-    rows = _chosen(t_all)
+    rows = np.linspace(0, len(t_all) - 1, min(len(t_all), _MOST_ROWS)).astype(int)
     t, m = t_all[rows], m_all[rows]
     tried = hypotheses(t, m, place, known)
     strength = tried[0].strength
@@ -71,8 +74,8 @@ def diagnose(
     return found
 
 
-def _chosen(t_s: np.ndarray) -> np.ndarray:
-    """Rows that are used, evenly chosen; of a long session in a few stretches."""
+def _stretches(t_s: np.ndarray) -> np.ndarray:
+    """Rows that are looked at: of a long session a few stretches, of many rows each k-th."""
     steps = np.diff(t_s)
     length = np.append(0.0, np.cumsum(np.minimum(steps, _GAP * np.median(steps))))
     rows = np.arange(len(t_s))
@@ -80,7 +83,7 @@ def _chosen(t_s: np.ndarray) -> np.ndarray:
         firsts = np.linspace(0.0, length[-1] - _STRETCH_S, _STRETCHES)
         inside = [(length >= first) & (length <= first + _STRETCH_S) for first in firsts]
         rows = np.flatnonzero(np.any(inside, axis=0))
-    return rows[np.linspace(0, len(rows) - 1, min(len(rows), _MOST_ROWS)).astype(int)]
+    return rows[:: -(-len(rows) // _LOOKED_AT)]
 
 
 def _score(t, tried: list[Hypothesis], kept) -> Scores:
