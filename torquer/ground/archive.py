@@ -9,7 +9,8 @@ _quality      2: in an authentic frame, 1: without checksum, 0: the same with by
 _status       of the frame: 0 INFO, 1 ALARM, 2 STOP
 
 Numbers that were not known on board are NULL, bytes are hexadecimal digits. Tables that begin with
-`_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`.
+`_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`,
+`_parts` (of packets that lie across frames, whose other frame no recording has had yet).
 
 One process writes; any number read at the same time. What has been committed outlives the process.
 """
@@ -46,6 +47,9 @@ CREATE TABLE IF NOT EXISTS _commands (
   "values" TEXT NOT NULL, acknowledge INTEGER NOT NULL, packet INTEGER NOT NULL,
   execute_s INTEGER NOT NULL, state TEXT NOT NULL,
   sent_ms INTEGER, received_ms INTEGER, answered_ms INTEGER, reason TEXT NOT NULL DEFAULT '');
+CREATE TABLE IF NOT EXISTS _parts (
+  is_tail INTEGER NOT NULL, spi INTEGER NOT NULL, number INTEGER NOT NULL, data BLOB NOT NULL,
+  time_s INTEGER, ends INTEGER NOT NULL);
 """
 
 
@@ -169,6 +173,23 @@ class Archive:
                 db.execute("INSERT OR REPLACE INTO _counters VALUES (?, ?)", item)
         return new
 
+    def put_many(self, packet: str, rows: list[tuple]) -> int:
+        """Add rows of a packet, in the order of `columns_of`, in one transaction; how many are new."""
+        with self.writing() as db:
+            before = db.total_changes
+            db.executemany(self._insert[packet], rows)
+            return db.total_changes - before
+
+    def parts(self) -> list[tuple]:
+        """Parts of packets whose other parts no recording has had yet, as `put_parts` got them."""
+        return self.read("SELECT is_tail, spi, number, data, time_s, ends FROM _parts")
+
+    def put_parts(self, parts: Iterable[tuple]) -> None:
+        """Keep parts in place of those that were kept."""
+        with self.writing() as db:
+            db.execute("DELETE FROM _parts")
+            db.executemany("INSERT INTO _parts VALUES (?, ?, ?, ?, ?, ?)", parts)
+
     def read(self, statement: str, *values) -> list[tuple]:
         """Rows of a statement, by the writer's connection."""
         with self._lock:
@@ -272,7 +293,12 @@ def _kind(field: Field) -> str:
     return "INTEGER" if TYPES[field.type].is_whole and field.scale == 1.0 else "REAL"
 
 
+def columns_of(packet: Packet) -> tuple[str, ...]:
+    """Columns of a packet's table, in the order in which rows are put."""
+    return ("_time_ms", "_received_ms", "_quality", "_status", "_digest", *packet.names)
+
+
 def _insert(packet: Packet) -> str:
-    names = ("_time_ms", "_received_ms", "_quality", "_status", "_digest", *packet.names)
+    names = columns_of(packet)
     marks = ", ".join("?" * len(names))
     return f'INSERT OR IGNORE INTO "{packet.name}" ({quote_names(names)}) VALUES ({marks})'

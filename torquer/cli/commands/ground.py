@@ -238,10 +238,13 @@ class ImportOptions:
 
 
 @app.command(name="import", help_epilogue=show_examples("ground import"))
-def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
-    """Put the frames of RECORDING, bytes as they were received, into the archive.
+def import_(*recordings: Path, how: ImportOptions = ImportOptions()) -> int:
+    """Put the frames of RECORDINGS, bytes as they were received, into the archive.
 
-    Prints what was found, lost and rejected. A frame is in an archive once, however often it comes.
+    Frames may come in any order, from several stations and twice, with counters that begin again:
+    each is in an archive once, by its MAC and content. Text in hexadecimal and KISS frames are
+    read, too. Prints what was found, and why what was left out. Exit code 1 where less than half
+    of the bytes, or no packet, was kept.
     """
     from torquer.flight.packets.software_file import load_link
     from torquer.ground.archive import Archive
@@ -249,22 +252,38 @@ def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
 
     name = _short_name(how.name)
     link = load_link(how.software).for_satellite(load_given(how.scenario))
-    if not recording.is_file():
-        raise ValueError(f"RECORDING: must be a file; received {recording}")
+    if not recordings:
+        raise ValueError("RECORDINGS: must be given; received none")
+    for recording in recordings:
+        if not recording.is_file():
+            raise ValueError(f"RECORDINGS: must be files; received {recording}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
     archive = Archive(path, link.dictionary)
     try:
-        with _progress(recording.name) as progress:
-            counts = import_recording(link, recording, archive, progress)
+        with _progress(recordings[0].name) as progress:
+            found = import_recording(link, recordings, archive, progress)
     finally:
         archive.close()
     if how.json:
-        print(json_text(counts | {"archive": str(path)}))
+        print(json_text(found | {"archive": str(path)}))
     else:
-        print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in counts.items()))
+        _show_import(found)
         print(f"archive: {path}")
+    if found["failure"]:
+        print_error(found["failure"])
+        return FAILED_CODE
     return 0
+
+
+def _show_import(found: dict[str, Any]) -> None:
+    for note in found["notes"]:
+        print(harmless(note))
+    counts = {key: value for key, value in found.items() if isinstance(value, int)}
+    print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in counts.items()))
+    for each in found["left_out"]:
+        place = f", first at byte {each['first_byte']} of {each['recording']}"
+        print(harmless(f"left out: {each['count']} {each['text']}{place * bool(each['recording'])}"))
 
 
 @options

@@ -1,0 +1,173 @@
+"""Packets out of frames in any order: those that lie across frames are joined by the counters.
+
+What is whole within a frame needs no other frame. Of the rest, a frame keeps the beginning of its
+last packet (a tail) and the end of its first one (a head); the tail of counter n belongs to the
+head of counter n + 1. Where a satellite has counted from 0 again, there may be several of each.
+Then those belong together that came one after the other, else those whose times are next to each
+other; and if that does not decide, none: a packet of two times is worse than none.
+"""
+
+from __future__ import annotations
+
+import itertools
+import struct
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from torquer.flight.packets.frames import FRAMESYNC
+from torquer.flight.packets.protected import TM_NO_START, data_field, packets_in
+
+#: How far the times of parts may lie apart where counters came twice [s].
+_APART_S = 3600
+_MARK = struct.pack("<I", FRAMESYNC)
+_TIME = struct.Struct("<I")
+#: Bytes of the headers of encapsulation packets.
+_HEADERS = {0xFD: 2, 0xFE: 4}
+
+
+class Part(NamedTuple):
+    """A part of a packet at an edge of a frame.
+
+    `number`: counter of the frame; `order`: when it came, for parts of the same import; `time_s`:
+    time stamp of what is next to it, None if there is none; `ends`: of a head, whether the packet
+    ends with it; `at`: place of the frame.
+    """
+
+    spi: int
+    number: int
+    data: bytes
+    order: int
+    time_s: int | None
+    ends: bool
+    at: int
+
+
+class PacketJoiner:
+    """Packets of frames that come in any order; `torn`, `ambiguous`: places of what was left.
+
+    `foreign`: places of frames that hold something else.
+    """
+
+    def __init__(self, tails: Iterable[Part] = (), heads: Iterable[Part] = ()):
+        """`tails`, `heads`: parts that earlier recordings left."""
+        self._tails: dict[tuple[int, int], list[Part]] = defaultdict(list)
+        self._heads: dict[tuple[int, int], list[Part]] = defaultdict(list)
+        for part in tails:
+            self._tails[part[:2]].append(part)
+        for part in heads:
+            self._heads[part[:2]].append(part)
+        self._order = itertools.count()
+        self._numbers: dict[int, set[int]] = defaultdict(set)
+        self._came_twice = False
+        self.ambiguous: set[int] = set()
+        self.foreign: list[int] = []
+
+    def feed(self, frame: bytes, at: int) -> list[bytes]:
+        """The packets that are whole within an authentic frame; its parts are kept."""
+        spi, number, first, field = data_field(frame)
+        order, numbers = next(self._order), self._numbers[spi]
+        self._came_twice |= number in numbers
+        numbers.add(number)
+        begin = len(field) if first == TM_NO_START else min(first, len(field))
+        rest = field[begin:]
+        found, end = packets_in(rest)
+        if end < 0:
+            self.foreign.append(at)
+            end = len(rest)
+        if begin:
+            head = Part(
+                spi, number, field[:begin], order, _time(found[:1]), first != TM_NO_START, at
+            )
+            _put(self._heads[spi, number], head)
+        if end < len(rest):
+            tail = rest[end:]
+            time_s = _time([tail[_HEADERS.get(tail[0], 0) :], *found[:-2:-1]])
+            _put(self._tails[spi, number], Part(spi, number, tail, order, time_s, False, at))
+        return found
+
+    @property
+    def lost_frames(self) -> int:
+        """How many counters are missing between the first and the last one."""
+        spans = (max(n) - min(n) + 1 - len(n) for n in self._numbers.values() if n)
+        return sum(spans)
+
+    def join(self) -> Iterator[tuple[bytes, int]]:
+        """(packet, place of the frame in which it begins) of those that lie across frames.
+
+        What is joined is taken away; the rest waits, and may be kept for later recordings.
+        """
+        waiting = sorted(self._heads)
+        for spi, number in waiting:
+            heads, tails = self._heads[spi, number], self._tails.get((spi, number - 1), [])
+            for tail, head in self._pairs(tails, heads):
+                tails.remove(tail)
+                heads.remove(head)
+                whole = tail.data + head.data
+                found, end = packets_in(whole)
+                if end < len(whole):  # it goes on in the next frame
+                    longer = head._replace(data=whole, time_s=tail.time_s, at=tail.at)
+                    self._tails[spi, number].append(longer)
+                yield from ((packet, tail.at) for packet in found)
+
+    def left(self) -> tuple[list[Part], list[Part]]:
+        """Tails and heads of which the other part is missing."""
+        tails = [part for parts in self._tails.values() for part in parts]
+        return tails, [part for parts in self._heads.values() for part in parts]
+
+    def _pairs(self, tails: list[Part], heads: list[Part]) -> Iterator[tuple[Part, Part]]:
+        """The tails and heads that belong together."""
+        ranked = [
+            (rank, tail, head)
+            for tail in tails
+            for head in heads
+            if _fits(tail, head) and (rank := self._rank(tail, head)) is not None
+        ]
+        ranked.sort(key=lambda each: each[0])
+        for _, same in itertools.groupby(ranked, key=lambda each: each[0]):
+            yield from self._decided([each[1:] for each in same], tails, heads)
+
+    def _decided(self, pairs: list, tails: list[Part], heads: list[Part]) -> list:
+        """Those pairs of one rank, still free, of which neither part has another partner."""
+        free = [(tail, head) for tail, head in pairs if tail in tails and head in heads]
+        firsts, seconds = [id(tail) for tail, _ in free], [id(head) for _, head in free]
+        chosen = []
+        for tail, head in free:
+            if firsts.count(id(tail)) == seconds.count(id(head)) == 1:
+                chosen.append((tail, head))
+            else:
+                self.ambiguous |= {tail.at, head.at}
+        return chosen
+
+    def _rank(self, tail: Part, head: Part) -> tuple[bool, float] | None:
+        """The lower, the rather do they belong together; None: they do not."""
+        is_next = abs(head.order - tail.order) == 1
+        if tail.time_s is None or head.time_s is None:
+            return not is_next, _APART_S
+        apart_s = abs(head.time_s - tail.time_s)
+        if self._came_twice and not is_next and apart_s > _APART_S:
+            return None
+        return not is_next, apart_s
+
+
+def _put(parts: list[Part], part: Part) -> None:
+    """Add a part, in place of the same one that an earlier recording had left."""
+    parts[:] = [each for each in parts if each.data != part.data or each.at >= 0]
+    parts.append(part)
+
+
+def _fits(tail: Part, head: Part) -> bool:
+    """Whether a head can be the rest of a tail, by the length that the packet states."""
+    whole = tail.data + head.data
+    found, end = packets_in(whole)
+    if head.ends:
+        return len(found) == 1 and end == len(whole)
+    return (not found and end == 0) or (len(found) == 1 and end == len(whole))
+
+
+def _time(packets: Iterable[bytes]) -> int | None:
+    """Time stamp of the first of some frames that shows one."""
+    for packet in packets:
+        if packet[:4] == _MARK and len(packet) >= 8:
+            return _TIME.unpack_from(packet, 4)[0]
+    return None
