@@ -133,10 +133,11 @@ class _Import:
         """Take the frames of a recording."""
         self.tally.base = self.bytes
         for count, at in enumerate(self._read(data)):
-            if self._batches.bytes > _WAITING:
-                self._write()
-            if progress and count % 4096 == 0:
-                progress(min(1.0, (self.bytes + at) / size))
+            if count % 4096 == 0:
+                if self._batches.bytes > _WAITING:
+                    self._write()
+                if progress:
+                    progress(min(1.0, (self.bytes + at) / size))
         self.bytes += len(data)
 
     def _read(self, data: Data) -> Iterator[int]:

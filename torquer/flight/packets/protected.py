@@ -228,19 +228,19 @@ def packets_in(data: bytes | bytearray) -> tuple[list[bytes], int]:
 
     -1 for the rest: there is something else than packets of ours.
     """
-    at, found = 0, []
-    while at < len(data):
+    at, found, end = 0, [], len(data)
+    while at < end:
         kind = data[at]
         if kind == _IDLE[0]:
-            at = len(data) - len(data[at:].lstrip(_IDLE))
+            at = end - len(data[at:].lstrip(_IDLE))
             continue
         head = _header_bytes(kind)
-        if len(data) < at + head:
+        if end < at + head:
             break
         size = _packet_bytes(data[at : at + head])
         if size < head:
             return found, -1
-        if len(data) < at + size:
+        if end < at + size:
             break
         found.append(bytes(data[at + head if kind & _VERSION else at : at + size]))
         at += size

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import struct
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
@@ -67,22 +67,22 @@ class PacketJoiner:
         """The packets that are whole within an authentic frame; its parts are kept."""
         spi, number, first, field = data_field(frame)
         order, numbers = next(self._order), self._numbers[spi]
-        self._came_twice |= number in numbers
+        self._came_twice = self._came_twice or number in numbers
         numbers.add(number)
         begin = len(field) if first == TM_NO_START else min(first, len(field))
         rest = field[begin:]
         found, end = packets_in(rest)
+        if begin:
+            time_s, ends = _time(found[0]) if found else None, first != TM_NO_START
+            head = Part(spi, number, field[:begin], order, time_s, ends, at)
+            _put(self._heads[spi, number], head)
         if end < 0:
             self.foreign.append(at)
-            end = len(rest)
-        if begin:
-            head = Part(
-                spi, number, field[:begin], order, _time(found[:1]), first != TM_NO_START, at
-            )
-            _put(self._heads[spi, number], head)
-        if end < len(rest):
+        elif end < len(rest):
             tail = rest[end:]
-            time_s = _time([tail[_HEADERS.get(tail[0], 0) :], *found[:-2:-1]])
+            time_s = _time(tail[_HEADERS.get(tail[0], 0) :])
+            if time_s is None and found:
+                time_s = _time(found[-1])
             _put(self._tails[spi, number], Part(spi, number, tail, order, time_s, False, at))
         return found
 
@@ -97,15 +97,14 @@ class PacketJoiner:
 
         What is joined is taken away; the rest waits, and may be kept for later recordings.
         """
-        waiting = sorted(self._heads)
-        for spi, number in waiting:
-            heads, tails = self._heads[spi, number], self._tails.get((spi, number - 1), [])
-            for tail, head in self._pairs(tails, heads):
+        for spi, number in sorted(self._heads):
+            heads, tails = self._heads[spi, number], self._tails.get((spi, number - 1))
+            for tail, head in self._pairs(tails, heads) if tails else ():
                 tails.remove(tail)
                 heads.remove(head)
                 whole = tail.data + head.data
-                found, end = packets_in(whole)
-                if end < len(whole):  # it goes on in the next frame
+                found, _ = packets_in(whole)
+                if not found:  # it goes on in the next frame
                     longer = head._replace(data=whole, time_s=tail.time_s, at=tail.at)
                     self._tails[spi, number].append(longer)
                 yield from ((packet, tail.at) for packet in found)
@@ -115,29 +114,32 @@ class PacketJoiner:
         tails = [part for parts in self._tails.values() for part in parts]
         return tails, [part for parts in self._heads.values() for part in parts]
 
-    def _pairs(self, tails: list[Part], heads: list[Part]) -> Iterator[tuple[Part, Part]]:
+    def _pairs(self, tails: list[Part], heads: list[Part]) -> list[tuple[Part, Part]]:
         """The tails and heads that belong together."""
-        ranked = [
+        fitting = [
             (rank, tail, head)
             for tail in tails
             for head in heads
             if _fits(tail, head) and (rank := self._rank(tail, head)) is not None
         ]
-        ranked.sort(key=lambda each: each[0])
-        for _, same in itertools.groupby(ranked, key=lambda each: each[0]):
-            yield from self._decided([each[1:] for each in same], tails, heads)
+        if len(fitting) == 1:
+            return [fitting[0][1:]]
+        ranked = itertools.groupby(sorted(fitting, key=_rank_of), key=_rank_of)
+        together: list[tuple[Part, Part]] = []
+        for _, same in ranked:
+            taken = {id(part) for pair in together for part in pair}
+            free = [each[1:] for each in same if taken.isdisjoint(map(id, each[1:]))]
+            together += self._decided(free)
+        return together
 
-    def _decided(self, pairs: list, tails: list[Part], heads: list[Part]) -> list:
-        """Those pairs of one rank, still free, of which neither part has another partner."""
-        free = [(tail, head) for tail, head in pairs if tail in tails and head in heads]
-        firsts, seconds = [id(tail) for tail, _ in free], [id(head) for _, head in free]
-        chosen = []
+    def _decided(self, free: list[tuple[Part, Part]]) -> Iterator[tuple[Part, Part]]:
+        """Those pairs of one rank of which neither part has another partner."""
+        times = Counter(id(part) for pair in free for part in pair)
         for tail, head in free:
-            if firsts.count(id(tail)) == seconds.count(id(head)) == 1:
-                chosen.append((tail, head))
+            if times[id(tail)] == times[id(head)] == 1:
+                yield tail, head
             else:
                 self.ambiguous |= {tail.at, head.at}
-        return chosen
 
     def _rank(self, tail: Part, head: Part) -> tuple[bool, float] | None:
         """The lower, the rather do they belong together; None: they do not."""
@@ -150,9 +152,14 @@ class PacketJoiner:
         return not is_next, apart_s
 
 
+def _rank_of(fitting: tuple) -> tuple[bool, float]:
+    return fitting[0]
+
+
 def _put(parts: list[Part], part: Part) -> None:
     """Add a part, in place of the same one that an earlier recording had left."""
-    parts[:] = [each for each in parts if each.data != part.data or each.at >= 0]
+    if parts:
+        parts[:] = [each for each in parts if each.data != part.data or each.at >= 0]
     parts.append(part)
 
 
@@ -160,14 +167,12 @@ def _fits(tail: Part, head: Part) -> bool:
     """Whether a head can be the rest of a tail, by the length that the packet states."""
     whole = tail.data + head.data
     found, end = packets_in(whole)
-    if head.ends:
-        return len(found) == 1 and end == len(whole)
-    return (not found and end == 0) or (len(found) == 1 and end == len(whole))
+    is_one = len(found) == 1 and end == len(whole)
+    return is_one or (not head.ends and not found and end == 0)
 
 
-def _time(packets: Iterable[bytes]) -> int | None:
-    """Time stamp of the first of some frames that shows one."""
-    for packet in packets:
-        if packet[:4] == _MARK and len(packet) >= 8:
-            return _TIME.unpack_from(packet, 4)[0]
+def _time(packet: bytes) -> int | None:
+    """Time stamp of a frame, None if it shows none."""
+    if packet[:4] == _MARK and len(packet) >= 8:
+        return _TIME.unpack_from(packet, 4)[0]
     return None
