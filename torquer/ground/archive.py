@@ -32,6 +32,8 @@ from torquer.flight.packets.frames import EPOCH, Frame
 
 #: On-board time counts from 2010 on, the archive from 1970 on [ms].
 EPOCH_MS = round(EPOCH.timestamp() * 1e3)
+#: Packets that tell of earlier times: they do not show the satellite's clock.
+RECORDED = ("stored", "dump")
 SUSPECT, UNCHECKED, AUTHENTIC = range(3)
 _VERSION = 1
 #: How long a statement waits for another process [s].

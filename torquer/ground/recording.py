@@ -27,6 +27,8 @@ _WAITING = 2**26
 _AT_ONCE = 50_000
 #: Most parts of packets that are kept for later recordings.
 _MOST_PARTS = 100_000
+#: Bytes by which it is told what a file is that has no frames of ours.
+_LOOKED_AT = 2**20
 #: The share of the bytes below which an import has failed.
 _LITTLE = 0.5
 
@@ -71,7 +73,7 @@ def import_recording(
     else "". `progress`: called with the part that is done.
     """
     paths = [recording] if isinstance(recording, Path) else list(recording)
-    work, notes, starts = _Import(link, archive), [], []
+    work, notes, starts, beginning = _Import(link, archive), [], [], b""
     size = sum(path.stat().st_size for path in paths) or 1
     for path in paths:
         starts.append((work.bytes, path))
@@ -79,12 +81,14 @@ def import_recording(
             data, note = decode(content)
             notes += [f"{path.name}: {note}"] if note else []
             work.read(data, size, progress)
-            beginning = data[: 2**20]
+            beginning = beginning or data[:_LOOKED_AT]
     found = work.finish()
+    left_out = [_in_file(entry, starts) for entry in work.tally.entries()]
     failure = ""
     if found["frames"] == 0 or found["lost_bytes"] > (1 - _LITTLE) * found["bytes"]:
-        failure = _failure(found, paths, name_dialect(beginning, link))
-    left_out = [_in_file(entry, starts) for entry in work.tally.entries()]
+        most = [f"{each['count']} {each['text']}" for each in left_out]
+        why = name_dialect(beginning, link) or next(iter(most), "no frame begins in it")
+        failure = _failure(found, paths, why)
     return {**found, "left_out": left_out, "notes": notes, "failure": failure}
 
 
@@ -106,12 +110,11 @@ def _in_file(entry: dict, starts: list[tuple[int, Path]]) -> dict:
     return {**entry, "first_byte": entry["first_byte"] - base, "recording": path.name}
 
 
-def _failure(found: dict, paths: list[Path], dialect: str) -> str:
+def _failure(found: dict, paths: list[Path], why: str) -> str:
     names = ", ".join(path.name for path in paths)
     kept, size = found["bytes"] - found["lost_bytes"], found["bytes"]
     what = f"{kept} of {size} bytes in frames, {found['frames']} packets"
-    why = f": {dialect}" if dialect else ""
-    return f"RECORDING: must hold frames of this satellite; received {names} with {what}{why}"
+    return f"RECORDINGS: must hold frames of this satellite; received {names} with {what}: {why}"
 
 
 class _Import:
@@ -127,7 +130,7 @@ class _Import:
             self._plain = PlainFrames(link.dictionary, self.tally)
         else:
             self._authentic = AuthenticFrames(link, self.tally)
-        self._joiner = PacketJoiner(*_kept_parts(archive))
+        self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
 
     def read(self, data: Data, size: int, progress: Callable[[float], None] | None) -> None:
         """Take the frames of a recording."""
@@ -195,15 +198,12 @@ class _Import:
         }
 
     def _tally_what_is_left(self, parts: list[Part]) -> None:
-        unclear = self._joiner.ambiguous
-        torn = [part.at for part in parts if part.at >= 0 and part.at not in unclear]
-        for reason, places in (
-            ("torn", torn),
-            ("ambiguous", unclear),
-            ("foreign", self._joiner.foreign),
-        ):
-            for at in places:
-                self.tally.add(reason, max(at, 0))
+        unclear = self._joiner.unclear
+        for part in parts:
+            if part.at >= 0:
+                self.tally.add("ambiguous" if part.at in unclear else "torn", part.at)
+        for at in self._joiner.foreign:
+            self.tally.add("foreign", at)
         if self._frames > self._new:
             self.tally.add("archived", None, count=self._frames - self._new)
 

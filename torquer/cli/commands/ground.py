@@ -283,7 +283,9 @@ def _show_import(found: dict[str, Any]) -> None:
     print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in counts.items()))
     for each in found["left_out"]:
         place = f", first at byte {each['first_byte']} of {each['recording']}"
-        print(harmless(f"left out: {each['count']} {each['text']}{place * bool(each['recording'])}"))
+        print(
+            harmless(f"left out: {each['count']} {each['text']}{place * bool(each['recording'])}")
+        )
 
 
 @options

@@ -17,7 +17,7 @@ import numpy as np
 from torquer.flight.packets.codec import decoder
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import FRAMESYNC, HEADER, HEADER_BYTES, STATUS, Frame
-from torquer.ground.archive import EPOCH_MS, RowMaker
+from torquer.ground.archive import EPOCH_MS, RECORDED, RowMaker
 
 #: What the letters of `struct` are for NumPy.
 _TYPES = {
@@ -56,6 +56,10 @@ class Batches:
         is_whole = size == length == len(raw) - HEADER_BYTES
         return is_whole and mark == FRAMESYNC and code in STATUS
 
+    def apart_s(self, raw: bytes) -> float | None:
+        """How far the time of the values lies from the time stamp; None where it is not told [s]."""
+        return self._kinds[raw[8]].apart_s(raw) if self.takes(raw) else None
+
     def add(self, raw: bytes, quality: int) -> None:
         """Keep a whole frame until it is taken."""
         kind = self._kinds[raw[8]]
@@ -82,6 +86,14 @@ class _Kind:
         self._type = _numpy_type(packet)
         if self._type is not None and not self._agrees():
             self._type = None
+
+    def apart_s(self, raw: bytes) -> float | None:
+        """How far the time of the values lies from the time stamp, where that must be near."""
+        if not self.packet.time_ms or self.packet.name in RECORDED:
+            return None
+        _, time_s, *_ = HEADER.unpack_from(raw)
+        values = self._decode(raw, HEADER_BYTES)
+        return abs(time_s - values[self.packet.names.index(self.packet.time_ms)] / 1000.0)
 
     def take(self) -> list[tuple]:
         """The rows, by time."""

@@ -95,13 +95,13 @@ def _end_of_addresses(frame: bytes) -> int:
 
 def name_dialect(data: bytes, link: SpaceLink) -> str:
     """What bytes seem to be that hold no frames of this link; "" if they seem to be nothing."""
-    names = (_other_link(data, link), _other_order(data), _other_frames(data), _addresses(data))
-    return next(filter(None, (*names, _space_packets(data))), "")
+    names = (_other_link(data, link), _other_order(data), _other_frames(data, link))
+    return next(filter(None, (*names, _addresses(data), _space_packets(data))), "")
 
 
 def _other_link(data: bytes, link: SpaceLink) -> str:
     """Frames of the other kind of link."""
-    if link.link == "historical" and data.count(TM_MARK) > data.count(PLAIN_MARK):
+    if link.link == "historical" and data.count(TM_MARK):
         return "TM transfer frames (CCSDS 132.0-B), link = 'historical' looks for none"
     if link.link != "historical" and data.count(PLAIN_MARK) and not data.count(TM_MARK):
         return f"frames without protection; link = '{link.link}' looks for TM transfer frames"
@@ -110,29 +110,39 @@ def _other_link(data: bytes, link: SpaceLink) -> str:
 
 def _other_order(data: bytes) -> str:
     """Sync marks that appear once bytes change places."""
-    as_they_are = data.count(PLAIN_MARK) + data.count(TM_MARK)
-    if data.count(PLAIN_MARK[::-1]) > as_they_are:
+    as_they_are = _begins(data)
+    if data.count(PLAIN_MARK[::-1]) > as_they_are + data.count(TM_MARK[::-1]):
         return "numbers in headers of the other byte order (AABBCCDD, most significant byte first)"
     for size, what in ((2, "pairs"), (4, "fours")):
-        for shift in range(size):
-            whole = data[shift : shift + (len(data) - shift) // size * size]
-            turned = np.frombuffer(whole, np.uint8).reshape(-1, size)[:, ::-1].tobytes()
-            if turned.count(PLAIN_MARK) + turned.count(TM_MARK) > max(as_they_are, 1):
-                return f"bytes are swapped in {what}"
+        swapped = (_turned(data[shift:], size) for shift in range(size))
+        if any(_begins(each) > max(as_they_are, 1) for each in swapped):
+            return f"bytes are swapped in {what}"
     return ""
 
 
-def _other_frames(data: bytes) -> str:
-    """TM frames of another length, or of another spacecraft."""
+def _begins(data: bytes) -> int:
+    return data.count(PLAIN_MARK) + data.count(TM_MARK)
+
+
+def _turned(data: bytes, size: int) -> bytes:
+    """Bytes turned around in groups."""
+    whole = data[: len(data) // size * size]
+    return np.frombuffer(whole, np.uint8).reshape(-1, size)[:, ::-1].tobytes()
+
+
+def _other_frames(data: bytes, link: SpaceLink) -> str:
+    """TM frames of another length."""
     places = find_marks(np.frombuffer(data, np.uint8), TM_MARK)
     if len(places) < 3:
         return ""
     (distance, count), *_ = Counter(np.diff(places).tolist()).most_common(1)
-    if 2 * count < len(places) - 1:
+    size = distance - len(TM_MARK)
+    ours = TelemetryReceiver({}, link.keys.spacecraft).frame_bytes
+    if 2 * count < len(places) - 1 or size == ours:
         return ""
     first = int(places[0]) + len(TM_MARK)
     spacecraft = (data[first] << 8 | data[first + 1]) >> 4 & 0x3FF
-    return f"TM transfer frames of {distance - len(TM_MARK)} bytes, of spacecraft {spacecraft}"
+    return f"TM transfer frames of {size} bytes, must be {ours}; of spacecraft {spacecraft}"
 
 
 def _addresses(data: bytes) -> str:

@@ -4,7 +4,7 @@ What is whole within a frame needs no other frame. Of the rest, a frame keeps th
 last packet (a tail) and the end of its first one (a head); the tail of counter n belongs to the
 head of counter n + 1. Where a satellite has counted from 0 again, there may be several of each.
 Then those belong together that came one after the other, else those whose times are next to each
-other; and if that does not decide, none: a packet of two times is worse than none.
+other; and if that does not decide, none: a packet of two sessions is worse than none.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import struct
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 from torquer.flight.packets.frames import FRAMESYNC
@@ -44,13 +44,23 @@ class Part(NamedTuple):
 
 
 class PacketJoiner:
-    """Packets of frames that come in any order; `torn`, `ambiguous`: places of what was left.
+    """Packets of frames that come in any order.
 
-    `foreign`: places of frames that hold something else.
+    `foreign`: places of frames that hold something else than packets; `unclear`: of parts that could
+    belong to several, unless they were joined in the end.
     """
 
-    def __init__(self, tails: Iterable[Part] = (), heads: Iterable[Part] = ()):
-        """`tails`, `heads`: parts that earlier recordings left."""
+    def __init__(
+        self,
+        tails: Iterable[Part] = (),
+        heads: Iterable[Part] = (),
+        apart_s: Callable[[bytes], float | None] = lambda packet: None,
+    ):
+        """`tails`, `heads`: parts that earlier recordings left.
+
+        `apart_s`: how far times within a packet lie apart, where it has several.
+        """
+        self._apart_s = apart_s
         self._tails: dict[tuple[int, int], list[Part]] = defaultdict(list)
         self._heads: dict[tuple[int, int], list[Part]] = defaultdict(list)
         for part in tails:
@@ -60,7 +70,7 @@ class PacketJoiner:
         self._order = itertools.count()
         self._numbers: dict[int, set[int]] = defaultdict(set)
         self._came_twice = False
-        self.ambiguous: set[int] = set()
+        self.unclear: set[int] = set()
         self.foreign: list[int] = []
 
     def feed(self, frame: bytes, at: int) -> list[bytes]:
@@ -72,18 +82,19 @@ class PacketJoiner:
         begin = len(field) if first == TM_NO_START else min(first, len(field))
         rest = field[begin:]
         found, end = packets_in(rest)
-        if begin:
-            time_s, ends = _time(found[0]) if found else None, first != TM_NO_START
-            head = Part(spi, number, field[:begin], order, time_s, ends, at)
-            _put(self._heads[spi, number], head)
+        tail = rest[end:] if end >= 0 else b""
         if end < 0:
             self.foreign.append(at)
-        elif end < len(rest):
-            tail = rest[end:]
-            time_s = _time(tail[_HEADERS.get(tail[0], 0) :])
-            if time_s is None and found:
-                time_s = _time(found[-1])
-            _put(self._tails[spi, number], Part(spi, number, tail, order, time_s, False, at))
+        first_s = last_s = _time(tail[_HEADERS.get(tail[0], 0) :]) if tail else None
+        if found:
+            first_s = _time(found[0])
+            last_s = _time(found[-1]) if last_s is None else last_s
+        if begin:
+            ends = first != TM_NO_START
+            head = Part(spi, number, field[:begin], order, first_s, ends, at)
+            _put(self._heads[spi, number], head)
+        if tail:
+            _put(self._tails[spi, number], Part(spi, number, tail, order, last_s, False, at))
         return found
 
     @property
@@ -107,7 +118,16 @@ class PacketJoiner:
                 if not found:  # it goes on in the next frame
                     longer = head._replace(data=whole, time_s=tail.time_s, at=tail.at)
                     self._tails[spi, number].append(longer)
-                yield from ((packet, tail.at) for packet in found)
+                for packet in found:
+                    self._tell_time(head, _time(packet))
+                    yield packet, tail.at
+
+    def _tell_time(self, head: Part, time_s: int | None) -> None:
+        """Give the time of a packet to the tail of the frame in which it ends, if that has none."""
+        tails = self._tails.get(head[:2], ())
+        for k, tail in enumerate(tails):
+            if tail.time_s is None and tail.at == head.at:
+                tails[k] = tail._replace(time_s=time_s)
 
     def left(self) -> tuple[list[Part], list[Part]]:
         """Tails and heads of which the other part is missing."""
@@ -139,17 +159,22 @@ class PacketJoiner:
             if times[id(tail)] == times[id(head)] == 1:
                 yield tail, head
             else:
-                self.ambiguous |= {tail.at, head.at}
+                self.unclear |= {tail.at, head.at}
 
     def _rank(self, tail: Part, head: Part) -> tuple[bool, float] | None:
-        """The lower, the rather do they belong together; None: they do not."""
+        """The lower, the rather do they belong together; None: they do not, as far as is known."""
         is_next = abs(head.order - tail.order) == 1
-        if tail.time_s is None or head.time_s is None:
-            return not is_next, _APART_S
-        apart_s = abs(head.time_s - tail.time_s)
-        if self._came_twice and not is_next and apart_s > _APART_S:
-            return None
-        return not is_next, apart_s
+        if is_next or not self._came_twice:
+            known_s = tail.time_s is not None and head.time_s is not None
+            return not is_next, abs(head.time_s - tail.time_s) if known_s else _APART_S
+        if tail.time_s is not None and head.time_s is not None:
+            apart_s: float | None = abs(head.time_s - tail.time_s)
+        else:
+            found, _ = packets_in(tail.data + head.data)
+            apart_s = self._apart_s(found[0]) if found else None
+        if apart_s is None:
+            self.unclear |= {tail.at, head.at}
+        return (True, apart_s) if apart_s is not None and apart_s <= _APART_S else None
 
 
 def _rank_of(fitting: tuple) -> tuple[bool, float]:
