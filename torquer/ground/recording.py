@@ -114,7 +114,7 @@ def _failure(found: dict, paths: list[Path], why: str) -> str:
     names = ", ".join(path.name for path in paths)
     kept, size = found["bytes"] - found["lost_bytes"], found["bytes"]
     what = f"{kept} of {size} bytes in frames, {found['frames']} packets"
-    return f"RECORDINGS: must hold frames of this satellite; received {names} with {what}: {why}"
+    return f"RECORDING: must hold frames of this satellite; received {names} with {what}: {why}"
 
 
 class _Import:

@@ -94,7 +94,7 @@ def test_less_than_half_of_the_bytes_is_a_failure(tmp_path):
         assert bool(counts["failure"]) is fails
     assert f"{len(ALL)} of {2 * len(ALL) + 200} bytes in frames, 40 packets" in counts["failure"]
     for nothing in (b"", b"\0" * 1000, ALL[:100]):
-        assert imported(tmp_path, nothing)[0]["failure"].startswith("RECORDINGS: must hold frames")
+        assert imported(tmp_path, nothing)[0]["failure"].startswith("RECORDING: must hold frames")
 
 
 def test_authentic_frames_with_other_packets_are_no_success(tmp_path):

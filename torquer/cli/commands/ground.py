@@ -253,10 +253,10 @@ def import_(*recordings: Path, how: ImportOptions = ImportOptions()) -> int:
     name = _short_name(how.name)
     link = load_link(how.software).for_satellite(load_given(how.scenario))
     if not recordings:
-        raise ValueError("RECORDINGS: must be given; received none")
+        raise ValueError("RECORDING: must be given; received none")
     for recording in recordings:
         if not recording.is_file():
-            raise ValueError(f"RECORDINGS: must be files; received {recording}")
+            raise ValueError(f"RECORDING: must be a file; received {recording}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
     archive = Archive(path, link.dictionary)
