@@ -27,8 +27,11 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
+from pydantic import ValidationError
+
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
 from torquer.flight.packets.frames import EPOCH, Frame
+from torquer.flight.packets.mistakes import describe_mistake
 
 #: On-board time counts from 2010 on, the archive from 1970 on [ms].
 EPOCH_MS = round(EPOCH.timestamp() * 1e3)
@@ -252,24 +255,45 @@ class Archive:
         self._db.executemany("INSERT OR REPLACE INTO _about VALUES (?, ?)", entries.items())
 
 
+def connect_read_only(path: Path | str) -> sqlite3.Connection:
+    """A connection that reads a file of SQLite; `ArchiveError` for a file that cannot be opened."""
+    try:
+        uri = f"{Path(path).resolve().as_uri()}?mode=ro"
+        db = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=_PATIENCE_S)
+        db.execute("PRAGMA trusted_schema = OFF")
+    except (sqlite3.Error, OSError, ValueError) as error:
+        raise ArchiveError(f"archive: must be an archive; received {path}: {error}") from None
+    return db
+
+
 def read_only(path: Path | str) -> sqlite3.Connection:
     """A connection that reads an archive, also while it is written; `ArchiveError` for none.
 
     It may be used by several threads, one at a time.
     """
-    uri = f"{Path(path).resolve().as_uri()}?mode=ro"
+    db = connect_read_only(path)
     try:
-        db = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=_PATIENCE_S)
         db.execute("SELECT value FROM _about")
     except sqlite3.Error as error:
+        db.close()
         raise ArchiveError(f"archive: must be an archive; received {path}: {error}") from None
     return db
 
 
 def dictionary_in(db: sqlite3.Connection) -> Dictionary:
-    """The dictionary of an archive."""
-    (text,) = db.execute("SELECT value FROM _about WHERE key = 'dictionary'").fetchone()
-    return Dictionary.model_validate_json(text)
+    """The dictionary of an archive; `ArchiveError` with one line for none."""
+    try:
+        found = db.execute("SELECT value FROM _about WHERE key = 'dictionary'").fetchone()
+        if found is None:
+            raise ArchiveError("archive: must hold its dictionary; received none")
+        return Dictionary.model_validate_json(found[0])
+    except (sqlite3.Error, UnicodeError) as error:
+        line = " ".join(str(error).split())
+        raise ArchiveError(f"archive: must hold its dictionary; received {line}") from None
+    except ValidationError as error:
+        (first, *_) = error.errors()
+        line = describe_mistake(first) if first["loc"] else "it is no table of JSON"
+        raise ArchiveError(f"archive: must hold its dictionary; received another: {line}") from None
 
 
 def quote_names(names: Sequence[str]) -> str:

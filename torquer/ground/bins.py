@@ -124,7 +124,9 @@ def _ends(source: _Source, first: int, last: int) -> set[Point]:
     value, count = source.value, f"sum({source.value} IN ({_INFINITE}, -{_INFINITE}))"
     finite = f"CASE WHEN {value} NOT IN ({_INFINITE}, -{_INFINITE}) THEN {value} END"
     what = "_time_ms, _received_ms, {}, _quality, count(*)"
-    ((*low, infinite),) = source.select(f"{what.format(f'min({finite})')}, {count}", "", first, last)
+    ((*low, infinite),) = source.select(
+        f"{what.format(f'min({finite})')}, {count}", "", first, last
+    )
     if low[2] is None and not infinite:
         return {Point(*low)}
     found = set() if low[2] is None else {Point(*low)}

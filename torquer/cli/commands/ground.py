@@ -294,7 +294,7 @@ class ExportOptions:
 
     out: Path = Path("runs/export")
     """Output folder."""
-    format: Literal["netcdf", "parquet"] = "netcdf"
+    format: Literal["csv", "netcdf", "parquet"] = "netcdf"
     """Format of the files."""
     packet: list[str] | None = None
     """Only this packet; may be repeated [all]."""
@@ -307,7 +307,11 @@ class ExportOptions:
 
 @app.command(help_epilogue=show_examples("ground export"))
 def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
-    """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units."""
+    """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units.
+
+    Of a damaged archive all that can be read is written, with a line on each thing that cannot:
+    exit code 1 if something is lost, 2 if nothing could be read.
+    """
     if how.format == "parquet":
         check_installed("ground", ("pyarrow",))
     from torquer.ground.export import export_archive
@@ -316,16 +320,22 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     if start_ms is not None and end_ms is not None and start_ms > end_ms:
         raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
+    asked: tuple = (how.format, how.packet, start_ms, end_ms)
+    lost: list[str] = []
     with writing_to(how.out), _progress(archive.name) as progress:
-        files = export_archive(archive, how.out, how.format, how.packet, start_ms, end_ms, progress)
+        files = export_archive(archive, how.out, *asked, progress, lost.append)
+    if lost and not files:
+        raise ValueError("\n".join(lost))
     if how.json:
         print(json_text([{"file": str(path), "rows": rows} for path, rows in files]))
     else:
         for path, rows in files:
             print(f"{path}: {rows} rows")
+    for line in lost:
+        print_error(line)
     if not files:
         print_note("nothing was written: the archive has no such rows")
-    return 0
+    return FAILED_CODE if lost else 0
 
 
 def _progress(name: str):
