@@ -33,7 +33,7 @@ def history(path, times_and_values, *asked):
 
 def rows(found):
     """(time, value) of what stands for rows."""
-    return [(point.time_ms, point.value) for point in found if point.count]
+    return [(point.time_ms, point.value) for point in found if point.rows]
 
 
 NUMBERS = st.none() | st.floats(-10.0, 10.0) | st.sampled_from([math.inf, -math.inf])
@@ -74,7 +74,7 @@ def test_no_bin_loses_its_peak(tmp_path):
     for first in range(0, 100_000, 2000):  # a bin is 2 s long
         truth = [value for t, value in waves if first <= t < first + 2000]
         shown = [p for p in found if first <= p.time_ms < first + 2000]
-        assert {p.count for p in shown} == {200}
+        assert {p.rows for p in shown} == {200}
         values = [p.value for p in shown]
         assert (min(values), max(values)) == (min(truth), max(truth))
 
@@ -83,7 +83,7 @@ def test_no_bin_loses_its_peak(tmp_path):
 def test_a_wide_span_has_as_many_points_as_a_narrow_one(tmp_path, span):
     waves = [(10**12 + 1000 * t, math.sin(t / 37.0)) for t in range(2829)]
     found = history(tmp_path / "sat.sqlite", waves, *span, 1000)
-    assert 900 < len(found) <= 1000 and all(point.count in (5, 6) for point in found)
+    assert 900 < len(found) <= 1000 and all(point.rows in (5, 6) for point in found)
 
 
 def test_passes_years_apart_share_the_points(tmp_path):
@@ -94,9 +94,9 @@ def test_passes_years_apart_share_the_points(tmp_path):
     passes.append((3 * year_ms, 0.5))
     found = history(tmp_path / "sat.sqlite", passes, *FOREVER, 600)
     for k in (0, 1, 2, 4):
-        assert sum(point.time_ms // year_ms == k for point in found if point.count) > 80
+        assert sum(point.time_ms // year_ms == k for point in found if point.rows) > 80
     assert (3 * year_ms, 0.5) in rows(found), "a lone value"
-    gaps = [point for point in found if point.count == 0]
+    gaps = [point for point in found if point.rows == 0]
     assert [point.time_ms // year_ms for point in gaps] == [0, 1, 2, 3]
     assert {(point.value, point.quality) for point in gaps} == {(None, None)}
 
@@ -106,8 +106,8 @@ def test_infinities_hide_nothing(tmp_path):
     found = history(
         tmp_path / "sat.sqlite", [(1000 * k, values[k % 5]) for k in range(50)], *FOREVER, 6
     )
-    assert {1.5, 2.5, math.inf, -math.inf} == {point.value for point in found if point.count}
-    assert all(point.count == 50 for point in found)
+    assert {1.5, 2.5, math.inf, -math.inf} == {point.value for point in found if point.rows}
+    assert all(point.rows == 50 for point in found)
 
 
 def test_gaps_are_gaps_and_other_rates_are_none(tmp_path):
@@ -117,7 +117,7 @@ def test_gaps_are_gaps_and_other_rates_are_none(tmp_path):
     for size in (1000, 80):
         path = tmp_path / f"{size}.sqlite"
         found = history(path, fast + slow + late, *FOREVER, size)
-        (gap,) = [point for point in found if point.count == 0]
+        (gap,) = [point for point in found if point.rows == 0]
         assert 991_000 < gap.time_ms < 5_000_000
         assert gap.received_ms == gap.time_ms + 5 and gap.value is gap.quality is None
 

@@ -4,7 +4,6 @@ import json
 import math
 from collections.abc import Mapping
 
-
 #: Infinities where they are told from what is missing: `Number` of JavaScript reads them.
 INFINITIES = {math.inf: "Infinity", -math.inf: "-Infinity"}
 

@@ -179,7 +179,7 @@ class Archive:
         return new
 
     def put_many(self, packet: str, rows: list[tuple]) -> int:
-        """Add rows of a packet, in the order of `columns_of`, in one transaction; how many are new."""
+        """Add rows of a packet, as `columns_of` orders them, at once; how many are new."""
         with self.writing() as db:
             before = db.total_changes
             db.executemany(self._insert[packet], rows)

@@ -8,7 +8,6 @@ there is a row without a value, and where rows are missing one that stands for n
 
 from __future__ import annotations
 
-import math
 import sqlite3
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -30,14 +29,14 @@ _INFINITE = "9e999"
 class Point(NamedTuple):
     """A row of one number; times in ms since 1970.
 
-    `count`: how many rows it stands for; 0: a gap, whose times are between two rows.
+    `rows`: how many it stands for; 0: a gap, whose times are between two rows.
     """
 
     time_ms: int
     received_ms: int | None
     value: float | str | None
     quality: int | None
-    count: int = 1
+    rows: int = 1
 
 
 class _Source(NamedTuple):
@@ -136,7 +135,7 @@ def _ends(source: _Source, first: int, last: int) -> set[Point]:
     for sign in ("", "-") if infinite else ():
         row = f"_time_ms, _received_ms, {value}, _quality"
         found |= {
-            Point(*each, low[4])
+            Point(*each)._replace(rows=low[4])
             for each in source.select(row, f"AND {value} = {sign}{_INFINITE} LIMIT 1", first, last)
         }
     return found
@@ -164,6 +163,7 @@ def _usual(steps: np.ndarray) -> np.ndarray:
 
 
 def _gap(before: Point, after: Point) -> Point:
-    received = (before.received_ms, after.received_ms)
-    between = None if None in received else math.floor(sum(received) / 2)
-    return Point((before.time_ms + after.time_ms) // 2, between, None, None, 0)
+    received_ms = None
+    if before.received_ms is not None and after.received_ms is not None:
+        received_ms = (before.received_ms + after.received_ms) // 2
+    return Point((before.time_ms + after.time_ms) // 2, received_ms, None, None, 0)

@@ -125,11 +125,9 @@ class _Import:
         self.tally, self._batches = Tally(), Batches(link.dictionary)
         self.bytes = self._frames = self._new = self._inner_lost = 0
         self._user = User(link.dictionary, link.keys.spacecraft) if link.link == "pus" else None
-        self._plain = self._authentic = None
-        if link.link == "historical":
-            self._plain = PlainFrames(link.dictionary, self.tally)
-        else:
-            self._authentic = AuthenticFrames(link, self.tally)
+        is_plain = link.link == "historical"
+        self._plain = PlainFrames(link.dictionary, self.tally)
+        self._authentic = None if is_plain else AuthenticFrames(link, self.tally)
         self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
 
     def read(self, data: Data, size: int, progress: Callable[[float], None] | None) -> None:
@@ -145,16 +143,16 @@ class _Import:
 
     def _read(self, data: Data) -> Iterator[int]:
         """Place of each frame, its packets being taken."""
-        if self._plain is not None:
+        if self._authentic is None:
             for at, raw, quality in self._plain.read(data):
                 self._batches.add(raw, quality)
                 self._frames += 1
                 yield at
-        elif self._authentic is not None:
-            for at, frame in self._authentic.read(data):
-                for packet in self._joiner.feed(frame, self.bytes + at):
-                    self._take(packet, at)
-                yield at
+            return
+        for at, frame in self._authentic.read(data):
+            for packet in self._joiner.feed(frame, self.bytes + at):
+                self._take(packet, at)
+            yield at
 
     def _take(self, packet: bytes, at: int) -> None:
         """Keep what a packet carries: a frame, or whatever it is."""
@@ -186,7 +184,7 @@ class _Import:
         tails, heads = self._joiner.left()
         _keep_parts(self._archive, tails, heads)
         self._tally_what_is_left([*tails, *heads])
-        around = self._plain or self._authentic
+        around = self._authentic or self._plain
         return {
             "bytes": self.bytes,
             "frames": self._frames,
@@ -210,7 +208,8 @@ class _Import:
 
 def _kept_parts(archive: Archive) -> tuple[list[Part], list[Part]]:
     """Tails and heads that earlier recordings left; none came directly before or after another."""
-    tails, heads = [], []
+    tails: list[Part] = []
+    heads: list[Part] = []
     for k, (is_tail, spi, number, data, time_s, ends) in enumerate(archive.parts()):
         part = Part(spi, number, data, -2 * k - 2, time_s, bool(ends), -1)
         (tails if is_tail else heads).append(part)

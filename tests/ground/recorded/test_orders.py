@@ -88,7 +88,7 @@ def test_counters_that_begin_again(tmp_path, order):
 
 
 def test_a_packet_of_two_sessions_is_not_made(tmp_path):
-    """Of two sessions with the same counters one has lost the end of a packet, one its beginning."""
+    """Of two sessions with the same counters one has lost a packet's end, one its beginning."""
     sessions = [wrapped(list(packets(1, 60, start)), at_once=60)[0] for start in (0, 10**8)]
     everything = rows_of(tmp_path, [*packets(1, 60), *packets(1, 60, 10**8)])
     for lost in range(1, 20):

@@ -320,10 +320,11 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     if start_ms is not None and end_ms is not None and start_ms > end_ms:
         raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
-    asked: tuple = (how.format, how.packet, start_ms, end_ms)
     lost: list[str] = []
-    with writing_to(how.out), _progress(archive.name) as progress:
-        files = export_archive(archive, how.out, *asked, progress, lost.append)
+    with writing_to(how.out), _progress(archive.name) as bar:
+        files = export_archive(
+            archive, how.out, how.format, how.packet, start_ms, end_ms, bar, lost.append
+        )
     if lost and not files:
         raise ValueError("\n".join(lost))
     if how.json:

@@ -228,7 +228,8 @@ def packets_in(data: bytes | bytearray) -> tuple[list[bytes], int]:
 
     -1 for the rest: there is something else than packets of ours.
     """
-    at, found, end = 0, [], len(data)
+    found: list[bytes] = []
+    at, end = 0, len(data)
     while at < end:
         kind = data[at]
         if kind == _IDLE[0]:

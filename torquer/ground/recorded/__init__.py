@@ -2,7 +2,7 @@
 
 `torquer.ground.recording` puts them into archives with these parts:
 
-dialects    files that are no plain bytes: text in hexadecimal, KISS, AX.25, other orders, others' CCSDS
+dialects    files that are no plain bytes: text in hexadecimal, KISS, AX.25, other orders, CCSDS
 authentic   protected frames by their MAC, each once, whatever their counters
 joined      packets that lie across frames, by the counters of these
 plain       frames without protection, many at a time

@@ -57,7 +57,7 @@ class Batches:
         return is_whole and mark == FRAMESYNC and code in STATUS
 
     def apart_s(self, raw: bytes) -> float | None:
-        """How far the time of the values lies from the time stamp; None where it is not told [s]."""
+        """How far the time of the values lies from the time stamp [s]; None where none is told."""
         return self._kinds[raw[8]].apart_s(raw) if self.takes(raw) else None
 
     def add(self, raw: bytes, quality: int) -> None:

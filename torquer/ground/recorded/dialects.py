@@ -171,7 +171,8 @@ def _space_packets(data: bytes) -> str:
 
 def _primary(data: bytes) -> list[bytes]:
     """Primary headers from the first byte on; none if there is something else between them."""
-    at, found = 0, []
+    found: list[bytes] = []
+    at = 0
     while at + PRIMARY_BYTES <= len(data) and len(found) < _LOOKED_AT:
         header = data[at : at + PRIMARY_BYTES]
         if header[0] >> 5:  # another version

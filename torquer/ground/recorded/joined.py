@@ -46,8 +46,8 @@ class Part(NamedTuple):
 class PacketJoiner:
     """Packets of frames that come in any order.
 
-    `foreign`: places of frames that hold something else than packets; `unclear`: of parts that could
-    belong to several, unless they were joined in the end.
+    `foreign`: places of frames that hold something else than packets; `unclear`: of parts that
+    could belong to several, unless they were joined in the end.
     """
 
     def __init__(
@@ -110,7 +110,9 @@ class PacketJoiner:
         """
         for spi, number in sorted(self._heads):
             heads, tails = self._heads[spi, number], self._tails.get((spi, number - 1))
-            for tail, head in self._pairs(tails, heads) if tails else ():
+            if not tails:
+                continue
+            for tail, head in self._pairs(tails, heads):
                 tails.remove(tail)
                 heads.remove(head)
                 whole = tail.data + head.data
@@ -124,7 +126,7 @@ class PacketJoiner:
 
     def _tell_time(self, head: Part, time_s: int | None) -> None:
         """Give the time of a packet to the tail of the frame in which it ends, if that has none."""
-        tails = self._tails.get(head[:2], ())
+        tails = self._tails.get(head[:2], [])
         for k, tail in enumerate(tails):
             if tail.time_s is None and tail.at == head.at:
                 tails[k] = tail._replace(time_s=time_s)
@@ -163,13 +165,12 @@ class PacketJoiner:
 
     def _rank(self, tail: Part, head: Part) -> tuple[bool, float] | None:
         """The lower, the rather do they belong together; None: they do not, as far as is known."""
-        is_next = abs(head.order - tail.order) == 1
-        if is_next or not self._came_twice:
-            known_s = tail.time_s is not None and head.time_s is not None
-            return not is_next, abs(head.time_s - tail.time_s) if known_s else _APART_S
+        is_next, apart_s = abs(head.order - tail.order) == 1, None
         if tail.time_s is not None and head.time_s is not None:
-            apart_s: float | None = abs(head.time_s - tail.time_s)
-        else:
+            apart_s = float(abs(head.time_s - tail.time_s))
+        if is_next or not self._came_twice:
+            return not is_next, _APART_S if apart_s is None else apart_s
+        if apart_s is None:
             found, _ = packets_in(tail.data + head.data)
             apart_s = self._apart_s(found[0]) if found else None
         if apart_s is None:

@@ -42,7 +42,7 @@ class Tally:
         return sum(e.count for reason, e in self._found.items() if reason not in others)
 
     def entries(self) -> list[dict]:
-        """All reasons, the most frequent first; `first_byte`: place over all recordings, or None."""
+        """All reasons, the most frequent first; `first_byte`: over all recordings, or None."""
         ordered = sorted(self._found.items(), key=lambda item: -item[1].count)
         return [
             {
