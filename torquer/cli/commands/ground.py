@@ -238,13 +238,13 @@ class ImportOptions:
 
 
 @app.command(name="import", help_epilogue=show_examples("ground import"))
-def import_(*recordings: Path, how: ImportOptions = ImportOptions()) -> int:
-    """Put the frames of RECORDINGS, bytes as they were received, into the archive.
+def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions()) -> int:
+    """Put the frames of RECORDING and of FURTHER ones, bytes as received, into the archive.
 
     Frames may come in any order, from several stations and twice, with counters that begin again:
     each is in an archive once, by its MAC and content. Text in hexadecimal and KISS frames are
-    read, too. Prints what was found, and why what was left out. Exit code 1 where less than half
-    of the bytes, or no packet, was kept.
+    read, too. Prints what was found, and for what reasons frames were left out. Exit code 1 where
+    less than half of the bytes, or no packet, was kept.
     """
     from torquer.flight.packets.software_file import load_link
     from torquer.ground.archive import Archive
@@ -252,16 +252,15 @@ def import_(*recordings: Path, how: ImportOptions = ImportOptions()) -> int:
 
     name = _short_name(how.name)
     link = load_link(how.software).for_satellite(load_given(how.scenario))
-    if not recordings:
-        raise ValueError("RECORDING: must be given; received none")
-    for recording in recordings:
-        if not recording.is_file():
-            raise ValueError(f"RECORDING: must be a file; received {recording}")
+    recordings = [recording, *further]
+    for each in recordings:
+        if not each.is_file():
+            raise ValueError(f"RECORDING: must be a file; received {each}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
     archive = Archive(path, link.dictionary)
     try:
-        with _progress(recordings[0].name) as progress:
+        with _progress(recording.name) as progress:
             found = import_recording(link, recordings, archive, progress)
     finally:
         archive.close()
