@@ -13,7 +13,8 @@ from torquer.pages.ground.routes import WEB
 NODE = shutil.which("node")
 CANVAS = """
 const calls = [];
-const note = (name) => (...given) => calls.push([name, ...given.filter((x) => typeof x === "number")]);
+const isNumber = (x) => typeof x === "number";
+const note = (name) => (...given) => calls.push([name, ...given.filter(isNumber)]);
 globalThis.Path2D = class { moveTo = note("mark"); lineTo() {} closePath() {} };
 class Context {
   canvas = { height: 100 };
