@@ -217,6 +217,8 @@ class _Import:
         self.tally.base = 0
         for packet, at in self._joiner.join():
             self._take(packet, max(at, 0))
+            if self._batches.bytes > _WAITING:
+                self._write()
         self._write()
         tails, heads = self._joiner.left()
         _keep_parts(self._archive, tails, heads)

@@ -140,3 +140,13 @@ def test_plain_frames_are_those_of_a_stream(tmp_path_factory, data, seed, number
     expected = rows_of(folder, [frame.raw for frame in found])
     untrusted = [{row[:3] + row[4:] for row in rows} for rows in (kept, expected)]
     assert untrusted[0] == untrusted[1]
+
+
+def test_parts_of_an_earlier_import_are_not_joined_with_another_session(tmp_path):
+    sessions = [wrapped(list(packets(1, 60, start)), at_once=60)[0] for start in (0, 10**8)]
+    everything = rows_of(tmp_path, [*packets(1, 60), *packets(1, 60, 10**8)])
+    for lost in range(1, 20):
+        name = f"sat{lost}"
+        imported(tmp_path, b"".join(sessions[0][:lost]), name=name)
+        _, kept = imported(tmp_path, b"".join(sessions[1][lost:]), name=name)
+        assert kept < everything, lost

@@ -67,6 +67,7 @@ class PacketJoiner:
             self._tails[part[:2]].append(part)
         for part in heads:
             self._heads[part[:2]].append(part)
+        self._latest: Part | None = None
         self._order = itertools.count()
         self._numbers: dict[int, set[int]] = defaultdict(set)
         self._came_twice = False
@@ -92,10 +93,28 @@ class PacketJoiner:
         if begin:
             ends = first != TM_NO_START
             head = Part(spi, number, field[:begin], order, first_s, ends, at)
-            _put(self._heads[spi, number], head)
-        if tail:
-            _put(self._tails[spi, number], Part(spi, number, tail, order, last_s, False, at))
+            if joined := self._joined_at_once(head):
+                found = [*joined, *found]
+            else:
+                _put(self._heads[spi, number], head)
+        self._latest = Part(spi, number, tail, order, last_s, False, at) if tail else None
+        if self._latest is not None:
+            _put(self._tails[spi, number], self._latest)
         return found
+
+    def _joined_at_once(self, head: Part) -> list[bytes]:
+        """The packet that ends with a head, if it began in the frame just before it.
+
+        Nothing if another part could belong there: recordings as they come need little memory so.
+        """
+        tail = self._latest
+        before = (head.spi, head.number - 1)
+        if tail is None or tail[:2] != before or self._heads.get(head[:2]):
+            return []
+        found = _packet(tail, head) if len(self._tails[before]) == 1 else []
+        if found:
+            del self._tails[before]
+        return found or []
 
     @property
     def lost_frames(self) -> int:
@@ -112,13 +131,13 @@ class PacketJoiner:
             heads, tails = self._heads[spi, number], self._tails.get((spi, number - 1))
             if not tails:
                 continue
-            for tail, head in self._pairs(tails, heads):
+            for tail, head, found in self._pairs(tails, heads):
                 tails.remove(tail)
                 heads.remove(head)
-                whole = tail.data + head.data
-                found, _ = packets_in(whole)
                 if not found:  # it goes on in the next frame
-                    longer = head._replace(data=whole, time_s=tail.time_s, at=tail.at)
+                    longer = head._replace(
+                        data=tail.data + head.data, time_s=tail.time_s, at=tail.at
+                    )
                     self._tails[spi, number].append(longer)
                 for packet in found:
                     self._tell_time(head, _time(packet))
@@ -136,46 +155,58 @@ class PacketJoiner:
         tails = [part for parts in self._tails.values() for part in parts]
         return tails, [part for parts in self._heads.values() for part in parts]
 
-    def _pairs(self, tails: list[Part], heads: list[Part]) -> list[tuple[Part, Part]]:
+    def _pairs(self, tails: list[Part], heads: list[Part]) -> list[_Pair]:
         """The tails and heads that belong together."""
         fitting = [
-            (rank, tail, head)
+            (rank, _Pair(tail, head, found))
             for tail in tails
             for head in heads
-            if _fits(tail, head) and (rank := self._rank(tail, head)) is not None
+            if (found := _packet(tail, head)) is not None
+            and (rank := self._rank(tail, head, found)) is not None
         ]
         if len(fitting) == 1:
-            return [fitting[0][1:]]
+            return [fitting[0][1]]
         ranked = itertools.groupby(sorted(fitting, key=_rank_of), key=_rank_of)
-        together: list[tuple[Part, Part]] = []
+        together: list[_Pair] = []
         for _, same in ranked:
-            taken = {id(part) for pair in together for part in pair}
-            free = [each[1:] for each in same if taken.isdisjoint(map(id, each[1:]))]
+            taken = {id(part) for pair in together for part in pair[:2]}
+            free = [pair for _, pair in same if taken.isdisjoint(map(id, pair[:2]))]
             together += self._decided(free)
         return together
 
-    def _decided(self, free: list[tuple[Part, Part]]) -> Iterator[tuple[Part, Part]]:
+    def _decided(self, free: list[_Pair]) -> Iterator[_Pair]:
         """Those pairs of one rank of which neither part has another partner."""
-        times = Counter(id(part) for pair in free for part in pair)
-        for tail, head in free:
-            if times[id(tail)] == times[id(head)] == 1:
-                yield tail, head
+        times = Counter(id(part) for pair in free for part in pair[:2])
+        for pair in free:
+            if times[id(pair.tail)] == times[id(pair.head)] == 1:
+                yield pair
             else:
-                self.unclear |= {tail.at, head.at}
+                self.unclear |= {pair.tail.at, pair.head.at}
 
-    def _rank(self, tail: Part, head: Part) -> tuple[bool, float] | None:
+    def _rank(self, tail: Part, head: Part, found: list[bytes]) -> tuple[bool, float] | None:
         """The lower, the rather do they belong together; None: they do not, as far as is known."""
         is_next, apart_s = abs(head.order - tail.order) == 1, None
         if tail.time_s is not None and head.time_s is not None:
             apart_s = float(abs(head.time_s - tail.time_s))
-        if is_next or not self._came_twice:
-            return not is_next, _APART_S if apart_s is None else apart_s
-        if apart_s is None:
-            found, _ = packets_in(tail.data + head.data)
-            apart_s = self._apart_s(found[0]) if found else None
-        if apart_s is None:
+        if is_next:
+            return False, _APART_S if apart_s is None else apart_s
+        if apart_s is None and found:
+            apart_s = self._apart_s(found[0])
+        if apart_s is None and self._came_twice:
             self.unclear |= {tail.at, head.at}
-        return (True, apart_s) if apart_s is not None and apart_s <= _APART_S else None
+            return None
+        may_differ = self._came_twice or min(tail.at, head.at) < 0  # of another import
+        if may_differ and apart_s is not None and apart_s > _APART_S:
+            return None
+        return True, _APART_S if apart_s is None else apart_s
+
+
+class _Pair(NamedTuple):
+    """A tail and a head that fit, and the packet they make, if it ends with the head."""
+
+    tail: Part
+    head: Part
+    found: list[bytes]
 
 
 def _rank_of(fitting: tuple) -> tuple[bool, float]:
@@ -189,12 +220,16 @@ def _put(parts: list[Part], part: Part) -> None:
     parts.append(part)
 
 
-def _fits(tail: Part, head: Part) -> bool:
-    """Whether a head can be the rest of a tail, by the length that the packet states."""
+def _packet(tail: Part, head: Part) -> list[bytes] | None:
+    """The packet of a tail and a head, by the length that it states; None if they do not fit.
+
+    Empty if it goes on after the head.
+    """
     whole = tail.data + head.data
     found, end = packets_in(whole)
-    is_one = len(found) == 1 and end == len(whole)
-    return is_one or (not head.ends and not found and end == 0)
+    if len(found) == 1 and end == len(whole):
+        return found
+    return [] if not head.ends and not found and end == 0 else None
 
 
 def _time(packet: bytes) -> int | None:
