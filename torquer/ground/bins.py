@@ -58,6 +58,11 @@ class _Source(NamedTuple):
         found = self.select(self.at, f"ORDER BY {self.at} {order} LIMIT 1", start_ms, end_ms)
         return found[0][0] if found else None
 
+    def tight(self, first: int, end_ms: int) -> tuple[int, int]:
+        """An interval that begins with a row, up to its last one."""
+        last = self.edge("DESC", first, end_ms)
+        return first, first if last is None else last
+
 
 def points(
     db: sqlite3.Connection,
@@ -88,17 +93,18 @@ def points(
 def _binned(source: _Source, start_ms: int, end_ms: int, size: int) -> list[Point]:
     infinite = f"AND {source.value} IN ({_INFINITE}, -{_INFINITE})"
     has_infinite = source.select("1", f"{infinite} LIMIT 1", start_ms, end_ms)
+    ends = _ends_and_infinities if has_infinite else _ends
     found: list[Point] = []
     for first, last in _bins(source, start_ms, end_ms, size // (4 if has_infinite else 2)):
-        found += sorted(_ends(source, first, last), key=lambda point: point.time_ms)
+        found += sorted(ends(source, first, last), key=lambda point: point.time_ms)
     return found
 
 
 def _bins(source: _Source, start_ms: int, end_ms: int, most: int) -> list[tuple[int, int]]:
-    """First and last time of the rows in each bin that has some: up to `most` bins."""
+    """Time of the first row and end of each bin that has rows: up to `most` bins."""
     bins = [*_stretches(source, [(start_ms, end_ms)], 1)]
     while (parts := most // len(bins)) > 1:
-        finer = [*_stretches(source, bins, parts)]
+        finer = [*_stretches(source, [source.tight(*each) for each in bins], parts)]
         if len(finer) == len(bins):
             break
         bins = finer
@@ -108,18 +114,27 @@ def _bins(source: _Source, start_ms: int, end_ms: int, most: int) -> list[tuple[
 def _stretches(
     source: _Source, spans: Sequence[tuple[int, int]], parts: int
 ) -> Iterator[tuple[int, int]]:
-    """Spans in equal parts, each from its first to its last row; none without rows."""
+    """Spans in equal parts, each from its first row to its end; none without rows."""
     for start_ms, end_ms in spans:
         width, at = max(1, -(-(end_ms - start_ms + 1) // parts)), start_ms
         while at <= end_ms and (first := source.edge("ASC", at, end_ms)) is not None:
             at = start_ms + ((first - start_ms) // width + 1) * width
-            last = source.edge("DESC", first, min(at - 1, end_ms))
-            yield first, first if last is None else last
+            yield first, min(at - 1, end_ms)
 
 
 def _ends(source: _Source, first: int, last: int) -> set[Point]:
-    """What is shown of a bin."""
+    """The least and the greatest value of a bin, or that none is known."""
     # SQLite takes the other columns from the row that has the least or greatest value
+    what = f"_time_ms, _received_ms, {{}}({source.value}), _quality"
+    (low,) = source.select(f"{what.format('min')}, count(*)", "", first, last)
+    if low[2] is None:
+        return {Point(*low)}
+    (high,) = source.select(what.format("max"), f"AND {source.value} IS NOT NULL", first, last)
+    return {Point(*low), Point(*high)._replace(rows=low[4])}
+
+
+def _ends_and_infinities(source: _Source, first: int, last: int) -> set[Point]:
+    """The same of the finite values, and the first infinity of either sign."""
     value, count = source.value, f"sum({source.value} IN ({_INFINITE}, -{_INFINITE}))"
     finite = f"CASE WHEN {value} NOT IN ({_INFINITE}, -{_INFINITE}) THEN {value} END"
     what = "_time_ms, _received_ms, {}, _quality, count(*)"
