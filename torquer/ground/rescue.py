@@ -260,7 +260,7 @@ def _in_words(error: Exception) -> str:
 def _readable(path: Path, losses: Losses) -> Iterator[Path]:
     """The file, or in place of one that ends early a copy with its end: SQLite refuses the file."""
     size, stated = _sizes(path)
-    if size >= stated:
+    if size >= stated or Path(f"{path}-wal").exists():  # what is missing may be in the journal
         yield path
         return
     losses.add(f"archive: must be whole; received {size} of {stated} bytes")
