@@ -24,8 +24,8 @@ from torquer.flight.packets.frames import Downlink, Stream
 from torquer.flight.packets.protected import TelemetrySender
 from torquer.flight.packets.software_file import load_link
 from torquer.ground.archive import EPOCH_MS, Archive, RowMaker, read_only
+from torquer.ground.bins import points
 from torquer.ground.file import SatelliteTable, make_satellite
-from torquer.ground.history import points
 from torquer.pages.ground.server import Ground
 
 HERE = Path(__file__).parent

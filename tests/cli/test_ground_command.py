@@ -3,9 +3,11 @@
 import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import urllib.request
+from contextlib import closing
 
 import pytest
 from ground_flight import flying, serving, table
@@ -216,6 +218,37 @@ def test_a_recording_is_imported_and_exported(call, recording, tmp_path):
         assert code == 0 and file["rows"] == 30 and os.path.exists(file["file"])
     code, out, _ = call("export", archive, "--out", out_folder, "--packet", "beacon")
     assert code == 0 and "beacon.nc: 40 rows" in out
+
+
+def test_recordings_of_which_nothing_is_kept_are_failures(call, recording, tmp_path):
+    hexadecimal, other = tmp_path / "hex.txt", tmp_path / "other.bin"
+    hexadecimal.write_text(recording.read_bytes().hex(" "))
+    code, out, err = call("import", recording, hexadecimal, "--folder", tmp_path)
+    assert (code, err) == (0, "") and "hex.txt: read as text in hexadecimal" in out
+    assert "frames 40, new 40" in out and "came before in the recording" in out
+    other.write_bytes(bytes(5000))
+    code, out, err = call("import", other, "--folder", tmp_path)
+    assert code == 1 and "frames 0" in out and err.count("\n") == 1
+    assert err.startswith(
+        "error: RECORDING: must hold frames of this satellite; received other.bin"
+    )
+    code, out, _ = call("import", other, recording, "--folder", tmp_path, "--json")
+    found = json.loads(out)
+    assert code == 1 and found["frames"] == 40 and found["failure"]
+    assert {each["reason"] for each in found["left_out"]} == {"archived"}
+
+
+def test_damaged_archives_are_exported_as_far_as_they_can_be_read(call, recording, tmp_path):
+    call("import", recording, "--folder", tmp_path)
+    archive, out_folder = tmp_path / "satellite.sqlite", tmp_path / "out"
+    with closing(sqlite3.connect(archive)) as db:
+        db.execute("DROP TABLE event")
+        db.commit()
+    code, out, err = call("export", archive, "--out", out_folder, "--format", "csv")
+    assert code == 1 and "beacon.csv: 40 rows" in out
+    assert err == "error: event: must be a table by the name of a packet; received none\n"
+    code, out, err = call("export", archive, "--out", out_folder, "--packet", "event")
+    assert (code, out) == (2, "") and err.count("\n") == 1
 
 
 def test_wrong_recordings_and_archives_get_one_line(call, recording, tmp_path):

@@ -9,7 +9,6 @@ import sys
 from contextlib import closing
 
 import pytest
-from hypothesis import given, settings, strategies as st
 
 from torquer.flight.packets.codec import decoder, encoder
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet, load_dictionary
@@ -25,7 +24,7 @@ from torquer.ground.archive import (
     dictionary_in,
     read_only,
 )
-from torquer.ground.history import latest, points
+from torquer.ground.history import latest
 
 CHIBIS = load_dictionary("chibis_m")
 EVENT = (3, 49, -7, 4.2e11 + 130.0)
@@ -195,47 +194,6 @@ def filled(archive, times_and_values):
         values[place] = value
         made.append(Row("extended", time_ms, time_ms + 5, 2, 0, number, tuple(values)))
     archive.put(made)
-
-
-@settings(max_examples=60, deadline=None)
-@given(
-    values=st.lists(
-        st.tuples(st.integers(0, 5000), st.none() | st.floats(-10.0, 10.0)), max_size=300
-    ),
-    size=st.integers(2, 60),
-    by=st.sampled_from(["time", "received"]),
-)
-def test_thinned_rows_are_rows_and_keep_the_extremes(tmp_path_factory, values, size, by):
-    path = tmp_path_factory.mktemp("history") / "sat.sqlite"
-    with closing(Archive(path, CHIBIS)) as archive:
-        filled(archive, values)
-        start, end = 500, 4500
-        shift = 5 if by == "received" else 0
-        inside = [(t, v) for t, v in values if start <= t + shift <= end]
-        with closing(read_only(path)) as db:
-            found = points(db, "extended", "omega_x", start, end, size, by)
-        shown = [(time_ms, value) for time_ms, _, value, _ in found]
-        assert len(shown) <= size + 1 and [t for t, _ in shown] == sorted(t for t, _ in shown)
-        if len(inside) <= size:
-            assert sorted(shown, key=repr) == sorted(inside, key=repr)
-            return
-        assert set(shown) <= set(inside)
-        known = [v for _, v in inside if v is not None]
-        assert {min(known, default=None), max(known, default=None)} - {v for _, v in shown} in (
-            set(),
-            {None},
-        )
-
-
-def test_no_bin_loses_its_peak(archive):
-    filled(archive, [(t, math.sin(t / 37.0)) for t in range(0, 100_000, 10)])
-    with closing(read_only(archive.path)) as db:
-        found = points(db, "extended", "omega_x", 0, 99_999, 100)
-    assert 90 <= len(found) <= 100
-    for first in range(0, 100_000, 2000):  # a bin is 2 s long
-        truth = [math.sin(t / 37.0) for t in range(first, first + 2000, 10)]
-        shown = [value for time_ms, _, value, _ in found if first <= time_ms < first + 2000]
-        assert (min(shown), max(shown)) == (min(truth), max(truth))
 
 
 def test_the_latest_rows(archive):

@@ -106,12 +106,12 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "ground export": (
         "torquer ground export runs/ground/satellite.sqlite --out runs/export",
-        "torquer ground export runs/ground/satellite.sqlite --format parquet --packet extended "
+        "torquer ground export runs/ground/satellite.sqlite --format csv --packet extended "
         "--start 2012-03-04T12:00:00Z",
     ),
     "ground import": (
         "torquer ground import runs/chibis_m_day-flight/downlink.bin",
-        "torquer ground import pass.bin --name cubesat --software my_software.toml",
+        "torquer ground import north.bin south.bin --name cubesat --software my_software.toml",
     ),
     "ground send": (
         "torquer ground send report_status module_id=1",

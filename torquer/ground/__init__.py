@@ -4,7 +4,7 @@
 
     link = load_link("software.toml")
     archive = Archive("satellite.sqlite", link.dictionary)
-    import_recording(link, Path("pass.bin"), archive)     # {"bytes": ..., "frames": ..., ...}
+    import_recording(link, Path("pass.bin"), archive)     # {"frames": ..., "left_out": [...], ...}
     RunningGround(Path("runs/ground")).send([{"command": "report_status", ...}])
 
 A console for packets: none of this loads Numba, SciPy or a simulation. A satellite whose scenario

@@ -9,7 +9,8 @@ _quality      2: in an authentic frame, 1: without checksum, 0: the same with by
 _status       of the frame: 0 INFO, 1 ALARM, 2 STOP
 
 Numbers that were not known on board are NULL, bytes are hexadecimal digits. Tables that begin with
-`_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`.
+`_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`,
+`_parts` (of packets that lie across frames, whose other frame no recording has had yet).
 
 One process writes; any number read at the same time. What has been committed outlives the process.
 """
@@ -26,11 +27,16 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
+from pydantic import ValidationError
+
 from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
 from torquer.flight.packets.frames import EPOCH, Frame
+from torquer.flight.packets.mistakes import describe_mistake
 
 #: On-board time counts from 2010 on, the archive from 1970 on [ms].
 EPOCH_MS = round(EPOCH.timestamp() * 1e3)
+#: Packets that tell of earlier times: they do not show the satellite's clock.
+RECORDED = ("stored", "dump")
 SUSPECT, UNCHECKED, AUTHENTIC = range(3)
 _VERSION = 1
 #: How long a statement waits for another process [s].
@@ -46,6 +52,9 @@ CREATE TABLE IF NOT EXISTS _commands (
   "values" TEXT NOT NULL, acknowledge INTEGER NOT NULL, packet INTEGER NOT NULL,
   execute_s INTEGER NOT NULL, state TEXT NOT NULL,
   sent_ms INTEGER, received_ms INTEGER, answered_ms INTEGER, reason TEXT NOT NULL DEFAULT '');
+CREATE TABLE IF NOT EXISTS _parts (
+  is_tail INTEGER NOT NULL, spi INTEGER NOT NULL, number INTEGER NOT NULL, data BLOB NOT NULL,
+  time_s INTEGER, ends INTEGER NOT NULL);
 """
 
 
@@ -169,6 +178,23 @@ class Archive:
                 db.execute("INSERT OR REPLACE INTO _counters VALUES (?, ?)", item)
         return new
 
+    def put_many(self, packet: str, rows: list[tuple]) -> int:
+        """Add rows of a packet, as `columns_of` orders them, at once; how many are new."""
+        with self.writing() as db:
+            before = db.total_changes
+            db.executemany(self._insert[packet], rows)
+            return db.total_changes - before
+
+    def parts(self) -> list[tuple]:
+        """Parts of packets whose other parts no recording has had yet, as `put_parts` got them."""
+        return self.read("SELECT is_tail, spi, number, data, time_s, ends FROM _parts")
+
+    def put_parts(self, parts: Iterable[tuple]) -> None:
+        """Keep parts in place of those that were kept."""
+        with self.writing() as db:
+            db.execute("DELETE FROM _parts")
+            db.executemany("INSERT INTO _parts VALUES (?, ?, ?, ?, ?, ?)", parts)
+
     def read(self, statement: str, *values) -> list[tuple]:
         """Rows of a statement, by the writer's connection."""
         with self._lock:
@@ -229,24 +255,45 @@ class Archive:
         self._db.executemany("INSERT OR REPLACE INTO _about VALUES (?, ?)", entries.items())
 
 
+def connect_read_only(path: Path | str) -> sqlite3.Connection:
+    """A connection that reads a file of SQLite; `ArchiveError` for a file that cannot be opened."""
+    try:
+        uri = f"{Path(path).resolve().as_uri()}?mode=ro"
+        db = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=_PATIENCE_S)
+        db.execute("PRAGMA trusted_schema = OFF")
+    except (sqlite3.Error, OSError, ValueError) as error:
+        raise ArchiveError(f"archive: must be an archive; received {path}: {error}") from None
+    return db
+
+
 def read_only(path: Path | str) -> sqlite3.Connection:
     """A connection that reads an archive, also while it is written; `ArchiveError` for none.
 
     It may be used by several threads, one at a time.
     """
-    uri = f"{Path(path).resolve().as_uri()}?mode=ro"
+    db = connect_read_only(path)
     try:
-        db = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=_PATIENCE_S)
         db.execute("SELECT value FROM _about")
     except sqlite3.Error as error:
+        db.close()
         raise ArchiveError(f"archive: must be an archive; received {path}: {error}") from None
     return db
 
 
 def dictionary_in(db: sqlite3.Connection) -> Dictionary:
-    """The dictionary of an archive."""
-    (text,) = db.execute("SELECT value FROM _about WHERE key = 'dictionary'").fetchone()
-    return Dictionary.model_validate_json(text)
+    """The dictionary of an archive; `ArchiveError` with one line for none."""
+    try:
+        found = db.execute("SELECT value FROM _about WHERE key = 'dictionary'").fetchone()
+        if found is None:
+            raise ArchiveError("archive: must hold its dictionary; received none")
+        return Dictionary.model_validate_json(found[0])
+    except (sqlite3.Error, UnicodeError) as error:
+        line = " ".join(str(error).split())
+        raise ArchiveError(f"archive: must hold its dictionary; received {line}") from None
+    except ValidationError as error:
+        (first, *_) = error.errors()
+        line = describe_mistake(first) if first["loc"] else "it is no table of JSON"
+        raise ArchiveError(f"archive: must hold its dictionary; received another: {line}") from None
 
 
 def quote_names(names: Sequence[str]) -> str:
@@ -262,7 +309,8 @@ def _create(packet: Packet) -> Iterator[str]:
         f"{columns}, PRIMARY KEY (_time_ms, _digest)) WITHOUT ROWID"
     )
     yield (
-        f'CREATE INDEX IF NOT EXISTS "_received_{packet.name}" ON "{packet.name}" (_received_ms)'
+        f'CREATE INDEX IF NOT EXISTS "_received_{packet.name}" ON "{packet.name}" (_received_ms) '
+        "WHERE _received_ms IS NOT NULL"  # recordings have none: they take half of the time so
     )
 
 
@@ -272,7 +320,12 @@ def _kind(field: Field) -> str:
     return "INTEGER" if TYPES[field.type].is_whole and field.scale == 1.0 else "REAL"
 
 
+def columns_of(packet: Packet) -> tuple[str, ...]:
+    """Columns of a packet's table, in the order in which rows are put."""
+    return ("_time_ms", "_received_ms", "_quality", "_status", "_digest", *packet.names)
+
+
 def _insert(packet: Packet) -> str:
-    names = ("_time_ms", "_received_ms", "_quality", "_status", "_digest", *packet.names)
+    names = columns_of(packet)
     marks = ", ".join("?" * len(names))
     return f'INSERT OR IGNORE INTO "{packet.name}" ({quote_names(names)}) VALUES ({marks})'

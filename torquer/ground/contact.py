@@ -14,7 +14,7 @@ from torquer.flight.link import Link, connect
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.station import Station
-from torquer.ground.archive import SUSPECT, Archive, Row
+from torquer.ground.archive import RECORDED, SUSPECT, Archive, Row
 from torquer.ground.commands import Commands
 from torquer.ground.file import Satellite
 from torquer.ground.history import ground_entry, has_events, satellite_entry
@@ -27,8 +27,6 @@ PAUSE_S = 0.005
 REPORT_S = 1.0
 #: Time without a byte after which a satellite that has no connection is thought away [s].
 SILENCE_S = 30.0
-#: Packets that tell of earlier times: they do not show the satellite's clock.
-_RECORDED = ("stored", "dump")
 UP, DOWN = "up", "down"
 
 
@@ -149,9 +147,7 @@ class Contact:
     def _look_at(self, pairs: list[tuple[Frame, Row]], at_ms: int) -> None:
         """Clock, answers and events in new frames."""
         times = [
-            row.time_ms
-            for _, row in pairs
-            if row.packet not in _RECORDED and row.quality != SUSPECT
+            row.time_ms for _, row in pairs if row.packet not in RECORDED and row.quality != SUSPECT
         ]
         if times:
             self.clock_ms, self._clock_s = max(times), time.monotonic()

@@ -1,44 +1,29 @@
-"""Archives written as NetCDF or Parquet, a file a packet, in parts: any size in little memory.
+"""Archives written as CSV, NetCDF or Parquet, a file a packet, in parts: any size in little memory.
 
-Columns: `time` (on-board time) and `received` (both ms since 1970, UTC), `quality`, `status`, then
-the numbers of the packet with unit and description. What was not known is NaN, in whole numbers
-the fill value (NetCDF) or null (Parquet).
+Columns: `time` (on-board time) and `received`, `quality`, `status`, then the numbers of the packet
+with unit and description. Times are ms since 1970, UTC, in CSV ISO 8601; CSV has units in its head,
+`omega_x [deg/s]`. What was not known is NaN, in whole numbers the fill value (NetCDF) or null
+(Parquet), in CSV nothing. Of a damaged archive all is written that can be read.
 """
 
 from __future__ import annotations
 
-import sqlite3
+import csv
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from torquer.flight.packets.dictionary import TYPES, Field, Packet
-from torquer.flight.packets.received import field_attributes
-from torquer.ground.archive import dictionary_in, quote_names, read_only
+from torquer.ground.columns import Column, fitting
+from torquer.ground.rescue import Losses, Rescue, Table
 
 #: Rows that are written at a time.
 _PART = 65_536
 _LEAST, _GREATEST = -(2**63), 2**63 - 1
-_DATE = {"units": "milliseconds since 1970-01-01", "calendar": "proleptic_gregorian"}
-_QUALITY = {
-    "long_name": "trust in the frame",
-    "flag_values": [0, 1, 2],
-    "flag_meanings": "suspect unchecked authentic",
-}
-
-
-class _Column(NamedTuple):
-    """A column of a file: its name there, in the archive, its type, what stands for no number."""
-
-    name: str
-    source: str
-    type: str
-    fill: Any
-    attributes: dict
 
 
 def export_archive(
@@ -49,80 +34,115 @@ def export_archive(
     start_ms: int | None = None,
     end_ms: int | None = None,
     progress: Callable[[float], None] | None = None,
+    lost: Callable[[str], None] = warnings.warn,
 ) -> list[tuple[Path, int]]:
     """Write the packets of an archive that have rows; the files with their numbers of rows.
 
-    `format`: netcdf or parquet. ValueError for a packet that the archive does not have.
+    `format`: csv, netcdf or parquet; `lost`: called with a line for whatever of a damaged archive
+    cannot be read. ValueError for a packet that the archive does not have.
     """
-    write = {"netcdf": _write_netcdf, "parquet": _write_parquet}[format]
     span = (_LEAST if start_ms is None else start_ms, _GREATEST if end_ms is None else end_ms)
-    files = []
-    with closing(read_only(archive)) as db:
-        dictionary = dictionary_in(db)
+    losses, files = Losses(lost), []
+    with closing(Rescue(archive, losses)) as rescue:
+        known = rescue.packets
         for name in packets or ():
-            if name not in dictionary.down:
-                raise ValueError(
-                    f"--packet: must be one of {', '.join(dictionary.down)}; received {name}"
-                )
-        wanted = [dictionary.down[name] for name in packets or dictionary.down]
-        for number, packet in enumerate(wanted):
-            path = out / f"{packet.name}.{'nc' if format == 'netcdf' else 'parquet'}"
-            about = {"satellite": dictionary.name, "packet": packet.name}
-            about["description"] = packet.description
-            parts = _parts(db, packet, span)
-            first = next(parts, None)
-            if first is not None:
-                files.append((path, write(path, about, _columns(packet), chain([first], parts))))
+            if name not in known:
+                raise ValueError(f"--packet: must be one of {', '.join(known)}; received {name}")
+        wanted = packets or known
+        for number, name in enumerate(wanted):
+            files += _export(_Work(rescue, losses, span), name, out, FORMATS[format])
             if progress:
                 progress((number + 1) / len(wanted))
     return files
 
 
-def _columns(packet: Packet) -> list[_Column]:
-    taken = {"time", "received", "quality", "status"} & set(packet.names)
-    end = "_of_frame" if taken else ""  # where the packet has a field of such a name
-    own = [
-        _Column(f"time{end}", "_time_ms", "i8", None, {"long_name": "on-board time", **_DATE}),
-        _Column(
-            f"received{end}", "_received_ms", "i8", _LEAST, {"long_name": "reception", **_DATE}
-        ),
-        _Column(f"quality{end}", "_quality", "u1", None, _QUALITY),
-        _Column(f"status{end}", "_status", "u1", None, {"long_name": "0 INFO, 1 ALARM, 2 STOP"}),
-    ]
-    return own + [
-        _Column(name, name, *_kind(field), _without_unknown(field_attributes(field)))
-        for name, field, _ in packet.numbers()
-    ]
+class _Work(NamedTuple):
+    """Where rows come from, what notes losses, and the interval."""
+
+    rescue: Rescue
+    losses: Losses
+    span: tuple[int, int]
+
+    def parts(self, table: Table, columns: list[Column], needs: bool) -> Iterator[list]:
+        """The columns of the rows, a stretch at a time, in order of time, with values that fit.
+
+        `needs`: whether the file cannot do without `fill` for a value that is missing.
+        """
+        for rows in self.rescue.rows(table, self.span, _PART):
+            part, without = [], []
+            for column, values in zip(columns, zip(*rows, strict=True), strict=True):
+                kept, wrong = fitting(column, values)
+                self.losses.add_values(f"{table.name}.{column.source}", wrong, column.wrong)
+                part.append(kept)
+                if needs and column.type[0] in "ui" and column.fill is None and None in kept:
+                    without.append(column.name)
+            if without:
+                raise _MissingError(without)
+            yield part
 
 
-def _without_unknown(attributes: dict) -> dict:
-    """Attributes of a column in which numbers that were not known are no numbers."""
-    return {key: value for key, value in attributes.items() if key != "unknown"}
+class _MissingError(Exception):
+    """Columns of whole numbers, without a fill value, of which some are missing."""
+
+    def __init__(self, names: list[str]):
+        super().__init__(names)
+        self.names = names
 
 
-def _kind(field: Field) -> tuple[str, Any]:
-    """Type of a column, and what stands for a number that was not known."""
-    kind = TYPES[field.type]
-    if field.type == "bytes":
-        return "str", None
-    if not kind.is_whole or field.scale != 1.0:
-        return "f8", np.nan
-    return f"{field.type[0]}{kind.size}", int(kind.low) if kind.low < 0 else None
+def _export(work: _Work, name: str, out: Path, format: _Format) -> list[tuple[Path, int]]:
+    """Write a packet: the file with its number of rows, nothing without rows."""
+    table = work.rescue.table(name)
+    if table is None:
+        return []
+    path, columns = out / f"{name}.{format.ending}", table.columns
+    while True:
+        work.losses.forget_values()
+        try:
+            parts = work.parts(table, columns, format.needs_fill)
+            first = next(parts, None)
+            if first is None:
+                found = []
+            else:
+                count = format.write(path, table.about, columns, chain([first], parts))
+                found = [(path, count)]
+        except _MissingError as error:  # once more, as floats
+            columns = [c.as_float if c.name in error.names else c for c in columns]
+            continue
+        work.losses.tell_values()
+        return found
 
 
-def _parts(db: sqlite3.Connection, packet: Packet, span: tuple[int, int]) -> Iterator[list]:
-    """The columns of the rows, a stretch at a time, in order of time."""
-    sources = [column.source for column in _columns(packet)]
-    rows = db.execute(
-        f'SELECT {quote_names(sources)} FROM "{packet.name}" WHERE _time_ms BETWEEN ? AND ? '
-        "ORDER BY _time_ms, _digest",
-        span,
+def _write_csv(path: Path, about: dict, columns: list[Column], parts: Iterable) -> int:
+    count = 0
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(map(_title, columns))
+        for part in parts:
+            texts = [
+                _dates(values) if "calendar" in column.attributes else values
+                for column, values in zip(columns, part, strict=True)
+            ]
+            writer.writerows(zip(*texts, strict=True))
+            count += len(part[0])
+    return count
+
+
+def _title(column: Column) -> str:
+    """Name and unit of a column."""
+    unit = column.attributes.get("units", "1")
+    return (
+        column.name if unit == "1" or "calendar" in column.attributes else f"{column.name} [{unit}]"
     )
-    while part := rows.fetchmany(_PART):
-        yield list(zip(*part, strict=True))
 
 
-def _write_netcdf(path: Path, about: dict, columns: list[_Column], parts: Iterable) -> int:
+def _dates(values: list) -> list[str | None]:
+    """Times in ISO 8601 with ms, UTC."""
+    known = np.array([0 if v is None else v for v in values], "datetime64[ms]")
+    texts = np.datetime_as_string(known, unit="ms").tolist()
+    return [None if v is None else f"{t}Z" for v, t in zip(values, texts, strict=True)]
+
+
+def _write_netcdf(path: Path, about: dict, columns: list[Column], parts: Iterable) -> int:
     import h5netcdf
 
     count = 0
@@ -140,7 +160,7 @@ def _write_netcdf(path: Path, about: dict, columns: list[_Column], parts: Iterab
     return count
 
 
-def _add_variable(file, column: _Column) -> None:
+def _add_variable(file, column: Column) -> None:
     import h5py
 
     kind = h5py.string_dtype() if column.type == "str" else np.dtype(column.type)
@@ -152,13 +172,13 @@ def _add_variable(file, column: _Column) -> None:
         variable.attrs[key] = np.array(value) if isinstance(value, list) else value
 
 
-def _fill(column: _Column, values: tuple) -> np.ndarray:
+def _fill(column: Column, values: list) -> np.ndarray:
     if column.type == "str":
-        return np.array(values, dtype=object)
+        return np.array(["" if v is None else v for v in values], dtype=object)
     return np.array([column.fill if v is None else v for v in values], dtype=column.type)
 
 
-def _write_parquet(path: Path, about: dict, columns: list[_Column], parts: Iterable) -> int:
+def _write_parquet(path: Path, about: dict, columns: list[Column], parts: Iterable) -> int:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -172,8 +192,26 @@ def _write_parquet(path: Path, about: dict, columns: list[_Column], parts: Itera
     return count
 
 
-def _arrow_field(pa, column: _Column):
+def _arrow_field(pa, column: Column):
     types = {"str": pa.string(), "f8": pa.float64(), "i8": pa.timestamp("ms", "UTC")}
     kind = types.get(column.type) or pa.from_numpy_dtype(column.type)
     about = {key: str(value) for key, value in column.attributes.items()}
     return pa.field(column.name, kind, metadata=about)
+
+
+class _Format(NamedTuple):
+    """A format: how a file is written, how its name ends.
+
+    `needs_fill`: whether a number cannot be missing where nothing stands for it.
+    """
+
+    write: Callable[[Path, dict, list[Column], Iterable], int]
+    ending: str
+    needs_fill: bool
+
+
+FORMATS = {
+    "csv": _Format(_write_csv, "csv", False),
+    "netcdf": _Format(_write_netcdf, "nc", True),
+    "parquet": _Format(_write_parquet, "parquet", False),
+}

@@ -1,4 +1,4 @@
-"""Rows of an archive within an interval, thinned where there are more than can be drawn."""
+"""The last rows of an archive within an interval, and the log of satellite and ground."""
 
 from __future__ import annotations
 
@@ -9,50 +9,12 @@ from typing import Any
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.reasons import Reason, describe_code
 from torquer.ground.archive import quote_names
+from torquer.ground.bins import TIMES
 
-#: Columns of time that an interval may be of.
-TIMES = {"time": "_time_ms", "received": "_received_ms"}
 #: What telemetry's entries of the error log are made of.
 _EVENT = ("module_id", "code", "argument")
 #: Entries that are no failures.
 _HARMLESS = {Reason.BOOTED, Reason.READY, Reason.MODE_CHANGED, Reason.TIME_SET, Reason.REBOOT}
-
-
-def points(
-    db: sqlite3.Connection,
-    packet: str,
-    number: str,
-    start_ms: int,
-    end_ms: int,
-    size: int,
-    by: str = "time",
-) -> list[tuple]:
-    """(time_ms, received_ms, value, quality) of a number from start to end, in order of time.
-
-    Up to `size` rows as they are. Of more, the least and the greatest of each bin, so that no peak
-    is lost: at most `size` in all. Names must be of the dictionary, `by` of `TIMES`.
-    """
-    at, value = TIMES[by], f'"{number}"'
-    rows = db.execute(
-        f'SELECT _time_ms, _received_ms, {value}, _quality FROM "{packet}" '
-        f"WHERE {at} BETWEEN ? AND ? ORDER BY {at} LIMIT ?",
-        (start_ms, end_ms, size + 1),
-    ).fetchall()
-    if len(rows) <= size:
-        return rows
-    # SQLite takes the other columns from the row that has the least or greatest value; a query for
-    # each bin walks along the table, where GROUP BY would sort it: half the time
-    ends = [
-        f'SELECT _time_ms, _received_ms, {end}({value}), _quality FROM "{packet}" '
-        f"WHERE {at} BETWEEN ? AND ? AND {value} IS NOT NULL"
-        for end in ("min", "max")
-    ]
-    width, found = max(1, -(-2 * (end_ms - start_ms + 1) // size)), []
-    for first in range(start_ms, end_ms + 1, width):
-        span = (first, min(first + width - 1, end_ms))
-        pair = {db.execute(end, span).fetchone() for end in ends}
-        found += sorted((row for row in pair if row[0] is not None), key=lambda row: row[0])
-    return found
 
 
 def latest(

@@ -9,7 +9,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from torquer.base.strict_json import json_text
+from torquer.base.strict_json import INFINITIES, json_text
 from torquer.ground.archive import Row
 
 #: Most rows of a packet, and most other messages, that wait for a browser: the oldest are dropped.
@@ -68,7 +68,7 @@ class Listener:
             found["rows"] = rows
         self._others.clear()
         self._rows.clear()
-        return json_text(found, None)
+        return json_text(found, None, INFINITIES)
 
 
 async def _until_closed(socket: WebSocket) -> None:

@@ -2,17 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import gc
+import mmap
+import sqlite3
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from torquer.flight.packets.dictionary import Dictionary
-from torquer.flight.packets.frames import Frame
+from torquer.flight.packets.frames import Frame, Stream
+from torquer.flight.packets.pus_user import User
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.packets.station import Station
-from torquer.ground.archive import AUTHENTIC, SUSPECT, UNCHECKED, Archive, Row, RowMaker
+from torquer.ground.archive import (
+    AUTHENTIC,
+    SUSPECT,
+    UNCHECKED,
+    Archive,
+    ArchiveError,
+    Row,
+    RowMaker,
+)
+from torquer.ground.recorded.authentic import AuthenticFrames, Data
+from torquer.ground.recorded.batches import Batches
+from torquer.ground.recorded.dialects import decode, name_dialect
+from torquer.ground.recorded.joined import PacketJoiner, Part
+from torquer.ground.recorded.left_out import Tally
+from torquer.ground.recorded.plain import PlainFrames
 
-#: Bytes of a recording that are worked on at a time.
-_PART = 2**20
+#: Bytes of frames that wait before they are written, in the order of their times.
+_WAITING = 2**26
+#: Most rows of a transaction: meanwhile a ground that runs must wait.
+_AT_ONCE = 50_000
+#: Most parts of packets that are kept for later recordings.
+_MOST_PARTS = 100_000
+#: Bytes by which it is told what a file is that has no frames of ours.
+_LOOKED_AT = 2**20
+#: The share of the bytes below which an import has failed.
+_LITTLE = 0.5
 
 
 class Judge:
@@ -40,29 +68,197 @@ class Judge:
 
 def import_recording(
     link: SpaceLink,
-    recording: Path,
+    recording: Path | Sequence[Path],
     archive: Archive,
     progress: Callable[[float], None] | None = None,
-) -> dict[str, int]:
-    """Put the frames of a recording into an archive; what was found, lost and rejected, by name.
+) -> dict[str, Any]:
+    """Put the frames of recordings into an archive; what was found, new, lost and left out.
 
-    The rows have no time of reception. Frames that are there already are not added again, so that
-    recordings may come twice and in any order. `progress`: called with the part that is done.
+    Frames count by their MAC and content: they may come in any order, from several stations, twice,
+    and with counters that begin again. Rows have no time of reception; those that are there stay.
+
+    `frames`: packets that were found; `new`: those that the archive did not have; `left_out`: a
+    list of reasons, each with `reason`, `text`, `count`, `first_byte` and its `recording`; `notes`:
+    how files were read that are no plain bytes; `failure`: one line if little or nothing was kept,
+    else "". `progress`: called with the part that is done.
     """
-    station, size = Station(link), max(recording.stat().st_size, 1)
-    judge = Judge(station, link.dictionary)
-    frames = new = done = 0
+    paths = [recording] if isinstance(recording, Path) else list(recording)
+    try:
+        with _without_collecting():
+            return _import(link, paths, archive, progress)
+    except sqlite3.Error as error:
+        raise ArchiveError(
+            f"archive: must be an archive that can be written; received {archive.path}: {error}"
+        ) from None
 
-    def put(found: Iterable[Frame]) -> None:
-        nonlocal frames, new
-        rows = [row for _, row in judge.rows(found, None)]
-        frames, new = frames + len(rows), new + archive.put(rows)
 
-    with open(recording, "rb") as file:
-        while data := file.read(_PART):
-            put(station.receive(data))
-            done += len(data)
-            if progress:
-                progress(done / size)
-    put(station.finish())
-    return {"bytes": done, "frames": frames, "new": new, **station.counts()}
+def _import(
+    link: SpaceLink,
+    paths: Sequence[Path],
+    archive: Archive,
+    progress: Callable[[float], None] | None,
+) -> dict[str, Any]:
+    work, notes, starts, beginning = _Import(link, archive), [], [], b""
+    size = sum(path.stat().st_size for path in paths) or 1
+    for path in paths:
+        starts.append((work.bytes, path))
+        with _content(path) as content:
+            data, note = decode(content)
+            notes += [f"{path.name}: {note}"] if note else []
+            work.read(data, size, progress)
+            beginning = beginning or data[:_LOOKED_AT]
+    found = work.finish()
+    left_out = [_in_file(entry, starts) for entry in work.tally.entries()]
+    failure = ""
+    if found["frames"] == 0 or found["lost_bytes"] > (1 - _LITTLE) * found["bytes"]:
+        most = [f"{each['count']} {each['text']}" for each in left_out]
+        why = name_dialect(beginning, link) or next(iter(most), "no frame begins in it")
+        failure = _failure(found, paths, why)
+    return {**found, "left_out": left_out, "notes": notes, "failure": failure}
+
+
+@contextmanager
+def _without_collecting() -> Iterator[None]:
+    """Let no garbage be looked for: among millions of tuples it takes a tenth of the time."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+@contextmanager
+def _content(path: Path) -> Iterator[Data]:
+    """The bytes of a file, read as they are needed."""
+    with open(path, "rb") as file:
+        if path.stat().st_size == 0:
+            yield b""
+            return
+        yield mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)  # goes when nobody reads it
+
+
+def _in_file(entry: dict, starts: list[tuple[int, Path]]) -> dict:
+    """A reason with its first place as that of a file."""
+    if entry["first_byte"] is None:
+        return {**entry, "recording": None}
+    base, path = [each for each in starts if each[0] <= entry["first_byte"]][-1]
+    return {**entry, "first_byte": entry["first_byte"] - base, "recording": path.name}
+
+
+def _failure(found: dict, paths: Sequence[Path], why: str) -> str:
+    names = ", ".join(path.name for path in paths)
+    kept, size = found["bytes"] - found["lost_bytes"], found["bytes"]
+    what = f"{kept} of {size} bytes in frames, {found['frames']} packets"
+    return f"RECORDING: must hold frames of this satellite; received {names} with {what}: {why}"
+
+
+class _Import:
+    """The work of an import: frames of recordings, packets of frames, rows of packets."""
+
+    def __init__(self, link: SpaceLink, archive: Archive):
+        self._link, self._archive = link, archive
+        self.tally, self._batches = Tally(), Batches(link.dictionary)
+        self.bytes = self._frames = self._new = self._inner_lost = 0
+        self._user = User(link.dictionary, link.keys.spacecraft) if link.link == "pus" else None
+        is_plain = link.link == "historical"
+        self._plain = PlainFrames(link.dictionary, self.tally)
+        self._authentic = None if is_plain else AuthenticFrames(link, self.tally)
+        self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
+
+    def read(self, data: Data, size: int, progress: Callable[[float], None] | None) -> None:
+        """Take the frames of a recording."""
+        self.tally.base = self.bytes
+        for count, at in enumerate(self._read(data)):
+            if count % 4096 == 0:
+                if self._batches.bytes > _WAITING:
+                    self._write()
+                if progress:
+                    progress(min(1.0, (self.bytes + at) / size))
+        self.bytes += len(data)
+
+    def _read(self, data: Data) -> Iterator[int]:
+        """Place of each frame, its packets being taken."""
+        if self._authentic is None:
+            for at, raw, quality in self._plain.read(data):
+                self._batches.add(raw, quality)
+                self._frames += 1
+                yield at
+            return
+        for at, frame in self._authentic.read(data):
+            for packet in self._joiner.feed(frame, self.bytes + at):
+                self._take(packet, at)
+            yield at
+
+    def _take(self, packet: bytes, at: int) -> None:
+        """Keep what a packet carries: a frame, or whatever it is."""
+        if self._user is None and self._batches.takes(packet):
+            self._batches.add(packet, AUTHENTIC)
+            self._frames += 1
+            return
+        stream = self._user or Stream(self._link.dictionary, "down")
+        before = stream.rejected.copy()
+        for frame in [*stream.feed(packet), *stream.finish()]:
+            self._batches.add(frame.raw, AUTHENTIC)
+            self._frames += 1
+        for reason, count in (stream.rejected - before).items():
+            self.tally.add(reason, at, count=count)
+        self._inner_lost += 0 if self._user else stream.lost_bytes
+
+    def _write(self) -> None:
+        for batch in self._batches.take():
+            for first in range(0, len(batch.rows), _AT_ONCE):
+                rows = batch.rows[first : first + _AT_ONCE]
+                self._new += self._archive.put_many(batch.packet, rows)
+
+    def finish(self) -> dict[str, int]:
+        """The counts, once all that can be joined is written."""
+        self.tally.base = 0
+        for packet, at in self._joiner.join():
+            self._take(packet, max(at, 0))
+            if self._batches.bytes > _WAITING:
+                self._write()
+        self._write()
+        tails, heads = self._joiner.left()
+        _keep_parts(self._archive, tails, heads)
+        self._tally_what_is_left([*tails, *heads])
+        around = self._authentic or self._plain
+        return {
+            "bytes": self.bytes,
+            "frames": self._frames,
+            "new": self._new,
+            "lost_bytes": around.lost_bytes + self._inner_lost,
+            "lost_frames": self._joiner.lost_frames,
+            "lost_packets": len(tails) + len(self._joiner.foreign),
+            "rejected": self.tally.rejected,
+        }
+
+    def _tally_what_is_left(self, parts: list[Part]) -> None:
+        unclear = self._joiner.unclear
+        for part in parts:
+            if part.at >= 0:
+                self.tally.add("ambiguous" if part.at in unclear else "torn", part.at)
+        for at in self._joiner.foreign:
+            self.tally.add("foreign", at)
+        if self._frames > self._new:
+            self.tally.add("archived", None, count=self._frames - self._new)
+
+
+def _kept_parts(archive: Archive) -> tuple[list[Part], list[Part]]:
+    """Tails and heads that earlier recordings left; none came directly before or after another."""
+    tails: list[Part] = []
+    heads: list[Part] = []
+    for k, (is_tail, spi, number, data, time_s, ends) in enumerate(archive.parts()):
+        part = Part(spi, number, data, -2 * k - 2, time_s, bool(ends), -1)
+        (tails if is_tail else heads).append(part)
+    return tails, heads
+
+
+def _keep_parts(archive: Archive, tails: list[Part], heads: list[Part]) -> None:
+    """Keep what later recordings may complete."""
+    archive.put_parts(
+        (is_tail, part.spi, part.number, part.data, part.time_s, part.ends)
+        for is_tail, parts in ((True, tails), (False, heads))
+        for part in parts[:_MOST_PARTS]
+    )

@@ -238,10 +238,13 @@ class ImportOptions:
 
 
 @app.command(name="import", help_epilogue=show_examples("ground import"))
-def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
-    """Put the frames of RECORDING, bytes as they were received, into the archive.
+def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions()) -> int:
+    """Put the frames of RECORDING and of FURTHER ones, bytes as received, into the archive.
 
-    Prints what was found, lost and rejected. A frame is in an archive once, however often it comes.
+    Frames may come in any order, from several stations and twice, with counters that begin again:
+    each is in an archive once, by its MAC and content. Text in hexadecimal and KISS frames are
+    read, too. Prints what was found, and for what reasons frames were left out. Exit code 1 where
+    less than half of the bytes, or no packet, was kept.
     """
     from torquer.flight.packets.software_file import load_link
     from torquer.ground.archive import Archive
@@ -249,22 +252,39 @@ def import_(recording: Path, *, how: ImportOptions = ImportOptions()) -> int:
 
     name = _short_name(how.name)
     link = load_link(how.software).for_satellite(load_given(how.scenario))
-    if not recording.is_file():
-        raise ValueError(f"RECORDING: must be a file; received {recording}")
+    recordings = [recording, *further]
+    for each in recordings:
+        if not each.is_file():
+            raise ValueError(f"RECORDING: must be a file; received {each}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
     archive = Archive(path, link.dictionary)
     try:
         with _progress(recording.name) as progress:
-            counts = import_recording(link, recording, archive, progress)
+            found = import_recording(link, recordings, archive, progress)
     finally:
         archive.close()
     if how.json:
-        print(json_text(counts | {"archive": str(path)}))
+        print(json_text(found | {"archive": str(path)}))
     else:
-        print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in counts.items()))
+        _show_import(found)
         print(f"archive: {path}")
+    if found["failure"]:
+        print_error(found["failure"])
+        return FAILED_CODE
     return 0
+
+
+def _show_import(found: dict[str, Any]) -> None:
+    for note in found["notes"]:
+        print(harmless(note))
+    counts = {key: value for key, value in found.items() if isinstance(value, int)}
+    print(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in counts.items()))
+    for each in found["left_out"]:
+        place = f", first at byte {each['first_byte']} of {each['recording']}"
+        print(
+            harmless(f"left out: {each['count']} {each['text']}{place * bool(each['recording'])}")
+        )
 
 
 @options
@@ -273,7 +293,7 @@ class ExportOptions:
 
     out: Path = Path("runs/export")
     """Output folder."""
-    format: Literal["netcdf", "parquet"] = "netcdf"
+    format: Literal["csv", "netcdf", "parquet"] = "netcdf"
     """Format of the files."""
     packet: list[str] | None = None
     """Only this packet; may be repeated [all]."""
@@ -286,7 +306,11 @@ class ExportOptions:
 
 @app.command(help_epilogue=show_examples("ground export"))
 def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
-    """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units."""
+    """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units.
+
+    Of a damaged archive all that can be read is written, with a line on each thing that cannot:
+    exit code 1 if something is lost, 2 if nothing could be read.
+    """
     if how.format == "parquet":
         check_installed("ground", ("pyarrow",))
     from torquer.ground.export import export_archive
@@ -295,16 +319,23 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     if start_ms is not None and end_ms is not None and start_ms > end_ms:
         raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
-    with writing_to(how.out), _progress(archive.name) as progress:
-        files = export_archive(archive, how.out, how.format, how.packet, start_ms, end_ms, progress)
+    lost: list[str] = []
+    with writing_to(how.out), _progress(archive.name) as bar:
+        files = export_archive(
+            archive, how.out, how.format, how.packet, start_ms, end_ms, bar, lost.append
+        )
+    if lost and not files:
+        raise ValueError("\n".join(lost))
     if how.json:
         print(json_text([{"file": str(path), "rows": rows} for path, rows in files]))
     else:
         for path, rows in files:
             print(f"{path}: {rows} rows")
+    for line in lost:
+        print_error(line)
     if not files:
         print_note("nothing was written: the archive has no such rows")
-    return 0
+    return FAILED_CODE if lost else 0
 
 
 def _progress(name: str):

@@ -39,7 +39,7 @@ _TM = struct.Struct(">HBBHHI")
 _TM_MARK = b"\x1a\xcf\xfc\x1d"
 _TM_HEADER = 6
 #: Status of the data: packets, in order; with the place of the first packet, or that none begins.
-_TM_PACKETS, _TM_NO_START = 0x1800, 0x7FF
+_TM_PACKETS, TM_NO_START = 0x1800, 0x7FF
 #: Encapsulation packets: of one byte without content; for private use with a length (header
 #: included) of one byte, and of two.
 _IDLE, _SHORT, _LONG = b"\xe0", 0xFD, 0xFE
@@ -109,7 +109,7 @@ class TelemetrySender:
         self.key, self.spi, self.spacecraft, self.counter = key, spi, spacecraft, counter
         self.room = room_in(frame_bytes)
         self._field = bytearray()
-        self._first = _TM_NO_START
+        self._first = TM_NO_START
 
     def wrap(self, data: bytes) -> bytes:
         """Marks and frames that the data fill, b"" if none; ValueError for over 65531 bytes.
@@ -132,7 +132,7 @@ class TelemetrySender:
 
     def _put(self, packet: bytes) -> bytes:
         """Marks and frames that are full with a packet."""
-        if self._first == _TM_NO_START:
+        if self._first == TM_NO_START:
             self._first = len(self._field)
         self._field += packet
         made = b""
@@ -144,7 +144,7 @@ class TelemetrySender:
         """Mark and frame with the waiting data, padded with idle packets; b"" if none waits."""
         if not self._field:
             return b""
-        if self._first == _TM_NO_START:
+        if self._first == TM_NO_START:
             self._first = len(self._field)
         self._field += _IDLE * (self.room - len(self._field))
         return self._frame()
@@ -155,7 +155,7 @@ class TelemetrySender:
         head = _TM.pack(self.spacecraft << 4, count, count, status, self.spi, self.counter)
         frame = close_frame(self.key, head + self._field[: self.room])
         del self._field[: self.room]
-        self._first = _TM_NO_START
+        self._first = TM_NO_START
         return _TM_MARK + frame
 
 
@@ -191,10 +191,9 @@ class TelemetryReceiver(Receiver):
 
     def _join(self, frame: bytes) -> None:
         """Append a frame's data field, after a gap from its first packet on."""
-        _, _, _, status, spi, number = _TM.unpack_from(frame)
+        spi, number, first, field = data_field(frame)
         last_spi, last = self._last
         self._last = (spi, number)
-        field, first = frame[_TM.size : -TRAILER], status & 0x7FF
         if spi != last_spi or number != last + 1:
             self.lost_frames += number - last - 1 if spi == last_spi else 0
             self.lost_packets += len(self._packets) > 0
@@ -202,33 +201,51 @@ class TelemetryReceiver(Receiver):
             self._follows = False
         if not self._follows:
             field = field[first:]
-            self._follows = first != _TM_NO_START
+            self._follows = first != TM_NO_START
         self._packets += field
 
     def _complete(self) -> list[bytes]:
         """Take space packets, and the content of encapsulation packets, out of the data joined."""
-        packets, at, found = self._packets, 0, []
-        while at < len(packets):
-            kind = packets[at]
-            if kind == _IDLE[0]:
-                at = len(packets) - len(packets[at:].lstrip(_IDLE))
-                continue
-            head = _header_bytes(kind)
-            if len(packets) < at + head:
-                break
-            size = _packet_bytes(packets[at : at + head])
-            if size < head:
-                # authentic, yet not ours: go on with the next frame in which a packet begins
-                self.lost_packets += 1
-                self._follows, at = False, len(packets)
-            elif len(packets) < at + size:
-                break
-            else:
-                begin = at + head if kind & _VERSION else at
-                found.append(bytes(packets[begin : at + size]))
-                at += size
-        del packets[:at]
+        found, at = packets_in(self._packets)
+        if at < 0:  # authentic, yet not ours: go on with the next frame in which a packet begins
+            self.lost_packets += 1
+            self._follows, at = False, len(self._packets)
+        del self._packets[:at]
         return found
+
+
+def data_field(frame: bytes) -> tuple[int, int, int, bytes]:
+    """SPI, counter, place of the first packet that begins (`TM_NO_START`: none) and data field.
+
+    Of an authentic TM frame without its mark.
+    """
+    _, _, _, status, spi, number = _TM.unpack_from(frame)
+    return spi, number, status & TM_NO_START, frame[_TM.size : -TRAILER]
+
+
+def packets_in(data: bytes | bytearray) -> tuple[list[bytes], int]:
+    """What the whole packets at the beginning of data carry, and where the rest begins.
+
+    -1 for the rest: there is something else than packets of ours.
+    """
+    found: list[bytes] = []
+    at, end = 0, len(data)
+    while at < end:
+        kind = data[at]
+        if kind == _IDLE[0]:
+            at = end - len(data[at:].lstrip(_IDLE))
+            continue
+        head = _header_bytes(kind)
+        if end < at + head:
+            break
+        size = _packet_bytes(data[at : at + head])
+        if size < head:
+            return found, -1
+        if end < at + size:
+            break
+        found.append(bytes(data[at + head if kind & _VERSION else at : at + size]))
+        at += size
+    return found, at
 
 
 def _header_bytes(kind: int) -> int:

@@ -81,6 +81,27 @@ REJECTIONS = {
     "time": Reason.TIME,
 }
 
+#: Why frames and packets of a recording are left out, in words.
+LEFT_OUT = {
+    "repeated": "came before in the recording",
+    "archived": "are in the archive already, or came twice",
+    "checksum": "have a wrong checksum",
+    "mac": "have a wrong MAC: forged, or made with another key",
+    "spacecraft": "are of another spacecraft",
+    "apid": "are of another application process",
+    "spi": "name a key that is not known",
+    "length": "state another length than their packet has",
+    "unknown": "have an id that the dictionary does not have",
+    "status": "have a status that there is not",
+    "module": "are of another module",
+    "version": "are of another version of space packets",
+    "time": "have a time that is none",
+    "value": "have a value that cannot be",
+    "cut": "are cut off by the next frame or the end",
+    "foreign": "are authentic, but hold something else than packets",
+    "torn": "are packets of which a part is missing",
+    "ambiguous": "are packets whose parts could belong to several: counters began again",
+}
 
 _DOCS = {int(reason): reason.doc for reason in Reason}
 

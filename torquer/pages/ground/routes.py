@@ -18,13 +18,14 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torquer.base.spec import Spec
-from torquer.base.strict_json import json_text
+from torquer.base.strict_json import INFINITIES, json_text
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import TYPES, Packet
 from torquer.flight.packets.mistakes import quote_value
 from torquer.flight.packets.openmct import openmct
 from torquer.ground import history
 from torquer.ground.archive import read_only
+from torquer.ground.bins import points
 from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
 from torquer.ground.live import Listener, Live
@@ -111,7 +112,7 @@ class _Routes:
             if span.latest:
                 rows = history.latest(db, packet.name, [number], *ends, span.size, span.by)
                 return [(*times, value, quality) for *times, quality, value in rows]
-            return history.points(db, packet.name, number, *ends, span.size, span.by)
+            return points(db, packet.name, number, *ends, span.size, span.by)
 
         return await self._read(contact, found)
 
@@ -214,7 +215,7 @@ class _Routes:
         def answer() -> str:
             with closing(read_only(contact.archive.path)) as db:
                 # row by row: in one piece a large answer would keep all else waiting
-                return f"[{','.join(json_text(row, None) for row in ask(db))}]"
+                return f"[{','.join(json_text(row, None, INFINITIES) for row in ask(db))}]"
 
         text = await run_in_threadpool(answer)
         return Response(text, media_type="application/json")

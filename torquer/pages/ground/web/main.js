@@ -5,7 +5,7 @@ import { askAgain, followOpenSatellite, installTime } from "./mct/clocks.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
-import { drawPlotsIn2DWithoutGraphicsCard } from "./mct/plots.js";
+import { drawPlotsIn2D } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
 import { latencyMeter } from "./measure.js";
 import { get } from "./net/api.js";
@@ -24,7 +24,7 @@ async function start() {
   const rows = new Rows(live);
   const openmct = window.openmct;
 
-  drawPlotsIn2DWithoutGraphicsCard();
+  drawPlotsIn2D();
   openmct.setAssetPath(ASSETS);
   openmct.install(openmct.plugins.LocalStorage());
   openmct.install(openmct.plugins.MyItems("My layouts"));

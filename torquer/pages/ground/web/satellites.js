@@ -43,11 +43,11 @@ function vectorsOf(numbers) {
   return new Map([...groups].filter(isVector));
 }
 
-/** The values of a row by a vector's name; null where one is unknown. */
+/** The values of a row by a vector's name; null where one is unknown or infinite. */
 export function vector(packet, row, base) {
   const keys = packet.vectors.get(base)?.map(({ key }) => key) ?? [];
   const values = keys.map((key) => row.values[packet.places.get(key)]);
-  const isKnown = values.length > 0 && values.every((v) => v !== null && v !== undefined);
+  const isKnown = values.length > 0 && values.every(Number.isFinite);
   return isKnown ? values : null;
 }
 

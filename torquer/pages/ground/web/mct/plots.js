@@ -1,27 +1,63 @@
-// How plots are drawn.
+// How plots are drawn: lines with gaps, marks for what is infinite.
 
-/** Renderers that stand in for a graphics card. */
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+/** Half the width of a mark at the edge, and its height [px]. */
+const MARK = { half: 4, height: 7 };
 
 /**
- * Lets plots be drawn in 2D where WebGL is drawn by software, which takes half a second and more for
- * full plots. Open MCT asks for WebGL first, and takes 2D if there is none.
+ * Lets plots be drawn in 2D: WebGL draws lines through what is not finite as the graphics card
+ * likes, and without one takes half a second and more for full plots. Open MCT asks for WebGL
+ * first, and takes 2D if there is none.
  */
-export function drawPlotsIn2DWithoutGraphicsCard() {
-  if (!SOFTWARE.test(renderer())) return;
+export function drawPlotsIn2D() {
   const { getContext } = HTMLCanvasElement.prototype;
+  const ready = new WeakSet();
   HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-    const isPlot = this.classList.contains("js-main-canvas") && kind !== "2d";
-    return isPlot ? null : getContext.call(this, kind, ...rest);
+    const isPlot = this.classList.contains("js-main-canvas");
+    if (isPlot && kind !== "2d") return null;
+    const context = getContext.call(this, kind, ...rest);
+    if (isPlot && !ready.has(context)) {
+      ready.add(context);
+      interruptLines(context);
+    }
+    return context;
   };
 }
 
-/** What draws WebGL, in its own words; "" without WebGL. */
-function renderer() {
-  const gl = document.createElement("canvas").getContext("webgl");
-  if (!gl) return "";
-  const about = gl.getExtension("WEBGL_debug_renderer_info");
-  const name = gl.getParameter(about?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER);
-  gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return name;
+/**
+ * Interrupts the lines of a context where a place is not finite, which 2D would leave out. Above
+ * and below, where it is infinite, a triangle at the edge points to it.
+ */
+function interruptLines(context) {
+  const { moveTo, lineTo, stroke } = context;
+  let isInterrupted = false;
+  let infinite = [];
+  const isPlace = (x, y) => {
+    if (Number.isFinite(x) && Math.abs(y) === Infinity) infinite.push([x, y]);
+    return Number.isFinite(x) && Number.isFinite(y);
+  };
+  context.moveTo = (x, y) => {
+    isInterrupted = !isPlace(x, y);
+    if (!isInterrupted) moveTo.call(context, x, y);
+  };
+  context.lineTo = (x, y) => {
+    const isThere = isPlace(x, y);
+    if (isThere) (isInterrupted ? moveTo : lineTo).call(context, x, y);
+    isInterrupted = !isThere;
+  };
+  context.stroke = (...path) => {
+    stroke.apply(context, path);
+    for (const [x, y] of infinite) context.fill(triangle(x, y < 0 ? 0 : context.canvas.height));
+    infinite = [];
+  };
+}
+
+/** A triangle that points to the upper edge (y = 0) or to the lower one. */
+function triangle(x, y) {
+  const path = new Path2D();
+  const base = y === 0 ? MARK.height : y - MARK.height;
+  path.moveTo(x, y);
+  path.lineTo(x - MARK.half, base);
+  path.lineTo(x + MARK.half, base);
+  path.closePath();
+  return path;
 }

@@ -49,7 +49,8 @@ export class Telemetry {
       const rows = await frames(satellite, packet, parameters, options.signal);
       return rows.map((row) => frameDatum(row, numbers));
     }
-    const rows = await history(satellite, packet, number, parameters, options.signal);
+    const points = await history(satellite, packet, number, parameters, options.signal);
+    const rows = options.strategy === "minmax" ? fromFirstKnown(points) : points;
     return rows
       .filter(([, , value], i) => !repeatsUnknown(value, rows[i - 1]?.[2]))
       .map(([time, received, value, quality]) => numberDatum({ time, received, quality }, value));
@@ -116,6 +117,12 @@ function parametersOf({ start, end, domain, strategy, size }) {
   if (strategy === "minmax") return { ...span, by, size: size ?? 1000 };
   const rows = strategy === "latest" ? (size ?? 1) : (size ?? MOST_ROWS);
   return { ...span, by, latest: 1, size: Math.min(rows, MOST_ROWS) };
+}
+
+/** Plots count from their first value: nothing would be seen if that were not finite. */
+function fromFirstKnown(points) {
+  const first = points.findIndex(([, , value]) => value !== null && Math.abs(value) !== Infinity);
+  return first < 0 ? [] : points.slice(first);
 }
 
 /** One unknown number interrupts a line; of more Open MCT would complain, each time. */

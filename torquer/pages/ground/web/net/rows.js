@@ -60,7 +60,12 @@ export class Rows {
   }
 }
 
-function rowOf([satellite, packet, time, received, quality, values]) {
+/** Infinities come by name: JSON has no numbers for them. */
+const INFINITIES = new Map(["Infinity", "-Infinity"].map((name) => [name, Number(name)]));
+const numberOf = (value) => INFINITIES.get(value) ?? value;
+
+function rowOf([satellite, packet, time, received, quality, sent]) {
+  const values = sent.map(numberOf);
   return { satellite, packet, time, received, quality, values, arrived: performance.now() };
 }
 
@@ -84,7 +89,8 @@ export async function frames(satellite, packet, parameters, signal = undefined) 
   );
 }
 
-/** Rows `[time, received, value, quality]` of a number. */
-export function history(satellite, packet, number, parameters, signal = undefined) {
-  return get(route(satellite, "history", packet, number), parameters, signal);
+/** Points `[time, received, value, quality]` of a number: rows, and gaps without a quality. */
+export async function history(satellite, packet, number, parameters, signal = undefined) {
+  const points = await get(route(satellite, "history", packet, number), parameters, signal);
+  return points.map(([time, received, value, ...rest]) => [time, received, numberOf(value), ...rest]);
 }

@@ -1,0 +1,65 @@
+"""Plots: lines with gaps, marks for infinities, history that begins with a number."""
+
+import json
+import shutil
+import subprocess
+
+import pytest
+
+pytest.importorskip("uvicorn")
+
+from torquer.pages.ground.routes import WEB
+
+NODE = shutil.which("node")
+CANVAS = """
+const calls = [];
+const isNumber = (x) => typeof x === "number";
+const note = (name) => (...given) => calls.push([name, ...given.filter(isNumber)]);
+globalThis.Path2D = class { moveTo = note("mark"); lineTo() {} closePath() {} };
+class Context {
+  canvas = { height: 100 };
+  moveTo(...at) { note("move")(...at); }
+  lineTo(...at) { note("line")(...at); }
+  stroke() { note("stroke")(); }
+  fill() { note("fill")(); }
+}
+const made = new Context();
+globalThis.HTMLCanvasElement = class {
+  constructor(name) { this.classList = { contains: (asked) => asked === name }; }
+  getContext(kind) { return kind === "2d" ? made : { kind }; }
+};
+"""
+DRAWING = """
+drawPlotsIn2D();
+const plot = new HTMLCanvasElement("js-main-canvas");
+const [webgl, other] = [plot, new HTMLCanvasElement("other")].map((c) => c.getContext("webgl"));
+const context = plot.getContext("2d");
+plot.getContext("2d");
+context.moveTo(0, 1);
+for (const [x, y] of [[1, 2], [2, NaN], [3, 4], [4, 5], [5, -Infinity], [6, 7], [7, Infinity]])
+  context.lineTo(x, y);
+context.stroke();
+console.log(JSON.stringify({ calls, webgl, other }));
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="no Node.js")
+def test_lines_are_interrupted_and_infinities_marked():
+    code = CANVAS + (WEB / "mct" / "plots.js").read_text(encoding="utf-8") + DRAWING
+    call = [NODE, "--input-type=module"]
+    done = subprocess.run(call, input=code, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["webgl"] is None and found["other"] == {"kind": "webgl"}
+    assert found["calls"] == [
+        ["move", 0, 1],
+        ["line", 1, 2],
+        ["move", 3, 4],
+        ["line", 4, 5],
+        ["move", 6, 7],
+        ["stroke"],
+        ["mark", 5, 0],
+        ["fill"],
+        ["mark", 7, 100],
+        ["fill"],
+    ]

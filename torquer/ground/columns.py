@@ -1,0 +1,124 @@
+"""Columns of exported packets, and which values of an archive fit them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from torquer.flight.packets.dictionary import TYPES, Field, Packet
+from torquer.flight.packets.received import field_attributes
+from torquer.ground.archive import SUSPECT
+
+_LEAST, _GREATEST = -(2**63), 2**63 - 1
+_DATE = {"units": "milliseconds since 1970-01-01", "calendar": "proleptic_gregorian"}
+_QUALITY = {
+    "long_name": "trust in the frame",
+    "flag_values": [0, 1, 2],
+    "flag_meanings": "suspect unchecked authentic",
+}
+_HEX = re.compile(r"(?:[0-9a-f]{2})*")
+
+
+class Column(NamedTuple):
+    """A column of a file: its name there, in the archive, its type, what stands for no number.
+
+    `is_whole`: whether its numbers are whole; `low`, `high`: the least and greatest of these;
+    `wrong`: what stands for a value that does not fit, where that is not None.
+    """
+
+    name: str
+    source: str
+    type: str
+    fill: Any
+    attributes: dict
+    is_whole: bool = True
+    low: float = _LEAST
+    high: float = _GREATEST
+    wrong: Any = None
+
+    @property
+    def as_float(self) -> Column:
+        """The same for numbers of which some are missing."""
+        return self._replace(type="f8", fill=np.nan)
+
+
+def packet_columns(packet: Packet) -> list[Column]:
+    """The columns of a packet: of its frames, then its numbers with their units."""
+    return [
+        *_frame_columns(packet.names),
+        *(Column(name, name, *_kind(field), *_range(field)) for name, field, _ in packet.numbers()),
+    ]
+
+
+def found_columns(kinds: dict[str, str]) -> list[Column]:
+    """Columns of a table of which only the names and SQL's types are known; numbers are floats."""
+    names = [name for name in kinds if name[0] != "_"]
+    return [
+        *_frame_columns(names),
+        *(
+            Column(name, name, "str", None, {}, False)
+            if kinds[name] == "TEXT"
+            else Column(name, name, "f8", np.nan, {}, False)
+            for name in names
+        ),
+    ]
+
+
+def _frame_columns(names: Iterable[str]) -> list[Column]:
+    taken = {"time", "received", "quality", "status"} & set(names)
+    end = "_of_frame" if taken else ""  # where the packet has a field of such a name
+    time, received = ({"long_name": name, **_DATE} for name in ("on-board time", "reception"))
+    status = {"long_name": "0 INFO, 1 ALARM, 2 STOP"}
+    return [
+        Column(f"time{end}", "_time_ms", "i8", None, time),
+        Column(f"received{end}", "_received_ms", "i8", _LEAST, received),
+        Column(f"quality{end}", "_quality", "u1", None, _QUALITY, True, 0, 2, SUSPECT),
+        Column(f"status{end}", "_status", "u1", None, status, True, 0, 255, 255),
+    ]
+
+
+def _kind(field: Field) -> tuple[str, Any, dict]:
+    """Type of a column, what stands for a number that was not known, attributes."""
+    about = {key: value for key, value in field_attributes(field).items() if key != "unknown"}
+    kind = TYPES[field.type]
+    if field.type == "bytes":
+        return "str", None, about
+    if not kind.is_whole or field.scale != 1.0:
+        return "f8", np.nan, about
+    return f"{field.type[0]}{kind.size}", int(kind.low) if kind.low < 0 else None, about
+
+
+def _range(field: Field) -> tuple[bool, float, float]:
+    """Whether numbers are whole, the least and the greatest."""
+    kind = TYPES[field.type]
+    return kind.is_whole and field.scale == 1.0, kind.low, kind.high
+
+
+def fitting(column: Column, values: Sequence) -> tuple[list, list]:
+    """(values with what stands for those that do not fit, those that do not)."""
+    if _all_fit(column, values):
+        return list(values), []
+    fits = [value is None or _fits(column, value) for value in values]
+    kept = [v if fit else column.wrong for v, fit in zip(values, fits, strict=True)]
+    return kept, [v for v, fit in zip(values, fits, strict=True) if not fit]
+
+
+def _all_fit(column: Column, values: Sequence) -> bool:
+    kinds = set(map(type, values)) - {type(None)}
+    if column.type == "str":
+        return kinds <= {str} and all(v is None or _HEX.fullmatch(v) for v in values)
+    if not column.is_whole:
+        return kinds <= {int, float}
+    known = [value for value in values if value is not None] if kinds <= {int} else []
+    return not kinds or bool(known and column.low <= min(known) and max(known) <= column.high)
+
+
+def _fits(column: Column, value: Any) -> bool:
+    if column.type == "str":
+        return isinstance(value, str) and _HEX.fullmatch(value) is not None
+    if not column.is_whole:
+        return isinstance(value, int | float)
+    return isinstance(value, int) and column.low <= value <= column.high

@@ -1,0 +1,11 @@
+"""Recordings of passes: read in any order, from several stations, counted by what was left out.
+
+`torquer.ground.recording` puts them into archives with these parts:
+
+dialects    files that are no plain bytes: text in hexadecimal, KISS, AX.25, other orders, CCSDS
+authentic   protected frames by their MAC, each once, whatever their counters
+joined      packets that lie across frames, by the counters of these
+plain       frames without protection, many at a time
+batches     rows for the archive, many at a time
+left_out    what was left out, by reason
+"""

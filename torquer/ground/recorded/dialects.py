@@ -1,0 +1,182 @@
+"""Files that are no plain bytes of this satellite's link: read where that is plain, else named.
+
+Text in hexadecimal and KISS (with or without the addresses of AX.25) say what they are in every
+byte, and are read. Bytes in another order, and frames of others, are named.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import numpy as np
+
+from torquer.flight.packets.frames import FRAMESYNC
+from torquer.flight.packets.protected import TelemetryReceiver
+from torquer.flight.packets.software_file import SpaceLink
+from torquer.flight.packets.space_packets import IDLE_APID, PRIMARY_BYTES, packet_size
+from torquer.ground.recorded.authentic import Data
+from torquer.ground.recorded.plain import find_marks
+
+PLAIN_MARK = FRAMESYNC.to_bytes(4, "little")
+TM_MARK = TelemetryReceiver.mark
+#: Least bytes by which a file is judged.
+_LEAST = 16
+#: Text of digits in pairs, with what is written between and before them.
+_NOT_DIGITS = re.compile(rb"0[xX]|[\s,:;]+")
+_HEX = re.compile(rb"[0-9A-Fa-f\s,:;xX]*")
+_FEND, _ESCAPES = b"\xc0", {b"\xdb\xdc": b"\xc0", b"\xdb\xdd": b"\xdb"}
+_ESCAPED = re.compile(b"\xdb.?", re.DOTALL)
+#: Bytes of an address of AX.25; control and protocol of what carries data without a connection.
+_ADDRESS, _UNNUMBERED = 7, b"\x03\xf0"
+#: How many packets in a row are looked at, and named.
+_LOOKED_AT, _NAMED = 1000, 5
+
+
+def decode(data: Data) -> tuple[Data, str]:
+    """The bytes that a file stands for, and how it was read; "" for plain bytes."""
+    notes = []
+    if (found := _from_hex(data)) is not None:
+        data = found
+        notes.append("text in hexadecimal")
+    if (frames := _from_kiss(data)) is not None:
+        notes.append("KISS frames (0xC0)")
+        payloads = [_without_addresses(frame) for frame in frames]
+        if all(payload is not None for payload in payloads):
+            notes.append("AX.25 addresses")
+            frames = [payload for payload in payloads if payload is not None]
+        data = b"".join(frames)
+    return data, f"read as {' of '.join(notes)}; places are those of what was read" if notes else ""
+
+
+def _from_hex(data: Data) -> bytes | None:
+    beginning = data[:4096]
+    if len(data) < _LEAST or _HEX.fullmatch(beginning) is None:
+        return None
+    text = data[:]
+    digits = _NOT_DIGITS.sub(b"", text)
+    try:
+        return bytes.fromhex(digits.decode("ascii")) or None
+    except ValueError:
+        return None
+
+
+def _from_kiss(data: Data) -> list[bytes] | None:
+    """The frames of a file of KISS frames and nothing else."""
+    if len(data) < _LEAST or data[:1] != _FEND or data[-1:] != _FEND:
+        return None
+    frames = [frame for frame in data[:].split(_FEND) if frame]
+    if not frames or any(frame[0] & 0x0F for frame in frames):  # another command than data
+        return None
+    if any(found not in _ESCAPES for frame in frames for found in _ESCAPED.findall(frame)):
+        return None
+    return [_ESCAPED.sub(lambda found: _ESCAPES[found[0]], frame[1:]) for frame in frames]
+
+
+def _without_addresses(frame: bytes) -> bytes | None:
+    """What an AX.25 frame carries; None if it is none."""
+    end = _end_of_addresses(frame)
+    if not end or frame[end : end + 2] != _UNNUMBERED:
+        return None
+    return frame[end + 2 :]
+
+
+def _end_of_addresses(frame: bytes) -> int:
+    """Bytes of the addresses at the beginning; 0 if there are none."""
+    for end in range(_ADDRESS, min(len(frame), 10 * _ADDRESS) + 1, _ADDRESS):
+        name = frame[end - _ADDRESS : end - 1]
+        text = bytes(byte >> 1 for byte in name)
+        if any(byte & 1 for byte in name) or not re.fullmatch(rb"[A-Z0-9]+ *", text):
+            return 0
+        if frame[end - 1] & 1:
+            return end if end >= 2 * _ADDRESS else 0
+    return 0
+
+
+def name_dialect(data: bytes, link: SpaceLink) -> str:
+    """What bytes seem to be that hold no frames of this link; "" if they seem to be nothing."""
+    names = (_other_link(data, link), _other_order(data), _other_frames(data, link))
+    return next(filter(None, (*names, _addresses(data), _space_packets(data))), "")
+
+
+def _other_link(data: bytes, link: SpaceLink) -> str:
+    """Frames of the other kind of link."""
+    if link.link == "historical" and data.count(TM_MARK):
+        return "TM transfer frames (CCSDS 132.0-B), link = 'historical' looks for none"
+    if link.link != "historical" and data.count(PLAIN_MARK) and not data.count(TM_MARK):
+        return f"frames without protection; link = '{link.link}' looks for TM transfer frames"
+    return ""
+
+
+def _other_order(data: bytes) -> str:
+    """Sync marks that appear once bytes change places."""
+    as_they_are = _begins(data)
+    if data.count(PLAIN_MARK[::-1]) > as_they_are + data.count(TM_MARK[::-1]):
+        return "numbers in headers of the other byte order (AABBCCDD, most significant byte first)"
+    for size, what in ((2, "pairs"), (4, "fours")):
+        swapped = (_turned(data[shift:], size) for shift in range(size))
+        if any(_begins(each) > max(as_they_are, 1) for each in swapped):
+            return f"bytes are swapped in {what}"
+    return ""
+
+
+def _begins(data: bytes) -> int:
+    return data.count(PLAIN_MARK) + data.count(TM_MARK)
+
+
+def _turned(data: bytes, size: int) -> bytes:
+    """Bytes turned around in groups."""
+    whole = data[: len(data) // size * size]
+    return np.frombuffer(whole, np.uint8).reshape(-1, size)[:, ::-1].tobytes()
+
+
+def _other_frames(data: bytes, link: SpaceLink) -> str:
+    """TM frames of another length."""
+    places = find_marks(np.frombuffer(data, np.uint8), TM_MARK)
+    if len(places) < 3:
+        return ""
+    (distance, count), *_ = Counter(np.diff(places).tolist()).most_common(1)
+    size = distance - len(TM_MARK)
+    ours = TelemetryReceiver({}, link.keys.spacecraft).frame_bytes
+    if 2 * count < len(places) - 1 or size == ours:
+        return ""
+    first = int(places[0]) + len(TM_MARK)
+    spacecraft = (data[first] << 8 | data[first + 1]) >> 4 & 0x3FF
+    return f"TM transfer frames of {size} bytes, must be {ours}; of spacecraft {spacecraft}"
+
+
+def _addresses(data: bytes) -> str:
+    end = _end_of_addresses(data)
+    if not end:
+        return ""
+    to, source = (_call(data[at : at + _ADDRESS]) for at in (0, _ADDRESS))
+    return f"AX.25 addresses, from {source} to {to}"
+
+
+def _call(address: bytes) -> str:
+    name = bytes(byte >> 1 for byte in address[:-1]).decode("ascii").strip()
+    number = address[-1] >> 1 & 0xF
+    return f"{name}-{number}" if number else name
+
+
+def _space_packets(data: bytes) -> str:
+    """Space packets (CCSDS 133.0-B) one after the other."""
+    apids = Counter((first << 8 | second) & IDLE_APID for first, second, *_ in _primary(data))
+    if apids.total() < 3 or apids.total() == len(apids):  # none comes twice: bytes of any kind
+        return ""
+    named = [str(apid) for apid, _ in apids.most_common()]
+    more = ", ..." if len(named) > _NAMED else ""
+    return f"CCSDS space packets of APID {', '.join(named[:_NAMED])}{more}"
+
+
+def _primary(data: bytes) -> list[bytes]:
+    """Primary headers from the first byte on; none if there is something else between them."""
+    found: list[bytes] = []
+    at = 0
+    while at + PRIMARY_BYTES <= len(data) and len(found) < _LOOKED_AT:
+        header = data[at : at + PRIMARY_BYTES]
+        if header[0] >> 5:  # another version
+            return []
+        found.append(header)
+        at += packet_size(header)
+    return found
