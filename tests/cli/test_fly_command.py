@@ -350,3 +350,32 @@ def test_a_computer_that_is_none_is_refused(call, tmp_path):
     assert code == 2 and err.startswith("error: --computer: must be a folder of `torquer export c`")
     code, _, err = call("fly", DAY, "--computer", tmp_path, "--no-user-code")
     assert code == 2 and "--computer: must not be given with --no-user-code" in err
+
+
+@flies
+def test_a_recording_executes_no_code_that_it_names_unasked(call, tmp_path, monkeypatch):
+    """Recordings are mailed: only code beside them, or allowed from anywhere, is executed."""
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(
+        "from torquer.flight.software import Module\nopen('executed', 'w').close()\n"
+        "class Mine(Module):\n    name = 'mine'\n    def step(self, core):\n        pass\n"
+    )
+    Path("mine_packets.toml").write_text("[modules]\nmine = 200\n")
+    Path("mine.toml").write_text(
+        'name = "mine"\npackets = ["mine_packets.toml"]\n'
+        '[modules.mine]\nfile = "mine.py"\nclass = "Mine"\n'
+    )
+    day = Path(__file__).parents[2] / DAY
+    assert call("fly", day, "--software", "mine.toml", "--ticks", 5, "--out", "out")[0] == 0
+    session, executed = Path("out/session.json"), Path("executed")
+    executed.unlink()
+    for words in (("replay", session), ("bisect", session, session)):
+        for more, must in (
+            ((), "modules.mine.file: must lie in the session's folder, or be allowed by "),
+            (("--no-user-code",), "modules.mine.file: must not be given with --no-user-code"),
+        ):
+            code, _, err = call("session", *words, *more)
+            assert code == 2 and must in err and err.count("\n") == 1
+        assert not executed.exists()
+    assert call("session", "replay", session, "--code-from-anywhere")[0] == 0
+    assert executed.exists()

@@ -15,7 +15,7 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
-from torquer.cli.loading import check_computer, check_files, load_checked
+from torquer.cli.loading import check_computer, check_files, find_code, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
@@ -324,9 +324,19 @@ def _events(flight: _Flight) -> list[dict]:
     return found
 
 
-def replay(session: Path, *, json: Json = False) -> int:
+def _load_session(path: Path, code: CodeOptions) -> Session:
+    """A session whose Python files may be executed; they are named by whoever recorded it."""
+    session = load_session(path)
+    named = find_code(read_scenario(session))
+    if session.software:
+        named |= code_in(Path(session.software))
+    check_files(named, path, "session's", code)
+    return session
+
+
+def replay(session: Path, *, code: CodeOptions = CodeOptions(), json: Json = False) -> int:
     """Fly SESSION again; exit code 1 unless the same bytes come down."""
-    recorded, recorder = load_session(session), Recorder()
+    recorded, recorder = _load_session(session, code), Recorder()
     with show_progress(session.stem) as progress:
         for tick in replay_session(recorded):
             recorder.note(tick.uplink, tick.downlink)
@@ -342,12 +352,14 @@ def replay(session: Path, *, json: Json = False) -> int:
     return 0 if same else FAILED_CODE
 
 
-def bisect(first: Path, second: Path, *, json: Json = False) -> int:
+def bisect(
+    first: Path, second: Path, *, code: CodeOptions = CodeOptions(), json: Json = False
+) -> int:
     """Find the first control step at which the downlinks of two sessions differ.
 
     Exit code 1 if there is one.
     """
-    a, b = load_session(first), load_session(second)
+    a, b = (_load_session(each, code) for each in (first, second))
     found = first_difference(a, b)
     if found is None:
         print(json_text({"same": True}) if json else "the same bytes came down")
