@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from unit_cases import SIDE, two_magnetometers_text
 
+from torquer.base.folder_lock import claim
 from torquer.compile import engine
 
 DAY, SOFTWARE = "examples/chibis_m_day.toml", "examples/software"
@@ -379,3 +380,11 @@ def test_a_recording_executes_no_code_that_it_names_unasked(call, tmp_path, monk
         assert not executed.exists()
     assert call("session", "replay", session, "--code-from-anywhere")[0] == 0
     assert executed.exists()
+
+
+def test_two_flights_never_share_a_memory(call, tmp_path):
+    """Counters of frames stand in it: no number may be used twice."""
+    with claim(tmp_path):
+        code, out, err = call("fly", DAY, "--memory", tmp_path, "--out", tmp_path / "out")
+    assert code == 2 and not out
+    assert err == (f"error: --memory: must not be in use by another run; received {tmp_path}\n")

@@ -138,7 +138,12 @@ def fly(
     out = how.out or Path("runs") / f"{flown.name}-flight"
     make_writable(out)
     # the folder is free again before a late signal ends the process
-    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claim(out):
+    with (
+        noting_signals(ALL, (leave_or_raise,)) as signals,
+        writing_to(out),
+        claim(out),
+        _claim_memory(how.memory),
+    ):
         flight, recorder = _prepare(flown, faults, how), Recorder()
         begun_s = time.process_time()
         with closing(flight.link) if flight.link else nullcontext():
@@ -153,6 +158,14 @@ def fly(
     for note in _notes(flight, recorder, how, bool(stopped)):
         print_note(note)
     return SIGNAL_CODE + number if number else FAILED_CODE if stopped else 0
+
+
+def _claim_memory(folder: Path | None):
+    """The folder of the non-volatile memory, whose counters no other flight may use."""
+    if folder is None:
+        return nullcontext()
+    make_writable(folder, "--memory")
+    return claim(folder, "--memory")
 
 
 def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: bool) -> Iterator[str]:
@@ -195,8 +208,6 @@ def _write(flight: _Flight, session: Session, out: Path) -> str:
 
 def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     software = load_software(how.software)
-    if how.memory is not None:
-        make_writable(how.memory, "--memory")
     memory = Memory(how.memory)
     before = memory.snapshot()["files"]
     check_faults(faults, software.modules)
