@@ -388,3 +388,48 @@ def test_two_flights_never_share_a_memory(call, tmp_path):
         code, out, err = call("fly", DAY, "--memory", tmp_path, "--out", tmp_path / "out")
     assert code == 2 and not out
     assert err == (f"error: --memory: must not be in use by another run; received {tmp_path}\n")
+
+
+FAILING = {
+    "constructor at the second boot": (
+        "    made = 0\n    def __init__(self, settings):\n        super().__init__(settings)\n"
+        "        Mine.made += 1\n        if Mine.made > 2:\n            raise RuntimeError('no')\n"
+        "    def step(self, core):\n        if 20.0 < core.t_s < 22.0:\n            core.reboot()\n"
+    ),
+    "start": "    def start(self, core):\n        raise SystemExit(3)\n",
+    "interrupt": "    def step(self, core):\n        raise KeyboardInterrupt\n",
+    "generator": "    def step(self, core):\n        raise GeneratorExit\n",
+    "no number": (
+        "    def step(self, core):\n"
+        "        core.take_over('dipole_a_m2', (float('nan'), 1e300, 0.0))\n"
+    ),
+    "no bytes": "    def step(self, core):\n        core.transmit('text')\n",
+    "text of an exception": (
+        "    def step(self, core):\n        raise Mute\n"
+        "class Mute(Exception):\n    def __str__(self):\n        raise ValueError('s')\n"
+    ),
+    "status": "    def status(self):\n        raise RuntimeError('no')\n",
+}
+
+
+@flies
+@pytest.mark.parametrize("kind", FAILING)
+def test_what_a_module_does_ends_no_flight(call, tmp_path, kind):
+    """The satellite flies on, and its recording is written and replays."""
+    (tmp_path / "mine.py").write_text(
+        "from torquer.flight.software import Module\nclass Mine(Module):\n    name = 'mine'\n"
+        + FAILING[kind]
+    )
+    (tmp_path / "packets.toml").write_text("[modules]\nmine = 200\n")
+    shipped = (Path(__file__).parents[2] / "torquer/flight/software/chibis_m.toml").read_text()
+    (tmp_path / "mine.toml").write_text(
+        shipped.replace('name = "Chibis-M"', 'name = "mine"\npackets = ["packets.toml"]')
+        + '\n[modules.mine]\nfile = "mine.py"\nclass = "Mine"\n'
+    )
+    words = ("--software", tmp_path / "mine.toml", "--ticks", 120, "--out", tmp_path)
+    code, out, err = call("fly", DAY, *words)
+    assert code == 0 and "120 control steps" in out, err
+    assert "Traceback" not in err
+    assert ("module mine raised" in err) == (kind != "status"), err
+    replayed = call("session", "replay", tmp_path / "session.json")
+    assert replayed[0] == 0, replayed
