@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from unit_cases import SIDE, two_magnetometers_text
 
+from torquer.base.folder_lock import claim
 from torquer.compile import engine
 
 DAY, SOFTWARE = "examples/chibis_m_day.toml", "examples/software"
@@ -350,3 +351,85 @@ def test_a_computer_that_is_none_is_refused(call, tmp_path):
     assert code == 2 and err.startswith("error: --computer: must be a folder of `torquer export c`")
     code, _, err = call("fly", DAY, "--computer", tmp_path, "--no-user-code")
     assert code == 2 and "--computer: must not be given with --no-user-code" in err
+
+
+@flies
+def test_a_recording_executes_no_code_that_it_names_unasked(call, tmp_path, monkeypatch):
+    """Recordings are mailed: only code beside them, or allowed from anywhere, is executed."""
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(
+        "from torquer.flight.software import Module\nopen('executed', 'w').close()\n"
+        "class Mine(Module):\n    name = 'mine'\n    def step(self, core):\n        pass\n"
+    )
+    Path("mine_packets.toml").write_text("[modules]\nmine = 200\n")
+    Path("mine.toml").write_text(
+        'name = "mine"\npackets = ["mine_packets.toml"]\n'
+        '[modules.mine]\nfile = "mine.py"\nclass = "Mine"\n'
+    )
+    day = Path(__file__).parents[2] / DAY
+    assert call("fly", day, "--software", "mine.toml", "--ticks", 5, "--out", "out")[0] == 0
+    session, executed = Path("out/session.json"), Path("executed")
+    executed.unlink()
+    for words in (("replay", session), ("bisect", session, session)):
+        for more, must in (
+            ((), "modules.mine.file: must lie in the session's folder, or be allowed by "),
+            (("--no-user-code",), "modules.mine.file: must not be given with --no-user-code"),
+        ):
+            code, _, err = call("session", *words, *more)
+            assert code == 2 and must in err and err.count("\n") == 1
+        assert not executed.exists()
+    assert call("session", "replay", session, "--code-from-anywhere")[0] == 0
+    assert executed.exists()
+
+
+def test_two_flights_never_share_a_memory(call, tmp_path):
+    """Counters of frames stand in it: no number may be used twice."""
+    with claim(tmp_path):
+        code, out, err = call("fly", DAY, "--memory", tmp_path, "--out", tmp_path / "out")
+    assert code == 2 and not out
+    assert err == (f"error: --memory: must not be in use by another run; received {tmp_path}\n")
+
+
+FAILING = {
+    "constructor at the second boot": (
+        "    made = 0\n    def __init__(self, settings):\n        super().__init__(settings)\n"
+        "        Mine.made += 1\n        if Mine.made > 2:\n            raise RuntimeError('no')\n"
+        "    def step(self, core):\n        if 20.0 < core.t_s < 22.0:\n            core.reboot()\n"
+    ),
+    "start": "    def start(self, core):\n        raise SystemExit(3)\n",
+    "interrupt": "    def step(self, core):\n        raise KeyboardInterrupt\n",
+    "generator": "    def step(self, core):\n        raise GeneratorExit\n",
+    "no number": (
+        "    def step(self, core):\n"
+        "        core.take_over('dipole_a_m2', (float('nan'), 1e300, 0.0))\n"
+    ),
+    "no bytes": "    def step(self, core):\n        core.transmit('text')\n",
+    "text of an exception": (
+        "    def step(self, core):\n        raise Mute\n"
+        "class Mute(Exception):\n    def __str__(self):\n        raise ValueError('s')\n"
+    ),
+    "status": "    def status(self):\n        raise RuntimeError('no')\n",
+}
+
+
+@flies
+@pytest.mark.parametrize("kind", FAILING)
+def test_what_a_module_does_ends_no_flight(call, tmp_path, kind):
+    """The satellite flies on, and its recording is written and replays."""
+    (tmp_path / "mine.py").write_text(
+        "from torquer.flight.software import Module\nclass Mine(Module):\n    name = 'mine'\n"
+        + FAILING[kind]
+    )
+    (tmp_path / "packets.toml").write_text("[modules]\nmine = 200\n")
+    shipped = (Path(__file__).parents[2] / "torquer/flight/software/chibis_m.toml").read_text()
+    (tmp_path / "mine.toml").write_text(
+        shipped.replace('name = "Chibis-M"', 'name = "mine"\npackets = ["packets.toml"]')
+        + '\n[modules.mine]\nfile = "mine.py"\nclass = "Mine"\n'
+    )
+    words = ("--software", tmp_path / "mine.toml", "--ticks", 120, "--out", tmp_path)
+    code, out, err = call("fly", DAY, *words)
+    assert code == 0 and "120 control steps" in out, err
+    assert "Traceback" not in err
+    assert ("module mine raised" in err) == (kind != "status"), err
+    replayed = call("session", "replay", tmp_path / "session.json")
+    assert replayed[0] == 0, replayed

@@ -15,7 +15,7 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
-from torquer.cli.loading import check_computer, check_files, load_checked
+from torquer.cli.loading import check_computer, check_files, find_code, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
@@ -138,7 +138,12 @@ def fly(
     out = how.out or Path("runs") / f"{flown.name}-flight"
     make_writable(out)
     # the folder is free again before a late signal ends the process
-    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claim(out):
+    with (
+        noting_signals(ALL, (leave_or_raise,)) as signals,
+        writing_to(out),
+        claim(out),
+        _claim_memory(how.memory),
+    ):
         flight, recorder = _prepare(flown, faults, how), Recorder()
         begun_s = time.process_time()
         with closing(flight.link) if flight.link else nullcontext():
@@ -153,6 +158,14 @@ def fly(
     for note in _notes(flight, recorder, how, bool(stopped)):
         print_note(note)
     return SIGNAL_CODE + number if number else FAILED_CODE if stopped else 0
+
+
+def _claim_memory(folder: Path | None):
+    """The folder of the non-volatile memory, whose counters no other flight may use."""
+    if folder is None:
+        return nullcontext()
+    make_writable(folder, "--memory")
+    return claim(folder, "--memory")
 
 
 def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: bool) -> Iterator[str]:
@@ -195,8 +208,6 @@ def _write(flight: _Flight, session: Session, out: Path) -> str:
 
 def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     software = load_software(how.software)
-    if how.memory is not None:
-        make_writable(how.memory, "--memory")
     memory = Memory(how.memory)
     before = memory.snapshot()["files"]
     check_faults(faults, software.modules)
@@ -324,9 +335,19 @@ def _events(flight: _Flight) -> list[dict]:
     return found
 
 
-def replay(session: Path, *, json: Json = False) -> int:
+def _load_session(path: Path, code: CodeOptions) -> Session:
+    """A session whose Python files may be executed; they are named by whoever recorded it."""
+    session = load_session(path)
+    named = find_code(read_scenario(session))
+    if session.software:
+        named |= code_in(Path(session.software))
+    check_files(named, path, "session's", code)
+    return session
+
+
+def replay(session: Path, *, code: CodeOptions = CodeOptions(), json: Json = False) -> int:
     """Fly SESSION again; exit code 1 unless the same bytes come down."""
-    recorded, recorder = load_session(session), Recorder()
+    recorded, recorder = _load_session(session, code), Recorder()
     with show_progress(session.stem) as progress:
         for tick in replay_session(recorded):
             recorder.note(tick.uplink, tick.downlink)
@@ -342,12 +363,14 @@ def replay(session: Path, *, json: Json = False) -> int:
     return 0 if same else FAILED_CODE
 
 
-def bisect(first: Path, second: Path, *, json: Json = False) -> int:
+def bisect(
+    first: Path, second: Path, *, code: CodeOptions = CodeOptions(), json: Json = False
+) -> int:
     """Find the first control step at which the downlinks of two sessions differ.
 
     Exit code 1 if there is one.
     """
-    a, b = load_session(first), load_session(second)
+    a, b = (_load_session(each, code) for each in (first, second))
     found = first_difference(a, b)
     if found is None:
         print(json_text({"same": True}) if json else "the same bytes came down")

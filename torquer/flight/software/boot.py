@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.clock import Clock
+from torquer.flight.software.containment import Unmade
 from torquer.flight.software.memory import Memory, unseal
 from torquer.flight.software.modules.clk import TIME
 from torquer.flight.software.modules.svr import ERRORS
@@ -38,6 +39,8 @@ class AnyCore(Protocol):
     services: Services
     software: Software
     state: State
+
+    def keep(self, name: str, error: BaseException) -> None: ...
 
 
 class Step(NamedTuple):
@@ -95,7 +98,16 @@ def _load_modules(core: AnyCore) -> None:
     for name, one in core.software.modules.items():
         found = _settings(core, name)
         settings = one.settings if found is None else found
-        core.state.add(one.make(settings), one.period_s, is_default=found is None)
+        core.state.add(_make(core, name, settings), one.period_s, is_default=found is None)
+
+
+def _make(core: AnyCore, name: str, settings):
+    """A module; in place of one that cannot be made one that does not start."""
+    try:
+        return core.software.modules[name].make(settings)
+    except BaseException as error:
+        core.keep(name, error)
+        return Unmade(name, settings, error)
 
 
 def _settings(core: AnyCore, name: str):
@@ -129,7 +141,8 @@ def _start_modules(core: AnyCore) -> None:
         if core.software.modules[name].on:
             try:
                 core.services.start(name)
-            except Exception:
+            except BaseException as error:
+                core.keep(name, error)
                 core.services.report(name, Reason.MODULE_FAILED)
 
 

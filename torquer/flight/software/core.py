@@ -8,7 +8,6 @@ while (received := core.tick(uplink)) is not None:
 from __future__ import annotations
 
 import os
-import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.boot import BOOT_S, VARIABLES, deliver, go_on, has_ended, variables
 from torquer.flight.software.clock import to_ms
+from torquer.flight.software.containment import brief, where
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import Services
 from torquer.flight.software.software import Software, load_software
@@ -150,11 +150,9 @@ class Core:
         core = self.services
         try:
             slot.module.step(core)
-        except (Exception, SystemExit) as error:
-            self._keep(slot, error)
-            slot.failures += 1
-            if slot.failures & (slot.failures - 1) == 0:  # 1, 2, 4, 8..: not to flood the log
-                core.report(slot.module.name, Reason.MODULE_FAILED, slot.failures)
+        except BaseException as error:
+            self.keep(slot.module.name, error)
+            core.count_failure(slot.module.name)
         else:
             slot.steps += 1
             slot.fed_s = core.t_s
@@ -166,8 +164,8 @@ class Core:
         while (command := core.cdh.take(name)) is not None:
             try:
                 code = Reason(getattr(slot.module, f"on_{command.packet}")(core, command.values))
-            except (Exception, SystemExit) as error:
-                self._keep(slot, error)
+            except BaseException as error:
+                self.keep(name, error)
                 code = Reason.FAILED
             if code is Reason.DONE:
                 slot.done += 1
@@ -176,10 +174,8 @@ class Core:
                 core.report(name, code, command.id)
             core.acknowledge(command, code)
 
-    def _keep(self, slot: Slot, error: BaseException) -> None:
+    def keep(self, name: str, error: BaseException) -> None:
         """Keep the first exception of a module, with its place."""
-        if slot.module.name not in self.exceptions:
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            text = f"{type(error).__name__}: {error}".splitlines()[0]
-            where = f"{Path(place.filename).name}, line {place.lineno}"
-            self.exceptions[slot.module.name] = f"{text} ({where}, t = {self.services.t_s:g} s)"
+        if name not in self.exceptions:
+            text = f"{brief(error)} ({where(error)}, t = {self.services.t_s:g} s)"
+            self.exceptions[name] = text

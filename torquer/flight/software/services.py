@@ -16,11 +16,19 @@ from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.state import AnyModule, Cause, State, Telecommand
+from torquer.simulation.outside.flight import three_numbers
 
 if TYPE_CHECKING:
     from torquer.computer.inputs import Inputs
     from torquer.computer.interface import Command
     from torquer.simulation.outside.flight import Flight
+
+
+def _bytes(data) -> bytes:
+    """Bytes that a module hands over, checked where its own step answers for them."""
+    if not isinstance(data, bytes | bytearray):
+        raise TypeError(f"must be bytes; received {type(data).__name__}")
+    return bytes(data)
 
 
 def settings_file(module: str) -> str:
@@ -119,10 +127,13 @@ class Services:
     def take_over(self, command: str, value: tuple | None) -> Reason:
         """Manual control until it is changed: `dipole_a_m2` or `torque_n_m`; None: the computer's.
 
-        NOT_AVAILABLE on a satellite without such actuators.
+        NOT_AVAILABLE on a satellite without such actuators. ValueError, here and not in the control
+        step that would obey it, for what are not three finite numbers.
         """
         if command not in self._actuators:
             return Reason.NOT_AVAILABLE
+        if value is not None:
+            value = three_numbers(command, value, possible=True)
         self._state.manual[command], self._command = value, None
         return Reason.DONE
 
@@ -133,8 +144,9 @@ class Services:
         return self._frame(packet, self.clock.now_s if time_s < 0 else time_s, values, status)
 
     def put_frame(self, frame: bytes) -> bool:
-        """Put a frame into the ground queue; False if another one was dropped."""
-        return self.cdh.put("ground", frame)
+        """Put a frame into the ground queue; False if another one was dropped. TypeError for what
+        are no bytes."""
+        return self.cdh.put("ground", _bytes(frame))
 
     def send(self, packet: str, values: Sequence, status: int = INFO) -> bool:
         """Put a packet of the downlink into the ground queue; False if another was dropped."""
@@ -166,15 +178,26 @@ class Services:
         return received
 
     def transmit(self, data: bytes) -> None:
-        """Hand bytes to the transmitter."""
-        self._state.downlink.append(data)
+        """Hand bytes to the transmitter; TypeError for anything else."""
+        self._state.downlink.append(_bytes(data))
 
     # the other modules
 
     def status(self, module: str) -> Mapping[str, float]:
         """What a module reports in telemetry; empty for one that does not fly."""
         found = self.modules.get(module)
-        return {} if found is None else found.status()
+        try:
+            return {} if found is None else found.status()
+        except BaseException:  # of its code, which is not to end the telemetry of all
+            self.count_failure(module)
+            return {}
+
+    def count_failure(self, module: str) -> None:
+        """One more error that the code of a module raised; each doubling is reported."""
+        slot = self._state.slots[module]
+        slot.failures += 1
+        if slot.failures & (slot.failures - 1) == 0:  # 1, 2, 4, 8..: not to flood the log
+            self.report(module, Reason.MODULE_FAILED, slot.failures)
 
     def module_of(self, number: int) -> str | None:
         """Name of the module with an id; None if none flies."""

@@ -20,6 +20,7 @@ from torquer.flight.packets.software_file import (
     make_link,
     read_software,
 )
+from torquer.flight.software.containment import brief
 from torquer.flight.software.modules import MODULES, REQUIRED
 from torquer.flight.software.modules.module import Module
 from torquer.scenario.explain import ScenarioError, explain
@@ -128,14 +129,9 @@ def _load_module(key: str, path: Path):
     sys.modules[spec.name] = module
     try:
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        raise ScenarioError(f"{key}.file: must be importable; received {_brief(error)}") from None
+    except BaseException as error:
+        raise ScenarioError(f"{key}.file: must be importable; received {brief(error)}") from None
     return module
-
-
-def _brief(error: BaseException) -> str:
-    """An error of the user's code: kind and first line."""
-    return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _settings(name: str, make: type[Module], given: dict) -> Spec:
@@ -153,10 +149,10 @@ def _faults(dictionary: Dictionary, installed: Mapping[str, Installed]) -> Itera
     for name, one in installed.items():
         try:
             one.make(one.settings)
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
             yield (
                 f"modules.{name}: must be made from its settings without an error; received "
-                f"{_brief(error)}"
+                f"{brief(error)}"
             )
         if name not in dictionary.modules:
             yield f"modules.{name}: must be a module of the dictionary; received {name!r}"

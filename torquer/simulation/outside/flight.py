@@ -136,11 +136,11 @@ class Flight(Directed):
         if not self._waits:
             raise ValueError("command: must follow a read of its own; received a second one")
         if dipole_a_m2 is not _LEFT_OUT:
-            self._dipole[:] = _three("dipole_a_m2", dipole_a_m2, self._coils)
+            self._dipole[:] = three_numbers("dipole_a_m2", dipole_a_m2, self._coils)
         elif not self.keeps_computer:
             self._dipole[:] = 0.0
         if torque_n_m is not _LEFT_OUT:
-            self._torque[:] = _three("torque_n_m", torque_n_m, self._wheels)
+            self._torque[:] = three_numbers("torque_n_m", torque_n_m, self._wheels)
         elif not self.keeps_computer:
             self._torque[:] = 0.0
         self._waits = False
@@ -218,7 +218,8 @@ def _outside(inputs, parameters, memory):
     raise HostFailed("flight: is driven from outside (read, command)")
 
 
-def _three(name: str, values, possible: bool) -> tuple[float, float, float]:
+def three_numbers(name: str, values, possible: bool) -> tuple[float, float, float]:
+    """Three finite numbers of a command, zero where there are no such actuators; ValueError."""
     try:
         x, y, z = values
         finite = math.isfinite(x + y + z)
