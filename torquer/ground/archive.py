@@ -26,7 +26,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
-from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import EPOCH, Frame
 
 #: On-board time counts from 2010 on, the archive from 1970 on [ms].
@@ -89,7 +89,7 @@ class _Known:
         fields = [field for _, field, _ in packet.numbers()]
         self._time = packet.names.index(packet.time_ms) if packet.time_ms else None
         self._unknown = tuple(
-            TYPES[f.type].low * f.scale if f.type[0] == "i" else math.nan for f in fields
+            math.nan if f.unknown_value is None else f.unknown_value for f in fields
         )
         self._has_bytes = any(f.type == "bytes" for f in fields)
 
@@ -97,7 +97,7 @@ class _Known:
         """On-board time, ms since 1970: of the field, unless that is none."""
         if self._time is not None:
             time_ms = frame.values[self._time]
-            if 0.0 <= time_ms < 2.0**53:
+            if min(0.0, 1e3 * frame.time_s) <= time_ms < 2.0**53:
                 return EPOCH_MS + round(time_ms)
         return EPOCH_MS + 1000 * frame.time_s
 
@@ -269,7 +269,7 @@ def _create(packet: Packet) -> Iterator[str]:
 def _kind(field: Field) -> str:
     if field.type == "bytes":
         return "TEXT"
-    return "INTEGER" if TYPES[field.type].is_whole and field.scale == 1.0 else "REAL"
+    return "INTEGER" if field.is_whole else "REAL"
 
 
 def _insert(packet: Packet) -> str:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.flight.packets.dictionary import TYPES, Field, Packet
+from torquer.flight.packets.dictionary import Field, Packet
 from torquer.flight.packets.received import field_attributes
 from torquer.ground.archive import dictionary_in, quote_names, read_only
 
@@ -102,12 +102,9 @@ def _without_unknown(attributes: dict) -> dict:
 
 def _kind(field: Field) -> tuple[str, Any]:
     """Type of a column, and what stands for a number that was not known."""
-    kind = TYPES[field.type]
     if field.type == "bytes":
         return "str", None
-    if not kind.is_whole or field.scale != 1.0:
-        return "f8", np.nan
-    return f"{field.type[0]}{kind.size}", int(kind.low) if kind.low < 0 else None
+    return field.dtype, field.unknown_value if field.is_whole else np.nan
 
 
 def _parts(db: sqlite3.Connection, packet: Packet, span: tuple[int, int]) -> Iterator[list]:

@@ -20,6 +20,8 @@ from typing import NamedTuple
 from torquer.flight.packets.dictionary import Dictionary, Packet
 from torquer.flight.packets.frames import FRAMESYNC, HEADER, HEADER_BYTES, Direction
 
+#: Greatest id of a packet in an identifier.
+MOST_ID = 255
 #: Bytes of a CAN frame's data.
 SEGMENT_BYTES = 8
 _DIRECTIONS = {"up": 0, "down": 1}
@@ -43,17 +45,31 @@ def can_id(direction: Direction, packet_id: int, number: int) -> int:
 def places(packet: Packet) -> tuple[slice, ...]:
     """Which bytes of the data the segments 1, 2, ... hold."""
     found: list[slice] = []
-    start = end = 0
-    for _, field, at in packet.numbers():
-        after = at + field.size // len(field.names)
-        while field.type == "bytes" and after - start > SEGMENT_BYTES:
-            found.append(slice(start, start + SEGMENT_BYTES))
-            start += SEGMENT_BYTES
-        if after - start > SEGMENT_BYTES:
-            found.append(slice(start, end))
-            start = end
-        end = after
-    return (*found, slice(start, end))
+    start = cut = 0
+    for place in packet.places:
+        if place.bit % 8 == 0:
+            cut = place.bit // 8
+            start = _fill(found, start, cut)  # with padding
+        if place.field.type == "bytes":
+            start = _fill(found, start, place.end)
+        if place.end - start > SEGMENT_BYTES:
+            found.append(slice(start, cut))
+            start = cut
+        if not start < place.end <= start + SEGMENT_BYTES:
+            raise ValueError(
+                f"{packet.name}: must have numbers that begin at whole bytes, at least one in "
+                f"{SEGMENT_BYTES}, for segments on a CAN bus; received {place.name} after others"
+            )
+    start = _fill(found, start, packet.size)
+    return (*found, slice(start, packet.size))
+
+
+def _fill(found: list[slice], start: int, end: int) -> int:
+    """Where the rest begins once whole segments hold the bytes from start to end."""
+    while end - start > SEGMENT_BYTES:
+        found.append(slice(start, start + SEGMENT_BYTES))
+        start += SEGMENT_BYTES
+    return start
 
 
 def _checksum(time_s: int, code: int, counter: int, data: bytes) -> int:
@@ -185,6 +201,6 @@ class Joiner:
 
 
 def _by_id(dictionary: Dictionary, direction: Direction) -> dict[int, tuple[slice, ...]]:
-    """Places of the segments of every packet."""
+    """Places of the segments of every packet whose id an identifier has room for."""
     packets = dictionary.down if direction == "down" else dictionary.up
-    return {packet.id: places(packet) for packet in packets.values()}
+    return {p.id: places(p) for p in packets.values() if 0 < p.id <= MOST_ID}
