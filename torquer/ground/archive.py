@@ -8,7 +8,8 @@ _received_ms  time of reception [ms since 1970, UTC]; NULL for a recording
 _quality      2: in an authentic frame, 1: without checksum, 0: the same with bytes lost just before
 _status       of the frame: 0 INFO, 1 ALARM, 2 STOP
 
-Numbers that were not known on board are NULL, bytes are hexadecimal digits. Tables that begin with
+Numbers that were not known on board are NULL, bytes are hexadecimal digits. A whole number that is
+too large for SQLite (2^63 and above) is a text of its 20 digits. Tables that begin with
 `_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`.
 
 One process writes; any number read at the same time. What has been committed outlives the process.
@@ -83,7 +84,7 @@ class RowMaker:
 
 
 class _Known:
-    """A packet: where its time is, which raw numbers mean 'not known', which fields are bytes."""
+    """A packet: where its time is, which values mean 'not known', whether some become texts."""
 
     def __init__(self, packet: Packet):
         fields = [field for _, field, _ in packet.numbers()]
@@ -91,7 +92,7 @@ class _Known:
         self._unknown = tuple(
             math.nan if f.unknown_value is None else f.unknown_value for f in fields
         )
-        self._has_bytes = any(f.type == "bytes" for f in fields)
+        self._has_texts = any(f.dtype in ("O", "u8") for f in fields)
 
     def time_ms(self, frame: Frame) -> int:
         """On-board time, ms since 1970: of the field, unless that is none."""
@@ -102,13 +103,20 @@ class _Known:
         return EPOCH_MS + 1000 * frame.time_s
 
     def values(self, values: tuple) -> tuple:
-        """Values with None for those that were not known, bytes as digits."""
-        if self._has_bytes:
-            values = tuple(v.hex() if isinstance(v, bytes) else v for v in values)
+        """Values with None for those that were not known; bytes and large numbers as digits."""
+        if self._has_texts:
+            values = tuple(map(_as_stored, values))
         return tuple(
             None if v == unknown or v != v else v
             for v, unknown in zip(values, self._unknown, strict=True)
         )
+
+
+def _as_stored(value):
+    """A value as SQLite can hold it, which also puts texts behind numbers in order."""
+    if isinstance(value, bytes):
+        return value.hex()
+    return f"{value:020d}" if isinstance(value, int) and value >= 2**63 else value
 
 
 class ArchiveError(ValueError):
@@ -267,8 +275,8 @@ def _create(packet: Packet) -> Iterator[str]:
 
 
 def _kind(field: Field) -> str:
-    if field.type == "bytes":
-        return "TEXT"
+    if field.dtype in ("O", "u8"):
+        return "TEXT" if field.dtype == "O" else ""  # without a type values stay as they are
     return "INTEGER" if field.is_whole else "REAL"
 
 

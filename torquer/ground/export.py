@@ -152,7 +152,13 @@ def _add_variable(file, column: _Column) -> None:
 def _fill(column: _Column, values: tuple) -> np.ndarray:
     if column.type == "str":
         return np.array(values, dtype=object)
-    return np.array([column.fill if v is None else v for v in values], dtype=column.type)
+    numbers = (column.fill if v is None else v for v in _numbers(column, values))
+    return np.array(list(numbers), dtype=column.type)
+
+
+def _numbers(column: _Column, values: tuple) -> Sequence:
+    """Values in which large whole numbers, which the archive has as texts, are numbers again."""
+    return [int(v) for v in values] if column.type == "u8" else values
 
 
 def _write_parquet(path: Path, about: dict, columns: list[_Column], parts: Iterable) -> int:
@@ -163,7 +169,8 @@ def _write_parquet(path: Path, about: dict, columns: list[_Column], parts: Itera
     count = 0
     with pq.ParquetWriter(path, schema, compression="zstd") as writer:
         for part in parts:
-            arrays = [*map(pa.array, part, schema.types)]
+            numbers = map(_numbers, columns, part)
+            arrays = [*map(pa.array, numbers, schema.types)]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
             count += len(part[0])
     return count

@@ -36,7 +36,7 @@ TABLES = {"sensors": tuple(device.name for device in DEVICES)}
 _SHIPPED = Path(__file__).parent
 #: Keys of fields that a packet, or a whole file, may state for all its fields; their values, and
 #: the types that take them.
-_COMMON = {"byte_order": (get_args(Order), "uifx"), "unknown": (("lowest", "none"), "i")}
+COMMON = {"byte_order": (get_args(Order), "uifx"), "unknown": (("lowest", "none"), "i")}
 
 
 class DictionaryError(ValueError):
@@ -109,7 +109,7 @@ class Packet(Fixed):
     def struct_format(self) -> str | None:
         """The data in the letters of `struct`; None if it cannot pack them."""
         orders = {f.byte_order for f in self.fields if f.kind.letter != "x" and f.kind.bits > 8}
-        letters = "".join(map(_letters, self.fields))
+        letters = "".join(field.format for field in self.fields)
         if "?" in letters or len(orders) > 1:
             return None
         return (">" if "big" in orders else "<") + letters
@@ -134,14 +134,6 @@ class Packet(Fixed):
     def numbers(self) -> Iterator[tuple[str, Field, int]]:
         """(name, field, first byte) of each value."""
         return ((each.name, each.field, each.bit // 8) for each in self.places)
-
-
-def _letters(field: Field) -> str:
-    """A field in the letters of `struct`, "?" where it has none."""
-    code, count = field.kind.code, field.count
-    if field.type == "pad":
-        return "?" if count % 8 else f"{count // 8}x"
-    return f"{count}s" if code == "s" else (code or "?") * count
 
 
 def _check_packing(fields: tuple[Field, ...]) -> None:
@@ -295,10 +287,10 @@ def _join(known: dict, data: dict) -> dict:
 
 def _common(table: dict, place: str) -> dict[str, str]:
     """What a file or packet states for all its fields, taken out of its table."""
-    found = {key: table.pop(key) for key in _COMMON if key in table}
+    found = {key: table.pop(key) for key in COMMON if key in table}
     for key, value in found.items():
-        if value not in _COMMON[key][0]:
-            must = " or ".join(map(repr, _COMMON[key][0]))
+        if value not in COMMON[key][0]:
+            must = " or ".join(map(repr, COMMON[key][0]))
             raise ValueError(f"{place}{key}: must be {must}; received {quote_value(value)}")
     return found
 
@@ -336,7 +328,7 @@ def _complete(field, common: dict[str, str]):
     if not isinstance(kind, str):
         return field
     letter = "x" if kind == "pad" else "s" if kind == "bytes" else kind[:1]
-    stated = {key: value for key, value in common.items() if letter in _COMMON[key][1]}
+    stated = {key: value for key, value in common.items() if letter in COMMON[key][1]}
     if kind.endswith(("be", "le")):
         stated.pop("byte_order", None)
     begin = {"name": "", "description": "padding"} if kind == "pad" else {}

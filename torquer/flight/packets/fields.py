@@ -123,9 +123,13 @@ def _numbered(table: Any) -> Any:
     return found
 
 
-def _differ_in_table(table: dict[int, str]) -> dict[int, str]:
+def _differ_in_table(table: dict[int, str]) -> dict[int, str] | tuple[str, ...]:
+    """The table in order; one of 0, 1, ... without gaps is the same as a list."""
     _differ(tuple(table.values()))
-    return dict(sorted(table.items()))
+    numbers = sorted(table)
+    if numbers == list(range(len(table))):
+        return tuple(table[number] for number in numbers)
+    return {number: table[number] for number in numbers}
 
 
 def _kind_of_labels(given: Any) -> str:
@@ -232,6 +236,14 @@ class Field(Fixed):
             return (self.name,)
         ends = "xyz" if self.count == 3 else map(str, range(self.count))
         return tuple(f"{self.name}_{end}" for end in ends)
+
+    @property
+    def format(self) -> str:
+        """The field in the letters of `struct`, "?" where it has none."""
+        code, count = self.kind.code, self.count
+        if self.type == "pad":
+            return "?" if count % 8 else f"{count // 8}x"
+        return f"{count}s" if code == "s" else (code or "?") * count
 
     @property
     def bit_size(self) -> int:
