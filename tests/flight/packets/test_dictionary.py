@@ -114,7 +114,7 @@ MISTAKES = {
     "quotes": (changed('"x"', "'a \"b\"'"), r"description: must be one line without"),
     "no text": (changed('"x"', "1"), r"description: must be text; received 1"),
     "scale": (changed('"u8"', '"u8", scale = 0'), r"scale: must not be 0; received 0"),
-    "scale f": (changed('"u8"', '"f32", scale = 2'), r"scale: must be 1\.0 for the type f32"),
+    "scale f": (changed('"u8"', '"f32", scale = 2'), r"scale: must be 1 for the type f32"),
     "count": (changed('"u8"', '"u8", count = 0'), r"count: must be greater than or equal to 1"),
     "truth": (changed('"u8"', '"u8", count = true'), r"count: must be a whole number; .* True"),
     "limits": (

@@ -341,6 +341,10 @@ class Field(Fixed):
 _NUMPY = {sign: tuple(f"{sign}{size}" for size in (1, 2, 4, 8)) for sign in "ui"}
 
 
+#: What floats, bytes and padding must have of the keys that give a value; in words.
+_OF_FLOATS = (("scale", 1.0, "1"), ("offset", 0.0, "0"), ("polynomial", (), "left out"))
+
+
 def _check_name(field: Field) -> None:
     if (field.type == "pad") != (field.name == ""):
         must = "must be left out for padding" if field.name else "must be given"
@@ -358,10 +362,10 @@ def _check_value(field: Field) -> None:
     if field.scale == 0.0:
         raise ValueError("scale: must not be 0; received 0")
     if not field.kind.is_whole:
-        for key, plain in (("scale", 1.0), ("offset", 0.0), ("polynomial", ())):
+        for key, plain, must in _OF_FLOATS:
             if (given := getattr(field, key)) != plain:
-                raise ValueError(f"{key}: must be {plain or 'left out':.4} for the type "
-                                 f"{field.type}; received {given}")  # fmt: skip
+                raise ValueError(f"{key}: must be {must} for the type {field.type}; received "
+                                 f"{given}")  # fmt: skip
     if field.polynomial and not (field.scale == 1.0 and field.offset == 0.0):
         raise ValueError(f"polynomial: must be given without scale and offset; received scale "
                          f"{field.scale:g}, offset {field.offset:g}")  # fmt: skip
