@@ -11,8 +11,12 @@ LinkKind = Literal["historical", "protected", "pus", "space_packets"]
 
 
 class Framing(NamedTuple):
-    """Header of the telemetry of a link, the field in it that has the packet's id, ids allowed."""
+    """Header of the telemetry of a link, the field in it that has the packet's id, ids allowed.
 
+    `container`: what XTCE calls a packet with it; no packet and no field has a name with two '_'.
+    """
+
+    container: str
     header: Packet
     id_field: str
     ids: range
@@ -38,9 +42,9 @@ PRIMARY_HEADER = Packet(
         _header_field("data_length", 16, "bytes of the packet, less one"),
     ),
 )
-_FRAMES = Framing(HEADERS["down"], "msg_id", range(1, 256))
+_FRAMES = Framing("downlink__frame", HEADERS["down"], "msg_id", range(1, 256))
 #: The last identifier, 2047, is that of idle packets.
-SPACE_PACKETS = Framing(PRIMARY_HEADER, "apid", range(2047))
+SPACE_PACKETS = Framing("space__packet", PRIMARY_HEADER, "apid", range(2047))
 
 
 def framing_of(link: str) -> Framing:

@@ -29,9 +29,8 @@ _ORDER = {"little": {"byteOrder": "leastSignificantByteFirst"}, "big": {}}
 UNKNOWN, TIME = "unknown", "time_ms"
 #: Bits of the widest parameter of padding; what such parameters are called after their packet.
 _PAD_BITS, PAD = 64, "pad"
-#: Container that every packet of telemetry inherits, and argument of every command: no packet and
-#: no field has a name with two '_'.
-FRAME = "downlink__frame"
+#: Container that every packet of our frames inherits, and argument of every command.
+FRAME = framing_of("historical").container
 TIME_STAMP = "frame__time_stamp"
 
 
@@ -61,10 +60,10 @@ def _add(parent: ElementTree.Element, tag: str, text: str = "", /, **attributes:
 def _add_telemetry(root: ElementTree.Element, dictionary: Dictionary, framing: Framing) -> None:
     telemetry = _add(root, "TelemetryMetaData")
     sets = [_add(telemetry, f"{each}Set") for each in ("ParameterType", "Parameter", "Container")]
-    _add_container(sets, FRAME, framing.header, prefix="", abstract="true")
+    _add_container(sets, framing.container, framing.header, prefix="", abstract="true")
     for packet in dictionary.down.values():
         container = _add_container(sets, packet.name, packet, prefix=f"{packet.name}__")
-        base = _add(container, "BaseContainer", containerRef=FRAME)
+        base = _add(container, "BaseContainer", containerRef=framing.container)
         criteria = _add(base, "RestrictionCriteria")
         of_header = {"parameterRef": framing.id_field, "useCalibratedValue": "false"}
         _add(criteria, "Comparison", value=packet.id, **of_header)
