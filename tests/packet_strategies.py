@@ -16,7 +16,8 @@ def meanings(draw, kind):
         choices += ["scale", "polynomial", "labels"] + ["bits"] * (kind.letter == "u")
     choice = draw(st.sampled_from(choices))
     if choice == "scale":
-        return {"scale": draw(_finite), "offset": draw(st.just(0.0) | _finite)}
+        limits = draw(st.none() | st.just((-1.5, 3.25)))
+        return {"scale": draw(_finite), "offset": draw(st.just(0.0) | _finite), "limits": limits}
     if choice == "polynomial":
         return {"polynomial": tuple(draw(st.lists(_finite, min_size=3, max_size=5)))}
     if choice == "labels":
@@ -25,7 +26,7 @@ def meanings(draw, kind):
         return {"labels": {number: f"state {number}" for number in sorted(numbers)}}
     if choice == "bits":
         return {"bits": tuple(f"part {k}" for k in range(draw(st.integers(1, kind.bits))))}
-    return {}
+    return {"limits": draw(st.none() | st.just((-1.0, 7.5)) | st.just((0.0, 9.0)))}
 
 
 @st.composite

@@ -98,7 +98,7 @@ class _Known:
         """On-board time, ms since 1970: of the field, unless that is none."""
         if self._time is not None:
             time_ms = frame.values[self._time]
-            if min(0.0, 1e3 * frame.time_s) <= time_ms < 2.0**53:
+            if 0.0 <= time_ms < 2.0**53 or 1e3 * frame.time_s <= time_ms < 0.0:
                 return EPOCH_MS + round(time_ms)
         return EPOCH_MS + 1000 * frame.time_s
 
