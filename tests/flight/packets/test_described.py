@@ -120,7 +120,7 @@ def test_dbc_reader_finds_the_values_of_every_segment(data):
         text = dbc(dictionary)
     except ValueError as error:
         fields = [field for packet in dictionary.down.values() for field in packet.fields]
-        assert any(f.polynomial or f.type == "f16" or f.bit_size % 8 for f in fields), error
+        assert any(f.polynomial or f.type == "f16" or f.kind.bits % 8 for f in fields), error
         return
     database = cantools.database.load_string(text, "dbc", strict=True)
     splitter, make = Splitter(dictionary, "down"), Downlink(dictionary)

@@ -101,7 +101,8 @@ class _Reader:
         for name in packets:
             if name not in self._containers:
                 raise must("packet", f"be one of {', '.join(self._containers)}", name)
-        found, links = {}, set()
+        found: dict[str, Packet] = {}
+        links: set[str] = set()
         for name in packets or self._leaves():
             packet, link = self._packet(name)
             packet = packet.model_copy(update={"name": _unique(packet.name, found)})
