@@ -144,7 +144,7 @@ def test_description_that_cannot_be_is_told_and_the_others_are_written(call, tmp
     assert code == 0 and {path.name for path in (tmp_path / "made").iterdir()} == {
         "packets.xml", "packets.json", "packets.md",
     }  # fmt: skip
-    assert "packets.dbc is not written: down.house.id: must be 1 to 255 for DBC" in err
+    assert "packets.dbc is not written: house: must have an id from 1 to 255, as identifiers" in err
     assert "packets.dbc" not in out
 
 

@@ -151,7 +151,7 @@ def test_what_a_description_cannot_state_gets_one_line_with_the_field():
     half = Field(name="t", type="f16", description="x")
     with pytest.raises(ValueError, match=r"down\.house\.t: must be f32 or f64 for DBC; .* f16"):
         dbc(only(half))
-    with pytest.raises(ValueError, match=r"down\.house\.id: must be 1 to 255 for DBC.*1025"):
+    with pytest.raises(ValueError, match=r"house: must have an id from 1 to 255, .*1025"):
         dbc(only(half, 1025))
     with pytest.raises(ValueError, match=r"down\.house\.id: must be 1 to 255 with link = 'hist"):
         xtce(only(half, 1025))

@@ -19,7 +19,7 @@ TC_FRAME = 1024
 HEAD = 'name = "Cube"\nmodules = { obc = 1 }\n'
 FIELD = '{ name = "a", type = "u8", description = "x" }'
 OTHER = FIELD.replace('"a"', '"a_x"')
-LONG = '{ name = "b", type = "f64", count = 120, description = "x" }'
+LONG = '{ name = "b", type = "bytes", count = 65535, description = "x" }'
 
 
 def packet(fields, name="down.house", number=1, more=""):
@@ -179,9 +179,13 @@ MISTAKES = {
     ),
     "long": (
         HEAD + packet(f"{FIELD}, {LONG}"),
-        r"fields: must have 1 to 960 bytes; received 961",
+        r"fields: must have 1 to 65535 bytes; received 65536",
     ),
-    "empty": (HEAD + packet(""), r"fields: must have 1 to 960 bytes; received 0"),
+    "empty": (HEAD + packet(""), r"fields: must have 1 to 65535 bytes; received 0"),
+    "numbers": (
+        HEAD + packet('{ name = "b", type = "u8", count = 1900, description = "x" },' + FIELD),
+        r"fields: must have at most 1900 numbers; received 1901",
+    ),
     "id": (HEAD + packet(FIELD, number=65536), r"house\.id: must be less than or equal to 65535"),
     "taken": (
         HEAD + packet(FIELD) + packet(FIELD, "down.other"),

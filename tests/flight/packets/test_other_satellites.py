@@ -217,7 +217,7 @@ def test_what_a_field_cannot_be_gets_one_line(keys, message):
         ),
         ([field("u4be"), field("bytes", "b"), pad(4)], "bytes must begin at a whole byte; .* b 4"),
         ([field("u4be"), pad(4, "little")], r"received padding \(little\) 4 bits"),
-        ([field("u64", count=120), pad(8)], "must have 1 to 960 bytes; received 961"),
+        ([field("bytes", count=65535), pad(8)], "must have 1 to 65535 bytes; received 65536"),
     ],
 )
 def test_what_makes_no_packet_gets_one_line(fields, message):

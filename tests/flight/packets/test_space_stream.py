@@ -9,7 +9,7 @@ from spacepackets.ccsds.spacepacket import SpacePacketHeader
 
 from torquer.flight.packets.codec import decoder
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
-from torquer.flight.packets.framing import PRIMARY_HEADER
+from torquer.flight.packets.framing import PRIMARY_HEADER, check_framing
 from torquer.flight.packets.keys import Keys
 from torquer.flight.packets.software_file import SpaceLink, load_link
 from torquer.flight.packets.space_stream import SpaceStream
@@ -144,6 +144,7 @@ FIELDS = '{ name = "t", type = "u8", description = "x" }'
     ],
 )
 def test_link_has_room_for_ids_and_needs_a_time(tmp_path, link, more, number, message):
+    """`message`: None where it fits."""
     text = FILE.format(id=number, more=more, fields=FIELDS)
     (tmp_path / "d.toml").write_text(text, encoding="utf-8")
     file = tmp_path / "software.toml"
@@ -154,3 +155,16 @@ def test_link_has_room_for_ids_and_needs_a_time(tmp_path, link, more, number, me
     with pytest.raises(ValueError, match=message) as error:
         load_link(file)
     assert len(str(error.value).splitlines()) == 1
+
+
+def test_long_packets_come_as_space_packets_only():
+    field = Field(name="data", type="bytes", count=3000, description="d")
+    packet = Packet(name="long", id=7, description="l", fields=(TIME, field), time_ms="t")
+    dictionary = Dictionary(name="other", down={"long": packet})
+    check_framing(dictionary, "space_packets")
+    (frame,) = SpaceStream(dictionary).feed(made(7, bytes(4) + b"x" * 3000))
+    assert frame.values[1] == b"x" * 3000
+    with pytest.raises(
+        ValueError, match=r"down\.long\.fields: must have at most 960 bytes with li"
+    ):
+        check_framing(dictionary, "protected")

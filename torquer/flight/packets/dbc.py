@@ -12,7 +12,7 @@ from typing import NamedTuple
 from torquer.flight.packets.bits import NONE
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import HEADERS, Direction
-from torquer.flight.packets.segments import MOST_ID, SEGMENT_BYTES, can_id, places
+from torquer.flight.packets.segments import SEGMENT_BYTES, can_id, checked_places, places
 
 _EXTENDED = 1 << 31
 _FLOATS = {"f32": 1, "f64": 2}
@@ -84,9 +84,7 @@ def _messages(packet: Packet, direction: Direction) -> list[Message]:
 def _check(packet: Packet, direction: Direction) -> None:
     """ValueError for what DBC, or an identifier on the bus, cannot state."""
     place = f"{direction}.{packet.name}"
-    if not 0 < packet.id <= MOST_ID:
-        raise ValueError(f"{place}.id: must be 1 to {MOST_ID} for DBC, as identifiers of segments "
-                         f"have one byte for it; received {packet.id}")  # fmt: skip
+    checked_places(packet)
     for field in packet.fields:
         if field.polynomial:
             raise ValueError(f"{place}.{field.name}: must have scale and offset for DBC; received "

@@ -19,7 +19,9 @@ from pydantic import ValidationError, model_validator
 
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.flight.packets.fields import (
+    ANY_BYTES,
     MOST_BYTES as MOST_BYTES,
+    MOST_NUMBERS,
     TYPES as TYPES,
     Described,
     Field as Field,
@@ -93,8 +95,12 @@ class Packet(Fixed):
                 raise ValueError(f"fields: names must differ; received {name} twice")
             seen.add(name)
         _check_packing(self.fields)
-        if not 0 < self.size <= MOST_BYTES:
-            raise ValueError(f"fields: must have 1 to {MOST_BYTES} bytes; received {self.size}")
+        if not 0 < self.size <= ANY_BYTES:
+            raise ValueError(f"fields: must have 1 to {ANY_BYTES} bytes; received {self.size}")
+        if len(self.names) > MOST_NUMBERS:
+            raise ValueError(
+                f"fields: must have at most {MOST_NUMBERS} numbers; received {len(self.names)}"
+            )
         times = {f.names[0] for f in self.fields if len(f.names) == 1 and f.type != "bytes"}
         if self.time_ms and self.time_ms not in times:
             raise ValueError(f"time_ms: must be a field of one number; received {self.time_ms!r}")

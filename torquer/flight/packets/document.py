@@ -7,7 +7,7 @@ from torquer.flight.packets.fields import Order
 from torquer.flight.packets.frames import ALARM, HEADERS, INFO, Direction
 from torquer.flight.packets.framing import PRIMARY_HEADER
 from torquer.flight.packets.pus_profile import EVENT, Kind, Made, Profile
-from torquer.flight.packets.segments import can_id, places
+from torquer.flight.packets.segments import can_id, checked_places
 
 
 def document(dictionary: Dictionary, link: str = "historical") -> str:
@@ -148,9 +148,9 @@ def _can(dictionary: Dictionary) -> list[str]:
 def _identifiers(direction: Direction, packet: Packet) -> str:
     """The first and the last identifier of a packet's segments."""
     try:
-        count = len(places(packet))
+        count = len(checked_places(packet))
     except ValueError:
-        return "none: numbers would cross from one segment into the next"
+        return "those of a stream of bytes"
     ends = [can_id(direction, packet.id, n) for n in (0, count)]
     return f"0x{ends[0]:05X} to 0x{ends[1]:05X}"
 

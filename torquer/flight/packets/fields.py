@@ -18,9 +18,9 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from torquer.base.spec import Spec
 
-#: Bytes of the longest packet: with its header and the protected frame around it, it fits the 1024
-#: bytes of a CCSDS telecommand frame.
-MOST_BYTES = 960
+#: Bytes of the longest packet of our frames: with header and protected frame it fits the 1024 bytes
+#: of a CCSDS telecommand frame. Bytes of any packet, and numbers: columns that the archive can have.
+MOST_BYTES, ANY_BYTES, MOST_NUMBERS = 960, 65535, 1900
 #: Characters of the longest name: the names that DBC files make of it have at most 32.
 LONGEST_NAME = 23
 #: Greatest number of an offset or coefficient: more than any time in any unit.
@@ -184,7 +184,7 @@ class Field(Fixed):
     """Value of the raw number zero; 0 for floats and bytes."""
     polynomial: tuple[Annotated[float, _LARGEST_COEFFICIENT], ...] = ()
     """In place of scale and offset: value = c0 + c1 raw + c2 raw^2 + ..., c0 first."""
-    count: int = pydantic.Field(default=1, ge=1, le=8 * MOST_BYTES)
+    count: int = pydantic.Field(default=1, ge=1, le=8 * ANY_BYTES)
     """How many numbers, bytes, or bits of padding."""
     labels: Labels = ()
     """What raw numbers mean: a list of texts for 0, 1, ..., or a table of texts by numbers; others
@@ -351,8 +351,9 @@ def _check_name(field: Field) -> None:
         raise ValueError(f"name: {must}; received {field.name!r}")
     if field.type == "bytes" and field.byte_order != "little":
         raise ValueError(f"byte_order: must be left out for bytes; received {field.byte_order!r}")
-    if field.type != "pad" and field.count > MOST_BYTES:
-        raise ValueError(f"count: must be at most {MOST_BYTES}; received {field.count}")
+    most = {"pad": 8 * ANY_BYTES, "bytes": ANY_BYTES}.get(field.type, MOST_NUMBERS)
+    if field.count > most:
+        raise ValueError(f"count: must be at most {most}; received {field.count}")
     if field.unknown != "lowest" and field.kind.letter != "i":
         raise ValueError(f"unknown: must be left out for the type {field.type}; received "
                          f"{field.unknown!r}")  # fmt: skip

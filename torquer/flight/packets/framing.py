@@ -3,6 +3,7 @@
 from typing import Literal, NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
+from torquer.flight.packets.fields import ANY_BYTES, MOST_BYTES
 from torquer.flight.packets.frames import HEADERS
 
 #: Frames of a link: those of Chibis-M; these within frames with checksum and MAC; PUS-C within such
@@ -11,7 +12,7 @@ LinkKind = Literal["historical", "protected", "pus", "space_packets"]
 
 
 class Framing(NamedTuple):
-    """Header of the telemetry of a link, the field in it that has the packet's id, ids allowed.
+    """Header of the telemetry of a link, the field in it that has the packet's id, ids and bytes.
 
     `container`: what XTCE calls a packet with it; no packet and no field has a name with two '_'.
     """
@@ -20,6 +21,7 @@ class Framing(NamedTuple):
     header: Packet
     id_field: str
     ids: range
+    bytes: int
 
 
 def _header_field(name: str, bits: int, description: str, labels: dict | None = None) -> Field:
@@ -42,9 +44,9 @@ PRIMARY_HEADER = Packet(
         _header_field("data_length", 16, "bytes of the packet, less one"),
     ),
 )
-_FRAMES = Framing("downlink__frame", HEADERS["down"], "msg_id", range(1, 256))
+_FRAMES = Framing("downlink__frame", HEADERS["down"], "msg_id", range(1, 256), MOST_BYTES)
 #: The last identifier, 2047, is that of idle packets.
-SPACE_PACKETS = Framing("space__packet", PRIMARY_HEADER, "apid", range(2047))
+SPACE_PACKETS = Framing("space__packet", PRIMARY_HEADER, "apid", range(2047), ANY_BYTES)
 
 
 def framing_of(link: str) -> Framing:
@@ -54,7 +56,7 @@ def framing_of(link: str) -> Framing:
 
 def check_framing(dictionary: Dictionary, link: str) -> None:
     """ValueError with one line for a dictionary whose packets such a link cannot carry."""
-    ids = framing_of(link).ids
+    ids, most = framing_of(link).ids, framing_of(link).bytes
     for direction in ("down", "up"):
         for packet in getattr(dictionary, direction).values():
             if packet.id not in ids:
@@ -62,6 +64,11 @@ def check_framing(dictionary: Dictionary, link: str) -> None:
                 raise ValueError(
                     f"{direction}.{packet.name}.id: must be {ids[0]} to {ids[-1]} with link = "
                     f"{link!r}{wider}; received {packet.id}"
+                )
+            if packet.size > most:
+                raise ValueError(
+                    f"{direction}.{packet.name}.fields: must have at most {most} bytes with link = "
+                    f"{link!r}; received {packet.size}"
                 )
     if link == "space_packets":
         _check_telemetry(dictionary)

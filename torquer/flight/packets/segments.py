@@ -8,19 +8,21 @@ data in order. No number crosses from one segment into the next, so that each ha
 own, which a DBC file states (`dbc`).
 
 Anything else, protected frames above all, goes as a stream of bytes under the id 0, which no packet
-has; there the number of the segment counts on.
+has; there the number of the segment counts on. So do packets whose numbers would cross from one
+segment into the next, or that an identifier has no room for.
 """
 
 import struct
 from binascii import crc_hqx
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary, Packet
 from torquer.flight.packets.frames import FRAMESYNC, HEADER, HEADER_BYTES, Direction
 
-#: Greatest id of a packet in an identifier.
+#: Greatest id of a packet, and greatest number of a segment, in an identifier.
 MOST_ID = 255
 #: Bytes of a CAN frame's data.
 SEGMENT_BYTES = 8
@@ -62,6 +64,18 @@ def places(packet: Packet) -> tuple[slice, ...]:
             )
     start = _fill(found, start, packet.size)
     return (*found, slice(start, packet.size))
+
+
+def checked_places(packet: Packet) -> tuple[slice, ...]:
+    """As `places`; ValueError with one line for a packet that an identifier has no room for."""
+    if not 0 < packet.id <= MOST_ID:
+        raise ValueError(f"{packet.name}: must have an id from 1 to {MOST_ID}, as identifiers of "
+                         f"segments have one byte for it; received {packet.id}")  # fmt: skip
+    found = places(packet)
+    if len(found) > MOST_ID:
+        raise ValueError(f"{packet.name}: must have at most {MOST_ID} segments; received "
+                         f"{len(found)}")  # fmt: skip
+    return found
 
 
 def _fill(found: list[slice], start: int, end: int) -> int:
@@ -201,6 +215,9 @@ class Joiner:
 
 
 def _by_id(dictionary: Dictionary, direction: Direction) -> dict[int, tuple[slice, ...]]:
-    """Places of the segments of every packet whose id an identifier has room for."""
-    packets = dictionary.down if direction == "down" else dictionary.up
-    return {p.id: places(p) for p in packets.values() if 0 < p.id <= MOST_ID}
+    """Places of the segments of every packet that can be sent in segments."""
+    packets, found = dictionary.down if direction == "down" else dictionary.up, {}
+    for packet in packets.values():
+        with suppress(ValueError):
+            found[packet.id] = checked_places(packet)
+    return found
