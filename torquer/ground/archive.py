@@ -231,7 +231,7 @@ class Archive:
                 self._db.execute(statement)
         entries = {
             "version": str(_VERSION),
-            "dictionary": self.dictionary.model_dump_json(),
+            "dictionary": self.dictionary.model_dump_json(exclude_defaults=True),
             "down": json.dumps(known | own),
         }
         self._db.executemany("INSERT OR REPLACE INTO _about VALUES (?, ?)", entries.items())

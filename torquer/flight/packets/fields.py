@@ -18,8 +18,8 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from torquer.base.spec import Spec
 
-#: Bytes of the longest packet of our frames: with header and protected frame it fits the 1024 bytes
-#: of a CCSDS telecommand frame. Bytes of any packet, and numbers: columns that the archive can have.
+#: Bytes of the longest packet of our frames: protected it fits the 1024 bytes of a CCSDS telecommand
+#: frame. Bytes of any packet, and numbers: columns that a table of the archive can have.
 MOST_BYTES, ANY_BYTES, MOST_NUMBERS = 960, 65535, 1900
 #: Characters of the longest name: the names that DBC files make of it have at most 32.
 LONGEST_NAME = 23
