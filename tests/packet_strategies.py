@@ -2,7 +2,8 @@
 
 from hypothesis import strategies as st
 
-from torquer.flight.packets.dictionary import TYPES, Field
+from torquer.flight.packets.dictionary import Field
+from torquer.flight.packets.number_types import TYPES
 
 _NUMBERS = [name for name in TYPES if name not in ("bytes", "pad")]
 _finite = st.floats(-1e6, 1e6, allow_subnormal=False).filter(lambda x: abs(x) > 1e-9)

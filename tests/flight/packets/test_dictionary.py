@@ -7,11 +7,11 @@ from packet_cases import CHIBIS
 
 from torquer.computer.interface import SENSORS
 from torquer.flight.packets.dictionary import (
-    MOST_BYTES,
     Dictionary,
     DictionaryError,
     load_dictionary,
 )
+from torquer.flight.packets.fields import MOST_BYTES
 from torquer.flight.packets.frames import HEADER_BYTES
 
 #: Bytes of a CCSDS telecommand frame.

@@ -12,7 +12,7 @@ from packet_strategies import any_fields
 
 from torquer.flight.packets.codec import decoder, encoder
 from torquer.flight.packets.dictionary import Field, Packet
-from torquer.flight.packets.fields import TYPES
+from torquer.flight.packets.number_types import TYPES
 from torquer.flight.packets.received import field_attributes
 
 many = settings(max_examples=150, deadline=None)

@@ -20,8 +20,9 @@ from spacepackets.ecss.pus_1_verification import (
 from spacepackets.ecss.pus_17_test import Service17Tm
 from spacepackets.ecss.tm import ManagedParams
 
-from torquer.flight.packets.dictionary import MOST_BYTES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.document import document
+from torquer.flight.packets.fields import MOST_BYTES
 from torquer.flight.packets.frames import ALARM, INFO, STATUS, Stream, Uplink
 from torquer.flight.packets.protected import COMMAND_BYTES
 from torquer.flight.packets.pus_profile import DONE, WAITING

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from torquer.flight.packets.bit_layout import BitLayout
-from torquer.flight.packets.dictionary import TYPES, Field, Packet
+from torquer.flight.packets.dictionary import Field, Packet
+from torquer.flight.packets.number_types import TYPES
 
 _ENCODER = """
 def encode(values):

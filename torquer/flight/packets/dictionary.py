@@ -20,9 +20,7 @@ from pydantic import ValidationError, model_validator
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
 from torquer.flight.packets.fields import (
     ANY_BYTES,
-    MOST_BYTES as MOST_BYTES,
     MOST_NUMBERS,
-    TYPES as TYPES,
     Described,
     Field as Field,
     Fixed,

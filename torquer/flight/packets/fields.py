@@ -1,25 +1,23 @@
-"""Fields of a packet: how a number is packed, and what its raw number means.
+"""Fields of a packet: what a number, or several, or bytes, mean, by their raw numbers.
 
-`TYPES` is the one table of how numbers are packed: u1 to u64 (whole, from 0), i2 to i64 (two's
-complement), f16, f32, f64 (IEEE 754), `bytes` as they are, and `pad`: bits that mean nothing.
-Codec, documentation, XTCE, DBC and Open MCT follow from it. Bits of a big-endian number are counted
-from the highest of a byte on, as CCSDS does; those of a little-endian one from the lowest, as
-compilers for little-endian computers lay out bit fields.
+Bits of a big-endian number are counted from the highest of a byte on, as CCSDS does; those of a
+little-endian one from the lowest, as compilers for little-endian computers lay out bit fields.
 """
 
 import math
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import pydantic
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from torquer.base.spec import Spec
+from torquer.flight.packets.number_types import TYPES, Type
 
-#: Bytes of the longest packet of our frames: protected it fits the 1024 bytes of a CCSDS telecommand
-#: frame. Bytes of any packet, and numbers: columns that a table of the archive can have.
+#: Bytes of the longest packet of our frames: protected, it fits the 1024 bytes of a telecommand
+#: frame of CCSDS. Bytes of any packet; numbers of one: columns that a table of an archive can have.
 MOST_BYTES, ANY_BYTES, MOST_NUMBERS = 960, 65535, 1900
 #: Characters of the longest name: the names that DBC files make of it have at most 32.
 LONGEST_NAME = 23
@@ -27,43 +25,6 @@ LONGEST_NAME = 23
 _HUGE = 1e30
 _LARGEST_COEFFICIENT = pydantic.Field(ge=-_HUGE, le=_HUGE)
 Order = Literal["little", "big"]
-
-
-class Type(NamedTuple):
-    """How a number is packed. `letter`: u, i, f; s of bytes, x of padding; `bits`: its width.
-
-    `low`, `high`: least and greatest raw number; `code`: its letter in `struct`, "" if it has none.
-    """
-
-    letter: str
-    bits: int
-    low: float
-    high: float
-    code: str
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether raw numbers are whole."""
-        return self.letter in "ui"
-
-
-_CODES = {8: "b", 16: "h", 32: "i", 64: "q"}
-
-
-def _types() -> dict[str, Type]:
-    found = {}
-    for n in range(1, 65):
-        found[f"u{n}"] = Type("u", n, 0, 2**n - 1, _CODES.get(n, "").upper())
-        if n > 1:
-            found[f"i{n}"] = Type("i", n, -(2 ** (n - 1)), 2 ** (n - 1) - 1, _CODES.get(n, ""))
-    for n, code in ((16, "e"), (32, "f"), (64, "d")):
-        high = float(np.finfo(f"f{n // 8}").max)
-        found[f"f{n}"] = Type("f", n, -high, high, code)
-    return found | {"bytes": Type("s", 8, 0, 255, "s"), "pad": Type("x", 1, 0, 0, "")}
-
-
-#: Every type by its name.
-TYPES = _types()
 _MUST = "must be u1 to u64, i2 to i64, f16, f32, f64, bytes or pad, numbers with be or le after it"
 
 

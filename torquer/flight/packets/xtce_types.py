@@ -7,7 +7,8 @@ byte order; polynomials as calibrators. Whatever else there is gets one line tha
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
-from torquer.flight.packets.fields import TYPES, Order
+from torquer.flight.packets.fields import Order
+from torquer.flight.packets.number_types import TYPES
 from torquer.flight.packets.xtce import UNKNOWN
 
 _BYTE_ORDERS: dict[str, Order] = {
