@@ -113,7 +113,7 @@ MISTAKES = {
     "lines": (changed('"x"', r'"x\ny"'), r"description: must be one line without"),
     "quotes": (changed('"x"', "'a \"b\"'"), r"description: must be one line without"),
     "no text": (changed('"x"', "1"), r"description: must be text; received 1"),
-    "scale": (changed('"u8"', '"u8", scale = 0'), r"scale: must not be 0; received 0"),
+    "scale": (changed('"u8"', '"u8", scale = 0'), r"scale: must not be 0, .*; received 0"),
     "scale f": (changed('"u8"', '"f32", scale = 2'), r"scale: must be 1 for the type f32"),
     "count": (changed('"u8"', '"u8", count = 0'), r"count: must be greater than or equal to 1"),
     "truth": (changed('"u8"', '"u8", count = true'), r"count: must be a whole number; .* True"),
@@ -138,6 +138,19 @@ MISTAKES = {
         r"labels: must belong to a whole type without scale, offset and .*; received type f32, sc",
     ),
     "same": (changed('"u8"', '"u8", labels = ["A", "A"]'), r"labels: must differ from each other"),
+    "no labels": (changed('"u8"', '"u8", labels = 5'), r"labels: must be a list or a table; .* 5"),
+    "keys": (
+        changed('"u8"', '"u8", labels = { a = "A" }'),
+        r"fields\[0\]\.labels: must have whole numbers for keys; received {'a': 'A'}",
+    ),
+    "order of all": (
+        "byte_order = 'be'\n" + changed('"u8"', '"u8"'),
+        r"byte_order: must be 'little' or 'big'; received 'be'",
+    ),
+    "order of a packet": (
+        HEAD + packet(FIELD, more="unknown = 5"),
+        r"down\.house\.unknown: must be 'lowest' or 'none'; received 5",
+    ),
     "many": (
         changed('"u8"', f'"u8", labels = {[str(k) for k in range(257)]}'),
         r"labels: must be at most 256 for the type u8; received 257",

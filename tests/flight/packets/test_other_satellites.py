@@ -163,6 +163,9 @@ def test_polynomial_gives_the_value_and_finds_the_nearest_raw_number():
         (raw,) = encoder(made)((wanted,))
         target = min(wanted, 1e300)
         assert abs(values[raw] - target) == min(abs(value - target) for value in values)
+    wild = packet(field("u64", polynomial=(1e30, -1e30, *[0.0] * 9, 1e-30)))
+    for wanted in (-math.inf, -1e300, 0.0, 1e39, 1e300, 10**400):
+        assert len(encoder(wild)((wanted,))) == 8
     assert encoder(made)((math.nan,)) == b"\0"
 
 
@@ -183,15 +186,16 @@ def test_every_type_is_declared_once_with_its_width():
 
 WRONG = {
     "order": (dict(type="u16be", byte_order="little"), "byte_order: must agree with the type u16"),
-    "scale": (dict(type="u8", scale=0), "scale: must not be 0; received 0"),
+    "scale": (dict(type="u8", scale=0), "scale: must not be 0, or nearer to .*; received 0"),
     "offset": (dict(type="f32", offset=1), r"offset: must be 0 for the type f32; received 1\.0"),
     "of float": (dict(type="f32", polynomial=(1, 2, 3)), "polynomial: must be left out for the ty"),
     "both": (dict(type="u8", scale=2, polynomial=(1, 2, 3)), "polynomial: must be given without"),
     "short": (dict(type="u8", polynomial=(1, 2)), "polynomial: must have 3 to 12 coefficients"),
     "last": (dict(type="u8", polynomial=(1, 2, 0)), "the last not 0; received .1.0, 2.0, 0.0."),
+    "tiny": (dict(type="u8", polynomial=(1, 2, 1e-40)), "must have 3 to 12 coefficients"),
     "wide": (dict(type="u64", offset=-1), "offset: must leave values within 64 bits; received -1"),
     "infinite": (dict(type="u8", offset=math.inf), "finite number"),
-    "key": (dict(type="u8", labels={"x": "A"}), "must have whole numbers for keys; received 'x'"),
+    "key": (dict(type="u8", labels={"x": "A"}), "must have whole numbers for keys"),
     "label": (dict(type="u4", labels={16: "A"}), "labels: must be of numbers from 0 to 15; .* 16"),
     "same": (dict(type="u4", labels={1: "A", 2: "A"}), "must differ from each other"),
     "nameless": (dict(type="u8", name=""), "name: must be given; received ''"),

@@ -21,8 +21,8 @@ from torquer.flight.packets.number_types import TYPES, Type
 MOST_BYTES, ANY_BYTES, MOST_NUMBERS = 960, 65535, 1900
 #: Characters of the longest name: the names that DBC files make of it have at most 32.
 LONGEST_NAME = 23
-#: Greatest number of an offset or coefficient: more than any time in any unit.
-_HUGE = 1e30
+#: Greatest offset or coefficient, more than any time in any unit; least scale.
+_HUGE, _TINY = 1e30, 1e-30
 _LARGEST_COEFFICIENT = pydantic.Field(ge=-_HUGE, le=_HUGE)
 Order = Literal["little", "big"]
 _MUST = "must be u1 to u64, i2 to i64, f16, f32, f64, bytes or pad, numbers with be or le after it"
@@ -79,7 +79,7 @@ def _numbered(table: Any) -> Any:
     found = {}
     for key, label in table.items():
         if not re.fullmatch(r"-?\d{1,20}", str(key)):
-            raise ValueError(f"must have whole numbers for keys; received {key!r}")
+            raise ValueError("must have whole numbers for keys")
         found[int(key)] = label
     return found
 
@@ -283,7 +283,8 @@ class Field(Fixed):
         low, high = int(self.kind.low), int(self.kind.high)
         if math.isnan(value):
             return low
-        value = min(max(value, -1e300), 1e300)
+        least, greatest = self.range
+        value = min(max(value, least), greatest)
         roots = np.roots([*self.polynomial[:0:-1], self.polynomial[0] - value]).real
         inside = (min(max(float(root), low), high) for root in (*roots, *self._turns()))
         near = {low, high} | {whole for x in inside for whole in (math.floor(x), math.ceil(x))}
@@ -321,8 +322,9 @@ def _check_name(field: Field) -> None:
 
 
 def _check_value(field: Field) -> None:
-    if field.scale == 0.0:
-        raise ValueError("scale: must not be 0; received 0")
+    if abs(field.scale) < _TINY:
+        raise ValueError(f"scale: must not be 0, or nearer to it than {_TINY:g}; received "
+                         f"{field.scale:g}")  # fmt: skip
     if not field.kind.is_whole:
         for key, plain, must in _OF_FLOATS:
             if (given := getattr(field, key)) != plain:
@@ -331,7 +333,9 @@ def _check_value(field: Field) -> None:
     if field.polynomial and not (field.scale == 1.0 and field.offset == 0.0):
         raise ValueError(f"polynomial: must be given without scale and offset; received scale "
                          f"{field.scale:g}, offset {field.offset:g}")  # fmt: skip
-    if field.polynomial and not (3 <= len(field.polynomial) <= 12 and field.polynomial[-1]):
+    if field.polynomial and not (
+        3 <= len(field.polynomial) <= 12 and abs(field.polynomial[-1]) >= _TINY
+    ):
         raise ValueError("polynomial: must have 3 to 12 coefficients (scale and offset have two), "
                          f"the last not 0; received {list(field.polynomial)}")  # fmt: skip
     if field.is_whole and not (field.range[0] >= -(2**63) and field.range[1] < 2**64

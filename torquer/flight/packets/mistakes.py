@@ -33,6 +33,8 @@ def describe_mistake(mistake: Any) -> str:
         return f"{key}: {text}; received {received}"
     if kind == "missing" and isinstance(mistake["input"], list | tuple):
         key, kind, received = _key(place[:-1]), "too_long", quote_value(mistake["input"])
+    if kind == "tuple_type" and place[-1] == "[list]":
+        return f"{key}: must be a list or a table; received {received}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 
