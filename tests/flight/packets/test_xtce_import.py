@@ -148,6 +148,27 @@ def test_container_within_a_container_is_read_in_its_place(read):
     assert packet.names == ("onboard_seconds", "onboard_seconds_2")
 
 
+def nested(count, times):
+    """Containers, each of which has the next one in it so many times, and the last one `mode`."""
+    inside = [f'<xtce:ContainerRefEntry containerRef="C{k + 1}"/>' * times for k in range(count)]
+    return "".join(
+        f'<xtce:SequenceContainer name="C{k}" abstract="true"><xtce:EntryList>{each}'
+        "</xtce:EntryList></xtce:SequenceContainer>"
+        for k, each in enumerate([*inside, entry("mode")])
+    )
+
+
+@pytest.mark.parametrize(
+    ("count", "times", "message"),
+    [(500, 1, "be within at most 32 containers"), (30, 2, "have at most 4000 entries; rec.* more")],
+)
+def test_containers_within_containers_take_neither_time_nor_memory(read, count, times, message):
+    text = document(entries=("mode",), more=nested(count, times))
+    text = text.replace(entry("mode"), '<xtce:ContainerRefEntry containerRef="C0"/>', 1)
+    with pytest.raises(DictionaryError, match=message):
+        read(text)
+
+
 def one(kind, inside, group="Integer", **keys):
     """The document with another type in place of `TempType`."""
     attributes = "".join(f' {key}="{value}"' for key, value in keys.items())
@@ -219,7 +240,10 @@ def test_what_a_dictionary_cannot_hold_gets_one_line_with_its_name(read, text, m
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_file_that_is_not_there(tmp_path):
+def test_file_that_is_not_there_or_no_text(tmp_path):
+    (tmp_path / "other.xml").write_bytes(b"\xff\xfe<\0")
+    with pytest.raises(DictionaryError, match=r"other.xml: must be XML .*; received: not UTF-8"):
+        read_xtce(tmp_path / "other.xml")
     with pytest.raises(DictionaryError, match=r"FILE: must be readable; received .*No such file"):
         read_xtce(tmp_path / "none.xml")
 

@@ -23,6 +23,8 @@ from torquer.flight.packets.xtce import PAD, TIME
 from torquer.flight.packets.xtce_types import children, clean_text, must, read_type, tag_of
 
 _APID = next(place for place in PRIMARY_HEADER.places if place.name == SPACE_PACKETS.id_field)
+#: More containers within each other, and entries of one, than any packet needs.
+_DEEPEST, _MOST_ENTRIES = 32, 4000
 _PRIMARY_BITS = 8 * PRIMARY_HEADER.size
 
 
@@ -71,7 +73,10 @@ def read_xtce(path: Path | str, packets: Sequence[str] = ()) -> Imported:
 
 def _parse(path: Path) -> ElementTree.Element:
     """The root of an XML file; one that declares types or entities of its own is not read."""
-    text = limited_text(path)
+    try:
+        text = limited_text(path)
+    except ValueError as error:  # too long, or not UTF-8
+        raise ValueError(f"must be XML that can be read; received: {error}") from None
     if re.search(r"<!(?!--|\[CDATA\[)", text):
         raise ValueError("must be XML without declarations of types and entities; received <!...>")
     try:
@@ -95,6 +100,7 @@ class _Reader:
         self._parameters = _by_name(root, "ParameterSet")
         self._containers = _by_name(root, "ContainerSet")
         self._fields: dict[str, dict] = {}
+        self._contents: dict[str, _Content] = {}
 
     def read(self, packets: Sequence[str]) -> Imported:
         """All packets, or some by their names."""
@@ -154,6 +160,13 @@ class _Reader:
         place = f"SequenceContainer {name}"
         if name in within:
             raise must(place, "not be part of itself", " in ".join((name, *within[::-1])))
+        if len(within) > _DEEPEST:
+            raise must(place, f"be within at most {_DEEPEST} containers", len(within))
+        if name not in self._contents:  # containers within containers twice, and so on
+            self._contents[name] = self._read_content(place, name, within)
+        return self._contents[name]
+
+    def _read_content(self, place: str, name: str, within: tuple[str, ...]) -> _Content:
         container = self._containers.get(name)
         if container is None or tag_of(container) != "SequenceContainer":
             raise must(place, "be a SequenceContainer of the file", "none")
@@ -166,6 +179,8 @@ class _Reader:
             found.asked.update(inherited.asked | _comparisons(place, base))
         for entry in (each for part in children(container, "EntryList") for each in part):
             found.entries.extend(self._entries(place, entry, (*within, name)))
+            if len(found.entries) > _MOST_ENTRIES:
+                raise must(place, f"have at most {_MOST_ENTRIES} entries", "more")
         return found
 
     def _entries(self, place: str, entry: ElementTree.Element, within: tuple) -> Iterator[_Entry]:
