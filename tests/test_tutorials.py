@@ -118,6 +118,8 @@ TOML = {
     ("modes", 16): ("changes", "examples/sun_pointing.toml", "guarded.toml"),
     ("modes", 17): ("changes", "examples/sun_pointing.toml", "checked.toml"),
     ("modes", 18): ("shows", "examples/chibis_m_day.toml"),
+    ("other-satellite", 0): ("shows", "examples/software/other_packets.toml"),
+    ("other-satellite", 1): ("shows", "examples/software/other_satellite.toml"),
     ("passive", 0): ("shows", "examples/passive_magnet.toml"),
     ("several-sensors", 0): ("shows", "examples/several_sensors.toml"),
     ("smoothing", 1): ("changes", "my_satellite.toml", "my_satellite.toml"),

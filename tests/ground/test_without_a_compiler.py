@@ -48,5 +48,7 @@ def test_a_console_archives_and_commands_without_a_compiler(tmp_path):
 
 def test_mistakes_in_a_software_file_are_explained_without_a_compiler():
     link, period = run_without(MISTAKEN)
-    assert link.startswith("link: must be 'historical', 'protected' or 'pus'; received 'laser'")
+    assert link.startswith(
+        "link: must be 'historical', 'protected', 'pus' or 'space_packets'; received 'laser'"
+    )
     assert period.startswith("modules.tm.period: must be a known key; received 2.0")

@@ -48,7 +48,7 @@ COMMANDS = {
     "init": "init:init",
     "kernels build": "kernels:build",
     "modes": "modes:modes",
-    "packets": "packets:packets",
+    "packets": "packets:app:packets",
     "run": "run:run",
     "schema": "explain:schema",
     "session bisect": "fly:bisect",

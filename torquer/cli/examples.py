@@ -140,6 +140,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer packets",
         "torquer packets examples/software/my_software.toml --out runs/packets",
     ),
+    "packets import": ("torquer packets import mission.xml --out dictionary.toml",),
     "session": ("torquer session replay runs/chibis_m_day-flight/session.json",),
     "session bisect": ("torquer session bisect runs/a/session.json runs/b/session.json",),
     "session replay": ("torquer session replay runs/chibis_m_day-flight/session.json",),

@@ -17,7 +17,13 @@ from typing import TYPE_CHECKING
 from torquer.base.lazy import lazily
 
 if TYPE_CHECKING:
+    from torquer.flight.packets.dictionary import (
+        Dictionary as Dictionary,
+        load_dictionary as load_dictionary,
+    )
+    from torquer.flight.packets.dictionary_text import dictionary_toml as dictionary_toml
     from torquer.flight.packets.software_file import SpaceLink as SpaceLink, load_link as load_link
+    from torquer.flight.packets.xtce_import import read_xtce as read_xtce
     from torquer.ground.archive import (
         Archive as Archive,
         ArchiveError as ArchiveError,

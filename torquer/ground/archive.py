@@ -8,7 +8,8 @@ _received_ms  time of reception [ms since 1970, UTC]; NULL for a recording
 _quality      2: in an authentic frame, 1: without checksum, 0: the same with bytes lost just before
 _status       of the frame: 0 INFO, 1 ALARM, 2 STOP
 
-Numbers that were not known on board are NULL, bytes are hexadecimal digits. Tables that begin with
+Numbers that were not known on board are NULL, bytes are hexadecimal digits. A whole number that is
+too large for SQLite (2^63 and above) is a text of its 20 digits. Tables that begin with
 `_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`,
 `_parts` (of packets that lie across frames, whose other frame no recording has had yet).
 
@@ -29,7 +30,7 @@ from typing import NamedTuple
 
 from pydantic import ValidationError
 
-from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import EPOCH, Frame
 from torquer.flight.packets.mistakes import describe_mistake
 
@@ -92,32 +93,39 @@ class RowMaker:
 
 
 class _Known:
-    """A packet: where its time is, which raw numbers mean 'not known', which fields are bytes."""
+    """A packet: where its time is, which values mean 'not known', whether some become texts."""
 
     def __init__(self, packet: Packet):
         fields = [field for _, field, _ in packet.numbers()]
         self._time = packet.names.index(packet.time_ms) if packet.time_ms else None
         self._unknown = tuple(
-            TYPES[f.type].low * f.scale if f.type[0] == "i" else math.nan for f in fields
+            math.nan if f.unknown_value is None else f.unknown_value for f in fields
         )
-        self._has_bytes = any(f.type == "bytes" for f in fields)
+        self._has_texts = any(f.dtype in ("O", "u8") for f in fields)
 
     def time_ms(self, frame: Frame) -> int:
         """On-board time, ms since 1970: of the field, unless that is none."""
         if self._time is not None:
             time_ms = frame.values[self._time]
-            if 0.0 <= time_ms < 2.0**53:
+            if 0.0 <= time_ms < 2.0**53 or 1e3 * frame.time_s <= time_ms < 0.0:
                 return EPOCH_MS + round(time_ms)
         return EPOCH_MS + 1000 * frame.time_s
 
     def values(self, values: tuple) -> tuple:
-        """Values with None for those that were not known, bytes as digits."""
-        if self._has_bytes:
-            values = tuple(v.hex() if isinstance(v, bytes) else v for v in values)
+        """Values with None for those that were not known; bytes and large numbers as digits."""
+        if self._has_texts:
+            values = tuple(map(_as_stored, values))
         return tuple(
             None if v == unknown or v != v else v
             for v, unknown in zip(values, self._unknown, strict=True)
         )
+
+
+def _as_stored(value):
+    """A value as SQLite can hold it, which also puts texts behind numbers in order."""
+    if isinstance(value, bytes):
+        return value.hex()
+    return f"{value:020d}" if isinstance(value, int) and value >= 2**63 else value
 
 
 class ArchiveError(ValueError):
@@ -249,7 +257,7 @@ class Archive:
                 self._db.execute(statement)
         entries = {
             "version": str(_VERSION),
-            "dictionary": self.dictionary.model_dump_json(),
+            "dictionary": self.dictionary.model_dump_json(exclude_defaults=True),
             "down": json.dumps(known | own),
         }
         self._db.executemany("INSERT OR REPLACE INTO _about VALUES (?, ?)", entries.items())
@@ -315,9 +323,9 @@ def _create(packet: Packet) -> Iterator[str]:
 
 
 def _kind(field: Field) -> str:
-    if field.type == "bytes":
-        return "TEXT"
-    return "INTEGER" if TYPES[field.type].is_whole and field.scale == 1.0 else "REAL"
+    if field.dtype in ("O", "u8"):
+        return "TEXT" if field.dtype == "O" else ""  # without a type values stay as they are
+    return "INTEGER" if field.is_whole else "REAL"
 
 
 def columns_of(packet: Packet) -> tuple[str, ...]:

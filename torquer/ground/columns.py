@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.flight.packets.dictionary import TYPES, Field, Packet
+from torquer.flight.packets.dictionary import Field, Packet
 from torquer.flight.packets.received import field_attributes
 from torquer.ground.archive import SUSPECT
 
@@ -83,18 +83,21 @@ def _frame_columns(names: Iterable[str]) -> list[Column]:
 def _kind(field: Field) -> tuple[str, Any, dict]:
     """Type of a column, what stands for a number that was not known, attributes."""
     about = {key: value for key, value in field_attributes(field).items() if key != "unknown"}
-    kind = TYPES[field.type]
     if field.type == "bytes":
         return "str", None, about
-    if not kind.is_whole or field.scale != 1.0:
-        return "f8", np.nan, about
-    return f"{field.type[0]}{kind.size}", int(kind.low) if kind.low < 0 else None, about
+    return field.dtype, field.unknown_value if field.is_whole else np.nan, about
 
 
 def _range(field: Field) -> tuple[bool, float, float]:
     """Whether numbers are whole, the least and the greatest."""
-    kind = TYPES[field.type]
-    return kind.is_whole and field.scale == 1.0, kind.low, kind.high
+    return field.is_whole, *field.range
+
+
+def as_numbers(column: Column, values: Sequence) -> Sequence:
+    """Values in which large whole numbers, which the archive has as texts, are numbers again."""
+    if column.type != "u8":
+        return values
+    return [int(v) if isinstance(v, str) and v.isdecimal() else v for v in values]
 
 
 def fitting(column: Column, values: Sequence) -> tuple[list, list]:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.ground.columns import Column, fitting
+from torquer.ground.columns import Column, as_numbers, fitting
 from torquer.ground.rescue import Losses, Rescue, Table
 
 #: Rows that are written at a time.
@@ -71,7 +71,7 @@ class _Work(NamedTuple):
         for rows in self.rescue.rows(table, self.span, _PART):
             part, without = [], []
             for column, values in zip(columns, zip(*rows, strict=True), strict=True):
-                kept, wrong = fitting(column, values)
+                kept, wrong = fitting(column, as_numbers(column, values))
                 self.losses.add_values(f"{table.name}.{column.source}", wrong, column.wrong)
                 part.append(kept)
                 if needs and column.type[0] in "ui" and column.fill is None and None in kept:

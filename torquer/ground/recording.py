@@ -14,6 +14,7 @@ from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame, Stream
 from torquer.flight.packets.pus_user import User
 from torquer.flight.packets.software_file import SpaceLink
+from torquer.flight.packets.space_stream import SpaceStream
 from torquer.flight.packets.station import Station
 from torquer.ground.archive import (
     AUTHENTIC,
@@ -37,6 +38,8 @@ _WAITING = 2**26
 _AT_ONCE = 50_000
 #: Most parts of packets that are kept for later recordings.
 _MOST_PARTS = 100_000
+#: Bytes of space packets that are worked on at a time.
+_PART = 2**20
 #: Bytes by which it is told what a file is that has no frames of ours.
 _LOOKED_AT = 2**20
 #: The share of the bytes below which an import has failed.
@@ -163,7 +166,10 @@ class _Import:
         self.bytes = self._frames = self._new = self._inner_lost = 0
         self._user = User(link.dictionary, link.keys.spacecraft) if link.link == "pus" else None
         is_plain = link.link == "historical"
-        self._plain = PlainFrames(link.dictionary, self.tally)
+        self._space = SpaceStream(link.dictionary) if link.link == "space_packets" else None
+        self._make = RowMaker(link.dictionary)
+        known = link.dictionary if is_plain else link.dictionary.model_copy(update={"down": {}})
+        self._plain = PlainFrames(known, self.tally)
         self._authentic = None if is_plain else AuthenticFrames(link, self.tally)
         self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
 
@@ -186,10 +192,27 @@ class _Import:
                 self._frames += 1
                 yield at
             return
+        if self._space is not None:
+            yield from self._space_packets(self._space, data)
+            return
         for at, frame in self._authentic.read(data):
             for packet in self._joiner.feed(frame, self.bytes + at):
                 self._take(packet, at)
             yield at
+
+    def _space_packets(self, stream: SpaceStream, data: Data) -> Iterator[int]:
+        """Place of each part of a stream of space packets, the rows of which are put."""
+        before, lost = stream.rejected.copy(), stream.lost_bytes
+        for first in range(0, len(data), _PART):
+            frames = stream.feed(data[first : first + _PART])
+            rows = [self._make.row(frame, None, UNCHECKED) for frame in frames]
+            self._frames += len(rows)
+            self._new += self._archive.put(rows)
+            yield first
+        list(stream.finish())
+        for reason, count in (stream.rejected - before).items():
+            self.tally.add(reason, 0, count=count)
+        self._inner_lost += stream.lost_bytes - lost
 
     def _take(self, packet: bytes, at: int) -> None:
         """Keep what a packet carries: a frame, or whatever it is."""

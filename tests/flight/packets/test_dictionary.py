@@ -7,11 +7,11 @@ from packet_cases import CHIBIS
 
 from torquer.computer.interface import SENSORS
 from torquer.flight.packets.dictionary import (
-    MOST_BYTES,
     Dictionary,
     DictionaryError,
     load_dictionary,
 )
+from torquer.flight.packets.fields import MOST_BYTES
 from torquer.flight.packets.frames import HEADER_BYTES
 
 #: Bytes of a CCSDS telecommand frame.
@@ -19,7 +19,7 @@ TC_FRAME = 1024
 HEAD = 'name = "Cube"\nmodules = { obc = 1 }\n'
 FIELD = '{ name = "a", type = "u8", description = "x" }'
 OTHER = FIELD.replace('"a"', '"a_x"')
-LONG = '{ name = "b", type = "f64", count = 120, description = "x" }'
+LONG = '{ name = "b", type = "bytes", count = 65535, description = "x" }'
 
 
 def packet(fields, name="down.house", number=1, more=""):
@@ -101,7 +101,10 @@ def test_bits_are_named_by_a_list_by_a_table_or_by_the_kinds_of_devices(tmp_path
 
 
 MISTAKES = {
-    "type": (changed('"u8"', '"u9"'), r"down\.house\.fields\[0\]\.type: must be 'u8', .*'u9'"),
+    "type": (
+        changed('"u8"', '"u65"'),
+        r"down\.house\.fields\[0\]\.type: must be u1 to u64, i2 to i64, f16, .*received 'u65'",
+    ),
     "no type": (changed(', type = "u8"', ""), r"fields\[0\]\.type: must be given; .* nothing"),
     "key": (changed("type", "typ = 1, type"), r"fields\[0\]\.typ: must be a known key; received 1"),
     "name": (changed('"a"', '"A b"'), r"fields\[0\]\.name: must be words of .*; received 'A b'"),
@@ -110,8 +113,8 @@ MISTAKES = {
     "lines": (changed('"x"', r'"x\ny"'), r"description: must be one line without"),
     "quotes": (changed('"x"', "'a \"b\"'"), r"description: must be one line without"),
     "no text": (changed('"x"', "1"), r"description: must be text; received 1"),
-    "scale": (changed('"u8"', '"u8", scale = 0'), r"scale: must be greater than 0; received 0"),
-    "scale f": (changed('"u8"', '"f32", scale = 2'), r"scale: must be 1 for the type f32; .* 2\.0"),
+    "scale": (changed('"u8"', '"u8", scale = 0'), r"scale: must not be 0, .*; received 0"),
+    "scale f": (changed('"u8"', '"f32", scale = 2'), r"scale: must be 1 for the type f32"),
     "count": (changed('"u8"', '"u8", count = 0'), r"count: must be greater than or equal to 1"),
     "truth": (changed('"u8"', '"u8", count = true'), r"count: must be a whole number; .* True"),
     "limits": (
@@ -131,10 +134,23 @@ MISTAKES = {
         r"fields\[0\]\.labels: must be a list or a name in \[labels\]; received 'mode' .*modes\?",
     ),
     "labels": (
-        changed('"u8"', '"i8", labels = ["A"]'),
-        r"labels: must belong to an unsigned type without a scale; received type i8, scale 1",
+        changed('"u8"', '"f32", labels = ["A"]'),
+        r"labels: must belong to a whole type without scale, offset and .*; received type f32, sc",
     ),
     "same": (changed('"u8"', '"u8", labels = ["A", "A"]'), r"labels: must differ from each other"),
+    "no labels": (changed('"u8"', '"u8", labels = 5'), r"labels: must be a list or a table; .* 5"),
+    "keys": (
+        changed('"u8"', '"u8", labels = { a = "A" }'),
+        r"fields\[0\]\.labels: must have whole numbers for keys; received {'a': 'A'}",
+    ),
+    "order of all": (
+        "byte_order = 'be'\n" + changed('"u8"', '"u8"'),
+        r"byte_order: must be 'little' or 'big'; received 'be'",
+    ),
+    "order of a packet": (
+        HEAD + packet(FIELD, more="unknown = 5"),
+        r"down\.house\.unknown: must be 'lowest' or 'none'; received 5",
+    ),
     "many": (
         changed('"u8"', f'"u8", labels = {[str(k) for k in range(257)]}'),
         r"labels: must be at most 256 for the type u8; received 257",
@@ -145,11 +161,11 @@ MISTAKES = {
     ),
     "signed bits": (
         changed('"u8"', '"i8", bits = ["A"]'),
-        r"bits: must belong to an unsigned type without a scale; received type i8, scale 1",
+        r"bits: must belong to an unsigned type without scale, .*; received type i8, scale 1",
     ),
     "scaled bits": (
         changed('"u8"', '"u8", scale = 2, bits = ["A"]'),
-        r"bits: must belong to an unsigned type without a scale; received type u8, scale 2",
+        r"bits: must belong to an unsigned type without scale, .*; received type u8, scale 2",
     ),
     "same bits": (changed('"u8"', '"u8", bits = ["A", "A"]'), r"bits: must differ from each other"),
     "empty bit": (changed('"u8"', '"u8", bits = ["A", ""]'), r"bits\[1\]: must not be empty"),
@@ -176,10 +192,14 @@ MISTAKES = {
     ),
     "long": (
         HEAD + packet(f"{FIELD}, {LONG}"),
-        r"fields: must have 1 to 960 bytes; received 961",
+        r"fields: must have 1 to 65535 bytes; received 65536",
     ),
-    "empty": (HEAD + packet(""), r"fields: must have 1 to 960 bytes; received 0"),
-    "id": (HEAD + packet(FIELD, number=256), r"down\.house\.id: must be less than or equal to 255"),
+    "empty": (HEAD + packet(""), r"fields: must have 1 to 65535 bytes; received 0"),
+    "numbers": (
+        HEAD + packet('{ name = "b", type = "u8", count = 1900, description = "x" },' + FIELD),
+        r"fields: must have at most 1900 numbers; received 1901",
+    ),
+    "id": (HEAD + packet(FIELD, number=65536), r"house\.id: must be less than or equal to 65535"),
     "taken": (
         HEAD + packet(FIELD) + packet(FIELD, "down.other"),
         r"down\.other\.id: must be free; received 1, the id of house",
@@ -202,8 +222,8 @@ MISTAKES = {
     ),
     "own name": (HEAD + packet(FIELD, more='name = "b"'), r"down\.house\.name: must not be given"),
     "command": (
-        HEAD + packet(FIELD.replace("u8", "u7"), "up.go", 16, 'module = "obc"'),
-        r"up\.go\.fields\[0\]\.type: must be 'u8'",
+        HEAD + packet(FIELD.replace("u8", "u7x"), "up.go", 16, 'module = "obc"'),
+        r"up\.go\.fields\[0\]\.type: must be u1 to u64, i2 to i64, .*received 'u7x'",
     ),
     "other": (
         HEAD + '[down.a]\nid = 1\ndescription = "d"\nfields = "b"',
@@ -217,7 +237,10 @@ MISTAKES = {
     "deep": ("a." * 40 + "a = 1", r"must have at most 32 levels of tables"),
     "nested": ("a = " + "[" * 9000, r"must have at most 32 levels of tables"),
     "digits": ("a = " + "9" * 5000, r"must be TOML; received: Exceeds the limit"),
-    "no modules": ('name = "A"\n[modules]', r"modules: must not be empty; received {}"),
+    "command of none": (
+        HEAD.replace("obc = 1", "") + packet(FIELD, "up.go", 16, 'module = "obc"'),
+        r"up\.go\.module: must be one of the table \[modules\], which is empty; received 'obc'",
+    ),
     "no name": ("modules = { a = 1 }", r"name: must be given; received nothing"),
 }  # fmt: skip
 

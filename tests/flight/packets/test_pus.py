@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from packet_cases import some_bytes
+from packet_strategies import any_fields
 from pus_ends import APID, SATELLITE, SOURCE, UPLINK, answer, judged, process, reframed, stamp, user
 from spacepackets.ccsds.spacepacket import SpacePacketHeader
 from spacepackets.ccsds.time import CdsShortTimestamp
@@ -19,8 +20,9 @@ from spacepackets.ecss.pus_1_verification import (
 from spacepackets.ecss.pus_17_test import Service17Tm
 from spacepackets.ecss.tm import ManagedParams
 
-from torquer.flight.packets.dictionary import MOST_BYTES, TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.document import document
+from torquer.flight.packets.fields import MOST_BYTES
 from torquer.flight.packets.frames import ALARM, INFO, STATUS, Stream, Uplink
 from torquer.flight.packets.protected import COMMAND_BYTES
 from torquer.flight.packets.pus_profile import DONE, WAITING
@@ -259,17 +261,6 @@ NAMES = st.sampled_from(
 
 
 @st.composite
-def some_fields(draw):
-    """Fields of any types, some of them those that the profile expects of a name."""
-    kinds = draw(st.lists(st.sampled_from(list(TYPES)), min_size=1, max_size=6))
-    counts = draw(st.lists(st.integers(1, 9), min_size=len(kinds), max_size=len(kinds)))
-    return [
-        {"name": f"f{i}", "type": kind, "count": count, "description": "any"}
-        for i, (kind, count) in enumerate(zip(kinds, counts, strict=True))
-    ]
-
-
-@st.composite
 def dictionaries(draw):
     """Dictionaries of users: any packets, known names with their own or other fields."""
     found = {}
@@ -281,12 +272,12 @@ def dictionaries(draw):
             if own and draw(st.booleans()):
                 packets[name] = own.model_copy(update={"id": number})
                 continue
-            fields = draw(some_fields())
+            fields = draw(any_fields())
             if direction == "up":
-                fields.insert(0, {"name": "acknowledge", "type": "u8", "description": "any"})
+                fields.insert(0, Field(name="acknowledge", type="u8", description="any"))
             packets[name] = Packet(
                 name=name, id=number, description="any", module="svr" * (direction == "up"),
-                fields=tuple(Field.model_validate(field) for field in fields),
+                fields=tuple(fields),
             )  # fmt: skip
         found[direction] = packets
     return Dictionary(name="any", modules=SATELLITE.modules, **found)

@@ -4,10 +4,13 @@ import random
 
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 from packet_cases import PACKETS, SATELLITE, some_bytes
+from packet_strategies import any_fields
 
-from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Uplink
-from torquer.flight.packets.segments import Joiner, Splitter, can_id, places
+from torquer.flight.packets.dictionary import Dictionary, Packet
+from torquer.flight.packets.frames import FRAMESYNC, HEADER, HEADER_BYTES, Downlink, Uplink
+from torquer.flight.packets.segments import Joiner, Splitter, can_id, checked_places, places
 
 EXTENDED = SATELLITE.down["extended"]
 
@@ -44,6 +47,28 @@ def test_no_number_crosses_a_segment(packet):
     for _, field, at in packet.numbers():
         size = field.size // len(field.names)
         assert field.type == "bytes" or not any(at < end < at + size for end in ends)
+
+
+@settings(max_examples=80, deadline=None)
+@given(fields=any_fields(), data=st.data())
+def test_any_packet_comes_back_in_segments_or_as_bytes(fields, data):
+    packet = Packet(name="house", id=data.draw(st.sampled_from([7, 255, 256])), description="d",
+                    fields=fields)  # fmt: skip
+    dictionary = Dictionary(name="any", down={"house": packet})
+    raw = data.draw(st.binary(min_size=packet.size, max_size=packet.size))
+    frame = HEADER.pack(FRAMESYNC, 5, packet.id & 0xFF, 0, 0, packet.size) + raw
+    splitter, joiner = Splitter(dictionary, "down"), Joiner(dictionary, "down")
+    assert b"".join(joined(joiner, splitter.split(frame))) == frame
+    try:
+        found = checked_places(packet)
+    except ValueError:
+        assert packet.id == 256 or any(field.kind.bits % 8 for field in fields)
+        return
+    ends = {place.stop for place in found}
+    assert max(place.stop - place.start for place in found) <= 8 and max(ends) == packet.size
+    for place in packet.places:
+        inside = any(place.bit < 8 * end < place.bit + place.bits for end in ends)
+        assert place.field.type == "bytes" or not inside
 
 
 def test_identifiers_differ_and_commands_win_the_bus():

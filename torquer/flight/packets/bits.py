@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from torquer.flight.packets.dictionary import TABLES, TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import TABLES, Dictionary, Field, Packet
 
 if TYPE_CHECKING:
     from torquer.scenario.spec import Scenario
@@ -23,7 +23,7 @@ def in_words(field: Field, value: int) -> str:
 def from_words(field: Field, text: str) -> int:
     """The number of a text as `in_words` makes it; ValueError for a name that no bit has."""
     names = {each.strip() for each in text.split(",")}
-    known = {_name(field, place): 1 << place for place in range(8 * TYPES[field.type].size)}
+    known = {_name(field, place): 1 << place for place in range(field.kind.bits)}
     if names == {NONE}:
         return known.get(NONE, 0)
     if not known.keys() >= names:
@@ -57,7 +57,7 @@ def _named(packet: Packet, units: tuple[str, ...]) -> Packet:
     if not any(field.bits == sensors for field in packet.fields):
         return packet
     fields = [
-        field.model_copy(update={"bits": (*sensors, *units)[: 8 * TYPES[field.type].size]})
+        field.model_copy(update={"bits": (*sensors, *units)[: field.kind.bits]})
         if field.bits == sensors
         else field
         for field in packet.fields

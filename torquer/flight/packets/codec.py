@@ -8,9 +8,14 @@ import math
 import struct
 from collections.abc import Callable, Sequence
 from functools import cache, partial
+from operator import index
 from typing import Any
 
-from torquer.flight.packets.dictionary import TYPES, Field, Packet
+import numpy as np
+
+from torquer.flight.packets.bit_layout import BitLayout
+from torquer.flight.packets.dictionary import Field, Packet
+from torquer.flight.packets.number_types import TYPES
 
 _ENCODER = """
 def encode(values):
@@ -69,8 +74,11 @@ def _compile_template(
     }
     raw = ", ".join(f"n{i}" for i in range(len(fields))) + ","
     source = template.format(raw=raw, **made)
-    layout = struct.Struct(packet.format)
+    letters = packet.struct_format
+    layout = BitLayout(packet) if letters is None else struct.Struct(letters)
     space: dict[str, Any] = {
+        "plain": _plain,
+        **{f"raw_{f.name}": f.raw_of for f in packet.fields if f.polynomial},
         "FAILED": _FAILED,
         "pack": layout.pack,
         "unpack": layout.unpack_from,
@@ -83,23 +91,46 @@ def _compile_template(
     return space[name]
 
 
+def _plain(value):
+    """A number of Python: with NumPy's small ones an offset would overflow."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _raw_expression(number: str, field: Field) -> str:
+    """The raw number of a value, not rounded."""
+    if field.offset:
+        number = f"(plain({number}) - {int(field.offset) if field.is_whole else field.offset!r})"
+    return number if field.scale == 1.0 else f"{number} / {field.scale!r}"
+
+
 def _pack_expression(number: str, field: Field) -> str:
-    if not TYPES[field.type].is_whole:
+    if not field.kind.is_whole:
         return number
-    return f"round({number})" if field.scale == 1.0 else f"round({number} / {field.scale!r})"
+    if field.polynomial:
+        return f"raw_{field.name}({number})"
+    return f"round({_raw_expression(number, field)})"
 
 
 def _limit_expression(number: str, field: Field) -> str:
     """A number in its range; NaN is in none and above none, and so becomes the least."""
-    kind = TYPES[field.type]
-    if not kind.is_whole:
-        return number
-    inside = f"{kind.low} <= (x := {number} / {field.scale!r}) <= {kind.high}"
+    kind = field.kind
+    if not kind.is_whole or field.polynomial:
+        return _pack_expression(number, field)
+    inside = f"{kind.low} <= (x := {_raw_expression(number, field)}) <= {kind.high}"
     return f"(round(x) if {inside} else {kind.high} if x > {kind.high} else {kind.low})"
 
 
 def _value(number: str, field: Field) -> str:
-    return number if field.scale == 1.0 else f"{number} * {field.scale!r}"
+    """The value of a raw number, as `Field.value` computes it."""
+    if field.is_whole:
+        return f"{number} + {int(field.offset)}" if field.offset else number
+    if field.polynomial:
+        text = repr(field.polynomial[-1])
+        for coefficient in field.polynomial[-2::-1]:
+            text = f"({text} * {number} + {coefficient!r})"
+        return text
+    scaled = number if field.scale == 1.0 else f"{number} * {field.scale!r}"
+    return f"{scaled} + {field.offset!r}" if field.offset else scaled
 
 
 def saturate(packet: Packet, values: Sequence) -> list:
@@ -117,19 +148,26 @@ def _raw(name: str, field: Field, value):
         if not isinstance(value, bytes | bytearray | memoryview):
             raise ValueError(f"{name}: must be bytes; received {value!r}")
         return bytes(value)
-    kind, number = TYPES[field.type], _as_float(name, value) / field.scale
-    if math.isnan(number):
+    number, kind = _as_number(name, field, value), field.kind
+    if field.polynomial:
+        return field.raw_of(number)
+    if field.is_whole:
+        number -= int(field.offset)
+    elif kind.is_whole:
+        number = (number - field.offset) / field.scale
+    if number != number:
         return kind.low if kind.is_whole else number
     if kind.is_whole:
         return round(min(max(number, kind.low), kind.high))
     return min(max(number, kind.low), kind.high) if math.isfinite(number) else number
 
 
-def _as_float(name: str, value) -> float:
+def _as_number(name: str, field: Field, value) -> float:
+    """A float; of whole values that are whole already an integer, which has all its digits."""
     try:
         if isinstance(value, str | bytes):
             raise TypeError
-        return float(value)
+        return index(value) if field.is_whole and hasattr(value, "__index__") else float(value)
     except OverflowError:  # a longer integer
         return TYPES["f64"].high if value > 0 else TYPES["f64"].low
     except (TypeError, ValueError):

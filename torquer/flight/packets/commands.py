@@ -10,7 +10,7 @@ delay_s = 60               # executed so long after it is sent
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from difflib import get_close_matches
 from pathlib import Path
@@ -21,7 +21,7 @@ from pydantic import Field
 from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.bits import from_words
-from torquer.flight.packets.dictionary import TYPES, Dictionary, Field as PacketField, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field as PacketField, Packet
 from torquer.flight.packets.frames import EPOCH, Uplink
 from torquer.flight.packets.mistakes import quote_value
 from torquer.scenario.explain import ScenarioError, validate_tables
@@ -85,7 +85,7 @@ def command_numbers(sent: Sent, dictionary: Dictionary, names: Names, place: str
         near = get_close_matches(sent.command, dictionary.up, 1)
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise ScenarioError(
-            f"{place}command: must be one of {', '.join(dictionary.up)}; received "
+            f"{place}command: must be one of {', '.join(dictionary.up) or 'no commands'}; received "
             f"{sent.command!r}{hint}"
         )
     return _numbers(f"{place}values", sent, dictionary.up[sent.command], names)
@@ -124,14 +124,19 @@ def _check_fits(place: str, field: PacketField, value) -> None:
                 f"{quote_value(value)}"
             )
         return
-    kind = TYPES[field.type]
-    low, high = kind.low * field.scale, kind.high * field.scale
-    must = "a whole number" if kind.is_whole and field.scale == 1.0 else "a number"
+    low, high = field.range
+    must = "a whole number" if field.is_whole else "a number"
     is_number = isinstance(value, int | float)
     if not is_number or not low <= value <= high or (must != "a number" and value % 1):
         raise ScenarioError(
-            f"{place}: must be {must} from {low:g} to {high:g}; received {quote_value(value)}"
+            f"{place}: must be {must} from {_text(low)} to {_text(high)}; received "
+            f"{quote_value(value)}"
         )
+
+
+def _text(end: float) -> str:
+    """An end of a range; whole ones have all their digits."""
+    return str(end) if isinstance(end, int) else f"{end:g}"
 
 
 def _number(place: str, name: str, values: Mapping, field: PacketField, names: Names):
@@ -139,15 +144,15 @@ def _number(place: str, name: str, values: Mapping, field: PacketField, names: N
     value = values[name]
     if not isinstance(value, str):
         return value
-    known: Sequence[str] = field.labels
+    known = {label: number for number, label in field.texts.items()}
     if name == "region":
-        known = list(names.regions)
+        known = _numbered(names.regions)
     elif name == "state" and values.get("region") in names.regions:
-        known = list(names.regions[values["region"]][1])
+        known = _numbered(names.regions[values["region"]][1])
     elif name == "flag":
-        known = names.flags
+        known = _numbered(names.flags)
     elif name == "index":
-        known = names.all_parameters()
+        known = _numbered(names.all_parameters())
     elif field.bits:
         try:
             return from_words(field, value)
@@ -158,4 +163,12 @@ def _number(place: str, name: str, values: Mapping, field: PacketField, names: N
     if value not in known:
         one_of = f"one of {', '.join(known)}" if known else "a number: no name is known here"
         raise ScenarioError(f"{place}: must be {one_of}; received {value!r}")
-    return list(known).index(value)
+    return known[value]
+
+
+def _numbered(names: Iterable[str]) -> dict[str, int]:
+    """The place of each name; of a name that comes twice, the first."""
+    found: dict[str, int] = {}
+    for number, name in enumerate(names):
+        found.setdefault(name, number)
+    return found

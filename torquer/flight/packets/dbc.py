@@ -3,15 +3,16 @@
 Messages are called `down_packet_0` (time stamp, status, counter, checksum: see `segments`) and
 `down_packet_1`, ... (data); commands `up_...`. Fields of bytes become unsigned numbers of up to
 eight bytes, `name__0`, `name__1`, ..., little-endian. Names of bits are in comments; a number of
-which a single bit is set has its name as a text.
+which a single bit is set has its name as a text. A big-endian number is stated by its highest bit,
+as DBC does. There is no way to state a polynomial, a float of 16 bits, or an id above 255.
 """
 
 from typing import NamedTuple
 
 from torquer.flight.packets.bits import NONE
-from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import HEADERS, Direction
-from torquer.flight.packets.segments import SEGMENT_BYTES, can_id, places
+from torquer.flight.packets.segments import SEGMENT_BYTES, can_id, checked_places, places
 
 _EXTENDED = 1 << 31
 _FLOATS = {"f32": 1, "f64": 2}
@@ -19,12 +20,12 @@ _SENDERS = {"down": ("Satellite", "Ground"), "up": ("Ground", "Satellite")}
 
 
 class Signal(NamedTuple):
-    """A number in a segment: its field, first byte in the segment, bytes."""
+    """A number in a segment: its field, its first bit in the segment, how many."""
 
     name: str
     field: Field
-    at: int
-    size: int
+    bit: int
+    bits: int
 
 
 class Message(NamedTuple):
@@ -39,7 +40,7 @@ class Message(NamedTuple):
 
 
 def dbc(dictionary: Dictionary) -> str:
-    """The DBC file of a dictionary."""
+    """The DBC file of a dictionary; ValueError with one line for what DBC cannot state."""
     messages = [
         message
         for direction in ("down", "up")
@@ -63,6 +64,7 @@ def dbc(dictionary: Dictionary) -> str:
 
 def _messages(packet: Packet, direction: Direction) -> list[Message]:
     """The segments of a packet."""
+    _check(packet, direction)
     after = len(places(packet)) + 1
     rows = [_first_signals(direction), *(_signals(packet, place) for place in places(packet))]
     sizes = [SEGMENT_BYTES, *(place.stop - place.start for place in places(packet))]
@@ -79,6 +81,18 @@ def _messages(packet: Packet, direction: Direction) -> list[Message]:
     ]
 
 
+def _check(packet: Packet, direction: Direction) -> None:
+    """ValueError for what DBC, or an identifier on the bus, cannot state."""
+    place = f"{direction}.{packet.name}"
+    checked_places(packet)
+    for field in packet.fields:
+        if field.polynomial:
+            raise ValueError(f"{place}.{field.name}: must have scale and offset for DBC; received "
+                             "a polynomial")  # fmt: skip
+        if field.type == "f16":
+            raise ValueError(f"{place}.{field.name}: must be f32 or f64 for DBC; received f16")
+
+
 def _first_signals(direction: Direction) -> list[Signal]:
     """Segment 0."""
     header = {field.name: field for field in HEADERS[direction].fields}
@@ -87,23 +101,22 @@ def _first_signals(direction: Direction) -> list[Signal]:
     checksum = Field(name="checksum", type="u16", description="CRC-16 of the frame")
     time_stamp = header["time_stamp"]
     return [
-        Signal("time_stamp", time_stamp, 0, 4),
-        Signal(code.name, code, 4, 1),
-        Signal("counter", counter, 5, 1),
-        Signal("checksum", checksum, 6, 2),
+        Signal("time_stamp", time_stamp, 0, 32),
+        Signal(code.name, code, 32, 8),
+        Signal("counter", counter, 40, 8),
+        Signal("checksum", checksum, 48, 16),
     ]
 
 
 def _signals(packet: Packet, place: slice) -> list[Signal]:
     """The numbers in one segment, and the parts of bytes."""
     found = []
-    for name, field, at in packet.numbers():
-        size = field.size // len(field.names)
-        begin, end = max(at, place.start), min(at + size, place.stop)
+    for name, field, bit, bits in packet.places:
+        begin, end = max(bit, 8 * place.start), min(bit + bits, 8 * place.stop)
         if begin < end:
-            parts = [p for p in places(packet) if p.start < at + size and p.stop > at]
+            parts = [p for p in places(packet) if 8 * p.start < bit + bits and 8 * p.stop > bit]
             part = f"__{parts.index(place)}" if field.type == "bytes" else ""
-            found.append(Signal(f"{name}{part}", field, begin - place.start, end - begin))
+            found.append(Signal(f"{name}{part}", field, begin - 8 * place.start, end - begin))
     return found
 
 
@@ -118,21 +131,25 @@ def _head(message: Message) -> str:
 
 def _signal(message: Message, signal: Signal) -> str:
     """Place, sign, scale, range and unit of a number."""
-    field, kind = signal.field, TYPES[signal.field.type]
-    is_signed = field.type[0] in "if"
-    least, greatest = kind.low * field.scale, kind.high * field.scale
-    if field.type == "bytes" or not kind.is_whole:
-        least = greatest = 0.0
+    field = signal.field
+    is_big, sign = field.byte_order == "big", "-" if field.kind.letter in "if" else "+"
+    least, greatest = field.range if field.kind.is_whole else (0.0, 0.0)
+    start = (signal.bit | 7) - signal.bit % 8 if is_big else signal.bit  # the highest bit
     return (
-        f"SG_ {signal.name} : {8 * signal.at}|{8 * signal.size}@1{'-' if is_signed else '+'} "
-        f"({field.scale:.17g},0) [{least:.15g}|{greatest:.15g}] "
+        f"SG_ {signal.name} : {start}|{signal.bits}@{'0' if is_big else '1'}{sign} "
+        f"({field.scale:.17g},{field.offset:.17g}) [{_end(least)}|{_end(greatest)}] "
         f'"{field.unit}" {message.nodes[1]}'
     )
 
 
+def _end(value: float) -> str:
+    """An end of a range; whole ones have all their digits."""
+    return str(value) if isinstance(value, int) else f"{value:.15g}"
+
+
 def _labels(field: Field) -> str:
     """Texts of numbers; of bits, of those numbers that have a single one or none."""
-    names = dict(enumerate(field.labels))
+    names = field.texts
     if field.bits:
         names = {0: NONE} | {1 << place: name for place, name in enumerate(field.bits)}
     return " ".join(f'{number} "{name}"' for number, name in names.items())

@@ -1,195 +1,76 @@
 """The dictionary of packets between satellite and ground: frozen specs, read from TOML.
 
-A packet is a row of fields, packed without gaps, little-endian. A field holds one number or
-several, or bytes; value = raw number * `scale`, in `unit`. Whatever reads, writes or describes
-packets (codec, frames, XTCE, DBC, Open MCT, documentation) follows from here.
+A packet is a row of fields, packed without gaps; value = raw number * `scale` + `offset`, in
+`unit`. A field holds one number or several, of 1 to 64 bits in either byte order, or bytes; see
+`fields`. Whatever reads, writes or describes packets (codec, frames, XTCE, DBC, Open MCT,
+documentation) follows from here.
 """
 
 import difflib
 import re
-import struct
 import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self, get_args
 
 import pydantic
-from pydantic import AfterValidator, ValidationError, model_validator
+from pydantic import ValidationError, model_validator
 
-from torquer.base.spec import Spec
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
+from torquer.flight.packets.fields import (
+    ANY_BYTES,
+    MOST_NUMBERS,
+    Described,
+    Field as Field,
+    Fixed,
+    Labels,
+    Name as Name,
+    Order,
+)
 from torquer.flight.packets.mistakes import describe_mistake, quote_value
 from torquer.spacecraft.sensors.devices import DEVICES
 
-#: Bytes of the longest packet: with its header and the protected frame around it, it fits the 1024
-#: bytes of a CCSDS telecommand frame.
-MOST_BYTES = 960
-#: Characters of the longest name: the names that DBC files make of it have at most 32.
-_LONGEST_NAME = 23
 #: Tables of names besides those in `labels` of a file, which go first: all kinds of devices.
 TABLES = {"sensors": tuple(device.name for device in DEVICES)}
 _SHIPPED = Path(__file__).parent
-_LARGEST_F32 = float(struct.unpack("<f", b"\xff\xff\x7f\x7f")[0])
-_LARGEST_F64 = float(struct.unpack("<d", b"\xff\xff\xff\xff\xff\xff\xef\x7f")[0])
-
-
-class Type(NamedTuple):
-    """How a number is packed: its code in `struct`, its bytes, least and greatest raw number."""
-
-    code: str
-    size: int
-    low: float
-    high: float
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether raw numbers are whole."""
-        return self.code in "BHIbhi"
-
-
-TYPES = {
-    "u8": Type("B", 1, 0, 2**8 - 1),
-    "u16": Type("H", 2, 0, 2**16 - 1),
-    "u32": Type("I", 4, 0, 2**32 - 1),
-    "i8": Type("b", 1, -(2**7), 2**7 - 1),
-    "i16": Type("h", 2, -(2**15), 2**15 - 1),
-    "i32": Type("i", 4, -(2**31), 2**31 - 1),
-    "f32": Type("f", 4, -_LARGEST_F32, _LARGEST_F32),
-    "f64": Type("d", 8, -_LARGEST_F64, _LARGEST_F64),
-    "bytes": Type("s", 1, 0, 255),
-}
+#: Keys of fields that a packet, or a whole file, may state for all its fields; their values, and
+#: the types that take them.
+COMMON = {"byte_order": (get_args(Order), "uifx"), "unknown": (("lowest", "none"), "i")}
 
 
 class DictionaryError(ValueError):
     """Mistakes in a dictionary: one line each, with file and key."""
 
 
-def _name(text: str) -> str:
-    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", text) or len(text) > _LONGEST_NAME:
-        raise ValueError(
-            "must be words of lower-case letters and digits, with '_' between them, at most "
-            f"{_LONGEST_NAME} characters"
-        )
-    return text
+Id = Annotated[int, pydantic.Field(ge=0, le=65535)]
+ModuleId = Annotated[int, pydantic.Field(ge=1, le=255)]
 
 
-def _plain(text: str) -> str:
-    if not text.isprintable() or '"' in text or "\\" in text:
-        raise ValueError("must be one line without quotation marks and backslashes")
-    return text
+class Place(NamedTuple):
+    """A number of a packet, or bytes: its name, field, first bit and how many.
 
-
-def _parse_number(text: str) -> str:
-    if not text.strip():
-        raise ValueError("must not be empty")
-    return text
-
-
-def _labels(labels: tuple[str, ...]) -> tuple[str, ...]:
-    if len(set(labels)) < len(labels):
-        raise ValueError("must differ from each other")
-    return labels
-
-
-def _bits(names: tuple[str, ...]) -> tuple[str, ...]:
-    for name in _labels(names):
-        if "," in name or name.isdecimal():
-            raise ValueError(f"must have no commas, and not be numbers; received {name!r}")
-    return names
-
-
-Name = Annotated[str, AfterValidator(_name)]
-Text = Annotated[str, AfterValidator(_plain)]
-Described = Annotated[str, AfterValidator(_plain), AfterValidator(_parse_number)]
-Labels = Annotated[tuple[Described, ...], AfterValidator(_labels)]
-Bits = Annotated[tuple[Described, ...], AfterValidator(_bits)]
-Id = Annotated[int, pydantic.Field(ge=1, le=255)]
-
-
-class _Fixed(Spec):
-    """A spec of which copies are the same object: it is frozen, and snapshots hold many."""
-
-    def __copy__(self) -> Self:
-        return self
-
-    def __deepcopy__(self, memo: Any = None) -> Self:
-        return self
-
-
-class Field(_Fixed):
-    """One number of a packet, or `count` of them, or `count` bytes."""
-
-    name: Name
-    """Name, unique in its packet."""
-    type: Literal["u8", "u16", "u32", "i8", "i16", "i32", "f32", "f64", "bytes"]
-    """How a number is packed; `bytes`: as they are."""
-    description: Described
-    """What it is."""
-    unit: Text = ""
-    """Unit of the value."""
-    scale: float = pydantic.Field(default=1.0, gt=0.0)
-    """Value of the raw number one; 1 for f32, f64 and bytes."""
-    count: int = pydantic.Field(default=1, ge=1, le=MOST_BYTES)
-    """How many numbers or bytes."""
-    labels: Labels = ()
-    """What the raw numbers 0, 1, ... mean; in a file, also the name of a table in `labels`."""
-    bits: Bits = ()
-    """Names of its bits, of which any may be set, the lowest first; in a file, also the name of a
-    table in `labels`, or `sensors`: all kinds of devices.
+    A bit counts from the beginning of the packet, in the byte order of the field.
     """
-    limits: tuple[float, float] | None = None
-    """Least and greatest value that is in order; the ground is warned beyond."""
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        kind = TYPES[self.type]
-        if self.scale != 1.0 and not kind.is_whole:
-            raise ValueError(f"scale: must be 1 for the type {self.type}; received {self.scale}")
-        for key, most in (("labels", kind.high + 1), ("bits", 8 * kind.size)):
-            names = getattr(self, key)
-            if names and (self.type[0] != "u" or self.scale != 1.0):
-                raise ValueError(
-                    f"{key}: must belong to an unsigned type without a scale; received "
-                    f"type {self.type}, scale {self.scale:g}"
-                )
-            if len(names) > most:
-                raise ValueError(
-                    f"{key}: must be at most {most} for the type {self.type}; received {len(names)}"
-                )
-        if self.labels and self.bits:
-            raise ValueError("bits: must be left out with labels; received both")
-        if self.limits and (self.type == "bytes" or not self.limits[0] < self.limits[1]):
-            raise ValueError(f"limits: must be [least, greatest]; received {list(self.limits)}")
-        return self
+    name: str
+    field: Field
+    bit: int
+    bits: int
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Name of each number: `_x`, `_y`, `_z` for three, `_0`, `_1`, ... for other counts."""
-        if self.count == 1 or self.type == "bytes":
-            return (self.name,)
-        ends = "xyz" if self.count == 3 else map(str, range(self.count))
-        return tuple(f"{self.name}_{end}" for end in ends)
-
-    @property
-    def format(self) -> str:
-        """The field in the letters of `struct`."""
-        code = TYPES[self.type].code
-        return f"{self.count}s" if code == "s" else code * self.count
-
-    @property
-    def size(self) -> int:
-        """Bytes of the field."""
-        return TYPES[self.type].size * self.count
+    def end(self) -> int:
+        """The byte after its last one."""
+        return -(-(self.bit + self.bits) // 8)
 
 
-class Packet(_Fixed):
+class Packet(Fixed):
     """The data of a frame. A packet of the uplink is a command to a module."""
 
     name: Name
     """Name, unique in its direction."""
     id: Id
-    """`msg_id` of the header, unique in its direction."""
+    """`msg_id` of the header, unique in its direction; of a space packet its APID."""
     description: Described
     """What it is."""
     fields: tuple[Field, ...]
@@ -211,8 +92,13 @@ class Packet(_Fixed):
             if name in seen:
                 raise ValueError(f"fields: names must differ; received {name} twice")
             seen.add(name)
-        if not 0 < self.size <= MOST_BYTES:
-            raise ValueError(f"fields: must have 1 to {MOST_BYTES} bytes; received {self.size}")
+        _check_packing(self.fields)
+        if not 0 < self.size <= ANY_BYTES:
+            raise ValueError(f"fields: must have 1 to {ANY_BYTES} bytes; received {self.size}")
+        if len(self.names) > MOST_NUMBERS:
+            raise ValueError(
+                f"fields: must have at most {MOST_NUMBERS} numbers; received {len(self.names)}"
+            )
         times = {f.names[0] for f in self.fields if len(f.names) == 1 and f.type != "bytes"}
         if self.time_ms and self.time_ms not in times:
             raise ValueError(f"time_ms: must be a field of one number; received {self.time_ms!r}")
@@ -224,22 +110,51 @@ class Packet(_Fixed):
         return _names(self)
 
     @property
+    def struct_format(self) -> str | None:
+        """The data in the letters of `struct`; None if it cannot pack them."""
+        orders = {f.byte_order for f in self.fields if f.kind.letter != "x" and f.kind.bits > 8}
+        letters = "".join(field.format for field in self.fields)
+        if "?" in letters or len(orders) > 1:
+            return None
+        return (">" if "big" in orders else "<") + letters
+
+    @property
     def format(self) -> str:
-        """The data in the letters of `struct`: packed, little-endian."""
-        return "<" + "".join(field.format for field in self.fields)
+        """How the data are packed, in a text that differs where that does."""
+        return self.struct_format or " ".join(
+            f"{f.byte_order[0]} {f.count}{f.type}" for f in self.fields
+        )
 
     @property
     def size(self) -> int:
         """Bytes of the data."""
         return _size(self)
 
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where each value is, in order."""
+        return _places(self)
+
     def numbers(self) -> Iterator[tuple[str, Field, int]]:
         """(name, field, first byte) of each value."""
-        at = 0
-        for field in self.fields:
-            for name in field.names:
-                yield name, field, at
-                at += field.size // len(field.names)
+        return ((each.name, each.field, each.bit // 8) for each in self.places)
+
+
+def _check_packing(fields: tuple[Field, ...]) -> None:
+    """Bytes begin, the byte order changes, and the packet ends where a byte does."""
+    at, order = 0, ""
+    for field in fields:
+        if at % 8 and field.type == "bytes":
+            raise ValueError(f"fields: bytes must begin at a whole byte; received {field.name} "
+                             f"{at % 8} bits after one")  # fmt: skip
+        if at % 8 and field.byte_order != order:
+            raise ValueError(f"fields: the byte order must change at a whole byte; received "
+                             f"{field.name or 'padding'} ({field.byte_order}) {at % 8} bits after "
+                             "one")  # fmt: skip
+        at, order = at + field.bit_size, field.byte_order
+    if at % 8:
+        raise ValueError("fields: must fill whole bytes, by padding (type = \"pad\", count = "
+                         f"{-at % 8}) if need be; received {at} bits")  # fmt: skip
 
 
 @cache
@@ -249,16 +164,26 @@ def _names(packet: Packet) -> tuple[str, ...]:
 
 @cache
 def _size(packet: Packet) -> int:
-    return struct.calcsize(packet.format)
+    return sum(field.bit_size for field in packet.fields) // 8
 
 
-class Dictionary(_Fixed):
+@cache
+def _places(packet: Packet) -> tuple[Place, ...]:
+    found, at = [], 0
+    for field in packet.fields:
+        bits = field.bit_size // max(len(field.names), 1)
+        found += [Place(name, field, at + k * bits, bits) for k, name in enumerate(field.names)]
+        at += field.bit_size
+    return tuple(found)
+
+
+class Dictionary(Fixed):
     """All packets of a satellite, by name."""
 
     name: Described
     """Name of the satellite."""
-    modules: dict[Name, Id] = pydantic.Field(min_length=1)
-    """Ids of the modules of its software."""
+    modules: dict[Name, ModuleId] = pydantic.Field(default_factory=dict)
+    """Ids of the modules of its software; only commands need them."""
     labels: dict[Name, Labels] = pydantic.Field(default_factory=dict)
     """Enumerations, by name."""
     down: dict[str, Packet] = pydantic.Field(default_factory=dict)
@@ -274,9 +199,9 @@ class Dictionary(_Fixed):
         for packet in self.up.values():
             if packet.module not in self.modules:
                 received = repr(packet.module) if packet.module else "nothing"
+                known = ", ".join(self.modules) or "the table [modules], which is empty"
                 raise ValueError(
-                    f"up.{packet.name}.module: must be one of {', '.join(self.modules)}; "
-                    f"received {received}"
+                    f"up.{packet.name}.module: must be one of {known}; received {received}"
                 )
         return self
 
@@ -311,8 +236,10 @@ def load_dictionary(source: str | Path, extra: tuple = ()) -> Dictionary:
     found: dict[str, Any] = {}
     for path in (first, *map(Path, extra)):
         try:
-            found = _join(found, _read_toml(path))
-            found |= {key: _with_fields(found, key) for key in ("down", "up")}
+            data = _read_toml(path)
+            common = _common(data, "")
+            found = _join(found, data)
+            found |= {key: _with_fields(found, key, common) for key in ("down", "up")}
             dictionary = Dictionary.model_validate(found)
         except ValidationError as error:
             lines = dict.fromkeys(map(describe_mistake, error.errors()))
@@ -362,13 +289,27 @@ def _join(known: dict, data: dict) -> dict:
     return joined
 
 
-def _with_fields(data: dict, direction: str) -> dict:
-    """Packets with their names and all their fields; those that are specs already stay."""
+def _common(table: dict, place: str) -> dict[str, str]:
+    """What a file or packet states for all its fields, taken out of its table."""
+    found = {key: table.pop(key) for key in COMMON if key in table}
+    for key, value in found.items():
+        if value not in COMMON[key][0]:
+            must = " or ".join(map(repr, COMMON[key][0]))
+            raise ValueError(f"{place}{key}: must be {must}; received {quote_value(value)}")
+    return found
+
+
+def _with_fields(data: dict, direction: str, common: dict[str, str]) -> dict:
+    """Packets with their names and all their fields; those that are specs already stay.
+
+    `common`: what the file states for all fields.
+    """
     packets = dict(data.get(direction, {}))
     for name, table in packets.items():
         if isinstance(table, Packet) or not isinstance(table, dict):
             continue
-        fields, place = table.get("fields"), f"{direction}.{name}"
+        table, place = dict(table), f"{direction}.{name}"
+        fields, of_packet = table.get("fields"), common | _common(table, f"{place}.")
         if "name" in table:
             raise ValueError(f"{place}.name: must not be given: it is the table's name")
         if direction == "down" and "module" in table:
@@ -378,10 +319,24 @@ def _with_fields(data: dict, direction: str) -> dict:
         elif isinstance(fields, list):
             tables = TABLES | data.get("labels", {})
             fields = [_label(f, tables, f"{place}.fields[{i}]") for i, f in enumerate(fields)]
+            fields = [_complete(field, of_packet) for field in fields]
             fields = [ACKNOWLEDGE, *fields] if direction == "up" else fields
         known = {} if fields is None else {"fields": fields}
         packets[name] = {**table, "name": name, **known}
     return packets
+
+
+def _complete(field, common: dict[str, str]):
+    """A field with what is common to all of its packet, and padding with what stands for a name."""
+    kind = field.get("type") if isinstance(field, dict) else None
+    if not isinstance(kind, str):
+        return field
+    letter = "x" if kind == "pad" else "s" if kind == "bytes" else kind[:1]
+    stated = {key: value for key, value in common.items() if letter in COMMON[key][1]}
+    if kind.endswith(("be", "le")):
+        stated.pop("byte_order", None)
+    begin = {"name": "", "description": "padding"} if kind == "pad" else {}
+    return {**begin, **stated, **field}
 
 
 def _copied_fields(packets: dict, name: str, place: str):

@@ -17,6 +17,8 @@ _MUST = {
     "too_long": "must be two numbers",  # limits are the only list of fixed length
     "tuple_type": "must be a list",
 }
+#: Parts of a place that pydantic adds: of a key, of labels as a list or a table.
+_NOT_WRITTEN = ("[key]", "[list]", "[table]")
 
 
 def describe_mistake(mistake: Any) -> str:
@@ -31,6 +33,8 @@ def describe_mistake(mistake: Any) -> str:
         return f"{key}: {text}; received {received}"
     if kind == "missing" and isinstance(mistake["input"], list | tuple):
         key, kind, received = _key(place[:-1]), "too_long", quote_value(mistake["input"])
+    if kind == "tuple_type" and place[-1] == "[list]":
+        return f"{key}: must be a list or a table; received {received}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 
@@ -39,7 +43,7 @@ def _key(place: tuple) -> str:
     """A key as the user writes it; `acknowledge` does not count among the fields of a command."""
     shift = 1 if place[:1] == ("up",) else 0
     shown_key = ""
-    for level, part in enumerate(part for part in place if part != "[key]"):
+    for level, part in enumerate(part for part in place if part not in _NOT_WRITTEN):
         number = part - shift if level == 3 and isinstance(part, int) else part
         shown_key += f"[{number}]" if isinstance(part, int) else f".{part}"
     return shown_key.removeprefix(".")

@@ -4,7 +4,7 @@ The key of a point is `packet.name`; its values have a `utc` time in millisecond
 number of bits, `bits` has their names, the lowest first; Open MCT itself shows the number.
 """
 
-from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 
 
 def openmct(dictionary: Dictionary) -> dict:
@@ -29,9 +29,7 @@ def _measurement(packet: Packet, name: str, field: Field) -> dict:
     if field.unit:
         value["unit"] = field.unit
     if field.labels:
-        value["enumerations"] = [
-            {"value": i, "string": text} for i, text in enumerate(field.labels)
-        ]
+        value["enumerations"] = [{"value": i, "string": text} for i, text in field.texts.items()]
     if field.bits:
         value["bits"] = list(field.bits)
     time = {"key": "utc", "source": "utc", "name": "Time", "format": "utc", "hints": {"domain": 1}}
@@ -51,4 +49,4 @@ def _format(field: Field) -> str:
         return "enum"
     if field.type == "bytes":
         return "string"
-    return "integer" if TYPES[field.type].is_whole and field.scale == 1.0 else "float"
+    return "integer" if field.is_whole else "float"

@@ -237,6 +237,8 @@ def _known_id(packets: Mapping[str, Packet], name: str) -> int:
     """Id of the packet of a name, if its fields are those that the profile knows; 0 if not."""
     packet = packets.get(name)
     fields = () if packet is None else packet.fields
-    plain = all(field.count == 1 and field.scale == 1.0 for field in fields)
+    plain = all(
+        field.count == 1 and field.is_raw and field.byte_order == "little" for field in fields
+    )
     listed = ", ".join(f"{field.name} {field.type}" for field in fields)
     return packet.id if packet is not None and plain and listed == _EXPECTED[name] else 0

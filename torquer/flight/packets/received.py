@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import Frame
 
 if TYPE_CHECKING:
@@ -44,20 +44,20 @@ def _table(packet: Packet, received: list[tuple[float, Frame]]) -> xr.Dataset:
     }
     columns = zip(*(frame.values for frame in frames), strict=True)
     for (name, field, _), column in zip(packet.numbers(), columns, strict=True):
-        variables[name] = ("frame", np.array(column), field_attributes(field))
+        values = np.array(column, "u8" if field.dtype == "u8" else None)
+        variables[name] = ("frame", values, field_attributes(field))
     return xr.Dataset(variables, attrs={"packet": packet.name, "description": packet.description})
 
 
 def field_attributes(field: Field) -> dict:
     """Attributes of a variable with the numbers of a field: unit, description, labels, bits."""
     found: dict = {"units": field.unit or "1", "long_name": field.description}
-    kind = TYPES[field.type]
-    if kind.is_whole and kind.low < 0:
-        found["unknown"] = kind.low * field.scale
+    if field.unknown_value is not None:
+        found["unknown"] = field.unknown_value
     if field.bits:
         found["flag_masks"] = [1 << place for place in range(len(field.bits))]
     if field.labels:
-        found["flag_values"] = list(range(len(field.labels)))
-    if names := field.labels or field.bits:
+        found["flag_values"] = list(field.texts)
+    if names := tuple(field.texts.values()) or field.bits:
         found["flag_meanings"] = " ".join(name.replace(" ", "_") for name in names)
     return found

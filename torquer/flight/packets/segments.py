@@ -8,18 +8,22 @@ data in order. No number crosses from one segment into the next, so that each ha
 own, which a DBC file states (`dbc`).
 
 Anything else, protected frames above all, goes as a stream of bytes under the id 0, which no packet
-has; there the number of the segment counts on.
+has; there the number of the segment counts on. So do packets whose numbers would cross from one
+segment into the next, or that an identifier has no room for.
 """
 
 import struct
 from binascii import crc_hqx
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary, Packet
 from torquer.flight.packets.frames import FRAMESYNC, HEADER, HEADER_BYTES, Direction
 
+#: Greatest id of a packet, and greatest number of a segment, in an identifier.
+MOST_ID = 255
 #: Bytes of a CAN frame's data.
 SEGMENT_BYTES = 8
 _DIRECTIONS = {"up": 0, "down": 1}
@@ -43,17 +47,43 @@ def can_id(direction: Direction, packet_id: int, number: int) -> int:
 def places(packet: Packet) -> tuple[slice, ...]:
     """Which bytes of the data the segments 1, 2, ... hold."""
     found: list[slice] = []
-    start = end = 0
-    for _, field, at in packet.numbers():
-        after = at + field.size // len(field.names)
-        while field.type == "bytes" and after - start > SEGMENT_BYTES:
-            found.append(slice(start, start + SEGMENT_BYTES))
-            start += SEGMENT_BYTES
-        if after - start > SEGMENT_BYTES:
-            found.append(slice(start, end))
-            start = end
-        end = after
-    return (*found, slice(start, end))
+    start = cut = 0
+    for place in packet.places:
+        if place.bit % 8 == 0:
+            cut = place.bit // 8
+            start = _fill(found, start, cut)  # with padding
+        if place.field.type == "bytes":
+            start = _fill(found, start, place.end)
+        if place.end - start > SEGMENT_BYTES:
+            found.append(slice(start, cut))
+            start = cut
+        if not start < place.end <= start + SEGMENT_BYTES:
+            raise ValueError(
+                f"{packet.name}: must have numbers that begin at whole bytes, at least one in "
+                f"{SEGMENT_BYTES}, for segments on a CAN bus; received {place.name} after others"
+            )
+    start = _fill(found, start, packet.size)
+    return (*found, slice(start, packet.size))
+
+
+def checked_places(packet: Packet) -> tuple[slice, ...]:
+    """As `places`; ValueError with one line for a packet that an identifier has no room for."""
+    if not 0 < packet.id <= MOST_ID:
+        raise ValueError(f"{packet.name}: must have an id from 1 to {MOST_ID}, as identifiers of "
+                         f"segments have one byte for it; received {packet.id}")  # fmt: skip
+    found = places(packet)
+    if len(found) > MOST_ID:
+        raise ValueError(f"{packet.name}: must have at most {MOST_ID} segments; received "
+                         f"{len(found)}")  # fmt: skip
+    return found
+
+
+def _fill(found: list[slice], start: int, end: int) -> int:
+    """Where the rest begins once whole segments hold the bytes from start to end."""
+    while end - start > SEGMENT_BYTES:
+        found.append(slice(start, start + SEGMENT_BYTES))
+        start += SEGMENT_BYTES
+    return start
 
 
 def _checksum(time_s: int, code: int, counter: int, data: bytes) -> int:
@@ -185,6 +215,9 @@ class Joiner:
 
 
 def _by_id(dictionary: Dictionary, direction: Direction) -> dict[int, tuple[slice, ...]]:
-    """Places of the segments of every packet."""
-    packets = dictionary.down if direction == "down" else dictionary.up
-    return {packet.id: places(packet) for packet in packets.values()}
+    """Places of the segments of every packet that can be sent in segments."""
+    packets, found = dictionary.down if direction == "down" else dictionary.up, {}
+    for packet in packets.values():
+        with suppress(ValueError):
+            found[packet.id] = checked_places(packet)
+    return found

@@ -13,13 +13,14 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.bits import dictionary_for
 from torquer.flight.packets.dictionary import Dictionary, load_dictionary
+from torquer.flight.packets.framing import LinkKind, check_framing
 from torquer.flight.packets.keys import Keys, read_key
 from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
@@ -55,9 +56,10 @@ class SoftwareFile(Spec):
     """Dictionary of packets: a shipped one by name, or a file."""
     packets: tuple[Path, ...] = ()
     """Files of further modules and packets, added to the dictionary."""
-    link: Literal["historical", "protected", "pus"] = "protected"
+    link: LinkKind = "protected"
     """Frames of the link: those of Chibis-M; these within frames with checksum and MAC; space
-    packets of PUS-C (ECSS-E-ST-70-41C) within such frames."""
+    packets of PUS-C (ECSS-E-ST-70-41C) within such frames; space packets (CCSDS 133.0-B) of another
+    satellite as they come, which are read only."""
     up_key: Path | None = None
     """File of the key of commands (all but historical); unless given, one that everybody knows."""
     down_key: Path | None = None
@@ -78,7 +80,7 @@ class SoftwareFile(Spec):
 class SpaceLink:
     """What both ends of a link know of it: name of the software, packets, kind of frames, keys.
 
-    `link`: historical, protected or pus, as `SoftwareFile` has it.
+    `link`: historical, protected, pus or space_packets, as `SoftwareFile` has it.
     """
 
     name: str
@@ -108,7 +110,12 @@ def load_link(source: str | Path | Mapping | None = None) -> SpaceLink:
 
 def make_link(file: SoftwareFile, folder: Path = Path()) -> SpaceLink:
     """The link that a software file describes; `folder`: to which its paths are relative."""
-    return SpaceLink(file.name, _dictionary(file, folder), file.link, _keys(file, folder))
+    dictionary = _dictionary(file, folder)
+    try:
+        check_framing(dictionary, file.link)
+    except ValueError as error:
+        raise ScenarioError(str(error)) from None
+    return SpaceLink(file.name, dictionary, file.link, _keys(file, folder))
 
 
 def read_software(source: str | Path | Mapping | None) -> tuple[SoftwareFile, Path]:

@@ -9,6 +9,7 @@ from torquer.flight.packets.frames import Frame, Stream
 from torquer.flight.packets.protected import CommandSender, TelemetryReceiver
 from torquer.flight.packets.pus_user import User
 from torquer.flight.packets.software_file import SpaceLink
+from torquer.flight.packets.space_stream import SpaceStream
 
 
 class Protection(NamedTuple):
@@ -30,7 +31,7 @@ class Station:
     def __init__(self, link: SpaceLink):
         keys, self.stream = link.keys, _new_stream(link)
         self.protection: Protection | None = None
-        if link.link != "historical":
+        if link.link in ("protected", "pus"):
             self.protection = Protection(
                 CommandSender(keys.up, keys.spi, keys.spacecraft),
                 TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft),
@@ -79,7 +80,9 @@ class Station:
         yield from self.stream.finish()
 
 
-def _new_stream(link: SpaceLink) -> Stream | User:
+def _new_stream(link: SpaceLink) -> Stream | User | SpaceStream:
+    if link.link == "space_packets":
+        return SpaceStream(link.dictionary)
     if link.link == "pus":
         return User(link.dictionary, apid=link.keys.spacecraft)
     return Stream(link.dictionary, "down")

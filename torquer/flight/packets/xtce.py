@@ -1,19 +1,22 @@
 """The dictionary as XTCE 1.2 (CCSDS 660.0-B): telemetry and commands in their historical frames.
 
 Telemetry: an abstract container `downlink__frame` with the header; each packet inherits it by
-`msg_id`. Parameters are called `packet__name`; their raw numbers are little-endian, scales are
-calibrators, limits are warning ranges; names of bits are ancillary data of their type. Commands: a
+`msg_id`, a space packet by `apid`. Parameters are called `packet__name`; scales, offsets and
+polynomials are calibrators, limits are warning ranges; names of bits, and that the lowest number
+means "not known", are ancillary data of their type; padding has parameters of its own. Commands: a
 fixed header around the argument `frame__time_stamp`, then the fields; a scale is the calibrator
 from raw number to value, as the schema defines it. A reader of XTCE thus decodes the downlink and
 encodes commands without this package.
 """
 
 import re
+from collections.abc import Iterator
 from typing import Any
 from xml.etree import ElementTree
 
-from torquer.flight.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import HEADER_BYTES, HEADERS, Uplink
+from torquer.flight.packets.framing import Framing, check_framing, framing_of
 
 _NAMESPACE = "http://www.omg.org/spec/XTCE/20180204"
 _ROOT = {
@@ -21,18 +24,25 @@ _ROOT = {
     "xmlns:xsi": "http://www.w3.org/2001/XMLSchema-instance",
     "xsi:schemaLocation": f"{_NAMESPACE} https://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd",
 }
-_ORDER = {"byteOrder": "leastSignificantByteFirst"}
-#: Container that every packet of telemetry inherits, and argument of every command: no packet and
-#: no field has a name with two '_'.
-FRAME = "downlink__frame"
+_ORDER = {"little": {"byteOrder": "leastSignificantByteFirst"}, "big": {}}
+#: Names of ancillary data: that the lowest number means "not known"; the field with the time.
+UNKNOWN, TIME = "unknown", "time_ms"
+#: Bits of the widest parameter of padding; what such parameters are called after their packet.
+_PAD_BITS, PAD = 64, "pad"
+#: Container that every packet of our frames inherits, and argument of every command.
+FRAME = framing_of("historical").container
 TIME_STAMP = "frame__time_stamp"
 
 
-def xtce(dictionary: Dictionary) -> str:
-    """The XTCE document of a dictionary."""
+def xtce(dictionary: Dictionary, link: str = "historical") -> str:
+    """The XTCE document of a dictionary whose packets come by a kind of link (`software_file`).
+
+    ValueError with one line for what XTCE cannot state: little-endian numbers not of whole bytes.
+    """
+    check_framing(dictionary, link)
     name = re.sub(r"[./:\[\] ]", "_", dictionary.name)
     root = ElementTree.Element("SpaceSystem", {"name": name, **_ROOT})
-    _add_telemetry(root, dictionary)
+    _add_telemetry(root, dictionary, framing_of(link))
     if dictionary.up:
         _add_commands(root, dictionary)
     ElementTree.indent(root)
@@ -47,15 +57,15 @@ def _add(parent: ElementTree.Element, tag: str, text: str = "", /, **attributes:
     return element
 
 
-def _add_telemetry(root: ElementTree.Element, dictionary: Dictionary) -> None:
+def _add_telemetry(root: ElementTree.Element, dictionary: Dictionary, framing: Framing) -> None:
     telemetry = _add(root, "TelemetryMetaData")
     sets = [_add(telemetry, f"{each}Set") for each in ("ParameterType", "Parameter", "Container")]
-    _add_container(sets, FRAME, HEADERS["down"], prefix="", abstract="true")
+    _add_container(sets, framing.container, framing.header, prefix="", abstract="true")
     for packet in dictionary.down.values():
         container = _add_container(sets, packet.name, packet, prefix=f"{packet.name}__")
-        base = _add(container, "BaseContainer", containerRef=FRAME)
+        base = _add(container, "BaseContainer", containerRef=framing.container)
         criteria = _add(base, "RestrictionCriteria")
-        of_header = {"parameterRef": "msg_id", "useCalibratedValue": "false"}
+        of_header = {"parameterRef": framing.id_field, "useCalibratedValue": "false"}
         _add(criteria, "Comparison", value=packet.id, **of_header)
 
 
@@ -69,10 +79,14 @@ def _add_container(sets: list, name: str, packet: Packet, prefix: str, **attribu
         shortDescription=packet.description,
         **attributes,
     )
+    if packet.time_ms:
+        _add(_add(container, "AncillaryDataSet"), "AncillaryData", packet.time_ms, name=TIME)
     entries = _add(container, "EntryList")
-    for field in packet.fields:
-        type_name = _add_type(types, f"{prefix}{field.name}", field, "Parameter")
-        for each in field.names:
+    for at, field in enumerate(_with_parts(packet)):
+        _check_order(packet, field)
+        own = field.name or f"{PAD}__{at}"
+        type_name = _add_type(types, f"{prefix}{own}", field, "Parameter")
+        for each in field.names or (own,):
             _add(
                 parameters,
                 "Parameter",
@@ -82,6 +96,27 @@ def _add_container(sets: list, name: str, packet: Packet, prefix: str, **attribu
             )
             _add(entries, "ParameterRefEntry", parameterRef=f"{prefix}{each}")
     return container
+
+
+def _with_parts(packet: Packet) -> Iterator[Field]:
+    """The fields, padding in parts that a parameter can have."""
+    for field in packet.fields:
+        left = field.count if field.type == "pad" else 0
+        while left > _PAD_BITS:
+            yield field.model_copy(update={"count": _PAD_BITS})
+            left -= _PAD_BITS
+        yield field.model_copy(update={"count": left}) if left else field
+
+
+def _check_order(packet: Packet, field: Field) -> None:
+    """ValueError for a little-endian number that XTCE cannot state."""
+    places = [place for place in packet.places if place.field == field]
+    bits = [field.bit_size] if field.type == "pad" else [p.bit | p.bits for p in places]
+    if field.byte_order == "little" and any(each % 8 for each in bits):
+        raise ValueError(
+            f"{packet.name}.{field.name or 'padding'}: must be big-endian for XTCE, or of whole "
+            f"bytes at whole bytes; received {field.bit_size} little-endian bits"
+        )
 
 
 def _add_commands(root: ElementTree.Element, dictionary: Dictionary) -> None:
@@ -98,7 +133,11 @@ def _add_commands(root: ElementTree.Element, dictionary: Dictionary) -> None:
         empty = [b"" if field.type == "bytes" else 0 for _, field, _ in packet.numbers()]
         _add_header(entries, frames.frame(packet.name, 0, empty)[:HEADER_BYTES])
         _add_argument(arguments, TIME_STAMP, time_type, time_stamp)
-        for field in packet.fields:
+        for at, field in enumerate(packet.fields):
+            _check_order(packet, field)
+            if field.type == "pad":
+                _add_fixed(entries, f"{PAD}__{at}", bytes(-(-field.count // 8)), field.count)
+                continue
             type_name = _add_type(types, f"{packet.name}__{field.name}", field, "Argument")
             for each in field.names:
                 _add_argument(arguments, each, type_name, field)
@@ -114,63 +153,82 @@ def _add_header(entries: ElementTree.Element, header: bytes) -> None:
     """The header of a command: all fixed but its execution time."""
     at = 0
     for field in HEADERS["up"].fields:
-        value = header[at : at + field.size].hex().upper()
+        value = header[at : at + field.size]
         at += field.size
         if field.name == "time_stamp":
             _add(entries, "ArgumentRefEntry", argumentRef=TIME_STAMP)
         else:
-            bits = {"binaryValue": value, "sizeInBits": 8 * field.size}
-            _add(entries, "FixedValueEntry", name=field.name, **bits)
+            _add_fixed(entries, field.name, value, 8 * field.size)
+
+
+def _add_fixed(entries: ElementTree.Element, name: str, value: bytes, bits: int) -> None:
+    keys = {"binaryValue": value.hex().upper(), "sizeInBits": bits}
+    _add(entries, "FixedValueEntry", name=name, **keys)
 
 
 def _add_type(types: ElementTree.Element, name: str, field: Field, role: str) -> str:
     """A type of parameters or arguments; its name."""
-    kind, bits = TYPES[field.type], 8 * TYPES[field.type].size
-    group, attributes = "Integer", {"signed": str(field.type[0] == "i").lower()}
-    if field.type == "bytes":
-        group, attributes = "Binary", {}
-    elif field.labels:
-        group, attributes = "Enumerated", {}
-    elif not kind.is_whole or field.scale != 1.0:
-        group, attributes = "Float", {"sizeInBits": "64"}
+    group, attributes = _group(field)
     name = f"{name}_type"
     element = _add(types, f"{group}{role}Type", name=name, **attributes)
-    if field.bits:
-        bits_of = _add(element, "AncillaryDataSet")
-        for place, bit in enumerate(field.bits):
-            _add(bits_of, "AncillaryData", bit, name=f"bit {place}")
+    ancillary = [(f"bit {place}", bit) for place, bit in enumerate(field.bits)]
+    if field.unknown_value is not None:
+        ancillary.append((UNKNOWN, "the lowest raw number"))
+    noted = _add(element, "AncillaryDataSet") if ancillary else element
+    for key, text in ancillary:
+        _add(noted, "AncillaryData", text, name=key)
     if field.unit:
         _add(_add(element, "UnitSet"), "Unit", field.unit)
-    if field.type == "bytes":
-        size = _add(_add(element, "BinaryDataEncoding"), "SizeInBits")
-        _add(size, "FixedValue", str(bits * field.count))
-    elif not kind.is_whole:
-        _add(element, "FloatDataEncoding", sizeInBits=bits, encoding="IEEE754", **_ORDER)
-    else:
-        encoding = "twosComplement" if field.type[0] == "i" else "unsigned"
-        whole = _add(element, "IntegerDataEncoding", sizeInBits=bits, encoding=encoding, **_ORDER)
-        _add_scale(whole, field.scale)
+    _add_encoding(element, field)
     labels = _add(element, "EnumerationList") if field.labels else element
-    for number, label in enumerate(field.labels):
+    for number, label in field.texts.items():
         _add(labels, "Enumeration", value=number, label=label)
     if not field.labels:
         _add_limits(element, field, role)
     return name
 
 
-def _add_scale(encoding: ElementTree.Element, scale: float) -> None:
-    if scale != 1.0:
-        polynomial = _add(_add(encoding, "DefaultCalibrator"), "PolynomialCalibrator")
-        _add(polynomial, "Term", coefficient="0", exponent="0")
-        _add(polynomial, "Term", coefficient=repr(scale), exponent="1")
+def _group(field: Field) -> tuple[str, dict[str, str]]:
+    """What begins the name of a type's element, and its attributes."""
+    if field.type == "bytes":
+        return "Binary", {}
+    if field.labels:
+        return "Enumerated", {}
+    if field.kind.letter == "f" or not field.is_raw:
+        return "Float", {"sizeInBits": "64"}
+    wide = {"sizeInBits": "64"} if field.kind.bits > 32 else {}
+    return "Integer", {"signed": str(field.kind.letter == "i").lower(), **wide}
+
+
+def _add_encoding(element: ElementTree.Element, field: Field) -> None:
+    """How the raw number is packed, and how the value follows from it."""
+    letter, order = field.kind.letter, _ORDER[field.byte_order]
+    bits = field.bit_size if letter in "sx" else field.kind.bits
+    if letter == "s":
+        size = _add(_add(element, "BinaryDataEncoding"), "SizeInBits")
+        _add(size, "FixedValue", str(bits))
+    elif letter == "f":
+        _add(element, "FloatDataEncoding", sizeInBits=bits, encoding="IEEE754", **order)
+    else:
+        encoding = "twosComplement" if letter == "i" else "unsigned"
+        whole = _add(element, "IntegerDataEncoding", sizeInBits=bits, encoding=encoding, **order)
+        if not field.is_raw:
+            _add_polynomial(whole, field.coefficients)
+
+
+def _add_polynomial(encoding: ElementTree.Element, coefficients: tuple[float, ...]) -> None:
+    polynomial = _add(_add(encoding, "DefaultCalibrator"), "PolynomialCalibrator")
+    for exponent, each in enumerate(coefficients):
+        _add(polynomial, "Term", coefficient=repr(each) if each else "0", exponent=exponent)
 
 
 def _add_limits(element: ElementTree.Element, field: Field, role: str) -> None:
     """Limits: a warning range of telemetry, the valid range of a command."""
     if field.limits is None:
         return
-    whole = TYPES[field.type].is_whole and field.scale == 1.0
-    least, greatest = (int(x) if whole and x == int(x) else x for x in field.limits)
+    least, greatest = (
+        int(x) if field.is_whole and field.is_raw and x == int(x) else x for x in field.limits
+    )
     ends = {"minInclusive": least, "maxInclusive": greatest}
     if role == "Argument":
         _add(_add(element, "ValidRangeSet"), "ValidRange", **ends)

@@ -51,6 +51,11 @@ def load_software(source: str | Path | Mapping | None = None) -> Software:
     Paths in it are relative to the file. `ScenarioError` with one line for each mistake.
     """
     file, folder = read_software(source)
+    if file.link == "space_packets":
+        raise ScenarioError(
+            "link: must be historical, protected or pus for software that flies; "
+            "received 'space_packets'"
+        )
     link = make_link(file, folder)
     classes = _classes(file, folder)
     installed = {}

@@ -171,7 +171,7 @@ def _column(raw: np.ndarray, field: Field) -> list:
         return [digits[at : at + size] for at in range(0, len(digits), size)]
     if raw.dtype.kind == "f":
         unknown = np.isnan(raw)
-    elif raw.dtype.kind == "i":
+    elif field.unknown_value is not None:
         unknown = raw == np.iinfo(raw.dtype).min
     else:
         unknown = np.zeros(0, bool)

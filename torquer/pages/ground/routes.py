@@ -20,7 +20,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.flight.packets.commands import Sent
-from torquer.flight.packets.dictionary import TYPES, Packet
+from torquer.flight.packets.dictionary import Packet
 from torquer.flight.packets.mistakes import quote_value
 from torquer.flight.packets.openmct import openmct
 from torquer.ground import history
@@ -265,16 +265,16 @@ def _command(packet: Packet, choices: dict[str, list[str]]) -> dict:
     """A command and its fields, for a form."""
     fields = []
     for field in packet.fields[1:]:
-        kind = TYPES[field.type]
+        low, high = field.range
         fields.append({
             "name": field.name,
             "description": field.description,
             "unit": field.unit,
             "type": field.type,
             "count": field.count,
-            "labels": list(field.labels),
-            "low": kind.low * field.scale,
-            "high": kind.high * field.scale,
+            "labels": list(field.texts.values()),
+            "low": low,
+            "high": high,
             "choices": choices.get(field.name) or None,
         })  # fmt: skip
     return {
