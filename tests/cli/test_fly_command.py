@@ -332,7 +332,8 @@ def test_the_computer_in_c_sends_the_same_bytes(call, tmp_path):
         "fly", bench, "--computer", tmp_path / "c", "--ticks", 100, "--out", tmp_path / "flown"
     )
     assert code == 0 and "100 control steps" in text, err
-    assert call("session", "replay", tmp_path / "flown" / "session.json")[0] == 0
+    session = tmp_path / "flown" / "session.json"
+    assert call("session", "replay", session, "--code-from-anywhere")[0] == 0
 
 
 @flies

@@ -66,11 +66,22 @@ def test_the_sensors_of_a_satellite_are_named_after_the_kinds():
     assert extended.fields[5].bits == stored.fields[5].bits == (*SENSORS, "panel", "side")
     assert in_words(extended.fields[5], SIDE) == "side"
     words = list(values_in_words(extended, (0,) * 5 + (SIDE,) + (0,) * (len(extended.names) - 6)))
-    assert words[4:7] == ["0", f"side ({SIDE})", "0"]
+    names = extended.names
+    assert words[4:7] == [f"{names[4]} 0", f"{names[5]} side ({SIDE})", f"{names[6]} 0"]
     same = {name for name in CHIBIS.down if found.down[name] == CHIBIS.down[name]}
     assert same == CHIBIS.down.keys() - {"extended", "stored"}
     assert Dictionary.model_validate_json(found.model_dump_json()) == found
     assert dictionary_for(two_magnetometers(), found) == found
+
+
+def test_a_number_that_was_not_known_on_board_is_no_number_in_words():
+    extended = CHIBIS.down["extended"]
+    lowest = [field.unknown_value for _, field, _ in extended.numbers()]
+    values = tuple(0 if each is None else each for each in lowest)
+    words = dict(each.rsplit(" ", 1) for each in values_in_words(extended, values))
+    assert {words[name] for name, each in zip(words, lowest, strict=True) if each is not None} == {
+        "unknown"
+    }
 
 
 def test_the_most_sensors_have_bits():

@@ -32,9 +32,11 @@ def from_words(field: Field, text: str) -> int:
 
 
 def values_in_words(packet: Packet, values: tuple) -> Iterator[str]:
-    """The values of a packet, bits by their names with the number beside."""
-    for (_, field, _), value in zip(packet.numbers(), values, strict=True):
-        yield f"{in_words(field, value)} ({value})" if field.bits else repr(value)
+    """The values of a packet by their names, bits in words with the number beside; a number that
+    was not known on board is 'unknown'."""
+    for (name, field, _), value in zip(packet.numbers(), values, strict=True):
+        words = f"{in_words(field, value)} ({value})" if field.bits else repr(value)
+        yield f"{name} {'unknown' if value == field.unknown_value else words}"
 
 
 def dictionary_for(scenario: Scenario, dictionary: Dictionary) -> Dictionary:
