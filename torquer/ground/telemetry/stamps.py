@@ -1,0 +1,184 @@
+"""Time stamps of rows: from counts and texts to UTC."""
+
+from __future__ import annotations
+
+import re
+from email.utils import parsedate_to_datetime
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.base.time import parse_utc
+from torquer.ground.telemetry.cells import NumberCells, cell_texts
+from torquer.ground.telemetry.epochs import count_instants, is_counted, is_local
+from torquer.ground.telemetry.zones import utc_of_clock
+
+#: An offset at the end of a stamp, or what stands for none.
+_OFFSET = re.compile(r"(?<=\d)\s*(?:Z|[+-]\d\d:?\d\d|[+-]\d\d)$|(?<=[\d ])(?:GMT|UTC|UT)$")
+_ABBREVIATION = r"(?<=[\d ])\s*([A-Z]{2,5})$"
+#: The day of the year in ISO 8601, which pandas does not read.
+_ORDINAL = r"\d{4}-\d{3}(?!\d)"
+_RFC_2822 = r"(?:[A-Z][a-z]{2}, )?\d{1,2} [A-Z][a-z]{2} \d{4} "
+_SECOND_60 = r"\d:\d\d:60(?!\d)"
+
+
+class Stamps(NamedTuple):
+    """Stamps of rows: UTC (datetime64[ns], NaT where a row has none that can be read) [n], the
+    texts as they were, and how many are leap seconds."""
+
+    utc: np.ndarray
+    given: list[str]
+    leap_seconds: int = 0
+
+
+def count_stamps(columns: list[NumberCells], formats: list[str], epoch, zone) -> Stamps:
+    """Stamps of numbers that count from an instant."""
+    instants = count_instants([each.values for each in columns], formats, epoch)
+    given = [str(each) for each in columns[0].values]
+    if is_local(formats[0]):
+        return Stamps(utc_of_clock(instants, _stated(zone, given)), given)
+    if zone is not None:
+        raise ValueError(
+            f"zone: must not be given, as {formats[0]} counts from an instant; received {zone}"
+        )
+    return Stamps(instants, given)
+
+
+def _stated(zone: str | None, given) -> str:
+    if zone is None:
+        raise ValueError(
+            "zone: must be given, as the stamps state none; received none for "
+            f"{next(iter(given), '')!r}"
+        )
+    return zone
+
+
+def date_stamps(column, is_utc: bool, zone: str | None) -> Stamps:
+    """Stamps of a column of dates; `is_utc`: by the format of the file."""
+    if column.dt.tz is not None:
+        _refuse_zone(zone)
+        utc = column.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy("datetime64[ns]")
+        return Stamps(utc, [str(each) for each in column])
+    clock, given = column.to_numpy("datetime64[ns]"), [str(each) for each in column]
+    if is_utc and zone is None:
+        return Stamps(clock, given)
+    return Stamps(utc_of_clock(clock, _stated(zone, given)), given)
+
+
+def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
+    """Stamps of texts in columns [n] that belong together, by a format of `strptime` or 'iso'.
+
+    'iso' reads RFC 2822 ("Sun, 04 Mar 2012 10:32:23 GMT") and days of the year (2012-064), too.
+    """
+    parts = [cell_texts(each) for each in columns]
+    text = parts[0].str.cat(parts[1:], sep=" ").str.strip()
+    given = text.tolist()
+    if text.str.fullmatch(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?").mean() > 0.5 and form == "iso":
+        raise ValueError(
+            "time_format: must be given for stamps that are numbers, such as 'unix_s' "
+            f"(`torquer explain mapping`); received none for {given[0]!r}"
+        )
+    inserted = text.str.contains(_SECOND_60, regex=True).to_numpy()
+    plain = text.str.replace(r"(\d:\d\d):60(?!\d)", r"\1:59", regex=True)
+    offset = plain.str.contains(_OFFSET.pattern, regex=True).to_numpy()
+    if form == "iso" and plain.str.match(_RFC_2822).mean() > 0.5:
+        return Stamps(_email_dates(plain), given)
+    if offset.mean() > 0.5 or "%z" in form:
+        _refuse_zone(zone)
+        utc = _instants(plain.str.replace(r"\s*(?:GMT|UTC|UT)$", "Z", regex=True), form)
+    else:
+        clock, abbreviations = _without_abbreviation(plain, form, zone)
+        utc = utc_of_clock(_instants(clock, form), _stated(zone, given), abbreviations)
+    leaps = _shift_leaps(utc, inserted)
+    return Stamps(utc, given, leaps)
+
+
+def _refuse_zone(zone) -> None:
+    if zone is not None:
+        raise ValueError(
+            f"zone: must not be given, as the stamps state their own; received {zone}"
+        )
+
+
+def _without_abbreviation(text, form: str, zone: str | None):
+    """Stamps without the abbreviations of a zone that follow them, and these; None if none do."""
+    found = text.str.extract(_ABBREVIATION, expand=False)
+    if found.notna().mean() < 0.5 or "%p" in form or "%Z" in form:
+        return text, None
+    if zone is None:
+        raise ValueError(
+            f"zone: must name the zone of {found.dropna().iloc[0]!r}, such as 'Europe/Moscow', as "
+            f"abbreviations have several meanings; received none for {text.iloc[0]!r}"
+        )
+    return text.str.replace(_ABBREVIATION, "", regex=True), found.fillna("").to_numpy(dtype=object)
+
+
+def _instants(text, form: str) -> np.ndarray:
+    """Instants of texts, in UTC if they state an offset; NaT for what does not have the format."""
+    import pandas as pd
+
+    if form == "iso":
+        form = "ISO8601"
+        text = text.str.replace(r"(?<=:\d\d),(?=\d)", ".", regex=True)
+        if text.str.match(_ORDINAL).mean() > 0.5:
+            text, form = _calendar(text), "ISO8601"
+        text = text.str.replace(r"(?<=\d) (?=[+-]\d|Z$)", "", regex=True)
+    try:
+        found = pd.to_datetime(text, format=form, errors="coerce", utc=True)
+    except ValueError:
+        raise ValueError(
+            "time_format: must be 'iso', a count such as 'unix_s' or a format of strptime such as "
+            f"'%d.%m.%Y %H:%M:%S'; received {form!r}"
+        ) from None
+    return found.dt.tz_localize(None).to_numpy("datetime64[ns]").copy()
+
+
+def _calendar(text):
+    """ISO texts with a day of the year, 2012-064T10:32:23, with its date instead."""
+    import pandas as pd
+
+    days = pd.to_datetime(text.str[:8], format="%Y-%j", errors="coerce")
+    return days.dt.strftime("%Y-%m-%d") + text.str[8:]
+
+
+def _email_dates(text) -> np.ndarray:
+    found = np.full(len(text), np.datetime64("NaT"), dtype="datetime64[ns]")
+    for row, each in enumerate(text):
+        try:
+            moment = parsedate_to_datetime(each)
+        except (ValueError, TypeError):
+            continue
+        if moment.tzinfo is not None:
+            found[row] = np.datetime64(moment.timestamp().__round__(), "s")
+    return found
+
+
+def _shift_leaps(utc: np.ndarray, inserted: np.ndarray) -> int:
+    """Move stamps of second 60, read as 59, by a second where UTC has one; else they are none."""
+    rows = np.flatnonzero(inserted & ~np.isnat(utc))
+    for row in rows:
+        second = str(utc[row].astype("datetime64[s]"))
+        try:
+            parse_utc(f"{second[:-2]}60Z")
+            utc[row] += np.timedelta64(1, "s")
+        except ValueError:
+            utc[row] = np.datetime64("NaT")
+    return int(np.sum(~np.isnat(utc[rows])))
+
+
+def read_stamps(table, mapping, numbers) -> Stamps:
+    """The stamps of a table by a mapping; `numbers(column)`: reads the cells of a column."""
+    columns, formats = mapping.time_columns, mapping.time_formats
+    if is_counted(formats[0]):
+        cells = [numbers(each) for each in columns]
+        epoch = None if mapping.epoch is None else mapping.epoch.replace(tzinfo=None).isoformat()
+        return count_stamps(cells, formats, epoch, mapping.zone)
+    series = [table.data[each] for each in columns]
+    if hasattr(series[0], "dt") and len(series) == 1 and series[0].dtype.kind == "M":
+        return date_stamps(series[0], columns[0] in table.is_utc, mapping.zone)
+    if mapping.time_formats[0] not in ("iso",) and "%" not in mapping.time_formats[0]:
+        raise ValueError(
+            "time_format: must be 'iso', a count such as 'unix_s', or a format of strptime such as "
+            f"'%d.%m.%Y %H:%M:%S'; received {mapping.time_formats[0]!r}"
+        )
+    return text_stamps(series, formats[0], mapping.zone)
