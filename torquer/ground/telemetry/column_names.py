@@ -34,12 +34,19 @@ def parse_name(column: str) -> ColumnName:
     """What the name of a column says."""
     stated = [parse_unit(each) for each in _BRACKETS.findall(column)]
     unit = next((each for each in stated if each in _ENDINGS.values()), "")
-    bare = re.sub(r"([a-z])([A-Z])", r"\1_\2", _BRACKETS.sub(" ", column))
-    words = [each for each in re.split(r"[\W_]+", bare.lower()) if each]
+    parts = re.split(r"[\W_]+", _BRACKETS.sub(" ", column))
+    words = [word for part in parts for word in _words(part)]
     if not unit:
         words, unit = _without_unit(words)
     stem, axis = _without_axis(words)
     return ColumnName(column, stem, axis, unit)
+
+
+def _words(part: str) -> list[str]:
+    """Words of a part of a name in small letters: magFieldX is three, nT is one."""
+    if part.lower() in _ENDINGS:
+        return [part.lower()]
+    return [each for each in re.sub(r"([a-z])([A-Z])", r"\1_\2", part).lower().split("_") if each]
 
 
 def _without_unit(words: list[str]) -> tuple[list[str], str]:

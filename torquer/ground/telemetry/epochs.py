@@ -43,24 +43,24 @@ class _Origin(NamedTuple):
     """what a column's name holds that says so"""
 
 
-#: Instants from which counts begin, by the beginning of a `time_format`.
+#: Instants from which counts begin, by the beginning of a `time_format`; the likeliest first.
 ORIGINS = {
     "unix": _Origin("1970-01-01T00:00:00Z", False, "Unix time", r"unix|posix|epoch"),
     "gps": _Origin("1980-01-06T00:00:00Z", True, "GPS time", r"gps"),
-    "galileo": _Origin("1999-08-21T23:59:47Z", True, "Galileo time", r"galileo|gst"),
-    "beidou": _Origin("2006-01-01T00:00:00Z", True, "BeiDou time", r"beidou|bdt|bds"),
-    "tai_1958": _Origin("1957-12-31T23:59:50Z", True, "TAI since 1958", r"tai|cuc|ccsds"),
-    "tai_1970": _Origin("1969-12-31T23:59:50Z", True, "TAI since 1970", r"tai"),
-    "tai_2000": _Origin("1999-12-31T23:59:28Z", True, "TAI since 2000", r"tai"),
     "j2000": _Origin(
         "2000-01-01T11:58:55.816Z", True, "TT since J2000 (noon, TT)", r"j2000|j2k|(?<![a-z])tt"
     ),
-    "utc_2000": _Origin("2000-01-01T00:00:00Z", False, "days of 86 400 s since 2000", r"2000|y2k"),
+    "tai_2000": _Origin("1999-12-31T23:59:28Z", True, "TAI since 2000", r"tai"),
     "1904": _Origin("1904-01-01T00:00:00Z", False, "LabVIEW, old Macintosh", r"1904|labview|mac"),
+    "tai_1958": _Origin("1957-12-31T23:59:50Z", True, "TAI since 1958 (CCSDS)", r"tai|cuc|ccsds"),
+    "utc_2000": _Origin("2000-01-01T00:00:00Z", False, "UTC since 2000", r"2000|y2k"),
+    "tai_1970": _Origin("1969-12-31T23:59:50Z", True, "TAI since 1970", r"tai"),
     "1900": _Origin("1900-01-01T00:00:00Z", False, "NTP", r"1900|ntp"),
-    "1601": _Origin("1601-01-01T00:00:00Z", False, "Windows; FILETIME is 1601_us * 10", r"1601"),
-    "since": _Origin("", False, "days of 86 400 s since `epoch`", r"uptime|elapsed|mission|met"),
-    "elapsed": _Origin("", True, "leap seconds counted, since `epoch`", r"uptime|elapsed|met"),
+    "1601": _Origin("1601-01-01T00:00:00Z", False, "Windows", r"1601"),
+    "galileo": _Origin("1999-08-21T23:59:47Z", True, "Galileo time", r"galileo|gst"),
+    "beidou": _Origin("2006-01-01T00:00:00Z", True, "BeiDou time", r"beidou|bdt|bds"),
+    "since": _Origin("", False, "UTC since `epoch`", r"uptime|elapsed|mission|met"),
+    "elapsed": _Origin("", True, "SI seconds since `epoch`", r"uptime|elapsed|met"),
 }
 #: Counts of days that have names of their own.
 DATES = {

@@ -11,9 +11,9 @@ import numpy as np
 
 from torquer.base.time import parse_utc
 from torquer.ground.telemetry.cells import cell_texts, read_numbers
-from torquer.ground.telemetry.epochs import DATE_WORDS, DATES, ORIGINS, TICKS, YEARS
+from torquer.ground.telemetry.epochs import DATE_WORDS, DATES, ORIGINS, TICKS, YEARS, find_epoch
 from torquer.ground.telemetry.guess_layout import TIME
-from torquer.ground.telemetry.mapping import Mapping
+from torquer.ground.telemetry.mapping import Mapping, names_in
 from torquer.ground.telemetry.stamps import read_stamps
 from torquer.ground.telemetry.table import Table
 
@@ -47,7 +47,16 @@ ABBREVIATIONS = {
 _MOST = 0.95
 #: Weeks after which the counter of GPS receivers begins again.
 ROLLOVERS = ("1999-08-22T00:00:00Z", "2019-04-07T00:00:00Z")
-_STATED, _UNSTATED = 3.0, 0.0
+#: What is said where nothing states the zone.
+UNSTATED_ZONE = "its zone is UTC: CHECK THIS, the stamps state none"
+#: What is added where the name of a column says so.
+_STATED = 3.0
+#: What is added for usual ticks.
+_LIKELY = {"s": 0.5, "ms": 0.3, "us": 0.2, "ns": 0.1}
+#: What is taken from the score of dates as near to the origin as small numbers come anyway.
+_NEAR, _SUSPECT = np.timedelta64(366, "D"), 2.0
+#: Steps from row to row that are usual.
+_LEAST_STEP, _MOST_STEP = np.timedelta64(500, "us"), np.timedelta64(3, "D")
 
 
 class TimeReading(NamedTuple):
@@ -101,9 +110,27 @@ def _tried(table: Table, candidates):
         fine = (utc > _EARLIEST) & (utc < latest)
         if len(utc) and fine.mean() >= _MOST:
             back = np.mean(np.diff(utc[fine]) < np.timedelta64(0)) if fine.sum() > 1 else 0.0
-            moves = len(np.unique(utc[fine])) > 1 or len(utc) == 1
-            if moves:
-                yield TimeReading(keys, utc, score - 3.0 * back, guesses)
+            if _moves(utc[fine]):
+                off = 3.0 * back + _SUSPECT * _near_origin(keys, utc[fine])
+                yield TimeReading(keys, utc, score - off, guesses)
+
+
+def _near_origin(keys: dict, utc: np.ndarray) -> bool:
+    """Whether counts begin shortly before the stamps, and no epoch was stated."""
+    of = find_epoch(names_in(keys.get("time_format", "iso"))[0])
+    if of is None or "epoch" in keys:
+        return False
+    start = np.datetime64(of.start.removesuffix("Z"), "us")
+    return bool(np.min(utc) - start < _NEAR)
+
+
+def _moves(utc: np.ndarray) -> bool:
+    """Whether stamps are as far from one another as those of telemetry."""
+    steps = np.abs(np.diff(utc))
+    steps = steps[steps > np.timedelta64(0)]
+    if len(utc) == 1:
+        return True
+    return len(steps) > 0 and _LEAST_STEP <= np.median(steps) <= _MOST_STEP
 
 
 def _numbers(table: Table):
@@ -119,10 +146,8 @@ def _dates(table: Table):
         if table.data[column].dt.tz is not None or column in table.is_utc:
             yield {"time": column}, 6.0, ()
         else:
-            yield {"time": column, "zone": "UTC"}, 5.0, (_UTC,)
+            yield {"time": column, "zone": "UTC"}, 5.0, (UNSTATED_ZONE,)
 
-
-_UTC = "its zone is UTC: CHECK THIS, the stamps state none"
 
 
 def _of_column(table: Table, column: str):
@@ -177,11 +202,13 @@ def _with_zone(keys: dict, text, score: float, guesses: tuple[str, ...] = ()):
     """Keys as they are, or with UTC or the zone that an abbreviation names."""
     yield keys, score, guesses
     word = re.search(r"(?<=[\d ])\s*([A-Z]{2,5})$", text.iloc[0])
-    if word and word[1] in ABBREVIATIONS:
+    if re.search(r"(?<![a-z])(utc|gmt|zulu)(?![a-z])", str(keys["time"]).lower()):
+        yield keys | {"zone": "UTC"}, score, (*guesses, "its zone is UTC, by its name")
+    elif word and word[1] in ABBREVIATIONS:
         zone = ABBREVIATIONS[word[1]]
         yield keys | {"zone": zone}, score, (*guesses, f"its zone, {word[1]}, is {zone}")
     else:
-        yield keys | {"zone": "UTC"}, score, (*guesses, _UTC)
+        yield keys | {"zone": "UTC"}, score, (*guesses, UNSTATED_ZONE)
 
 
 def _pairs(table: Table, named: list[str]):
@@ -215,11 +242,11 @@ def _weeks(week: str, second: str):
 
 def _years(year: str, number: str, second: str | None):
     keys = {"time": [year, number], "time_format": ["year", "day_of_year"], "zone": "UTC"}
-    yield keys, 5.0, (_UTC,)
+    yield keys, 5.0, (UNSTATED_ZONE,)
     if second:
         for tick in ("s", "ms"):
             more = {"time": [year, number, second], "time_format": ["year", "day_of_year", tick]}
-            yield keys | more, 5.5 - (tick != "s"), (_UTC,)
+            yield keys | more, 5.5 - (tick != "s"), (UNSTATED_ZONE,)
 
 
 def _counts(column: str):
@@ -228,8 +255,8 @@ def _counts(column: str):
     for k, (form, epoch) in enumerate(DATES.items()):
         stated = _STATED * bool(re.search(DATE_WORDS[form], name))
         keys = {"time": column, "time_format": form}
-        keys, guesses = (keys | {"zone": "UTC"}, (_UTC,)) if epoch.is_local else (keys, ())
-        yield keys, 1.0 - 0.1 * k + stated, (f"its numbers are {form}", *guesses)
+        keys, guesses = (keys | {"zone": "UTC"}, (UNSTATED_ZONE,)) if epoch.is_local else (keys, ())
+        yield keys, 1.5 - 0.1 * k + stated, (f"its numbers are {form}", *guesses)
     for k, (origin, about) in enumerate(ORIGINS.items()):
         if not about.start:
             continue
@@ -237,9 +264,9 @@ def _counts(column: str):
         for tick in TICKS:
             ticked = 0.5 * bool(re.search(rf"(?<![a-z]){tick}(?![a-z])", name))
             form = f"{origin}_{tick}"
-            score = (2.0 if origin == "unix" else 1.0) - 0.05 * k + stated + ticked
+            score = 1.5 - 0.1 * k + stated + ticked + _LIKELY.get(tick, -1.0)
             yield {"time": column, "time_format": form}, score, (f"its numbers are {form}",)
     for form in YEARS:
         if form != "year":
             keys = {"time": column, "time_format": form, "zone": "UTC"}
-            yield keys, 0.5 + 2.0 * ("doy" in name or "day" in name), (f"they are {form}", _UTC)
+            yield keys, 0.5 + 2.0 * ("doy" in name or "day" in name), (f"they are {form}", UNSTATED_ZONE)

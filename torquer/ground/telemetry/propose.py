@@ -3,6 +3,7 @@ against the field along the orbit."""
 
 from __future__ import annotations
 
+import re
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,8 +28,9 @@ from torquer.ground.telemetry.read import read
 from torquer.ground.telemetry.table import Table
 from torquer.ground.telemetry.tables import find_format, plain_file, read_table
 
-#: Rows of a file by which readings are tested, and readings of stamps and columns that are.
-_ROWS, _TIMES, _FIELDS = 400, 6, 4
+#: Rows of a file by which readings are tested, readings of the columns that are, and pairs that
+#: are tried to read the file.
+_ROWS, _FIELDS, _TRIED = 400, 4, 24
 #: Other readings that are shown.
 _SHOWN = 4
 
@@ -114,7 +116,7 @@ def _propose(path: Path, guessed: Guessed, orbit, satellite) -> Proposal:
     some = _sample(guessed.table)
     readings = _readings(some, orbit, satellite)
     reasons = []
-    for reading in readings[: _TIMES * _FIELDS]:
+    for reading in readings[:_TRIED]:
         proposal = _complete(reading, readings, some, guessed)
         try:
             read(path, proposal.mapping)
@@ -135,7 +137,7 @@ def _sample(table: Table) -> Table:
 
 def _readings(table: Table, orbit, satellite) -> list[Reading]:
     """Readings of stamps and of the magnetometer together, the best first."""
-    times = time_readings(table, table.format == "archive")[:_TIMES]
+    times = time_readings(table, table.format == "archive")
     columns = [str(c) for c in table.data if not str(c).startswith("\0")]
     if not times:
         raise ValueError(
@@ -165,10 +167,25 @@ def _complete(best: Reading, readings: list[Reading], table: Table, guessed: Gue
         for key, part in each.keys.items():
             base[key] = base.get(key, {}) | part if isinstance(part, dict) else part
         guesses += _describe(each, table)
+        base |= _stated_convention(each, table)
     if best.misfit_nt is not None:
-        guesses.append(f"along the orbit the strength then fits to {best.misfit_nt:.0f} nT")
+        fits = f"with a bias and one scale the strength fits the orbit's to {best.misfit_nt:.0f} nT"
+        guesses.append(fits)
     others = [each.text for each in readings if each is not best][:_SHOWN]
     return Proposal(make_mapping(base), guesses, others)
+
+
+def _stated_convention(reading: ColumnReading, table: Table) -> dict:
+    """Keys for a quaternion of which the file says that it is not body to J, scalar last."""
+    meaning = table.meanings.get(reading.columns[0], "").lower()
+    if COLUMNS[reading.name].dimension != "component":
+        return {}
+    found: dict = {}
+    if "scalar first" in meaning:
+        found["order"] = {reading.name: "wxyz"}
+    if re.search(r"(inertial|j2000|eci|j) (frame )?to body", meaning):
+        found["inverse"] = [reading.name]
+    return found
 
 
 def _named(columns) -> str:
@@ -201,7 +218,7 @@ def _describe(reading: ColumnReading, table: Table) -> list[str]:
         found = [f"{reading.columns[0]} holds {COLUMNS[name].size} numbers{sign}", *found]
     if reading.unit is not None and not reading.is_stated:
         found.append(f"the unit of {name} is {reading.unit}, by the size of its numbers")
-    if name == "q_measured" and "body to inertial" not in table.meanings.get(reading.columns[0], ""):
+    if name == "q_measured" and "body" not in table.meanings.get(reading.columns[0], "").lower():
         found.append("q_measured is body to J, scalar last: |B| does not check it")
     return found
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from torquer.base.limits import RequestError
 from torquer.ground.telemetry.guess_columns import ColumnReading
-from torquer.ground.telemetry.guess_time import TimeReading
+from torquer.ground.telemetry.guess_time import UNSTATED_ZONE, TimeReading
 from torquer.ground.telemetry.modulus import environment_along
 from torquer.ground.telemetry.orbit import load_orbit
 from torquer.ground.telemetry.quantities import make_session
@@ -18,9 +18,14 @@ from torquer.ground.telemetry.start import correct_readings, trim_squares
 _ZONES_H = np.arange(-24, 29) / 2.0
 #: Another reading or zone is better if its misfit is below this part of the first one's.
 _CLEARLY = 0.6
-_DRAWS = 12
+#: Fits to rows drawn at random.
+_DRAWS = 60
 #: Rows that a fit needs.
 _LEAST_ROWS = 12
+#: Readings of the stamps that are tested.
+_TIMES = 6
+#: A misfit [nT] beyond which nothing fits.
+_NO_FIT_NT = 2e4
 
 
 class Reading(NamedTuple):
@@ -35,16 +40,33 @@ class Reading(NamedTuple):
     @property
     def text(self) -> str:
         """The reading in a line, with its score."""
-        fits = f"{self.misfit_nt:.0f} nT" if self.misfit_nt is not None else self.remark
+        fits = self.remark
+        if self.misfit_nt is not None:
+            fits = f"{self.misfit_nt:.0f} nT" if self.misfit_nt < _NO_FIT_NT else "no fit"
         return f"{self.time.text}; {self.field.text}{f' ({fits})' if fits else ''}"
 
 
 def rank(times: list[TimeReading], fields: list[ColumnReading], orbit, satellite) -> list[Reading]:
     """All pairs of readings, the best first: by the misfit if there is an orbit, then by names."""
-    found = [Reading(time, field) for time in times for field in fields]
+    found = [Reading(time, field) for time in times[:_TIMES] for field in fields]
     if orbit is not None and fields[0].name == "b_measured":
-        found = [each for time in times for each in _tested(time, fields, orbit, satellite)]
+        found = _all_tested(times, fields, orbit, satellite) or found
     return sorted(found, key=lambda each: _cost(each, found))
+
+
+def _all_tested(times, fields, orbit, satellite) -> list[Reading]:
+    """Pairs of readings, tested until there are enough within reach of the orbit."""
+    near: list[Reading] = []
+    far: list[Reading] = []
+    count = 0
+    for time in times:
+        found = _tested(time, fields, orbit, satellite)
+        is_near = found[0].misfit_nt is not None
+        (near if is_near else far).extend(found)
+        count += is_near
+        if count == _TIMES:
+            break
+    return near or far
 
 
 def _cost(reading: Reading, readings: list[Reading]) -> tuple:
@@ -75,7 +97,7 @@ def _tested(time: TimeReading, fields, orbit, satellite) -> list[Reading]:
     except ValueError as error:
         return [Reading(time, each, None, str(error)[:80]) for each in fields]
     found = [Reading(time, each, _misfit(each.values[rows], strength)) for each in fields]
-    if "zone" not in time.keys or not str(time.keys["zone"]).startswith("UTC"):
+    if UNSTATED_ZONE not in time.guesses:
         return found
     return found + _in_zones(time, found, environment, t_s, rows)
 
@@ -109,7 +131,7 @@ def _in_zones(time: TimeReading, found, environment, t_s, rows) -> list[Reading]
         return []
     sign, minutes = "-" if hours < 0.0 else "+", round(abs(hours) * 60.0)
     zone = f"{sign}{minutes // 60:02d}:{minutes % 60:02d}"
-    guesses = tuple(each for each in time.guesses if "CHECK THIS" not in each)
+    guesses = tuple(each for each in time.guesses if each != UNSTATED_ZONE)
     guess = f"its zone is {zone}, by the field along the orbit: the stamps state none"
     moved = time._replace(
         keys=time.keys | {"zone": zone},

@@ -82,6 +82,7 @@ def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
     plain = text.str.replace(r"(\d:\d\d):60(?!\d)", r"\1:59", regex=True)
     offset = plain.str.contains(_OFFSET.pattern, regex=True).to_numpy()
     if form == "iso" and plain.str.match(_RFC_2822).mean() > 0.5:
+        _refuse_zone(zone)
         return Stamps(_email_dates(plain), given)
     if offset.mean() > 0.5 or "%z" in form:
         _refuse_zone(zone)
