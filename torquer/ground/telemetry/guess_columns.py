@@ -136,7 +136,7 @@ def column_readings(table: Table, name: str) -> list[ColumnReading]:
     found = []
     for stem, members, unit in groups:
         score = _score(hint, stem, table.meanings.get(members[0], ""))
-        stated = parse_unit(table.units.get(members[0], "")) if not unit else unit
+        stated = unit or parse_unit(table.units.get(members[0], ""))
         if score is None or (stated not in ("", "1") and stated not in units_for(name)):
             continue
         found += _readings(table, name, members, stated, score)
@@ -163,12 +163,20 @@ def _readings(table: Table, name: str, members, stated: str, score: float):
             with np.errstate(invalid="ignore"):
                 length = np.linalg.norm(values, axis=1)
             known = length[np.isfinite(length)]
-            if not len(known) or not hint.low <= np.median(known) <= hint.high:
+            fits = len(known) > 0 and hint.low <= np.median(known) <= hint.high
+            if not fits and (stated not in units_for(name) or not len(known)):
                 continue
             yield ColumnReading(
-                name, members, None if COLUMNS[name].units == "1" else unit,
-                bool(stated in units_for(name)), split, decimal, values, score - 0.3 * k, doubtful,
-            )  # fmt: skip
+                name=name,
+                columns=members,
+                unit=None if COLUMNS[name].units == "1" else unit,
+                is_stated=stated in units_for(name),
+                split=split,
+                decimal=decimal,
+                values=values,
+                score=score - 0.3 * k - 2.0 * (not fits),
+                is_doubtful=doubtful,
+            )
             if name not in ("b_measured",):
                 break
 
@@ -242,7 +250,8 @@ def geodetic_reading(table: Table) -> ColumnReading | None:
     if np.nanmax(np.abs(numbers[:, 0])) > 90.0 or np.nanmax(np.abs(numbers[:, 1])) > 360.0:
         return None
     stated = parse_name(columns[2]).unit or parse_unit(table.units.get(columns[2], ""))
-    unit = stated if stated in ("m", "km") else "km" if 100 < np.nanmedian(numbers[:, 2]) < 6e4 else "m"
+    guessed = "km" if 100 < np.nanmedian(numbers[:, 2]) < 6e4 else "m"
+    unit = stated if stated in ("m", "km") else guessed
     return ColumnReading(
         "position_geodetic", columns, unit, stated in ("m", "km"), None, None, numbers, 0.0, False
     )

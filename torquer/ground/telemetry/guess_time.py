@@ -1,4 +1,4 @@
-"""Which columns are the time stamps, and of what format: every reading that gives plausible dates."""
+"""Which columns are the time stamps, of what format: every reading that gives plausible dates."""
 
 from __future__ import annotations
 
@@ -43,6 +43,8 @@ ABBREVIATIONS = {
     "KST": "Asia/Seoul", "IST": "Asia/Kolkata", "AEST": "Australia/Sydney",
     "AEDT": "Australia/Sydney", "MEZ": "Europe/Berlin", "MESZ": "Europe/Berlin",
 }  # fmt: skip
+#: Rows by which a column is one of stamps whose name does not say so.
+_LEAST_ROWS = 8
 #: Part of the rows that must be stamps.
 _MOST = 0.95
 #: Weeks after which the counter of GPS receivers begins again.
@@ -92,8 +94,9 @@ def time_readings(table: Table, is_archive: bool) -> list[TimeReading]:
         found += _of_column(table, column)
     readings = list(_tried(table, found))
     if not readings:
-        others = [str(c) for c in table.data if str(c) not in named]
-        readings = list(_tried(table, [r for c in others[:1] for r in _of_column(table, c)]))
+        first = str(next(iter(table.data)))
+        if len(table.data) >= _LEAST_ROWS and first not in named:
+            readings = list(_tried(table, _of_column(table, first)))
     return sorted(readings, key=lambda each: -each.score)
 
 
@@ -147,7 +150,6 @@ def _dates(table: Table):
             yield {"time": column}, 6.0, ()
         else:
             yield {"time": column, "zone": "UTC"}, 5.0, (UNSTATED_ZONE,)
-
 
 
 def _of_column(table: Table, column: str):
@@ -269,4 +271,5 @@ def _counts(column: str):
     for form in YEARS:
         if form != "year":
             keys = {"time": column, "time_format": form, "zone": "UTC"}
-            yield keys, 0.5 + 2.0 * ("doy" in name or "day" in name), (f"they are {form}", UNSTATED_ZONE)
+            stated = _STATED * ("doy" in name or "day" in name)
+            yield keys, 0.5 + stated, (f"its numbers are {form}", UNSTATED_ZONE)

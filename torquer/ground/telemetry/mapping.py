@@ -95,7 +95,8 @@ class Mapping(Spec):
     """Factor of the numbers of a quantity, one or one for each column: scale * number + offset is
     in its unit."""
     offset: dict[str, float | list[float]] = Field(default_factory=dict)
-    """What is added to the scaled numbers of a quantity, in its unit, one or one for each column."""
+    """What is added to the scaled numbers of a quantity, in its unit, one or one for each
+    column."""
     order: dict[str, Names] = Field(default_factory=dict)
     """Of vectors: which axis of the body each column is, such as ["y", "-x", "z"]. Of quaternions:
     "xyzw" or "wxyz"."""

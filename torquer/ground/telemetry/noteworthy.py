@@ -135,7 +135,7 @@ def _jumps(rows: np.ndarray) -> int:
 
 
 def without_absurd(name: str, values: np.ndarray, notes: list[Finding]) -> np.ndarray:
-    """Numbers [n] or [n, k], SI, without those that no sensor sends: infinite or beyond `ABSURD`."""
+    """Numbers [n] or [n, k], SI, without those that are infinite or beyond `ABSURD`."""
     with np.errstate(invalid="ignore"):
         absurd = ~np.isnan(values) & ~(np.abs(values) < ABSURD)
     if not absurd.any():

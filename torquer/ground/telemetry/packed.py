@@ -23,6 +23,8 @@ PACKED = {
 #: Bytes that a packed file may have when unpacked.
 MOST_BYTES = 4_000_000_000
 _BLOCK = 1 << 20
+#: Pairs of bytes that show an encoding without a mark.
+_LEAST_PAIRS = 8
 #: Marks at the beginning of a text that say how it is encoded; the longer ones first.
 MARKS = {
     codecs.BOM_UTF32_LE: "utf-32",
@@ -76,9 +78,7 @@ def _from_zip(path: Path, member: str | None, out: Path) -> None:
                 f"member: must name a file of {path.name}: {', '.join(names[:20])}; received none"
             )
         if member is not None and member not in names:
-            raise ValueError(
-                f"member: must be one of {', '.join(names[:20])}; received {member!r}"
-            )
+            raise ValueError(f"member: must be one of {', '.join(names[:20])}; received {member!r}")
         found = archive.getinfo(member or names[0])
         if found.flag_bits & 1:
             raise ValueError(f"FILE: must be without a password; received {path}")
@@ -106,6 +106,8 @@ def find_encoding(head: bytes) -> str | None:
         return marked
     pairs = len(head) // 2
     low, high = head[0 : 2 * pairs : 2], head[1 : 2 * pairs : 2]
+    if pairs < _LEAST_PAIRS:
+        return None
     if high.count(0) > 0.9 * pairs and not low.count(0):
         return "utf-16-le"
     if low.count(0) > 0.9 * pairs and not high.count(0):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from torquer.ground.telemetry.column_names import parse_name
+from torquer.ground.telemetry.column_names import group_columns, parse_name
 from torquer.ground.telemetry.guess_columns import (
     HINTS,
     ColumnReading,
@@ -33,6 +33,19 @@ from torquer.ground.telemetry.tables import find_format, plain_file, read_table
 _ROWS, _FIELDS, _TRIED = 400, 4, 24
 #: Other readings that are shown.
 _SHOWN = 4
+
+
+#: Keys of a mapping without values.
+_EMPTY = """time = ""
+time_format = "iso"
+zone = "UTC"
+
+[columns]
+b_measured = ["", "", ""]
+
+[units]
+b_measured = "nT"
+"""
 
 
 class Proposal(NamedTuple):
@@ -106,7 +119,7 @@ def _archive(path: Path) -> Guessed:
     fits = [name for name, each in down.items() if names_field(list(each.names))]
     if not fits:
         raise ValueError(f"FILE: must have a packet with the field; received {', '.join(down)}")
-    tables = {name: read_table(path, Mapping.model_construct(packet=name)) for name in fits}
+    tables = {name: read_table(path, Mapping.model_construct(**{"packet": name})) for name in fits}
     chosen = next((name for name in fits if len(tables[name].data)), fits[0])
     guess = f"packet {chosen}, the first with three numbers of a magnetometer"
     return Guessed(tables[chosen], {"packet": chosen}, [guess])
@@ -138,7 +151,7 @@ def _sample(table: Table) -> Table:
 def _readings(table: Table, orbit, satellite) -> list[Reading]:
     """Readings of stamps and of the magnetometer together, the best first."""
     times = time_readings(table, table.format == "archive")
-    columns = [str(c) for c in table.data if not str(c).startswith("\0")]
+    columns = _columns(table)
     if not times:
         raise ValueError(
             "time: must be a column of time stamps, of which none gives plausible dates; received "
@@ -151,11 +164,24 @@ def _readings(table: Table, orbit, satellite) -> list[Reading]:
         fields = [each for name in HINTS if name != "b_measured"
                   for each in column_readings(table, name)[:1]][:1]  # fmt: skip
         if not fields:
+            _refuse_counts(table, columns)
             raise ValueError(
                 "FILE: must have columns whose names tell what they are, such as mag_x_nT; "
                 f"received {', '.join(columns[:20])}"
             )
     return rank(times, fields, orbit, satellite)
+
+
+def _refuse_counts(table: Table, columns: list[str]) -> None:
+    """ValueError where columns are called those of a magnetometer, but no unit suits them."""
+    hint = HINTS["b_measured"]
+    for each in group_columns(columns, 3):
+        if names_field(list(each.columns)):
+            raise ValueError(
+                f"scale: must be given, with the unit, for {', '.join(each.columns)}, whose "
+                f"numbers are no field of {1e6 * hint.low:g} to {1e6 * hint.high:g} uT in any "
+                "unit; received none"
+            )
 
 
 def _complete(best: Reading, readings: list[Reading], table: Table, guessed: Guessed) -> Proposal:
@@ -225,13 +251,17 @@ def _describe(reading: ColumnReading, table: Table) -> list[str]:
 
 def _skeleton(table: Table | None, reason: str) -> str:
     """A mapping to be filled in: the reason, the columns there are, keys without values."""
-    columns = [] if table is None else [str(c) for c in table.data if not str(c).startswith("\0")]
-    lines = ["# No mapping could be proposed: " + reason.replace("\n", " "),
-             "# `torquer explain mapping` lists the keys. Fill in what stands in quotes."]  # fmt: skip
-    lines += [f"# column: {each}{_unit_of(table, each)}" for each in columns[:200]]
-    lines += ["", 'time = ""', 'time_format = "iso"', 'zone = "UTC"', "", "[columns]"]
-    lines += ['b_measured = ["", "", ""]', "", "[units]", 'b_measured = "nT"', ""]
-    return "\n".join(lines)
+    columns = [] if table is None else _columns(table)
+    lines = [
+        f"# No mapping could be proposed: {reason}".replace("\n", " "),
+        "# Fill in what stands in quotes; `torquer explain mapping` lists the keys.",
+        *(f"# column: {each}{_unit_of(table, each)}" for each in columns[:200]),
+    ]
+    return "\n".join([*lines, "", _EMPTY])
+
+
+def _columns(table: Table) -> list[str]:
+    return [str(each) for each in table.data if not str(each).startswith("\0")]
 
 
 def _unit_of(table: Table | None, column: str) -> str:

@@ -85,9 +85,10 @@ SPELLINGS = {
     "mAm2": "mA m^2", "Nms": "N m s", "mNms": "mN m s",
     "Am²": "A m^2", "A·m²": "A m^2", "A.m2": "A m^2", "A-m^2": "A m^2", "A·m^2": "A m^2",
     "mA m2": "mA m^2", "mA m²": "mA m^2", "nt": "nT", "ut": "uT", "Gauss": "G", "mgauss": "mG",
-    "mGauss": "mG", "Tesla": "T", "degree/s": "deg/s", "degrees/s": "deg/s", "grad/s": "deg/s",
-    "rad/sec": "rad/s", "deg/sec": "deg/s", "нТл": "nT", "мкТл": "uT", "Тл": "T", "Гс": "G",
-    "град/с": "deg/s", "рад/с": "rad/s", "км": "km", "м": "m", "м/с": "m/s", "км/с": "km/s",
+    "mGauss": "mG", "Tesla": "T", "degree/s": "deg/s", "degrees/s": "deg/s",
+    "rad/sec": "rad/s", "deg/sec": "deg/s",
+    "нТл": "nT", "мкТл": "uT", "Тл": "T", "Гс": "G", "град/с": "deg/s", "рад/с": "rad/s",  # noqa: RUF001
+    "км": "km", "м": "m", "м/с": "m/s", "км/с": "km/s",  # noqa: RUF001
     "deg_C": "degC", "celsius": "degC", "Kelvin": "K", "kelvin": "K",
     "°C": "degC", "C": "degC", "Celsius": "degC", "": "1",
 }  # fmt: skip

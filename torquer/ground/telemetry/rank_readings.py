@@ -72,11 +72,11 @@ def _all_tested(times, fields, orbit, satellite) -> list[Reading]:
 def _cost(reading: Reading, readings: list[Reading]) -> tuple:
     """What is less for better readings: misfits that are alike count as one."""
     known = [each.misfit_nt for each in readings if each.misfit_nt is not None]
-    off = 0
+    off = 0.0
     if known:
         least = max(min(known), 1.0)
         ratio = np.inf if reading.misfit_nt is None else reading.misfit_nt / least
-        off = 0 if ratio < 1.0 / _CLEARLY else ratio
+        off = 0.0 if ratio < 1.0 / _CLEARLY else ratio
     return off, -(reading.time.score + reading.field.score)
 
 
@@ -124,7 +124,7 @@ def _in_zones(time: TimeReading, found, environment, t_s, rows) -> list[Reading]
     if best.misfit_nt is None:
         return []
     b = best.field.values[rows]
-    misfits = [_misfit(b, _strength(environment, t_s - 3600.0 * h)) for h in _ZONES_H]
+    misfits = [_misfit(b, _strength(environment, t_s - 3600.0 * h)) or np.inf for h in _ZONES_H]
     least = int(np.argmin(misfits))
     hours = float(_ZONES_H[least])
     if hours == 0.0 or misfits[least] > _CLEARLY * best.misfit_nt:

@@ -111,9 +111,7 @@ def _known_rows(stamps: Stamps, mapping: Mapping, notes: list[Finding]) -> np.nd
         )
         notes.append(Finding("no time", len(odd), text))
     if stamps.leap_seconds:
-        text = (
-            f"{stamps.leap_seconds} in a leap second, 23:59:60: read as the second after it"
-        )
+        text = f"{stamps.leap_seconds} in a leap second, 23:59:60: read as the second after it"
         notes.append(Finding("leap second", stamps.leap_seconds, text))
     return known
 
@@ -143,5 +141,3 @@ def _own(table: Table, path: Path) -> Part:
     if "sun_measured" in values:
         values["sun_measured"] = np.nan_to_num(values["sun_measured"])
     return Part(table.data["utc"].to_numpy("datetime64[ns]"), values, [])
-
-

@@ -88,17 +88,18 @@ def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
         _refuse_zone(zone)
         utc = _instants(plain.str.replace(r"\s*(?:GMT|UTC|UT)$", "Z", regex=True), form)
     else:
-        clock, abbreviations = _without_abbreviation(plain, form, zone)
-        utc = utc_of_clock(_instants(clock, form), _stated(zone, given), abbreviations)
+        bare, abbreviations = _without_abbreviation(plain, form, zone)
+        clock = _instants(bare, form)
+        if np.isnat(clock).mean() > 0.5:
+            return Stamps(clock, given)
+        utc = utc_of_clock(clock, _stated(zone, given), abbreviations)
     leaps = _shift_leaps(utc, inserted)
     return Stamps(utc, given, leaps)
 
 
 def _refuse_zone(zone) -> None:
     if zone is not None:
-        raise ValueError(
-            f"zone: must not be given, as the stamps state their own; received {zone}"
-        )
+        raise ValueError(f"zone: must not be given, as the stamps state their own; received {zone}")
 
 
 def _without_abbreviation(text, form: str, zone: str | None):

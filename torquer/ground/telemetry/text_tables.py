@@ -29,7 +29,9 @@ _HEAD_WITHIN = 2000
 _BEYOND = "\0beyond"
 _KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} - {"1", "%", "T", "m", "K"}
 #: What a row of units may hold beside units.
-_NO_UNITS = {"", "1", "-", "utc", "iso", "s", "ms", "[-]", "none", "time", "t", "m", "k", "deg", "%"}
+_NO_UNITS = {
+    "", "1", "-", "utc", "iso", "s", "ms", "none", "time", "t", "m", "k", "deg", "%",
+}  # fmt: skip
 
 
 class Layout(NamedTuple):
@@ -94,7 +96,7 @@ def _cut_off(rows: int) -> Finding:
 
 
 def prepare_lines(lines: list[str], layout: Layout) -> tuple[list[str], Layout]:
-    """The lines that may be heads or rows, and the separator that a spreadsheet's first one states."""
+    """The lines that may be heads or rows; the separator is the one that "sep=;" states."""
     numbers = {each for each in layout.skip_lines if isinstance(each, int)}
     begins = tuple(each for each in layout.skip_lines if isinstance(each, str))
     kept = [

@@ -84,7 +84,7 @@ def _by_abbreviation(early, late, abbreviations, where, zone: str):
 
 
 def _decide_by_order(clock, early, late, zone: str) -> None:
-    """Set rows of an hour that comes twice in `early` to `late` where these come after the change."""
+    """Set rows of `early` to `late` that are after the change in an hour that comes twice."""
     twice = (early != late) & ~np.isnat(early)
     if not twice.any():
         return
