@@ -127,47 +127,44 @@ def count_instants(columns: list[np.ndarray], formats: list[str], epoch=None) ->
     assert of is not None
     ticks = [of.tick_s, *(TICKS[each] for each in formats[1:])]
     values = [columns[0] if not of.first else columns[0] - of.first, *columns[1:]]
-    nanoseconds, known = _sum_ns(values, ticks)
+    seconds, rest_ns, known = _sum(values, ticks)
     start = np.datetime64((epoch or of.start).removesuffix("Z"), "us")
     if of.counts_leaps:
-        found = utc_at(f"{start}Z", nanoseconds * 1e-9).astype("datetime64[ns]")
+        found = utc_at(f"{start}Z", seconds + 1e-9 * rest_ns).astype("datetime64[ns]")
     else:
-        known &= _within(nanoseconds, start)
-        found = _add(start, np.where(known, nanoseconds, 0))
+        known &= _within(seconds, start)
+        found = _add(start, np.where(known, seconds, 0), rest_ns)
     found[~known] = np.datetime64("NaT")
     return found
 
 
-def _sum_ns(columns, ticks) -> tuple[np.ndarray, np.ndarray]:
-    """Sum of counts [ns, whole], and which rows are counts at all."""
-    total, known = np.zeros(len(columns[0]), dtype="int64"), np.ones(len(columns[0]), dtype=bool)
+def _sum(columns, ticks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sum of counts, whole seconds and nanoseconds, and which rows are counts at all."""
+    size = len(columns[0])
+    seconds, rest_ns = np.zeros(size, dtype="int64"), np.zeros(size, dtype="int64")
+    known = np.ones(size, dtype=bool)
     for values, tick in zip(columns, ticks, strict=True):
         values = np.asarray(values)
         known &= np.isfinite(values) & (np.abs(values * tick) < 4.0 * _MOST_S)
         values = np.where(known, values, 0)
-        if values.dtype.kind in "iu":
-            total += values.astype("int64") * _whole_ns(tick)
-            continue
-        whole = np.floor(values)
-        total += whole.astype("int64") * _whole_ns(tick)
-        total += np.rint((values - whole) * (tick * 1e9)).astype("int64")
-    return total, known
+        in_second = max(round(1.0 / tick), 1)
+        more, rest = np.divmod(values, in_second)
+        seconds += more.astype("int64") * max(round(tick), 1)
+        rest_ns += np.rint(rest * round(tick * 1e9)).astype("int64")
+    return seconds, rest_ns, known
 
 
-def _whole_ns(tick: float) -> int:
-    return round(tick * 1e9)
-
-
-def _within(nanoseconds: np.ndarray, start: np.datetime64) -> np.ndarray:
-    since_1970_s = (start - np.datetime64(0, "us")) / np.timedelta64(1, "s") + nanoseconds * 1e-9
+def _within(seconds: np.ndarray, start: np.datetime64) -> np.ndarray:
+    since_1970_s = (start - np.datetime64(0, "us")) / np.timedelta64(1, "s") + seconds
     return np.abs(since_1970_s) < _MOST_S
 
 
-def _add(start: np.datetime64, nanoseconds: np.ndarray) -> np.ndarray:
+def _add(start: np.datetime64, seconds: np.ndarray, rest_ns: np.ndarray) -> np.ndarray:
     """Instants [ns] after a start that datetime64[ns] may not hold itself."""
-    seconds, rest = np.divmod(nanoseconds, 1_000_000_000)
     whole = start + seconds.astype("timedelta64[s]")
-    return whole.astype("datetime64[us]").astype("datetime64[ns]") + rest.astype("timedelta64[ns]")
+    return whole.astype("datetime64[us]").astype("datetime64[ns]") + rest_ns.astype(
+        "timedelta64[ns]"
+    )
 
 
 def _in_years(columns, formats) -> np.ndarray:
@@ -181,9 +178,10 @@ def _in_years(columns, formats) -> np.ndarray:
     known = (year > 1677) & (year < 2262) & (day >= 1.0) & (day < 367.0)
     begin = (np.where(known, year, 1970).astype("int64") - 1970).astype("datetime64[Y]")
     ticks = [86400.0, *(TICKS[each] for each in formats[2:])]
-    nanoseconds, fine = _sum_ns([np.where(known, day - 1.0, 0.0), *more], ticks)
+    seconds, rest_ns, fine = _sum([np.where(known, day - 1.0, 0.0), *more], ticks)
     known &= fine
-    found = begin.astype("datetime64[ns]") + nanoseconds.astype("timedelta64[ns]")
+    found = begin.astype("datetime64[ns]") + seconds.astype("timedelta64[s]")
+    found = found + rest_ns.astype("timedelta64[ns]")
     found[~known] = np.datetime64("NaT")
     return found
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.ground.telemetry.cells import read_numbers, split_cell_numbers
+from torquer.ground.telemetry.cells import NumberCells, read_numbers, split_cell_numbers
 from torquer.ground.telemetry.column_names import group_columns, parse_name
 from torquer.ground.telemetry.mapping import Mapping
 from torquer.ground.telemetry.quantities import COLUMNS, in_si, parse_unit, units_for
@@ -195,7 +195,7 @@ def _numbers(table: Table, name: str, members):
             except ValueError:
                 continue
             if not any(each.odd.mean() > 0.05 for each in cells):
-                yield None, decimal, np.stack([each.values for each in cells], axis=1)
+                yield None, decimal, _in_one_unit(name, cells)
                 if decimal is None:
                     return
         return
@@ -204,6 +204,19 @@ def _numbers(table: Table, name: str, members):
         if odd.mean() < 0.05 and np.isfinite(values).any():
             yield sign, None, values
             return
+
+
+def _in_one_unit(name: str, cells: list[NumberCells]) -> np.ndarray:
+    """Numbers [n, k] of cells, those with another unit beside them than the first in its."""
+    numbers = np.stack([each.values for each in cells], axis=1).astype(float)
+    beside = [u for each in cells if each.units is not None for u in each.units if u]
+    known = [each for each in beside if each in units_for(name)]
+    for k, each in enumerate(cells):
+        for unit in () if each.units is None else set(each.units) & set(known):
+            rows = each.units == unit
+            factor = in_si(name, unit, np.ones(1)) / in_si(name, known[0], np.ones(1))
+            numbers[rows, k] *= factor[0]
+    return numbers
 
 
 def temperature_reading(table: Table, field: tuple[str, ...]) -> ColumnReading | None:

@@ -26,7 +26,7 @@ from torquer.ground.telemetry.text_tables import (
 _DATA = re.compile(r"""^[-+\u2212\[({"']*\.?\d|^(nan|null|n/a|-)?$|^[A-Z][a-z]{2}, \d""", re.I)
 #: Names of columns of time stamps.
 TIME = re.compile(
-    r"time|date|stamp|utc|epoch|zeit|datum|дата|время|(?<![a-z])(ts|t|jd|mjd|gps|tai|tow|sow|met|week|"
+    r"time|date|stamp|utc|epoch|zeit|datum|дата|время|(?<![a-z])(ts|t|jd|mjd|gps|tai|tow|sow|sod|met|week|"
     r"year|doy|day|sec|seconds|clock|serial|datenum)(?![a-z])",
     re.I,
 )

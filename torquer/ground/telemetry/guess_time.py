@@ -48,7 +48,7 @@ _LEAST_ROWS = 8
 #: Part of the rows that must be stamps.
 _MOST = 0.95
 #: Weeks after which the counter of GPS receivers begins again.
-ROLLOVERS = ("1999-08-22T00:00:00Z", "2019-04-07T00:00:00Z")
+ROLLOVERS = ("1999-08-21T23:59:47Z", "2019-04-06T23:59:42Z")
 #: What is said where nothing states the zone.
 UNSTATED_ZONE = "its zone is UTC: CHECK THIS, the stamps state none"
 #: What is added where the name of a column says so.

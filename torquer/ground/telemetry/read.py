@@ -68,8 +68,8 @@ def read(paths, mapping: Mapping | None = None) -> Session:
     values = {name: without_absurd(name, each, findings) for name, each in values.items()}
     utc, values = order_rows(utc, values, findings)
     utc, values = without_strays(utc, values, findings)
-    check_quaternions(values, findings)
     add_position(utc, values, None if mapping is None else mapping.place)
+    check_quaternions(values, findings)
     data = make_session(utc, values, source=", ".join(each.name for each in map(Path, files)))
     findings += describe_stamps(utc) + describe_values(values)
     data.attrs["findings"] = json.dumps([each._asdict() for each in findings])

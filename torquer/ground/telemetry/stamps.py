@@ -34,7 +34,7 @@ class Stamps(NamedTuple):
 def count_stamps(columns: list[NumberCells], formats: list[str], epoch, zone) -> Stamps:
     """Stamps of numbers that count from an instant."""
     instants = count_instants([each.values for each in columns], formats, epoch)
-    given = [str(each) for each in columns[0].values]
+    given = [f"{each:.15g}" for each in columns[0].values]
     if is_local(formats[0]):
         return Stamps(utc_of_clock(instants, _stated(zone, given)), given)
     if zone is not None:

@@ -183,7 +183,7 @@ def _table(body: Body, layout: Layout, path: Path) -> Table:
     lines, units = body.lines, {}
     if lines and is_units(split_line(lines[0], body.separator)):
         row = split_line(lines[0], body.separator)
-        units = {n: u for n, u in zip(names, row, strict=False) if u}
+        units = {n: u.strip("[]() ") for n, u in zip(names, row, strict=False) if u}
         lines = lines[1:]
     if not lines:
         return Table(_empty(names), units, "text")
