@@ -198,6 +198,8 @@ def _kinds(annotation) -> Iterator[str]:
         yield " | ".join(map(toml_value, inner))
     elif origin is tuple:
         yield _list_in_words(inner)
+    elif origin is list:
+        yield _list_in_words((*inner, ...))
     elif origin is dict:
         yield "a table by names"
     else:

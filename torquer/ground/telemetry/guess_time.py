@@ -11,7 +11,7 @@ import numpy as np
 
 from torquer.base.time import parse_utc
 from torquer.ground.telemetry.cells import cell_texts, read_numbers
-from torquer.ground.telemetry.epochs import DATE_WORDS, DATES, ORIGINS, TICKS, YEARS, find_epoch
+from torquer.ground.telemetry.epochs import DATE_WORDS, DATES, ORIGINS, find_epoch
 from torquer.ground.telemetry.guess_layout import TIME
 from torquer.ground.telemetry.mapping import Mapping, names_in
 from torquer.ground.telemetry.stamps import read_stamps
@@ -45,6 +45,7 @@ ABBREVIATIONS = {
 }  # fmt: skip
 #: Rows by which a column is one of stamps whose name does not say so.
 _LEAST_ROWS = 8
+_YEAR_DAY = "year_day"
 #: Part of the rows that must be stamps.
 _MOST = 0.95
 #: Weeks after which the counter of GPS receivers begins again.
@@ -53,12 +54,12 @@ ROLLOVERS = ("1999-08-21T23:59:47Z", "2019-04-06T23:59:42Z")
 UNSTATED_ZONE = "its zone is UTC: CHECK THIS, the stamps state none"
 #: What is added where the name of a column says so.
 _STATED = 3.0
-#: What is added for usual ticks.
-_LIKELY = {"s": 0.5, "ms": 0.3, "us": 0.2, "ns": 0.1}
-#: What is taken from the score of dates as near to the origin as small numbers come anyway.
-_NEAR, _SUSPECT = np.timedelta64(366, "D"), 2.0
+#: Ticks that are met, and what each adds.
+_LIKELY = {"s": 0.5, "ms": 0.3, "us": 0.2, "ns": 0.1, "days": -1.0}
+#: Dates as near to the origin as this are those of small numbers, which come anyway.
+_NEAR = np.timedelta64(366, "D")
 #: Steps from row to row that are usual.
-_LEAST_STEP, _MOST_STEP = np.timedelta64(500, "us"), np.timedelta64(3, "D")
+_LEAST_STEP, _MOST_STEP = np.timedelta64(500, "us"), np.timedelta64(1, "D")
 
 
 class TimeReading(NamedTuple):
@@ -113,9 +114,8 @@ def _tried(table: Table, candidates):
         fine = (utc > _EARLIEST) & (utc < latest)
         if len(utc) and fine.mean() >= _MOST:
             back = np.mean(np.diff(utc[fine]) < np.timedelta64(0)) if fine.sum() > 1 else 0.0
-            if _moves(utc[fine]):
-                off = 3.0 * back + _SUSPECT * _near_origin(keys, utc[fine])
-                yield TimeReading(keys, utc, score - off, guesses)
+            if _moves(utc[fine]) and not _near_origin(keys, utc[fine]):
+                yield TimeReading(keys, utc, score - 3.0 * back, guesses)
 
 
 def _near_origin(keys: dict, utc: np.ndarray) -> bool:
@@ -263,13 +263,11 @@ def _counts(column: str):
         if not about.start:
             continue
         stated = _STATED * bool(re.search(about.words, name))
-        for tick in TICKS:
+        for tick, usual in _LIKELY.items():
             ticked = 0.5 * bool(re.search(rf"(?<![a-z]){tick}(?![a-z])", name))
             form = f"{origin}_{tick}"
-            score = 1.5 - 0.1 * k + stated + ticked + _LIKELY.get(tick, -1.0)
+            score = 1.5 - 0.1 * k + stated + ticked + usual
             yield {"time": column, "time_format": form}, score, (f"its numbers are {form}",)
-    for form in YEARS:
-        if form != "year":
-            keys = {"time": column, "time_format": form, "zone": "UTC"}
-            stated = _STATED * ("doy" in name or "day" in name)
-            yield keys, 0.5 + stated, (f"its numbers are {form}", UNSTATED_ZONE)
+    if re.search(r"doy|day|y+d+", name):
+        keys = {"time": column, "time_format": _YEAR_DAY, "zone": "UTC"}
+        yield keys, _STATED, (f"its numbers are {_YEAR_DAY}", UNSTATED_ZONE)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from torquer.base.spec import Spec
+from torquer.base.spec import Spec, Vector
 from torquer.base.time import parse_utc
 from torquer.ground.telemetry.epochs import check_formats, find_epoch, is_counted
 from torquer.ground.telemetry.positions import FORMS, PLACE, check_place
@@ -73,9 +73,9 @@ class Mapping(Spec):
     several counts added."""
     time_format: Names = "iso"
     """'iso' (ISO 8601, also RFC 2822), a format of `strptime` such as '%d-%m-%Y %H:%M:%S', or a
-    count: an origin and its ticks such as 'unix_ms' or 'gps_s', or 'julian', 'mjd', 'mjd2000',
-    'excel', 'excel_1904', 'datenum', 'year_day'. Counts in several columns: the first one's, then
-    ticks, such as ["gps_weeks", "s"] or ["year", "day_of_year", "s"]."""
+    count: an origin and its ticks such as 'unix_ms' or 'gps_s', or a date such as 'mjd'. Counts in
+    several columns: the first one's, then ticks, such as ["gps_weeks", "s"] or
+    ["year", "day_of_year", "s"]."""
     epoch: datetime | None = None
     """Instant from which a count begins, in place of its own: a time with a zone. Must be given for
     'since_s' and 'elapsed_s'."""
@@ -102,7 +102,7 @@ class Mapping(Spec):
     "xyzw" or "wxyz"."""
     inverse: tuple[str, ...] = ()
     """Quaternions that are logged as J to body."""
-    place: list[float] | None = None
+    place: Vector | None = None
     """Place on the ground where all rows were taken, as at a test: geodetic latitude and longitude
     in degrees, height in metres."""
 

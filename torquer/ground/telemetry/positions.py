@@ -53,10 +53,10 @@ FORMS = {
 
 def check_place(place) -> None:
     """ValueError unless it is a latitude, a longitude [deg] and a height [m]."""
-    if len(place) != 3 or not (abs(place[0]) <= 90.0 and abs(place[1]) <= 360.0):
+    if abs(place[0]) > 90.0 or abs(place[1]) > 360.0:
         raise ValueError(
             "must be latitude (within 90 deg), longitude (within 360 deg) and height [m]; "
-            f"received {place}"
+            f"received {list(place)}"
         )
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from torquer.base.limits import RequestError
 from torquer.ground.telemetry.column_names import group_columns, parse_name
 from torquer.ground.telemetry.guess_columns import (
     HINTS,
@@ -92,7 +93,7 @@ def propose_mapping(
         guessed = _guess_table(path)
         table = guessed.table
         return _propose(path, guessed, orbit, satellite)
-    except NoProposal:
+    except (NoProposal, RequestError):
         raise
     except ValueError as error:
         raise NoProposal(str(error), _skeleton(table, str(error))) from None
@@ -154,8 +155,8 @@ def _readings(table: Table, orbit, satellite) -> list[Reading]:
     columns = _columns(table)
     if not times:
         raise ValueError(
-            "time: must be a column of time stamps, of which none gives plausible dates; received "
-            f"{', '.join(columns[:20])}"
+            "time: must be a column of time stamps, of which none gives plausible dates (`epoch` "
+            f"is for counts from an instant of their own); received {', '.join(columns[:20])}"
         )
     fields = column_readings(table, "b_measured")
     firm = [each for each in fields if not each.is_doubtful]

@@ -64,6 +64,7 @@ RENAMED = {"position_inertial": "position_j", "velocity_inertial": "velocity_j"}
 #: Factors of units by the unit of the package, and what is added after it.
 UNITS: dict[str, dict[str, float]] = {
     "T": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "arcsec": np.pi / 648e3},
     "T/s": {"T/s": 1.0, "uT/s": 1e-6, "nT/s": 1e-9},
     "rad/s": {
         "rad/s": 1.0, "mrad/s": 1e-3, "deg/s": np.pi / 180.0, "mdeg/s": np.pi / 180e3,
