@@ -93,8 +93,16 @@ CASES = [
      "5 columns; received a head of 4 in file.csv (row 1 has more)"),
     (PLAIN + "a,b,c,d,e,f,g\n", mapping(), "skip_lines: must name lines that are no rows, as all "
      "must have the head's columns; received none for file.csv: row 25 has 7 cells"),
-    ("time,x,y,z\n2012-03-04T10:00:00Z,1 uT,2 kg,3\n", mapping(list("xyz")),
-     "b_measured: must have units of T, mT, uT, nT, G, mG in its cells; received 'kg'"),
+    ("time,x,y,z\n2012-03-04T10:00:00Z,1 uT,2 km,3\n", mapping(list("xyz")),
+     "b_measured: must have units of T, mT, uT, nT, G, mG in its cells; received 'km'"),
+    ("time,x,y,z\n2012-03-04T10:00:00Z,1,2 kg,3\n", mapping(list("xyz")),
+     "y: must hold numbers; received '2 kg' in row 1 (`missing` lists texts"),
+    ("time,x,y,z\n2012-03-04T10:00:00Z,1,2,3\n2012-03-04T10:00:01,1,2,3\n", mapping(list("xyz")),
+     "zone: must be stated by all stamps or by none; received '2012-03-04T10:00:01' beside "
+     "'2012-03-04T10:00:00Z'"),
+    ("time,x,y,z\n", mapping(list("xyz")), "FILE: must hold rows below its head; received "),
+    (b"time,x\n\0\1\2,3\n", mapping(list("xyz")), "FILE: must be text (CSV), Parquet, NetCDF, CDF "
+     "or a ground archive, gzip or ZIP; received"),
     ("time,x,y,z\n2012-03-04T10:00:00Z,1,2,3\n", mapping(list("xyz"), only={"x": "7"}),
      "only.x: must be in a row; received '7'"),
     ("", mapping(), "FILE: must hold a head and rows; received"),
@@ -157,7 +165,7 @@ def test_few_odd_cells_and_stamps_are_named_and_do_not_end_a_file(tmp_path):
     found = read(put(tmp_path, "\n".join(lines)), make_mapping(mapping()))
     by = {each.key: each.text for each in found.findings}
     assert by["no numbers"] == "mag_x: row 3 has no number but 'ERR': taken for missing"
-    assert by["no time"] == "time: row 7 has no time, such as 'yesterday', and are left out"
+    assert by["no time"] == "time: row 7 has no time, such as 'yesterday': left out"
     assert found.data.sizes["time"] == ROWS - 1
 
 

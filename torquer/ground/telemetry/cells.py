@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.ground.telemetry.quantities import parse_unit
+from torquer.ground.telemetry.quantities import UNITS, parse_unit
 
+#: Units that may stand beside numbers.
+KNOWN_UNITS = {unit for units in UNITS.values() for unit in units}
 #: Signs that may stand between groups of three digits, besides the one that is not decimal.
 _GROUPING = "'\u2019\u00a0\u202f "
 _NUMBER = r"^([-+]?[\d.,'\u2019\u00a0\u202f ]*\d[.,]?(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?$"
@@ -55,10 +57,12 @@ def read_numbers(column, missing: tuple[str, ...], decimal: str | None) -> Numbe
         rest |= text.str.contains(".", regex=False).to_numpy() & ~blank.to_numpy()
     if rest.any():
         parts = text[rest].str.extract(_NUMBER)
-        plain[rest] = _written(parts[0], decimal).to_numpy(dtype=float)
+        unit = parts[1].fillna("").map(parse_unit)
+        numbers = parts[0].where(unit.isin(KNOWN_UNITS))
+        plain[rest] = _written(numbers, decimal).to_numpy(dtype=float)
         if parts[1].notna().any():
             units = np.full(len(text), "", dtype=object)
-            units[rest] = [parse_unit(each) if isinstance(each, str) else "" for each in parts[1]]
+            units[rest] = unit.where(parts[1].notna() & unit.isin(KNOWN_UNITS), "")
     plain[np.isin(plain, absent)] = np.nan
     return NumberCells(plain, units, rest & np.isnan(plain))
 

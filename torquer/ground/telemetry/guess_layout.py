@@ -97,7 +97,7 @@ def _head(lines: list[str], separator: str) -> tuple[int, list[str]] | None:
     """Number of the head, and its cells, with a separator; None if there is none."""
     for k in range(1, len(lines)):
         row = _cells(lines[k], separator)
-        above = k - 2 if k > 1 and is_units(_cells(lines[k - 1], separator)) else k - 1
+        above = k - 2 if k > 1 and is_units(_cells(lines[k - 1].lstrip("# "), separator)) else k - 1
         names = _cells(lines[above].lstrip("# "), separator)
         named = [each for each in names if each]
         if len(row) != len(names) or len(named) < 2 or _DATA.match(named[0]):

@@ -32,6 +32,8 @@ _CLOCKS = (
     " %H-%M-%S", "_%H-%M-%S", " %H.%M.%S", ", %H:%M:%S", ", %I:%M:%S %p", "%H%M%S",
 )  # fmt: skip
 _OFFSETS = ("", "%z", " %z")
+_FORMS = [day + clock + offset for day, clock, offset in product(_DAYS, _CLOCKS, _OFFSETS)]
+_FORMS += [f"{clock.strip()} {day}" for clock, day in product(_CLOCKS[:2], _DAYS)]
 #: Zones whose abbreviations are met; others share some of these.
 ABBREVIATIONS = {
     "MSK": "Europe/Moscow", "MSD": "Europe/Moscow", "CET": "Europe/Berlin",
@@ -188,12 +190,11 @@ def _formats(text) -> list[str]:
 
     some = pd.concat([text.head(20), text.tail(20)])
     bare = some.str.replace(r"\s*\b(?!AM|PM)[A-Z]{3,5}$", "", regex=True)
-    shape = "%z" if re.search(r"[+-]\d\d:?\d\d$", some.iloc[0]) else ""
+    shape = "%z" if re.search(r":\d\d(\.\d+)?\s*[+-]\d\d:?\d\d$", some.iloc[0]) else ""
     found = []
-    for day, clock, offset in product(_DAYS, _CLOCKS, _OFFSETS):
-        if ("%z" in offset) != bool(shape):
+    for form in _FORMS:
+        if ("%z" in form) != bool(shape):
             continue
-        form = day + clock + offset
         parsed = pd.to_datetime(bare, format=form, errors="coerce", utc=bool(shape))
         if parsed.notna().mean() >= _MOST and not ("%Y%j" in form and len(bare.iloc[0]) > 13):
             found.append(form)

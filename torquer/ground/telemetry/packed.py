@@ -127,4 +127,5 @@ def decode(data: bytes, encoding: str | None, path: Path) -> str:
             f"{known.upper()}, such as 'latin-1', 'cp1252' or 'cp1251'; received "
             f"{encoding or 'none'} for {path.name}, byte 0x{data[error.start]:02x} in line {line}"
         ) from None
-    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    text = text.removeprefix("\ufeff").replace("\0", "")
+    return text.replace("\r\n", "\n").replace("\r", "\n")

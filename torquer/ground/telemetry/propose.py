@@ -120,7 +120,8 @@ def _archive(path: Path) -> Guessed:
     fits = [name for name, each in down.items() if names_field(list(each.names))]
     if not fits:
         raise ValueError(f"FILE: must have a packet with the field; received {', '.join(down)}")
-    tables = {name: read_table(path, Mapping.model_construct(**{"packet": name})) for name in fits}
+    drafts: dict[str, Any] = {name: {"packet": name} for name in fits}
+    tables = {n: read_table(path, Mapping.model_construct(**each)) for n, each in drafts.items()}
     chosen = next((name for name in fits if len(tables[name].data)), fits[0])
     guess = f"packet {chosen}, the first with three numbers of a magnetometer"
     return Guessed(tables[chosen], {"packet": chosen}, [guess])

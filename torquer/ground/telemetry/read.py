@@ -87,6 +87,8 @@ def interpret(table: Table, mapping: Mapping, path: Path) -> Part:
     """UTC and quantities of the columns of a table, by a mapping."""
     columns = [c for each in mapping.columns.values() for c in names_in(each)]
     check_columns(table, [*mapping.time_columns, *columns], path)
+    if not len(table.data):
+        raise ValueError(f"FILE: must hold rows below its head; received {path} with none")
     cells, notes = Cells(table, mapping), list(table.notes)
     stamps = read_stamps(table, mapping, cells.numbers)
     known = _known_rows(stamps, mapping, notes)
@@ -105,10 +107,7 @@ def _known_rows(stamps: Stamps, mapping: Mapping, notes: list[Finding]) -> np.nd
             f" (time_format); received {stamps.given[odd[0]]!r} in row {odd[0] + 1}"
         )
     if len(odd):
-        text = (
-            f"{column}: {name_rows(odd)} no time, such as {stamps.given[odd[0]]!r}, and are left "
-            "out"
-        )
+        text = f"{column}: {name_rows(odd)} no time, such as {stamps.given[odd[0]]!r}: left out"
         notes.append(Finding("no time", len(odd), text))
     if stamps.leap_seconds:
         text = f"{stamps.leap_seconds} in a leap second, 23:59:60: read as the second after it"

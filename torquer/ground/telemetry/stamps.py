@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from email.utils import parsedate_to_datetime
 from typing import NamedTuple
 
@@ -13,9 +12,12 @@ from torquer.ground.telemetry.cells import NumberCells, cell_texts
 from torquer.ground.telemetry.epochs import count_instants, is_counted, is_local
 from torquer.ground.telemetry.zones import utc_of_clock
 
-#: An offset at the end of a stamp, or what stands for none.
-_OFFSET = re.compile(r"(?<=\d)\s*(?:Z|[+-]\d\d:?\d\d|[+-]\d\d)$|(?<=[\d ])(?:GMT|UTC|UT)$")
+#: What states UTC at the end of a stamp, and an offset after a time of day.
+_UNIVERSAL = r"(?<=\d)\s*(?:Z|GMT|UTC|UT)$"
+_OFFSET = r"[T: ]\d\d(?:\d\d){0,2}(?:[.,]\d+)?\s*[+-]\d\d(?::?\d\d)?$"
 _ABBREVIATION = r"(?<=[\d ])\s*([A-Z]{2,5})$"
+#: Part of the stamps that may differ from the others: these are left out.
+_FEW = 0.05
 #: The day of the year in ISO 8601, which pandas does not read.
 _ORDINAL = r"\d{4}-\d{3}(?!\d)"
 _RFC_2822 = r"(?:[A-Z][a-z]{2}, )?\d{1,2} [A-Z][a-z]{2} \d{4} "
@@ -80,21 +82,34 @@ def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
         )
     inserted = text.str.contains(_SECOND_60, regex=True).to_numpy()
     plain = text.str.replace(r"(\d:\d\d):60(?!\d)", r"\1:59", regex=True)
-    offset = plain.str.contains(_OFFSET.pattern, regex=True).to_numpy()
     if form == "iso" and plain.str.match(_RFC_2822).mean() > 0.5:
         _refuse_zone(zone)
         return Stamps(_email_dates(plain), given)
-    if offset.mean() > 0.5 or "%z" in form:
+    utc = _utc_of_texts(plain, form, zone, given)
+    return Stamps(utc, given, _shift_leaps(utc, inserted))
+
+
+def _utc_of_texts(text, form: str, zone: str | None, given: list[str]) -> np.ndarray:
+    """UTC of texts; NaT for those that state an offset where most do not, or the reverse."""
+    is_universal = text.str.contains(_UNIVERSAL, regex=True).to_numpy()
+    states = is_universal | text.str.contains(_OFFSET, regex=True).to_numpy()
+    if _FEW < states.mean() < 1.0 - _FEW:
+        raise ValueError(
+            "zone: must be stated by all stamps or by none; received "
+            f"{given[int(np.argmin(states))]!r} beside {given[int(np.argmax(states))]!r}"
+        )
+    if states.mean() > 0.5 or "%z" in form:
         _refuse_zone(zone)
-        utc = _instants(plain.str.replace(r"\s*(?:GMT|UTC|UT)$", "Z", regex=True), form)
-    else:
-        bare, abbreviations = _without_abbreviation(plain, form, zone)
-        clock = _instants(bare, form)
-        if np.isnat(clock).mean() > 0.5:
-            return Stamps(clock, given)
-        utc = utc_of_clock(clock, _stated(zone, given), abbreviations)
-    leaps = _shift_leaps(utc, inserted)
-    return Stamps(utc, given, leaps)
+        sign = "Z" if "%z" in form else ""
+        found = _instants(text.str.replace(_UNIVERSAL, sign, regex=True), form)
+        found[~states & ("%z" not in form)] = np.datetime64("NaT")
+        return found
+    bare, abbreviations = _without_abbreviation(text, form, zone)
+    clock = _instants(bare, form)
+    clock[states] = np.datetime64("NaT")
+    if np.isnat(clock).mean() > 0.5:
+        return clock
+    return utc_of_clock(clock, _stated(zone, given), abbreviations)
 
 
 def _refuse_zone(zone) -> None:
@@ -127,12 +142,15 @@ def _instants(text, form: str) -> np.ndarray:
         text = text.str.replace(r"(?<=\d) (?=[+-]\d|Z$)", "", regex=True)
     try:
         found = pd.to_datetime(text, format=form, errors="coerce", utc=True)
+        other = form.replace("%S.%f", "%S") if "%f" in form else form.replace("%S", "%S.%f")
+        if found.isna().any() and other != form:  # whole seconds among others are written so
+            found = found.fillna(pd.to_datetime(text, format=other, errors="coerce", utc=True))
     except ValueError:
         raise ValueError(
             "time_format: must be 'iso', a count such as 'unix_s' or a format of strptime such as "
             f"'%d.%m.%Y %H:%M:%S'; received {form!r}"
         ) from None
-    return found.dt.tz_localize(None).to_numpy("datetime64[ns]").copy()
+    return np.array(found.dt.tz_localize(None), dtype="datetime64[ns]")
 
 
 def _calendar(text):

@@ -44,7 +44,7 @@ def find_format(path: Path, encoding: str | None = None) -> str:
     if is_packed(head):
         found = "packed"
     if found == "text" and b"\0" in head and not (encoding or find_encoding(head)):
-        found = "binary data of an unknown format"
+        found = "binary data of an unknown format (`encoding` if it is text)"
     if found not in _READABLE:
         raise ValueError(
             "FILE: must be text (CSV), Parquet, NetCDF, CDF or a ground archive, gzip or ZIP; "

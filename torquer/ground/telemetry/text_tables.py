@@ -25,6 +25,8 @@ SEPARATORS = (",", ";", "\t", "|", "whitespace")
 INFLUX = ("_time", "_field", "_value")
 #: Lines in which a head is looked for.
 _HEAD_WITHIN = 2000
+#: A line that is drawn, not written.
+_RULE = re.compile(r"^[-+|=:_ ]{3,}$")
 #: Name of a column of cells beyond the head's.
 _BEYOND = "\0beyond"
 _KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} - {"1", "%", "T", "m", "K"}
@@ -106,6 +108,7 @@ def prepare_lines(lines: list[str], layout: Layout) -> tuple[list[str], Layout]:
         and line.strip()
         and number not in numbers
         and not (begins and line.lstrip().startswith(begins))
+        and not _RULE.match(line)
     ]
     stated = re.fullmatch(r'"?sep=(.)"?', kept[0].strip()) if kept else None
     if stated:
