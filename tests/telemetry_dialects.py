@@ -204,6 +204,8 @@ DIALECTS = [
             mapping(time_format="%H:%M:%S %d-%m-%Y", zone="UTC")),
     Dialect("UTC after another format", grid(stamp=clock("%d.%m.%Y %H:%M:%S UTC")),
             mapping(time_format="%d.%m.%Y %H:%M:%S")),
+    Dialect("a format that ends with Z", grid(stamp=clock("%d.%m.%Y %H:%M:%SZ")),
+            mapping(time_format="%d.%m.%Y %H:%M:%SZ", zone="UTC")),
     Dialect("zeros between", PLAIN.replace("\n", "\0\n").encode(), mapping(encoding="utf-8"),
             init=False),
     Dialect("lines by number", PLAIN.replace("\n", "\nbegin,of,it,\n", 1),

@@ -26,6 +26,10 @@ class NumberCells(NamedTuple):
 
 def cell_texts(column):
     """The cells of a column as texts, "" where there is none."""
+    import pandas as pd
+
+    if isinstance(column.dtype, pd.StringDtype):
+        return column.fillna("").str.strip()
     missing = column.isna()
     return column.astype(object).where(~missing, "").astype(str).str.strip()
 

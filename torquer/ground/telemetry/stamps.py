@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from email.utils import parsedate_to_datetime
 from typing import NamedTuple
 
@@ -13,9 +14,11 @@ from torquer.ground.telemetry.epochs import count_instants, is_counted, is_local
 from torquer.ground.telemetry.zones import utc_of_clock
 
 #: What states UTC at the end of a stamp, and an offset after a time of day.
-_UNIVERSAL = r"(?<=\d)\s*(?:Z|GMT|UTC|UT)$"
+_UNIVERSAL = r"\s*(?:Z|GMT|UTC|UT)$"
 _OFFSET = r"[T: ]\d\d(?:\d\d){0,2}(?:[.,]\d+)?\s*[+-]\d\d(?::?\d\d)?$"
 _ABBREVIATION = r"(?<=[\d ])\s*([A-Z]{2,5})$"
+#: Rows by which the kind of the stamps is told.
+_SOME = 1000
 #: Part of the stamps that may differ from the others: these are left out.
 _FEW = 0.05
 #: The day of the year in ISO 8601, which pandas does not read.
@@ -75,14 +78,17 @@ def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
     parts = [cell_texts(each) for each in columns]
     text = parts[0].str.cat(parts[1:], sep=" ").str.strip()
     given = text.tolist()
-    if text.str.fullmatch(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?").mean() > 0.5 and form == "iso":
+    some = text.head(_SOME)
+    if form == "iso" and some.str.fullmatch(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?").mean() > 0.5:
         raise ValueError(
             "time_format: must be given for stamps that are numbers, such as 'unix_s' "
             f"(`torquer explain mapping`); received none for {given[0]!r}"
         )
-    inserted = text.str.contains(_SECOND_60, regex=True).to_numpy()
-    plain = text.str.replace(r"(\d:\d\d):60(?!\d)", r"\1:59", regex=True)
-    if form == "iso" and plain.str.match(_RFC_2822).mean() > 0.5:
+    inserted, plain = np.zeros(len(text), dtype=bool), text
+    if text.str.contains(":60", regex=False).any():
+        inserted = text.str.contains(_SECOND_60, regex=True).to_numpy()
+        plain = text.str.replace(r"(\d:\d\d):60(?!\d)", r"\1:59", regex=True)
+    if form == "iso" and some.str.match(_RFC_2822).mean() > 0.5:
         _refuse_zone(zone)
         return Stamps(_email_dates(plain), given)
     utc = _utc_of_texts(plain, form, zone, given)
@@ -92,7 +98,13 @@ def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
 def _utc_of_texts(text, form: str, zone: str | None, given: list[str]) -> np.ndarray:
     """UTC of texts; NaT for those that state an offset where most do not, or the reverse."""
     is_universal = text.str.contains(_UNIVERSAL, regex=True).to_numpy()
-    states = is_universal | text.str.contains(_OFFSET, regex=True).to_numpy()
+    states = (
+        is_universal
+        if is_universal.all()
+        else is_universal | text.str.contains(_OFFSET, regex=True).to_numpy()
+    )
+    if form != "iso" and re.search(_UNIVERSAL, form):  # the format has it as a letter
+        states = np.zeros(len(text), dtype=bool)
     if _FEW < states.mean() < 1.0 - _FEW:
         raise ValueError(
             "zone: must be stated by all stamps or by none; received "
@@ -136,10 +148,12 @@ def _instants(text, form: str) -> np.ndarray:
 
     if form == "iso":
         form = "ISO8601"
-        text = text.str.replace(r"(?<=:\d\d),(?=\d)", ".", regex=True)
-        if text.str.match(_ORDINAL).mean() > 0.5:
+        if text.str.contains(",", regex=False).any():
+            text = text.str.replace(r"(?<=:\d\d),(?=\d)", ".", regex=True)
+        if text.head(_SOME).str.match(_ORDINAL).mean() > 0.5:
             text, form = _calendar(text), "ISO8601"
-        text = text.str.replace(r"(?<=\d) (?=[+-]\d|Z$)", "", regex=True)
+        if text.str.contains(r" [+-]\d| Z$", regex=True).any():
+            text = text.str.replace(r"(?<=\d) (?=[+-]\d|Z$)", "", regex=True)
     try:
         found = pd.to_datetime(text, format=form, errors="coerce", utc=True)
         other = form.replace("%S.%f", "%S") if "%f" in form else form.replace("%S", "%S.%f")
