@@ -189,7 +189,7 @@ def _formats(text) -> list[str]:
     import pandas as pd
 
     some = pd.concat([text.head(20), text.tail(20)])
-    bare = some.str.replace(r"\s*\b(?!AM|PM)[A-Z]{3,5}$", "", regex=True)
+    bare = some.str.replace(r"\s*\b(?!AM|PM)[A-Z]{3,5}$|(?<=\d)\s*(?:Z|UT)$", "", regex=True)
     shape = "%z" if re.search(r":\d\d(\.\d+)?\s*[+-]\d\d:?\d\d$", some.iloc[0]) else ""
     found = []
     for form in _FORMS:
