@@ -1,10 +1,14 @@
 """Positions in other forms, and a place on the ground, become positions in J."""
 
+from datetime import timedelta
+
 import numpy as np
 import pytest
-from telemetry_session import environment
+from telemetry_session import BIAS, SHIFT_S, START, environment, session
 
+from torquer.ground.telemetry.examine import examine
 from torquer.ground.telemetry.mapping import make_mapping
+from torquer.ground.telemetry.modulus import environment_along
 from torquer.ground.telemetry.read import read
 from torquer.maths.geometry.frames import geodetic_from_ecef
 
@@ -69,6 +73,32 @@ def test_a_place_on_the_ground_turns_with_the_earth(tmp_path):
     np.testing.assert_allclose(fixed, np.tile(expected, (len(T_S), 1)), atol=1e-6)
     turned = np.degrees(np.arccos(r[0] @ r[-1] / 6378237.0**2))
     assert turned == pytest.approx(T_S[-1] * 360.0 / 86164.1, rel=1e-6)
+
+
+def test_the_field_at_a_place_has_one_strength(tmp_path):
+    path = written(tmp_path, (), np.empty((len(T_S), 0)))
+    data = read(path, mapping({}, {}, place=[55.75, 37.6, 150.0])).data
+    r = data["position_j"].values
+    strength = np.linalg.norm(environment_along(data, None).field(T_S, r, r), axis=1)
+    assert strength == pytest.approx(52.5e-6, rel=0.01) and np.ptp(strength) < 1e-9
+
+
+def test_a_magnetometer_is_calibrated_by_positions_of_the_telemetry_without_an_orbit(tmp_path):
+    data, _ = session(0)
+    t_s, along = data["time"].values, environment()
+    r = along.state(t_s + SHIFT_S)[0]
+    fixed = np.einsum("nij,nj->ni", along.dcm_to_ecef(t_s), r)
+    rows = zip(t_s, 1e9 * data["b_measured"].values, fixed, strict=True)
+    text = [",".join([iso(t), *(f"{x:.1f}" for x in (*m, *place))]) for t, m, place in rows]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["t,x,y,z,a,b,c", *text]))
+    found = examine(read(path, mapping({"position_ecef": ["a", "b", "c"]}, {"position_ecef": "m"})))
+    assert found.mistakes == () and found.calibration is not None
+    np.testing.assert_allclose(1e9 * found.calibration.bias, 1e9 * BIAS, atol=100.0)
+
+
+def iso(t_s):
+    return (START + timedelta(seconds=float(t_s))).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def test_one_form_only():
