@@ -146,6 +146,9 @@ OTHERS = [
      {"position_j": ["pos_x_km", "pos_y_km", "pos_z_km"]}),
     ("sun_x,sun_y,sun_z", "0,0,1", {"sun_measured": ["sun_x", "sun_y", "sun_z"]}),
     ("sun_temp_x,sun_temp_y,sun_temp_z", "0,0,1", {}),
+    ("sun_eci_x,sun_eci_y,sun_eci_z", "0,0,1", {}),
+    ("mag_eci_x,mag_eci_y,mag_eci_z", "20000,0,1", {}),
+    ("b_orbital_x,b_orbital_y,b_orbital_z", "20000,0,1", {}),
     ("battery_x,battery_y,battery_z", "7,7,7", {}),
 ]  # fmt: skip
 

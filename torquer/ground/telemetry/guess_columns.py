@@ -28,11 +28,12 @@ class Hint(NamedTuple):
     """the more of them the better"""
     never: str
     """of another quantity"""
-    doubtful: str
+    doubtful: str = r"$^"
     """of the quantity, but not measured or not the vehicle's"""
-    low: float
-    high: float
-    """median length in SI; 0 and 0: any"""
+    low: float = 0.0
+    """least median length in SI"""
+    high: float = np.inf
+    """greatest median length in SI"""
     usual: tuple[str, ...] = ()
     """units, the likeliest first, where none is stated; the first that gives a usual length"""
 
@@ -41,48 +42,80 @@ _NOT_MEASURED = (
     r"model|igrf|wmm|ref(?![a-z]*l)|pred|calc|theor|simul|true|expect|target|desired|demand|"
     r"cmd|setpoint|bias|offset|sigma|std|err|resid|deriv|dot|rate_of|estimat|filter"
 )
+#: Frames that no sensor measures in.
+_ELSEWHERE = r"|eci(?![a-z])|ecef|(?<![a-z])ned(?![a-z])|orbital|lvlh|(?<![a-z])orf|inertial|j2000"
 #: Hints by quantity, in the order in which columns are given away.
 HINTS = {
     "b_measured": Hint(
-        r"mag|field|mtm|bfield|(?<![a-z])b(?![a-w])|tesla", r"meas|sens|read|mag|obs|cal",
-        r"torq|mtq|coil|dip|rod|temp|curr|volt|power|status|flag|quat|gyro|sun|wheel|moment|"
+        words=r"mag|field|mtm|bfield|(?<![a-z])b(?![a-w])|tesla",
+        likely=r"meas|sens|read|mag|obs|cal",
+        never=r"torq|mtq|coil|dip|rod|temp|curr|volt|power|status|flag|quat|gyro|sun|wheel|moment|"
         r"polls|errors|count|magnitude|magnetis",
-        _NOT_MEASURED, 8e-6, 1.2e-4, ("nT", "uT", "mG", "G", "T", "mT"),
+        doubtful=_NOT_MEASURED + _ELSEWHERE,
+        low=8e-6,
+        high=1.2e-4,
+        usual=("nT", "uT", "mG", "G", "T", "mT"),
     ),
     "omega_measured": Hint(
-        r"gyr|omega|rate|angular|ang_?vel|imu|(?<![a-z])w(?![a-w])", r"gyr|meas|imu|inertial|abs",
-        r"orbital|relative|wheel|(?<![a-z])rw|speed|temp|sun|mag|quat|rate_class|moment|torq|polls|"
-        r"errors|bit|sample|data|tick|(?<![a-z])dip",
-        _NOT_MEASURED, 0.0, 20.0, ("deg/s", "rad/s", "mdeg/s", "mrad/s", "rpm", "deg/h"),
+        words=r"gyr|omega|rate|angular|ang_?vel|imu|(?<![a-z])w(?![a-w])",
+        likely=r"gyr|meas|imu|inertial|abs",
+        never=r"orbital|relative|wheel|(?<![a-z])rw|speed|temp|sun|mag|quat|rate_class|moment|torq|"
+        r"polls|errors|bit|sample|data|tick|(?<![a-z])dip",
+        doubtful=_NOT_MEASURED,
+        high=20.0,
+        usual=("deg/s", "rad/s", "mdeg/s", "mrad/s", "rpm", "deg/h"),
     ),
     "q_measured": Hint(
-        r"quat|(?<![a-z])(att|q(?![a-v]))", r"inertial|eci|j2000|star|body|est",
-        r"orbital|lvlh|wheel|curr|temp|class", r"target|desired|cmd|ref|err|command|demand", 0.7,
-        1.4,
+        words=r"quat|(?<![a-z])(att|q(?![a-v]))",
+        likely=r"inertial|eci|j2000|star|body|est",
+        never=r"orbital|lvlh|wheel|curr|temp|class",
+        doubtful=r"target|desired|cmd|ref|err|command|demand",
+        low=0.7,
+        high=1.4,
     ),
     "sun_measured": Hint(
-        r"sun|(?<![a-z])s(?![a-z])|(?<![a-z])ss(?![a-z])", r"meas|vec|dir|sens|body",
-        r"temp|curr|volt|lit|flag|status|shadow|in_view|mag|sync", _NOT_MEASURED, 0.0, 1.8,
+        words=r"sun|(?<![a-z])s(?![a-z])|(?<![a-z])ss(?![a-z])",
+        likely=r"meas|vec|dir|sens|body",
+        never=r"temp|curr|volt|lit|flag|status|shadow|in_view|mag|sync",
+        doubtful=_NOT_MEASURED + _ELSEWHERE,
+        high=1.8,
     ),
     "dipole_body": Hint(
-        r"dip|mtq|torquer|coil|torqrod|(?<![a-z])mtb", r"dip|moment|m2|body",
-        r"temp|curr|volt|power|duty|resist|status|flag|pwm|max|limit|mag_?field", r"(?!x)x", 0.0,
-        1e4, ("A m^2", "mA m^2"),
+        words=r"dip|mtq|torquer|coil|torqrod|(?<![a-z])mtb",
+        likely=r"dip|moment|m2|body",
+        never=r"temp|curr|volt|power|duty|resist|status|flag|pwm|max|limit|mag_?field",
+        high=1e4,
+        usual=("A m^2", "mA m^2"),
     ),
     "position_j": Hint(
-        r"pos|eci|j2000|gcrf|(?<![a-z])r(?![a-w])", r"eci|j2000|gcrf|pos",
-        r"ecef|ecr|itrf|fixed|teme|lat|lon|vel|torq|rod|raw|sun|moon|error|rate|bias|gyr",
-        r"model|target|pred", 6.4e6, 1e8, ("m", "km"),
+        words=r"pos|eci|j2000|gcrf|(?<![a-z])r(?![a-w])",
+        likely=r"eci|j2000|gcrf|pos",
+        never=r"mag|field|(?<![a-z])b(?![a-z])|ecef|ecr|itrf|fixed|teme|lat|lon|vel|torq|rod|raw|"
+        r"sun|moon|error|rate|bias|gyr",
+        doubtful=r"model|target|pred",
+        low=6.4e6,
+        high=1e8,
+        usual=("m", "km"),
     ),
     "position_ecef": Hint(
-        r"ecef|ecr|itrf|earth_?fixed|wgs", r"pos|(?<![a-z])r(?![a-w])", r"vel|(?<![a-z])v(?![a-w])",
-        r"target|pred", 6.3e6, 1e8, ("m", "km"),
+        words=r"ecef|ecr|itrf|earth_?fixed|wgs",
+        likely=r"pos|(?<![a-z])r(?![a-w])",
+        never=r"mag|field|(?<![a-z])b(?![a-z])|vel|(?<![a-z])v(?![a-w])",
+        doubtful=r"target|pred",
+        low=6.3e6,
+        high=1e8,
+        usual=("m", "km"),
     ),
     "position_teme": Hint(
-        r"teme", r"pos", r"vel|(?<![a-z])v(?![a-w])", r"target", 6.4e6, 1e8, ("m", "km")
+        words=r"teme",
+        likely=r"pos",
+        never=r"mag|field|(?<![a-z])b(?![a-z])|vel|(?<![a-z])v(?![a-w])",
+        doubtful=r"target|pred",
+        low=6.4e6,
+        high=1e8,
+        usual=("m", "km"),
     ),
-}  # fmt: skip
-_POSITIONS = ("position_j", "position_ecef", "position_teme", "position_geodetic")
+}
 
 
 class ColumnReading(NamedTuple):
