@@ -1,5 +1,7 @@
 """One session in many dialects: each read as meant, or refused by a line that names the key."""
 
+from datetime import timedelta
+
 import numpy as np
 import pytest
 from telemetry_dialects import (
@@ -130,6 +132,7 @@ def test_what_needs_a_decision_is_one_line_that_names_the_key(tmp_path, content,
         ({"offset": {"q_measured": 1.0}}, "offset.q_measured: must have columns.q_measured too"),
         ({"epoch": "2012-03-04"}, "epoch: must be a time with a zone"),
         ({"epoch": "2012-03-04T00:00:00Z"}, "epoch: must be left out for time_format 'iso'"),
+        ({"time_format": "%H:%M:%S"}, "epoch: must be given for time_format '%H:%M:%S'"),
         ({"time_format": "since_s"}, "epoch: must be given for time_format 'since_s'"),
         ({"time_format": ["gps_weeks", "s"]}, "time_format: must be given for each of 1 columns"),
         ({"time": ["a", "b"], "time_format": ["gps_weeks", "x"]}, "time_format: must be a count"),
@@ -194,3 +197,15 @@ def test_a_cut_last_line_of_json_is_left_out(tmp_path):
     )
     assert found.data.sizes["time"] == ROWS
     assert "cut off" in [each.key for each in found.findings]
+
+
+@pytest.mark.parametrize(("zone", "hours"), [("UTC", 0), ("+14:00", 14), ("Asia/Tokyo", 9)])
+def test_a_clock_without_a_date_goes_on_at_midnight(tmp_path, zone, hours):
+    """Every six hours from 4 March 10:32:23 UTC on, over several midnights."""
+    moments = [STAMPS[0] + timedelta(hours=6 * k + hours) for k in range(ROWS)]
+    rows = [f"{each:%H:%M:%S},1,2,3" for each in moments]
+    first = f"{moments[0]:%Y-%m-%d}T12:00:00" + ("Z" if zone == "UTC" else f"+{hours:02d}:00")
+    keys = mapping(list("xyz"), time_format="%H:%M:%S", zone=zone, epoch=first)
+    found = read(put(tmp_path, "\n".join(["time,x,y,z", *rows])), make_mapping(keys)).data
+    expected = [(STAMPS[0] + timedelta(hours=6 * k)).replace(tzinfo=None) for k in range(ROWS)]
+    np.testing.assert_array_equal(found["utc"], np.array(expected, dtype="datetime64[ns]"))

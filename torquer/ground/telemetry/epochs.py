@@ -6,6 +6,7 @@ A `time_format` of a mapping is a name of `ORIGINS` and one of `TICKS` ("gps_s")
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -108,6 +109,11 @@ def find_epoch(name: str) -> Epoch | None:
 def is_counted(name: str) -> bool:
     """Whether a `time_format` is that of numbers."""
     return name in YEARS or find_epoch(name) is not None
+
+
+def is_clock(name: str) -> bool:
+    """Whether a `time_format` is one of `strptime` without a date."""
+    return "%" in name and not re.search(r"%[-#]?[djcxDFsuU]", name)
 
 
 def is_local(name: str) -> bool:

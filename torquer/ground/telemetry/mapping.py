@@ -10,7 +10,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from torquer.base.spec import Spec, Vector
 from torquer.base.time import parse_utc
-from torquer.ground.telemetry.epochs import check_formats, find_epoch, is_counted
+from torquer.ground.telemetry.epochs import check_formats, find_epoch, is_clock, is_counted
 from torquer.ground.telemetry.positions import FORMS, PLACE, check_place
 from torquer.ground.telemetry.quantities import COLUMNS, parse_unit, units_for
 from torquer.ground.telemetry.zones import parse_zone
@@ -78,7 +78,8 @@ class Mapping(Spec):
     ["year", "day_of_year", "s"]."""
     epoch: datetime | None = None
     """Instant from which a count begins, in place of its own: a time with a zone. Must be given for
-    'since_s' and 'elapsed_s'."""
+    'since_s' and 'elapsed_s', and as the day of the first stamp for a clock without a date, such as
+    '%H:%M:%S'."""
     zone: str | None = None
     """Zone of stamps that do not state one: 'UTC', an offset such as '+04:00', or a name such as
     'Europe/Moscow'."""
@@ -194,6 +195,10 @@ class Mapping(Spec):
         if is_counted(first) or len(formats) > 1:
             check_formats(formats, len(self.time_columns))
         of = find_epoch(first)
+        if is_clock(first):
+            if self.epoch is None:
+                raise ValueError(f"epoch: must be given for time_format {first!r}; received none")
+            return
         if of is None and self.epoch is not None:
             raise ValueError(f"epoch: must be left out for time_format {first!r}; received it")
         if of is not None and not of.start and self.epoch is None:

@@ -10,13 +10,15 @@ import numpy as np
 
 from torquer.base.time import parse_utc
 from torquer.ground.telemetry.cells import NumberCells, cell_texts
-from torquer.ground.telemetry.epochs import count_instants, is_counted, is_local
-from torquer.ground.telemetry.zones import utc_of_clock
+from torquer.ground.telemetry.epochs import count_instants, is_clock, is_counted, is_local
+from torquer.ground.telemetry.zones import parse_zone, utc_of_clock
 
 #: What states UTC at the end of a stamp, and an offset after a time of day.
 _UNIVERSAL = r"\s*(?:Z|GMT|UTC|UT)$"
 _OFFSET = r"[T: ]\d\d(?:\d\d){0,2}(?:[.,]\d+)?\s*[+-]\d\d(?::?\d\d)?$"
 _ABBREVIATION = r"(?<=[\d ])\s*([A-Z]{2,5})$"
+#: The day that a time without one has.
+_STRPTIME_DAY = np.datetime64("1900-01-01", "D")
 #: Rows by which the kind of the stamps is told.
 _SOME = 1000
 #: Part of the stamps that may differ from the others: these are left out.
@@ -70,9 +72,10 @@ def date_stamps(column, is_utc: bool, zone: str | None) -> Stamps:
     return Stamps(utc_of_clock(clock, _stated(zone, given)), given)
 
 
-def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
+def text_stamps(columns: list, form: str, zone: str | None, day=None) -> Stamps:
     """Stamps of texts in columns [n] that belong together, by a format of `strptime` or 'iso'.
 
+    `day` (datetime64[D]): that of the first row, for a format without a date.
     'iso' reads RFC 2822 ("Sun, 04 Mar 2012 10:32:23 GMT") and days of the year (2012-064), too.
     """
     parts = [cell_texts(each) for each in columns]
@@ -91,11 +94,11 @@ def text_stamps(columns: list, form: str, zone: str | None) -> Stamps:
     if form == "iso" and some.str.match(_RFC_2822).mean() > 0.5:
         _refuse_zone(zone)
         return Stamps(_email_dates(plain), given)
-    utc = _utc_of_texts(plain, form, zone, given)
+    utc = _utc_of_texts(plain, form, zone, given, day)
     return Stamps(utc, given, _shift_leaps(utc, inserted))
 
 
-def _utc_of_texts(text, form: str, zone: str | None, given: list[str]) -> np.ndarray:
+def _utc_of_texts(text, form: str, zone: str | None, given: list[str], day) -> np.ndarray:
     """UTC of texts; NaT for those that state an offset where most do not, or the reverse."""
     is_universal = text.str.contains(_UNIVERSAL, regex=True).to_numpy()
     states = (
@@ -118,6 +121,8 @@ def _utc_of_texts(text, form: str, zone: str | None, given: list[str]) -> np.nda
         return found
     bare, abbreviations = _without_abbreviation(text, form, zone)
     clock = _instants(bare, form)
+    if day is not None:
+        clock = _on_days(clock, day)
     clock[states] = np.datetime64("NaT")
     if np.isnat(clock).mean() > 0.5:
         return clock
@@ -165,6 +170,15 @@ def _instants(text, form: str) -> np.ndarray:
             f"'%d.%m.%Y %H:%M:%S'; received {form!r}"
         ) from None
     return np.array(found.dt.tz_localize(None), dtype="datetime64[ns]")
+
+
+def _on_days(clock: np.ndarray, day: np.datetime64) -> np.ndarray:
+    """Times of day as instants from a day on: one that goes back by half a day is of the next."""
+    known = np.flatnonzero(~np.isnat(clock))
+    passed = np.cumsum(np.append(False, np.diff(clock[known]) < -np.timedelta64(12, "h")))
+    found = clock.copy()
+    found[known] += passed * np.timedelta64(1, "D") + (day - _STRPTIME_DAY)
+    return found
 
 
 def _calendar(text):
@@ -215,4 +229,12 @@ def read_stamps(table, mapping, numbers) -> Stamps:
             "time_format: must be 'iso', a count such as 'unix_s', or a format of strptime such as "
             f"'%d.%m.%Y %H:%M:%S'; received {mapping.time_formats[0]!r}"
         )
-    return text_stamps(series, formats[0], mapping.zone)
+    day = _first_day(mapping) if is_clock(formats[0]) else None
+    return text_stamps(series, formats[0], mapping.zone, day)
+
+
+def _first_day(mapping) -> np.datetime64 | None:
+    """The day of the first stamp in the zone of the stamps."""
+    if mapping.epoch is None:
+        return None
+    return np.datetime64(mapping.epoch.astimezone(parse_zone(mapping.zone or "UTC")).date(), "D")
