@@ -150,6 +150,7 @@ OTHERS = [
     ("mag_eci_x,mag_eci_y,mag_eci_z", "20000,0,1", {}),
     ("b_orbital_x,b_orbital_y,b_orbital_z", "20000,0,1", {}),
     ("battery_x,battery_y,battery_z", "7,7,7", {}),
+    ("motor_1_rpm,motor_2_rpm,motor_3_rpm", "1,2,3", {}),
 ]  # fmt: skip
 
 
@@ -173,7 +174,7 @@ def test_a_dipole_of_4_a_m2_is_no_milliampere(tmp_path):
         ("gyro.z (deg/s)", "gyro", "z", "deg/s"), ("/SAT/mag_y", "sat_mag", "y", ""),
         ("x_mag", "mag", "x", ""), ("b_x_t", "b", "x", "T"), ("q3", "q", "3", ""),
         ("wx_deg_s", "w", "x", "deg/s"), ("dipole_x_A_m2", "dipole", "x", "A m^2"),
-        ("temperature", "temperature", "", ""),
+        ("temperature", "temperature", "", ""), ("MAG.FIELD[0]", "mag_field", "0", ""),
     ],
 )  # fmt: skip
 def test_what_names_say(column, stem, axis, unit):
@@ -270,3 +271,19 @@ def test_an_archive_states_frames_units_and_what_is_measured(tmp_path):
                                    "dipole_body": "A m^2"}  # fmt: skip
     assert "temperature" not in columns and not any("by the size" in g for g in found.guesses)
     assert read(path, found.mapping).data.sizes["time"] == 20
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("BX", "BY", "BZ"), ("Bx(nT)", "By(nT)", "Bz(nT)"), ("mag0", "mag1", "mag2"),
+        ("MAG_X_CALIB", "MAG_Y_CALIB", "MAG_Z_CALIB"), ("mtm1.x", "mtm1.y", "mtm1.z"),
+        ("magneticFieldX", "magneticFieldY", "magneticFieldZ"), ("B1", "B2", "B3"),
+        ("\u043c\u0430\u0433\u043d X", "\u043c\u0430\u0433\u043d Y", "\u043c\u0430\u0433\u043d Z"),
+        ("A.FIELD[0]", "A.FIELD[1]", "A.FIELD[2]"), ("hx", "hy", "hz"), ("x_mag", "y_mag", "z_mag"),
+        ("X [nT]", "Y [nT]", "Z [nT]"), ("fgm_x", "fgm_y", "fgm_z"),
+    ],
+)  # fmt: skip
+def test_names_of_a_magnetometer(tmp_path, names):
+    found = propose_mapping(put(tmp_path, ",".join(["utc", *names]), iso)).mapping
+    assert found.columns == {"b_measured": [*names]} and found.units == {"b_measured": "nT"}

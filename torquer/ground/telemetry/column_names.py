@@ -34,7 +34,8 @@ def parse_name(column: str) -> ColumnName:
     """What the name of a column says."""
     stated = [parse_unit(each) for each in _BRACKETS.findall(column)]
     unit = next((each for each in stated if each in _ENDINGS.values()), "")
-    parts = re.split(r"[\W_]+", _BRACKETS.sub(" ", column))
+    bare = _BRACKETS.sub(lambda it: it[0] if _AXIS.match(it[1].lower()) else " ", column)
+    parts = re.split(r"[\W_]+", bare)
     words = [word for part in parts for word in _words(part)]
     if not unit:
         words, unit = _without_unit(words)
@@ -62,7 +63,7 @@ def _without_unit(words: list[str]) -> tuple[list[str], str]:
 
 def _without_axis(words: list[str]) -> tuple[str, str]:
     for at in reversed(range(len(words))):
-        if _AXIS.match(words[at]) and len(words) > 1:
+        if _AXIS.match(words[at]):
             return "_".join([*words[:at], *words[at + 1 :]]), words[at]
     found = _AXIS_AT_END.match(words[-1]) if words else None
     if found:

@@ -15,6 +15,8 @@ from torquer.ground.telemetry.quantities import COLUMNS, in_si, parse_unit, unit
 from torquer.ground.telemetry.table import Table
 
 _MISSING = Mapping.model_fields["missing"].default
+#: The unit that only one quantity of `HINTS` has, and no other device aboard.
+_TELLING = "T"
 #: Signs that may stand between joined numbers.
 _SIGNS = ("\\", ";", ",", "|", "/", " ")
 
@@ -47,7 +49,7 @@ _ELSEWHERE = r"|eci(?![a-z])|ecef|(?<![a-z])ned(?![a-z])|orbital|lvlh|(?<![a-z])
 #: Hints by quantity, in the order in which columns are given away.
 HINTS = {
     "b_measured": Hint(
-        words=r"mag|field|mtm|bfield|(?<![a-z])b(?![a-w])|tesla",
+        words=r"mag|field|mtm|(?<![a-z])b(?![a-w])|tesla|(?<![a-z])(fgm|h)(?![a-z])|магн",
         likely=r"meas|sens|read|mag|obs|cal",
         never=r"torq|mtq|coil|dip|rod|temp|curr|volt|power|status|flag|quat|gyro|sun|wheel|moment|"
         r"polls|errors|count|magnitude|magnetis",
@@ -168,18 +170,22 @@ def column_readings(table: Table, name: str) -> list[ColumnReading]:
     groups += [(parse_name(c).stem, (c,), parse_name(c).unit) for c in columns]
     found = []
     for stem, members, unit in groups:
-        score = _score(hint, stem, table.meanings.get(members[0], ""))
         stated = unit or parse_unit(table.units.get(members[0], ""))
+        tells = stated in units_for(name) and COLUMNS[name].units == _TELLING
+        score = _score(hint, stem, table.meanings.get(members[0], ""), tells)
         if score is None or (stated not in ("", "1") and stated not in units_for(name)):
             continue
         found += _readings(table, name, members, stated, score)
     return sorted(found, key=lambda each: (each.is_doubtful, -each.score))
 
 
-def _score(hint: Hint, stem: str, meaning: str) -> float | None:
-    """How well names and meaning fit; None if they are another quantity's."""
+def _score(hint: Hint, stem: str, meaning: str, unit_tells: bool) -> float | None:
+    """How well names and meaning fit; None if they are another quantity's.
+
+    `unit_tells`: whether the unit that the file states is this quantity's alone.
+    """
     said = f"{stem} {meaning.lower()}"
-    if not re.search(hint.words, said) or re.search(hint.never, said):
+    if re.search(hint.never, said) or not (unit_tells or re.search(hint.words, said)):
         return None
     likely = len(set(re.findall(hint.likely, said)))
     return likely + 2.0 * bool(re.search(hint.words, stem))

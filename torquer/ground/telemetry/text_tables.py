@@ -47,10 +47,6 @@ class Layout(NamedTuple):
     names: tuple[str, ...] | None = None
     encoding: str | None = None
 
-    def cells(self, line: str, separator: str) -> list[str]:
-        """The cells of a line."""
-        return split_line(line, separator)
-
 
 class Body(NamedTuple):
     """A head with the lines below it, up to the next head."""
@@ -205,11 +201,6 @@ def _unique(head: list[str]) -> list[str]:
     for k, name in enumerate(head):
         names.append(f"\0{k}" if not name else f"\0{k} {name}" if name in names else name)
     return names
-
-
-def repeated_names(head: list[str]) -> set[str]:
-    """Names that a head has twice."""
-    return {name for name in head if name and head.count(name) > 1}
 
 
 def is_units(cells: list[str]) -> bool:
