@@ -90,11 +90,6 @@ YEARS = {
 _DAY_OF_YEAR = "day_of_year"
 
 
-def counted_formats() -> list[str]:
-    """All names of counted times that do not depend on the ticks, then those with them."""
-    return [*DATES, *YEARS, *(f"{origin}_{tick}" for origin in ORIGINS for tick in TICKS)]
-
-
 def find_epoch(name: str) -> Epoch | None:
     """The epoch of a `time_format`; None for one that does not count from an instant."""
     if name in DATES:
