@@ -10,6 +10,7 @@ import itertools
 import json
 import re
 import sys
+import tomllib
 from pathlib import Path
 from unittest import mock
 
@@ -25,6 +26,8 @@ from torquer.design import stored_keys
 from torquer.design.file_keys import design_tables, file_tables, stored_tables
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.document import document
+from torquer.ground.telemetry.described import format_rows, mapping_tables, quantity_rows
+from torquer.ground.telemetry.epochs import TICKS
 from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
@@ -393,7 +396,53 @@ def where_page() -> str:
     return made
 
 
+def mapping_page() -> str:
+    """Reference of mappings of telemetry: each key, its examples, formats and quantities."""
+    head = [
+        "# Mapping of telemetry, key by key",
+        "",
+        "Made from the code by `docs/generate.py`; `torquer explain mapping` prints the keys. A",
+        "mapping is a TOML file that says how a file of telemetry is written and what its columns",
+        "are. `torquer telemetry init FILE --orbit ELEMENTS` proposes one. What needs no decision",
+        "is read without a key: encodings with a mark, gzip and a ZIP of one file, empty lines,",
+        "separators, heads below notes, rows of units, joined exports, JSON, exports of InfluxDB.",
+        "For anything else a message names the key. Every example below is a test.",
+        "",
+    ]
+    examples = tomllib.loads((ROOT / "docs/mapping_examples.toml").read_text(encoding="utf-8"))
+    tables = mapping_tables()
+    keys = [line for table in tables for line in _table(table)]
+    parts = [line for each in examples["example"] for line in _mapping_example(each)]
+    return "\n".join([*head, *keys, "## Examples", "", *parts, *_mapping_lists()])
+
+
+def _mapping_example(example: dict) -> list[str]:
+    """An example: what it shows, the file, the mapping, what is read."""
+    blocks = (("text", "file"), ("toml", "mapping"), ("text", "read"))
+    lines = [f"### {', '.join(f'`{key}`' for key in example['keys'])}", "", example["say"], ""]
+    for tag, part in blocks:
+        lines += [f"```{tag}", example[part].strip("\n"), "```", ""]
+    return lines
+
+
+def _mapping_lists() -> list[str]:
+    """Counted formats of stamps, and quantities, as tables."""
+    formats = ["| time_format | zero | leap seconds | what it is |", "|---|---|---|---|"]
+    formats += [f"| {' | '.join((f'`{row[0]}`', *row[1:]))} |" for row in format_rows()]
+    quantities = ["| quantity | columns | units | what it is |", "|---|---|---|---|"]
+    quantities += [f"| {' | '.join((f'`{row[0]}`', *row[1:]))} |" for row in quantity_rows()]
+    return [
+        "## Counted stamps", "",
+        f"TICK is one of {', '.join(TICKS)}. A stamp in a leap second, 23:59:60, is read as the",
+        "second after it, as everywhere in this package.", "",
+        *formats, "", "## Quantities", "",
+        "Vectors are in body axes, positions from the Earth's centre; `q_measured` takes the body",
+        "to J.", "", *quantities, "",
+    ]  # fmt: skip
+
+
 PAGES = {
+    "telemetry-mapping.md": mapping_page,
     "commands.md": commands_page,
     "peers.md": peers_page,
     "scenario.md": scenario_page,
@@ -409,4 +458,4 @@ PAGES = {
 if __name__ == "__main__":
     for name, make in PAGES.items():
         (ROOT / "docs" / name).write_text(make(), encoding="utf-8")
-    stored_keys.FILE.write_text(stored_tables(), encoding="utf-8")
+    stored_keys.FILE.write_text(stored_tables(mapping_tables()), encoding="utf-8")

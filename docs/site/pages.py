@@ -26,6 +26,7 @@ CONTENTS = {
         "docs/board",
         "docs/scenario",
         "docs/wheel-design",
+        "docs/telemetry-mapping",
         "docs/variables",
         "docs/api",
         "docs/packets",

@@ -16,11 +16,12 @@ from torquer.design import file_keys, stored_keys
 from torquer.design.file_keys import design_tables, file_schema, file_tables
 from torquer.design.stored_keys import find
 from torquer.environment.field import FIELDS
+from torquer.ground.telemetry.described import mapping_tables
 from torquer.scenario.described import Table
 from torquer.scenario.keys import UNITS, key_unit, specs_below
 from torquer.scenario.spec import Scenario
 
-TABLES = [*file_tables(), *design_tables()]
+TABLES = [*file_tables(), *design_tables(), *mapping_tables()]
 KEYS = [(table.title, key) for table in TABLES for key in table.keys]
 
 
@@ -126,9 +127,10 @@ def test_tables_are_found_by_place_and_by_kind():
 
 def test_stored_tables_are_those_of_the_specs():
     stored = stored_keys.FILE.read_text(encoding="utf-8")
-    assert stored == file_keys.stored_tables(), "run docs/generate.py"
+    assert stored == file_keys.stored_tables(mapping_tables()), "run docs/generate.py"
     assert stored_keys.file_tables() == file_keys.file_tables()
-    assert stored_keys.all_tables() == [*file_keys.file_tables(), *file_keys.own_design_tables()]
+    own = [*file_keys.own_design_tables(), *mapping_tables()]
+    assert stored_keys.all_tables() == [*file_keys.file_tables(), *own]
 
 
 def test_explain_imports_no_spec():
@@ -170,7 +172,7 @@ def test_a_misspelt_key_is_answered_with_the_nearest_ones(capsys):
     assert answer(["explain", "altitud_km"]) == 2
     reported = capsys.readouterr().err
     assert reported.startswith(
-        "error: KEY: must be a key or table of scenario files or wheel designs; received "
+        "error: KEY: must be a key or table of scenario files, wheel designs or mappings; "
     )
     assert "did you mean altitude_km" in reported and "Traceback" not in reported
 

@@ -150,7 +150,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer telemetry pass.nc --orbit my_satellite.tle --filter examples/which_sensors.toml",
         "torquer telemetry tip-off.nc --orbit my_satellite.tle --twin my_satellite.toml",
     ),
-    "telemetry init": ("torquer telemetry init pass.csv --out pass.mapping.toml",),
+    "telemetry init": (
+        "torquer telemetry init pass.csv --out pass.mapping.toml",
+        "torquer telemetry init pass.csv --orbit my_satellite.tle",
+    ),
     "theory": (
         "torquer theory bdot --altitude-km 550 --inclination-deg 51.6 "
         "--inertia 1.0 1.2 1.5 --gain 1e6",

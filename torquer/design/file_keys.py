@@ -35,9 +35,12 @@ def own_design_tables() -> list[Table]:
     ]
 
 
-def stored_tables() -> str:
-    """The text of `stored_tables.json`, from which `torquer explain` answers: a table a line."""
-    lists = {"scenario": file_tables(), "design": own_design_tables()}
+def stored_tables(mapping: list[Table]) -> str:
+    """The text of `stored_tables.json`, from which `torquer explain` answers: a table a line.
+
+    `mapping`: the tables of mappings of telemetry, which is above this floor.
+    """
+    lists = {"scenario": file_tables(), "design": own_design_tables(), "mapping": mapping}
     parts = []
     for name, tables in lists.items():
         lines = ",\n".join(json.dumps(table, ensure_ascii=False) for table in tables)

@@ -17,7 +17,7 @@ FILE = Path(__file__).with_name("stored_tables.json")
 
 @cache
 def _store() -> dict[str, list[Table]]:
-    """The tables of scenario files, and below DESIGN those that only wheel designs have."""
+    """The tables of scenario files, below DESIGN those of wheel designs, those of mappings."""
     lists = json.loads(FILE.read_text(encoding="utf-8"))
     return {
         name: [Table(places, kind, about, [Key(*key) for key in keys])
@@ -32,7 +32,7 @@ def file_tables() -> list[Table]:
 
 
 def all_tables() -> list[Table]:
-    """All tables of scenario files, and below DESIGN those that only wheel designs have."""
+    """All tables of scenario files, below DESIGN those of wheel designs only, and of mappings."""
     return [table for tables in _store().values() for table in tables]
 
 
@@ -63,7 +63,7 @@ def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
         how = " ".join(dict.fromkeys(filter(None, (conversion(word, each) for each in near))))
         hint = f"; did you mean {' or '.join(near)}?{f' {how}' if how else ''}" if near else ""
         raise ValueError(
-            "KEY: must be a key or table of scenario files or wheel designs; received "
+            "KEY: must be a key or table of scenario files, wheel designs or mappings; received "
             f"{name!r}{hint}"
         )
     return tables, keys

@@ -106,9 +106,11 @@ class OrbitEnvironment:
     def check_dates(self, *times_s: float) -> None:
         """ValueError for a time outside the validity of the orbit or the field model.
 
-        (A warning if the field model extrapolates.)
+        (A warning if the field model extrapolates.) Without an orbit, at positions that are given,
+        the field model alone is asked.
         """
-        self.orbit.check_span(self.start, *times_s)
+        if self.orbit is not None:
+            self.orbit.check_span(self.start, *times_s)
         try:
             check_span(self.environment.field, self.start, *times_s)
         except ValueError as error:

@@ -198,6 +198,8 @@ def _kinds(annotation) -> Iterator[str]:
         yield " | ".join(map(toml_value, inner))
     elif origin is tuple:
         yield _list_in_words(inner)
+    elif origin is list:
+        yield _list_in_words((*inner, ...))
     elif origin is dict:
         yield "a table by names"
     else:
@@ -205,14 +207,18 @@ def _kinds(annotation) -> Iterator[str]:
 
 
 def _list_in_words(inner) -> str:
-    what = next(iter(_kinds(inner[0])), "")
-    many = {
+    many = " or ".join(dict.fromkeys(map(_many, _kinds(inner[0]))))
+    return f"a list of {many}" if inner[-1] is Ellipsis else f"a list of {len(inner)} {many}"
+
+
+def _many(what: str) -> str:
+    """What a list holds, in words, of what one member is."""
+    if what.startswith("a list"):
+        return what.replace("a list", "lists", 1)
+    return {
         "a number": "numbers", "a whole number": "whole numbers", "text": "texts",
         "a table": "tables", "a table by its kind": "tables by their kind",
     }.get(what, f"({what})")  # fmt: skip
-    if what.startswith("a list"):
-        many = what.replace("a list", "lists", 1)
-    return f"a list of {many}" if inner[-1] is Ellipsis else f"a list of {len(inner)} {many}"
 
 
 def _one_in_words(kind) -> str:

@@ -17,7 +17,8 @@ def explain(key: str | None = None, /, *, json: Json = False) -> int:
     """Explain KEY of scenario files: meaning, unit, range and default.
 
     KEY is a key ("spacecraft.coils.limit_a_m2"), a table ("coils"), the last part of either, or
-    the kind of a table ("bdot"). Without KEY all tables are listed.
+    the kind of a table ("bdot"). Without KEY all tables are listed. "mapping" are the keys with
+    which `torquer telemetry` reads files.
     """
     tables, keys = find(key) if key else ([], [])
     if json:

@@ -118,6 +118,10 @@ def _show(found: "Examination") -> None:
 class ProposeOptions:
     """Options of `torquer telemetry init`."""
 
+    orbit: Path | None = None
+    """Orbit along which readings are tested, as `torquer telemetry` takes it [none]."""
+    satellite: str | None = None
+    """Name or catalogue number of the satellite in a file of several orbits."""
     out: Path | None = None
     """The mapping file [FILE.mapping.toml next to where you are]."""
     json: Json = False
@@ -125,20 +129,35 @@ class ProposeOptions:
 
 @app.command(help_epilogue=show_examples("telemetry init"))
 def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
-    """Propose a mapping for FILE, and say what of it is guessed."""
-    from torquer.ground.telemetry.propose import propose_mapping
+    """Propose a mapping for FILE, and say what of it is guessed.
+
+    Stamps, columns and units are read in all ways that give plausible dates and fields; with
+    --orbit each is tested against the field along it. The best is written, the others stand in the
+    file as comments. Where none is plausible a skeleton is written, and the exit code is 2.
+    """
+    from torquer.ground.telemetry.propose import NoProposal, propose_mapping
     from torquer.simulation.results.file import put
 
-    proposal = propose_mapping(file)
     out = how.out or Path(f"{file.stem}.mapping.toml")
     if out.exists():
         raise ValueError(f"--out: must be a new file; received {out}")
+    try:
+        proposal = propose_mapping(file, how.orbit, how.satellite)
+    except NoProposal as found:
+        with writing_to(out.parent):
+            put(out, found.skeleton)
+        raise ValueError(f"{found} (a skeleton to fill in: {out})") from None
     with writing_to(out.parent):
         put(out, proposal.text)
     if how.json:
-        print(json_text({"mapping": str(out), "guesses": proposal.guesses}))
+        plain = {"guesses": proposal.guesses, "others": proposal.others}
+        print(json_text({"mapping": str(out)} | plain))
         return 0
     for each in proposal.guesses:
         print(f"guessed: {each}")
-    print(f"{out}: check it, then `torquer telemetry {file.name} --mapping {out.name} --orbit ...`")
+    for each in proposal.others:
+        print(f"also possible: {each}")
+    orbit = how.orbit or "..."
+    print(f"{out}: check it, then `torquer telemetry {file.name} --mapping {out.name} --orbit "
+          f"{orbit}`")  # fmt: skip
     return 0

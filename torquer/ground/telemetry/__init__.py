@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from torquer.ground.telemetry.case import check as check
     from torquer.ground.telemetry.examination import Examination as Examination
     from torquer.ground.telemetry.propose import (
+        NoProposal as NoProposal,
         Proposal as Proposal,
         propose_mapping as propose_mapping,
     )

@@ -1,4 +1,5 @@
-"""A mapping proposed for a file, and what of it is a guess."""
+"""A mapping proposed for a file: readings of its columns, tested against what is plausible and
+against the field along the orbit."""
 
 from __future__ import annotations
 
@@ -9,228 +10,262 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from torquer.base.limits import RequestError
+from torquer.ground.telemetry.column_names import group_columns, parse_name
+from torquer.ground.telemetry.guess_columns import (
+    HINTS,
+    ColumnReading,
+    column_readings,
+    geodetic_reading,
+    names_field,
+    temperature_reading,
+)
+from torquer.ground.telemetry.guess_layout import Guessed, guess_text
+from torquer.ground.telemetry.guess_time import time_readings
 from torquer.ground.telemetry.mapping import Mapping, make_mapping, write_mapping
-from torquer.ground.telemetry.quantities import QUANTITIES, in_si, parse_unit, units_for
-from torquer.ground.telemetry.read import split_numbers
-from torquer.ground.telemetry.tables import find_format, read_table
+from torquer.ground.telemetry.quantities import COLUMNS
+from torquer.ground.telemetry.rank_readings import Reading, rank
+from torquer.ground.telemetry.read import read
+from torquer.ground.telemetry.table import Table
+from torquer.ground.telemetry.tables import find_format, plain_file, read_table
 
-#: What column names hold by quantity, in the order in which they are tried: words, anywhere, and
-#: beginnings too short for that, before which and after which no further letters of a word stand.
-_WORDS = {
-    "b_measured": r"mag|field|(?<![a-z])b(?![a-w])",
-    "omega_measured": r"omega|gyro|rate|angular|(?<![a-z])w(?![a-w])",
-    "q_measured": r"quat|(?<![a-z])(att|q(?![a-v]))",
-    "sun_measured": r"sun|\bs_",
-    "dipole_body": r"dip|mtq|torquer|coil",
-    "position_j": r"pos|eci|\br_",
-    "temperature": r"temp",
-}
-_TIME = re.compile(r"time|date|stamp|utc|epoch", re.I)
-_UNIT = re.compile(r"[\[(_ ]([^\[\]()_ ]+)[\])]?$")
-#: Usual strengths in SI, with which a unit is guessed.
-_USUAL = {"b_measured": 4e-5, "omega_measured": 0.01, "position_j": 7e6, "temperature": 290.0}
+#: Rows of a file by which readings are tested, readings of the columns that are, and pairs that
+#: are tried to read the file.
+_ROWS, _FIELDS, _TRIED = 400, 4, 24
+#: Other readings that are shown.
+_SHOWN = 4
+
+
+#: Keys of a mapping without values.
+_EMPTY = """time = ""
+time_format = "iso"
+zone = "UTC"
+
+[columns]
+b_measured = ["", "", ""]
+
+[units]
+b_measured = "nT"
+"""
 
 
 class Proposal(NamedTuple):
-    """A mapping, and in words what of it is a guess."""
+    """A mapping, in words what of it is a guess, and the other readings that were tested."""
 
     mapping: Mapping
     guesses: list[str]
+    others: list[str]
 
     @property
     def text(self) -> str:
-        """The mapping file: guesses as comments, then its keys."""
-        return write_mapping(self.mapping, self.guesses)
+        """The mapping file: guesses and others as comments, then its keys."""
+        return write_mapping(self.mapping, self.guesses, self.others)
 
     def _repr_html_(self) -> str:
         """The file for a notebook."""
         return f"<pre>{escape(self.text)}</pre>"
 
 
-def propose_mapping(path: Path | str) -> Proposal:
+class NoProposal(ValueError):
+    """No mapping can be proposed; `skeleton`: the text of one to be filled in."""
+
+    def __init__(self, reason: str, skeleton: str):
+        super().__init__(reason)
+        self.skeleton = skeleton
+
+
+def propose_mapping(
+    path: Path | str, orbit: Path | None = None, satellite: str | None = None
+) -> Proposal:
     """A mapping for a file of telemetry, to be checked and written to a file of its own.
 
-    ValueError for no file, and where no column fits.
+    `orbit`: elements or positions as `torquer telemetry` takes them (`satellite`: of several),
+    along which the readings are tested. ValueError for no file; NoProposal, with a skeleton, where
+    no reading of the columns is plausible.
 
-        print(propose_mapping("pass.csv").text)
+        print(propose_mapping("pass.csv", orbit="my_satellite.tle").text)
     """
     path = Path(path)
     if not path.is_file():
         raise ValueError(f"FILE: must be a file; received {path}")
-    kind = find_format(path)
-    guesses: list[str] = []
-    base: dict[str, Any] = {}
-    if kind == "archive":
-        base["packet"] = _packet(path, guesses)
-    if kind == "text":
-        base |= _layout(path, guesses)
-    draft = Mapping.model_construct(**base)
-    table = read_table(path, draft)
-    base |= _time(table, guesses)
-    columns: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    free = [c for c in map(str, table.data.columns) if c not in np.atleast_1d(base["time"])]
-    for name, words in _WORDS.items():
-        found = [c for c in free if re.search(words, c, re.I)]
-        picked = _in_order(name, found)
-        if picked is None:
-            joined = _join(table, name, found)
-            if joined is None:
-                continue
-            column, sign = joined
-            columns[name] = column
-            base.setdefault("split", {})[name] = sign
-            guesses.append(f"{column} holds {QUANTITIES[name].size} numbers with {sign!r} between")
-            picked = [column]
-        else:
-            columns[name] = picked if len(picked) > 1 else picked[0]
-        guesses.append(f"{name} is {', '.join(picked)}")
-        if QUANTITIES[name].units != "1":
-            units[name] = _unit(table, name, picked, base.get("split", {}).get(name), guesses)
-        free = [c for c in free if c not in picked]
-    if not columns:
-        raise ValueError(
-            f"FILE: must have columns whose names tell what they are; received "
-            f"{', '.join(free[:20])}"
-        )
-    if "q_measured" in columns:
-        guesses.append("q_measured is body to J, scalar last: |B| does not check it")
-    return Proposal(make_mapping({**base, "columns": columns, "units": units}), guesses)
+    table = None
+    try:
+        guessed = _guess_table(path)
+        table = guessed.table
+        return _propose(path, guessed, orbit, satellite)
+    except (NoProposal, RequestError):
+        raise
+    except ValueError as error:
+        raise NoProposal(str(error), _skeleton(table, str(error))) from None
 
 
-def _packet(path: Path, guesses) -> str:
+def _guess_table(path: Path) -> Guessed:
+    with plain_file(path, None) as plain:
+        kind = find_format(plain)
+        if kind == "text":
+            return guess_text(plain, names_field)
+        if kind != "archive":
+            return Guessed(read_table(plain), {}, [])
+        return _archive(plain)
+
+
+def _archive(path: Path) -> Guessed:
+    """The first packet with rows and a magnetometer."""
     from contextlib import closing
 
     from torquer.ground.archive import dictionary_in, read_only
 
     with closing(read_only(path)) as db:
         down = dictionary_in(db).down
-    fits = [name for name, each in down.items() if _in_order("b_measured", list(each.names))]
+    fits = [name for name, each in down.items() if names_field(list(each.names))]
     if not fits:
         raise ValueError(f"FILE: must have a packet with the field; received {', '.join(down)}")
-    guesses.append(f"packet {fits[0]}, the first with three numbers of a magnetometer")
-    return fits[0]
+    drafts: dict[str, Any] = {name: {"packet": name} for name in fits}
+    tables = {n: read_table(path, Mapping.model_construct(**each)) for n, each in drafts.items()}
+    chosen = next((name for name in fits if len(tables[name].data)), fits[0])
+    guess = f"packet {chosen}, the first with three numbers of a magnetometer"
+    return Guessed(tables[chosen], {"packet": chosen}, [guess])
 
 
-def _layout(path: Path, guesses) -> dict:
-    """Lines before the head and the separator: the head is above the first row of numbers."""
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        lines = [file.readline() for _ in range(200)]
-    lines = [line.rstrip("\r\n") for line in lines if line]
-    for sign in ("\t", ";", ",", "|", " "):
-        for k in range(1, len(lines)):
-            row, head = (lines[j].strip().lstrip("#").strip() for j in (k, k - 1))
-            parts = row.split() if sign == " " else row.split(sign)
-            names = head.split() if sign == " " else head.split(sign)
-            numbers = sum(bool(re.search(r"^[-+]?[\d.]", part.strip())) for part in parts)
-            if len(parts) > 1 and len(parts) == len(names) and numbers > len(parts) // 2:
-                if sum(bool(re.search("[A-Za-z]", n)) for n in names) < len(names):
-                    continue
-                separator = "whitespace" if sign == " " else sign
-                if k > 1:
-                    guesses.append(f"the head is line {k}")
-                return {"skip": k - 1, "separator": separator}
-    raise ValueError(f"FILE: must have a head that names the columns; received {path}")
+def _propose(path: Path, guessed: Guessed, orbit, satellite) -> Proposal:
+    some = _sample(guessed.table)
+    readings = _readings(some, orbit, satellite)
+    reasons = []
+    for reading in readings[:_TRIED]:
+        proposal = _complete(reading, readings, some, guessed)
+        try:
+            read(path, proposal.mapping)
+        except ValueError as error:
+            reasons.append(str(error))
+            continue
+        return proposal
+    raise ValueError(reasons[0])
 
 
-def _time(table, guesses) -> dict:
-    names = [c for c in map(str, table.data.columns) if _TIME.search(c)]
-    if table.format == "archive":
-        return {"time": "_time_ms", "time_format": "unix_ms"}
-    if "utc" in table.is_utc:
-        return {"time": "utc"}
-    if not names:
+def _sample(table: Table) -> Table:
+    """Some rows of a table, spread over all of it."""
+    if not len(table.data):
+        raise ValueError("FILE: must hold rows; received none")
+    rows = np.linspace(0, len(table.data) - 1, min(len(table.data), _ROWS)).astype(int)
+    return table._replace(data=table.data.iloc[rows].reset_index(drop=True))
+
+
+def _readings(table: Table, orbit, satellite) -> list[Reading]:
+    """Readings of stamps and of the magnetometer together, the best first."""
+    times = time_readings(table, table.format == "archive")
+    columns = _columns(table)
+    if not times:
         raise ValueError(
-            "FILE: must have a column of time stamps; received "
-            + ", ".join(map(str, table.data.columns[:20]))
+            "time: must be a column of time stamps, of which none gives plausible dates (`epoch` "
+            f"is for counts from an instant of their own); received {', '.join(columns[:20])}"
         )
-    values = table.data[names[0]]
-    guesses.append(f"time is {names[0]}")
-    if values.dtype.kind in "fiu":
-        size = float(np.nanmedian(values))
-        for form, low, high in (
-            ("mjd", 3e4, 1e5), ("julian", 2e6, 3e6), ("unix_s", 1e8, 1e10),
-            ("unix_ms", 1e11, 1e13), ("unix_us", 1e14, 1e16), ("unix_ns", 1e17, 1e19),
-        ):  # fmt: skip
-            if low <= size < high:
-                guesses.append(f"its numbers are {form}")
-                return {"time": names[0], "time_format": form}
-        raise ValueError(f"{names[0]}: must count from a known instant; received {size:g}")
-    if names[0] in table.is_utc:
-        return {"time": names[0]}
-    text = str(values.iloc[0])
-    has_zone = bool(re.search(r"(Z|[+-]\d\d:?\d\d)$", text.strip()))
-    form = "iso" if re.match(r"\d{4}-\d\d-\d\d", text) else _format(text)
-    found = {"time": names[0], "time_format": form}
-    if form != "iso":
-        guesses.append(f"its format is {form}, day before month")
-    if not has_zone:
-        guesses.append("its zone is UTC: CHECK THIS, the stamps state none")
-        found["zone"] = "UTC"
+    fields = column_readings(table, "b_measured")
+    firm = [each for each in fields if not each.is_doubtful]
+    fields = (firm or fields)[:_FIELDS]
+    if not fields:  # a file of other quantities
+        fields = [each for name in HINTS if name != "b_measured"
+                  for each in column_readings(table, name)[:1]][:1]  # fmt: skip
+        if not fields:
+            _refuse_counts(table, columns)
+            raise ValueError(
+                "FILE: must have columns whose names tell what they are, such as mag_x_nT; "
+                f"received {', '.join(columns[:20])}"
+            )
+    return rank(times, fields, orbit, satellite)
+
+
+def _refuse_counts(table: Table, columns: list[str]) -> None:
+    """ValueError where columns are called those of a magnetometer, but no unit suits them."""
+    hint = HINTS["b_measured"]
+    for each in group_columns(columns, 3):
+        if names_field(list(each.columns)):
+            raise ValueError(
+                f"scale: must be given, with the unit, for {', '.join(each.columns)}, whose "
+                f"numbers are no field of {1e6 * hint.low:g} to {1e6 * hint.high:g} uT in any "
+                "unit; received none"
+            )
+
+
+def _complete(best: Reading, readings: list[Reading], table: Table, guessed: Guessed) -> Proposal:
+    """The mapping of a reading, with the other quantities of its file."""
+    base: dict[str, Any] = guessed.keys | best.time.keys
+    guesses = [*guessed.guesses, f"time is {_named(best.time.keys['time'])}", *best.time.guesses]
+    used = {*np.atleast_1d(best.time.keys["time"])}
+    for each in (best.field, *_others(table, best.field.name, used | {*best.field.columns})):
+        for key, part in each.keys.items():
+            base[key] = base.get(key, {}) | part if isinstance(part, dict) else part
+        guesses += _describe(each, table)
+        base |= _stated_convention(each, table)
+    if best.misfit_nt is not None:
+        fits = f"with a bias and one scale the strength fits the orbit's to {best.misfit_nt:.0f} nT"
+        guesses.append(fits)
+    others = [each.text for each in readings if each is not best][:_SHOWN]
+    return Proposal(make_mapping(base), guesses, others)
+
+
+def _stated_convention(reading: ColumnReading, table: Table) -> dict:
+    """Keys for a quaternion of which the file says that it is not body to J, scalar last."""
+    meaning = table.meanings.get(reading.columns[0], "").lower()
+    if COLUMNS[reading.name].dimension != "component":
+        return {}
+    found: dict = {}
+    if "scalar first" in meaning:
+        found["order"] = {reading.name: "wxyz"}
+    if re.search(r"(inertial|j2000|eci|j) (frame )?to body", meaning):
+        found["inverse"] = [reading.name]
     return found
 
 
-def _format(text: str) -> str:
-    for pattern, form in (
-        (r"\d{1,2}-\d{1,2}-\d{4} ", "%d-%m-%Y "), (r"\d{1,2}/\d{1,2}/\d{4} ", "%d/%m/%Y "),
-        (r"\d{1,2}\.\d{1,2}\.\d{4} ", "%d.%m.%Y "), (r"\d{4}/\d{1,2}/\d{1,2} ", "%Y/%m/%d "),
-    ):  # fmt: skip
-        if re.match(pattern, text):
-            return form + ("%H:%M:%S.%f" if "." in text.split()[-1] else "%H:%M:%S")
-    raise ValueError(f"time_format: must be stated for stamps such as {text!r}")
+def _named(columns) -> str:
+    return columns if isinstance(columns, str) else ", ".join(columns)
 
 
-def _in_order(name: str, found: list[str]) -> list[str] | None:
-    """Columns of a quantity in the order of its axes; None if these are not all there."""
-    quantity = QUANTITIES[name]
-    if not quantity.dimension:
-        return found[:1] or None
-    want = "xyz" if quantity.dimension == "axis" else "xyzw"
-    for signs in (want, "0123"[: len(want)], "1234"[: len(want)]):
-        by: dict[str, str] = {}
-        for column in found:
-            bare = re.sub(r"[\[(].*?[\])]", "", column).strip("_ ")
-            bare = re.sub(r"_(nt|ut|t|deg_s|rad_s|dps|km|m|k|degc)$", "", bare, flags=re.I)
-            by.setdefault(bare[-1:].lower(), column)
-        if all(sign in by for sign in signs):
-            return [by[sign] for sign in signs]
-    return None
+def _others(table: Table, first: str, used: set[str]) -> list[ColumnReading]:
+    """The likeliest columns of all other quantities, no column twice."""
+    found: list[ColumnReading] = []
+    for name in HINTS:
+        has_position = any(each.name.startswith("position") for each in found)
+        if name == first or (name.startswith("position") and has_position):
+            continue
+        for each in column_readings(table, name):
+            if not used & {*each.columns} and not each.is_doubtful:
+                found.append(each)
+                used |= {*each.columns}
+                break
+    place = None if any(e.name.startswith("position") for e in found) else geodetic_reading(table)
+    warm = temperature_reading(table, tuple(used))
+    return found + [each for each in (place, warm) if each is not None]
 
 
-def _join(table, name: str, found: list[str]):
-    size = QUANTITIES[name].size
-    for column in found:
-        known = [text for text in table.data[column].dropna().head(20) if isinstance(text, str)]
-        for sign in ("\\", ";", ",", "|", "/", " "):
-            if known and all(len(re.split(re.escape(sign), t.strip())) == size for t in known):
-                return column, sign
-    return None
+def _describe(reading: ColumnReading, table: Table) -> list[str]:
+    """What of a reading is a guess."""
+    name = reading.name
+    found = [f"{name} is {', '.join(reading.columns)}"]
+    if len(reading.columns) < COLUMNS[name].size:
+        sign = "" if reading.split is None else f" with {reading.split!r} between"
+        found = [f"{reading.columns[0]} holds {COLUMNS[name].size} numbers{sign}", *found]
+    if reading.unit is not None and not reading.is_stated:
+        found.append(f"the unit of {name} is {reading.unit}, by the size of its numbers")
+    if name == "q_measured" and "body" not in table.meanings.get(reading.columns[0], "").lower():
+        found.append("q_measured is body to J, scalar last: |B| does not check it")
+    return found
 
 
-def _unit(table, name: str, columns: list[str], split, guesses) -> str:
-    stated = parse_unit(table.units.get(columns[0], ""))
-    if stated in units_for(name):
-        return stated
-    found = _UNIT.search(columns[0])
-    lower = {each.lower(): each for each in units_for(name)}
-    word = parse_unit(found[1]) if found else ""
-    if word.lower() in lower and columns[0] != word:
-        return lower[word.lower()]
-    if split:
-        values = split_numbers(table, columns[0], split, QUANTITIES[name].size)
-    else:
-        values = table.data[columns].apply(_as_numbers).to_numpy(dtype=float)
-    size = float(np.nanmedian(np.linalg.norm(np.atleast_2d(values), axis=1)))
-    units = units_for(name)
-    usual = _USUAL.get(name, 0.1)
-    best = min(
-        units, key=lambda u: abs(np.log(max(float(in_si(name, u, np.array(size))), 1e-30) / usual))
-    )
-    guesses.append(f"the unit of {name} is {best}, by the size of its numbers")
-    return best
+def _skeleton(table: Table | None, reason: str) -> str:
+    """A mapping to be filled in: the reason, the columns there are, keys without values."""
+    columns = [] if table is None else _columns(table)
+    lines = [
+        f"# No mapping could be proposed: {reason}".replace("\n", " "),
+        "# Fill in what stands in quotes; `torquer explain mapping` lists the keys.",
+        *(f"# column: {each}{_unit_of(table, each)}" for each in columns[:200]),
+    ]
+    return "\n".join([*lines, "", _EMPTY])
 
 
-def _as_numbers(column):
-    import pandas as pd
+def _columns(table: Table) -> list[str]:
+    return [str(each) for each in table.data if not str(each).startswith("\0")]
 
-    return pd.to_numeric(column, errors="coerce")
+
+def _unit_of(table: Table | None, column: str) -> str:
+    unit = parse_name(column).unit or ("" if table is None else table.units.get(column, ""))
+    return f" [{unit}]" if unit else ""

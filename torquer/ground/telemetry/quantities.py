@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.ground.telemetry.positions import FORMS
 from torquer.simulation.results.variables import VARIABLES
 from torquer.spacecraft.sensors.device import MOST_PARTS
 from torquer.spacecraft.sensors.devices import DEVICES
@@ -51,12 +52,19 @@ QUANTITIES: dict[str, Quantity] = {
     "position_j": Quantity("axis", "m", "J", "position from the Earth's centre"),
     "velocity_j": Quantity("axis", "m/s", "J", "velocity"),
 }
+#: What columns of a file may hold: the quantities, and positions in other forms.
+COLUMNS: dict[str, Quantity] = QUANTITIES | {
+    name: Quantity("axis", "m", "", form.meaning) for name, form in FORMS.items()
+}
+#: Numbers [SI] that no sensor sends, whatever its unit was taken for.
+ABSURD = 1e12
 #: Names of results that sessions have under another name.
 RENAMED = {"position_inertial": "position_j", "velocity_inertial": "velocity_j"}
 
 #: Factors of units by the unit of the package, and what is added after it.
 UNITS: dict[str, dict[str, float]] = {
     "T": {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9, "G": 1e-4, "mG": 1e-7},
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "arcsec": np.pi / 648e3},
     "T/s": {"T/s": 1.0, "uT/s": 1e-6, "nT/s": 1e-9},
     "rad/s": {
         "rad/s": 1.0, "mrad/s": 1e-3, "deg/s": np.pi / 180.0, "mdeg/s": np.pi / 180e3,
@@ -71,28 +79,38 @@ UNITS: dict[str, dict[str, float]] = {
 }  # fmt: skip
 _OFFSETS = {"degC": 273.15}
 #: Other spellings of units.
-_SPELLINGS = {
+SPELLINGS = {
     "µT": "uT", "μT": "uT", "nanotesla": "nT", "microtesla": "uT", "tesla": "T",
     "gauss": "G", "Gs": "G", "dps": "deg/s", "°/s": "deg/s", "deg_s": "deg/s", "rad_s": "rad/s",
     "Am2": "A m^2", "A*m^2": "A m^2", "A m2": "A m^2", "A m²": "A m^2", "Am^2": "A m^2",
     "mAm2": "mA m^2", "Nms": "N m s", "mNms": "mN m s",
+    "Am²": "A m^2", "A·m²": "A m^2", "A.m2": "A m^2", "A-m^2": "A m^2", "A·m^2": "A m^2",
+    "mA m2": "mA m^2", "mA m²": "mA m^2", "nt": "nT", "ut": "uT", "Gauss": "G", "mgauss": "mG",
+    "mGauss": "mG", "Tesla": "T", "degree/s": "deg/s", "degrees/s": "deg/s",
+    "rad/sec": "rad/s", "deg/sec": "deg/s",
+    "нТл": "nT", "мкТл": "uT", "Тл": "T", "Гс": "G", "град/с": "deg/s", "рад/с": "rad/s",  # noqa: RUF001
+    "км": "km", "м": "m", "м/с": "m/s", "км/с": "km/s",  # noqa: RUF001
+    "deg_C": "degC", "celsius": "degC", "Kelvin": "K", "kelvin": "K",
     "°C": "degC", "C": "degC", "Celsius": "degC", "": "1",
 }  # fmt: skip
 
 
 def parse_unit(text: str) -> str:
     """The unit in the spelling of `UNITS`, whatever the spelling received."""
-    return _SPELLINGS.get(text.strip(), text.strip())
+    return SPELLINGS.get(text.strip(), text.strip())
 
 
 def units_for(name: str) -> list[str]:
     """The units that a quantity may have."""
-    return list(UNITS[QUANTITIES[name].units])
+    return list(UNITS[COLUMNS[name].units])
 
 
 def in_si(name: str, unit: str, values: np.ndarray) -> np.ndarray:
-    """Values of a quantity in the unit of the package."""
-    return UNITS[QUANTITIES[name].units][unit] * values + _OFFSETS.get(unit, 0.0)
+    """Values [n] or [n, k] of a quantity in the unit of the package."""
+    factor = UNITS[COLUMNS[name].units][unit]
+    if name == "position_geodetic":  # the unit is the height's
+        return values * [1.0, 1.0, factor]
+    return factor * values + _OFFSETS.get(unit, 0.0)
 
 
 def make_session(utc: np.ndarray, values: dict[str, np.ndarray], **attributes: str) -> xr.Dataset:

@@ -6,14 +6,16 @@ executes what it holds.
 
 from __future__ import annotations
 
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    import pandas as pd
+from torquer.ground.telemetry.mapping import Long, Mapping, names_in
+from torquer.ground.telemetry.packed import find_encoding, is_packed, unpacked
+from torquer.ground.telemetry.table import Table
+from torquer.ground.telemetry.text_tables import INFLUX, Layout, pivot, read_text_table
 
 #: First bytes of each format, and of what is refused.
 _SIGNS = (
@@ -25,89 +27,135 @@ _SIGNS = (
     (b"\xcd\xf3\x00\x01", "cdf"),
     (b"\xcd\xf2\x60\x02", "cdf"),
     (b"\x93NUMPY", "an array of NumPy, which may hold a pickle"),
-    (b"PK\x03\x04", "an archive of files (ZIP)"),
-    (b"\x1f\x8b", "compressed by gzip"),
+    (b"\xd0\xcf\x11\xe0", "a workbook: export it as CSV"),
     (b"\x80", "a pickle, which would be executed"),
 )
-_READABLE = ("archive", "parquet", "netcdf", "cdf", "text")
+_READABLE = ("archive", "parquet", "netcdf", "cdf", "text", "packed")
 _PICKLES = (".pkl", ".pickle", ".joblib", ".pt", ".npy", ".npz")
 
 
-class Table(NamedTuple):
-    """Columns of a file, the units that it states for them, its format.
-
-    `is_utc`: columns of dates without a zone that are UTC by the format's own definition.
-    """
-
-    data: pd.DataFrame
-    units: dict[str, str]
-    format: str
-    is_utc: frozenset[str] = frozenset()
-
-
-def find_format(path: Path) -> str:
-    """archive, parquet, netcdf, cdf or text; ValueError for anything else."""
+def find_format(path: Path, encoding: str | None = None) -> str:
+    """archive, parquet, netcdf, cdf, text or packed; ValueError for anything else."""
     with path.open("rb") as file:
         head = file.read(4096)
     found = next((name for sign, name in _SIGNS if head.startswith(sign)), "text")
     if found == "text" and path.suffix.lower() in _PICKLES:
         found = "a pickle by its name, which would be executed"
-    if found == "text" and b"\0" in head:
-        found = "binary data of an unknown format"
+    if is_packed(head):
+        found = "packed"
+    if found == "text" and b"\0" in head and not (encoding or find_encoding(head)):
+        found = "binary data of an unknown format (`encoding` if it is text)"
     if found not in _READABLE:
         raise ValueError(
-            "FILE: must be text (CSV), Parquet, NetCDF, CDF or a ground archive; "
+            "FILE: must be text (CSV), Parquet, NetCDF, CDF or a ground archive, gzip or ZIP; "
             f"received {path}: {found}"
         )
     return found
 
 
-def read_table(path: Path, mapping=None) -> Table:
-    """The columns of a file. `mapping` (`Mapping`): how its text is written, or which packet."""
+def read_table(path: Path, mapping: Mapping | None = None) -> Table:
+    """The columns of a file. `mapping`: how its text is written, or which packet."""
     if not path.is_file():
         raise ValueError(f"FILE: must be a file; received {path}")
-    kind = find_format(path)
-    read = {"archive": _archive, "parquet": _parquet, "netcdf": _netcdf, "cdf": _cdf, "text": _text}
-    return read[kind](path, mapping)
+    with plain_file(path, None if mapping is None else mapping.member) as plain:
+        kind = find_format(plain, None if mapping is None else mapping.encoding)
+        if kind == "packed":
+            raise ValueError(f"FILE: must be packed once; received {path}, packed again")
+        read = {
+            "archive": _archive, "parquet": _parquet, "netcdf": _netcdf, "cdf": _cdf, "text": _text,
+        }  # fmt: skip
+        table = read[kind](plain, mapping)
+    return table if mapping is None or not mapping.only else _only(table, mapping.only)
 
 
-def _text(path: Path, mapping) -> Table:
-    import pandas as pd
+@contextmanager
+def plain_file(path: Path, member: str | None) -> Iterator[Path]:
+    """The file itself, or within the block the one that it packs."""
+    with path.open("rb") as file:
+        head = file.read(8)
+    if not is_packed(head):
+        yield path
+        return
+    with unpacked(path, member) as plain:
+        yield plain
 
-    skip, comment = (0, "#") if mapping is None else (mapping.skip, mapping.comment)
-    separator = "," if mapping is None else mapping.separator
-    names = None if mapping is None else mapping.names
-    missing = [""] if mapping is None else mapping.missing
-    with path.open(encoding="utf-8-sig", newline=None) as file:
-        try:
-            for _ in range(skip):
-                file.readline()
-            if names is None:
-                head = file.readline().strip().removeprefix(comment).strip()
-                parts = head.split(None if separator == "whitespace" else separator)
-                names = [part.strip().strip('"') for part in parts]
-            keys = {"sep": r"\s+"} if separator == "whitespace" else {"sep": separator}
-            if len(comment) == 1:
-                keys["comment"] = comment
-            data = pd.read_csv(
-                file,
-                names=names,
-                header=None,
-                index_col=False,
-                na_values=list(missing),
-                keep_default_na=False,
-                skipinitialspace=True,
-                low_memory=False,
-                **keys,
-            )
-        except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-            reason = str(error).strip().removeprefix("Error tokenizing data. C error: ")
-            raise ValueError(f"FILE: must be a table of text; received {path}: {reason}") from None
-        except ValueError as error:  # names twice
+
+def layout_of(mapping: Mapping) -> Layout:
+    """How a mapping says that a text is written."""
+    columns = [c for each in mapping.columns.values() for c in names_in(each)]
+    if mapping.long is not None:
+        columns = [mapping.long.name, mapping.long.value]
+    return Layout(
+        frozenset([*mapping.time_columns, *columns, *mapping.only]),
+        mapping.skip,
+        mapping.skip_lines,
+        mapping.comment,
+        mapping.separator,
+        None if mapping.names is None else tuple(mapping.names),
+        mapping.encoding,
+    )
+
+
+def _text(path: Path, mapping: Mapping | None) -> Table:
+    if mapping is None:
+        return read_text_table(path, Layout())
+    layout, long = layout_of(mapping), mapping.long
+    table = read_text_table(path, layout)
+    if long is None and not layout.wanted <= set(table.data):
+        influx = read_text_table(path, layout._replace(wanted=frozenset(INFLUX)))
+        if set(INFLUX) <= set(influx.data):
+            table, long = influx, Long(name=INFLUX[1], value=INFLUX[2])
+    if long is None:
+        return table
+    needed = [*mapping.time_columns, long.name, long.value]
+    check_columns(table, needed, path)
+    if mapping.only:
+        table = _only(table, mapping.only)
+    wanted = [c for each in mapping.columns.values() for c in names_in(each)]
+    known = table.data[long.name].dropna().unique()
+    check_names(known, wanted, f"in column {long.name!r}")
+    kept = table.data[[*needed, *mapping.only]]
+    return pivot(table._replace(data=kept), mapping.time_columns, long.name, long.value, wanted)
+
+
+def check_columns(table: Table, wanted, path: Path) -> None:
+    """ValueError unless all columns are there, each once."""
+    for column in wanted:
+        if column not in table.data and (where := _where_named(table, column)):
             raise ValueError(
-                f"FILE: must name each column once; received {path}: {error}"
-            ) from None
-    return Table(data, {}, "text")
+                "long: must name the columns of names and numbers of a file with a row for each "
+                f'number, such as {{name = "{where}", value = "value"}}; received none'
+            )
+    check_names(list(table.data.columns), wanted, f"a column of {path.name}")
+    for column in wanted:
+        if any(str(c).startswith("\0") and str(c).endswith(f" {column}") for c in table.data):
+            raise ValueError(f"names: must name each column once; received {column!r} twice")
+
+
+def _where_named(table: Table, name: str) -> str:
+    """The column in whose first rows a name stands; "" if none has it."""
+    head = table.data.head(1000)
+    return next((str(each) for each in head if (head[each].astype(str) == name).any()), "")
+
+
+def check_names(known, wanted, what: str) -> None:
+    """ValueError unless all names wanted are known."""
+    known = [str(each) for each in known if not str(each).startswith("\0")]
+    for each in wanted:
+        if each not in known:
+            raise ValueError(f"mapping: {each!r} must be {what}: {', '.join(known[:30])}")
+
+
+def _only(table: Table, only: dict[str, str]) -> Table:
+    """Rows of a table that hold the texts asked for."""
+    data = table.data
+    for column, text in only.items():
+        if column not in data:
+            continue  # a table with a row for each number was filtered before it was turned
+        data = data[data[column].astype(str).str.strip() == text]
+        if not len(data):
+            raise ValueError(f"only.{column}: must be in a row; received {text!r}")
+    return table._replace(data=data.reset_index(drop=True))
 
 
 def _parquet(path: Path, mapping) -> Table:
@@ -119,8 +167,11 @@ def _parquet(path: Path, mapping) -> Table:
         ) from None
     read = pq.read_table(path)
     about = {field.name: field.metadata or {} for field in read.schema}
-    units = {name: each[b"units"].decode() for name, each in about.items() if b"units" in each}
-    return Table(read.to_pandas(), units, "parquet")
+    units, meanings = (
+        {name: each[key].decode() for name, each in about.items() if key in each}
+        for key in (b"units", b"long_name")
+    )
+    return Table(read.to_pandas(), units, "parquet", meanings=meanings)
 
 
 def _netcdf(path: Path, mapping) -> Table:
@@ -167,8 +218,10 @@ def _archive(path: Path, mapping) -> Table:
         names = ("_time_ms", *packet.names)
         statement = f'SELECT {quote_names(names)} FROM "{name}" ORDER BY _time_ms, _digest'
         data = pd.DataFrame(db.execute(statement).fetchall(), columns=list(names))
-    units = {each: field_attributes(field).get("units", "") for each, field, _ in packet.numbers()}
-    return Table(data, {key: unit for key, unit in units.items() if unit}, "archive")
+    about = {each: field_attributes(field) for each, field, _ in packet.numbers()}
+    units = {name: each["units"] for name, each in about.items() if each.get("units")}
+    meanings = {name: each["long_name"] for name, each in about.items() if each.get("long_name")}
+    return Table(data, units, "archive", meanings=meanings)
 
 
 def _cdf(path: Path, mapping) -> Table:
