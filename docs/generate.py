@@ -26,8 +26,8 @@ from torquer.design import stored_keys
 from torquer.design.file_keys import design_tables, file_tables, stored_tables
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.document import document
-from torquer.ground.telemetry.described import format_rows, mapping_tables, quantity_rows
-from torquer.ground.telemetry.epochs import TICKS
+from torquer.ground.telemetry.reading.described import format_rows, mapping_tables, quantity_rows
+from torquer.ground.telemetry.reading.epochs import TICKS
 from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft

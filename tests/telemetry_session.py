@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.orbit import Sgp4
-from torquer.ground.telemetry.quantities import make_session
+from torquer.ground.telemetry.reading.quantities import make_session
 
 TLE = (
     "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",

@@ -3,8 +3,8 @@
 import numpy as np
 
 import torquer
-from torquer.ground.telemetry.quantities import make_session
-from torquer.ground.telemetry.twin_flights import INERTIA
+from torquer.ground.telemetry.reading.quantities import make_session
+from torquer.ground.telemetry.twin.flights import INERTIA
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.change import with_values
 

@@ -16,7 +16,7 @@ from torquer.design import file_keys, stored_keys
 from torquer.design.file_keys import design_tables, file_schema, file_tables
 from torquer.design.stored_keys import find
 from torquer.environment.field import FIELDS
-from torquer.ground.telemetry.described import mapping_tables
+from torquer.ground.telemetry.reading.described import mapping_tables
 from torquer.scenario.described import Table
 from torquer.scenario.keys import UNITS, key_unit, specs_below
 from torquer.scenario.spec import Scenario

@@ -18,7 +18,7 @@ from torquer.computer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.computer.estimation.kalman_gyro import KalmanGyro
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.attitude import estimate_attitude, load_filter
-from torquer.ground.telemetry.quantities import QUANTITIES, make_session
+from torquer.ground.telemetry.reading.quantities import QUANTITIES, make_session
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.scenario.load import scenario_from_data
 

@@ -140,8 +140,8 @@ def test_a_filter_that_does_not_fit_ends_with_1(folder, with_quaternions, capsys
 def test_a_twin(folder, capsys, monkeypatch):
     """A tip-off of a satellite up to 25 % off: its parameters, picture, page and file."""
     # enough here, in less time
-    monkeypatch.setattr("torquer.ground.telemetry.twin._GUESSES", 3)
-    monkeypatch.setattr("torquer.ground.telemetry.twin_fit._RATIOS", np.array([-0.2, 0.0, 0.2]))
+    monkeypatch.setattr("torquer.ground.telemetry.twin.twin._GUESSES", 3)
+    monkeypatch.setattr("torquer.ground.telemetry.twin.fit._RATIOS", np.array([-0.2, 0.0, 0.2]))
     text = EXAMPLE.read_text(encoding="utf-8")
     (folder / "believed.toml").write_text(text.replace("= 5e6", "= 8e5"), encoding="utf-8")
     data, true = tip_off(torquer.load_scenario("believed.toml"), 5, 20, (10.0, 10.0, 10.0))

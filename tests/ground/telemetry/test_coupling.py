@@ -10,7 +10,7 @@ from torquer import Law, simulate
 from torquer.compile import engine
 from torquer.ground.telemetry.calibration import GROUPS, calibrate
 from torquer.ground.telemetry.modulus import FieldAlong
-from torquer.ground.telemetry.quantities import make_session
+from torquer.ground.telemetry.reading.quantities import make_session
 from torquer.scenario.load import scenario_from_data
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

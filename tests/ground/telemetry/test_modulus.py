@@ -10,7 +10,7 @@ from torquer.ground.telemetry.axes import rank_axes
 from torquer.ground.telemetry.examine import examine
 from torquer.ground.telemetry.modulus import FieldAlong, FieldGiven, strength_ratio
 from torquer.ground.telemetry.orbit import load_orbit
-from torquer.ground.telemetry.read import Session
+from torquer.ground.telemetry.reading.read import Session
 
 
 def test_the_spline_is_within_a_thousandth_of_a_nanotesla():

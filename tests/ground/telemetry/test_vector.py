@@ -11,8 +11,8 @@ from torquer.environment.orbit import Sgp4
 from torquer.ground.telemetry.calibration import GROUPS, MODELS
 from torquer.ground.telemetry.diagnosis.loop import follow
 from torquer.ground.telemetry.examine import examine
-from torquer.ground.telemetry.quantities import make_session
-from torquer.ground.telemetry.read import Session
+from torquer.ground.telemetry.reading.quantities import make_session
+from torquer.ground.telemetry.reading.read import Session
 from torquer.ground.telemetry.vector import MODEL, calibrate_vector, known_field
 from torquer.scenario.load import scenario_from_data
 

@@ -69,7 +69,7 @@ def check(
 
 def _write(found: "Examination", out: Path) -> list[str]:
     """Write data, pictures and page; the names of the files."""
-    from torquer.ground.telemetry.twin_members import write_members
+    from torquer.ground.telemetry.twin.members import write_members
     from torquer.report.telemetry.page import write_telemetry
     from torquer.simulation.results.file import put
     from torquer.simulation.results.netcdf import write_bytes
@@ -135,7 +135,7 @@ def init(file: Path, *, how: ProposeOptions = ProposeOptions()) -> int:
     --orbit each is tested against the field along it. The best is written, the others stand in the
     file as comments. Where none is plausible a skeleton is written, and the exit code is 2.
     """
-    from torquer.ground.telemetry.propose import NoProposal, propose_mapping
+    from torquer.ground.telemetry.proposal.propose import NoProposal, propose_mapping
     from torquer.simulation.results.file import put
 
     out = how.out or Path(f"{file.stem}.mapping.toml")

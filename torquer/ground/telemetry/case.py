@@ -16,10 +16,10 @@ from torquer.ground.telemetry.calibration import MODELS, split_shift
 from torquer.ground.telemetry.diagnosis.causes import Known, Place
 from torquer.ground.telemetry.examination import Examination, Split
 from torquer.ground.telemetry.examine import examine
-from torquer.ground.telemetry.mapping import load_mapping
 from torquer.ground.telemetry.modulus import environment_along, session_middle
 from torquer.ground.telemetry.orbit import age_days, load_neighbours, load_orbit
-from torquer.ground.telemetry.read import Session, read
+from torquer.ground.telemetry.reading.mapping import load_mapping
+from torquer.ground.telemetry.reading.read import Session, read
 from torquer.ground.telemetry.request import Model, TelemetryRequest
 from torquer.ground.telemetry.vector import MODEL
 from torquer.scenario.load import load_scenario

@@ -16,8 +16,8 @@ from torquer.ground.telemetry.calibration import Calibration, Choice
 from torquer.ground.telemetry.convention import WAYS_SHOWN, Found
 from torquer.ground.telemetry.diagnosis.causes import CAUSES
 from torquer.ground.telemetry.diagnosis.verdict import Diagnosis
-from torquer.ground.telemetry.read import Finding
-from torquer.ground.telemetry.twin_members import Twin
+from torquer.ground.telemetry.reading.read import Finding
+from torquer.ground.telemetry.twin.members import Twin
 
 #: Head of a table of parameters, of the calibration or the twin; of one of compared models.
 PARAMETER_HEAD = ("parameter", "value", "sigma", "unit")

@@ -34,9 +34,9 @@ from torquer.ground.telemetry.modulus import (
     environment_along,
     strength_ratio,
 )
-from torquer.ground.telemetry.read import Finding
-from torquer.ground.telemetry.twin import fit_twin
-from torquer.ground.telemetry.twin_members import Twin
+from torquer.ground.telemetry.reading.read import Finding
+from torquer.ground.telemetry.twin.members import Twin
+from torquer.ground.telemetry.twin.twin import fit_twin
 from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
 
@@ -53,7 +53,7 @@ def examine(
     scenario: Scenario | None = None,
     known: Known = NOTHING,
 ) -> Examination:
-    """Examine a session (`torquer.ground.telemetry.read.Session`).
+    """Examine a session (`torquer.ground.telemetry.reading.read.Session`).
 
     `orbit`: of the satellite, or None where the telemetry has `position_j`. `groups`: model of the
     calibration, by default chosen by blocks of time held out. `filter_`: makes an attitude of the

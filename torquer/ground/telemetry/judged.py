@@ -21,7 +21,7 @@ from torquer.ground.telemetry.calibration import (
 )
 from torquer.ground.telemetry.convention import find_convention
 from torquer.ground.telemetry.diagnosis.loop import Followed, follow
-from torquer.ground.telemetry.read import Finding
+from torquer.ground.telemetry.reading.read import Finding
 from torquer.ground.telemetry.vector import MODEL, KnownField, calibrate_vector, known_field
 
 #: A correction may leave the field vector this factor worse by a logged attitude.

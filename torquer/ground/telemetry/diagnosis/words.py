@@ -6,7 +6,7 @@ from torquer.ground.telemetry.calibration import MOST_SHIFT_S
 from torquer.ground.telemetry.diagnosis.causes import CAUSES, TIMING
 from torquer.ground.telemetry.diagnosis.rows import WORTH_SAYING, Usable
 from torquer.ground.telemetry.diagnosis.verdict import LISTED, Diagnosis, Ranked
-from torquer.ground.telemetry.read import Finding
+from torquer.ground.telemetry.reading.read import Finding
 
 _LATE = {"clock": "the clock", "track": "the elements", "lag": "a filter or mean of the sensor"}
 
