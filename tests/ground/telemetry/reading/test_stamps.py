@@ -15,6 +15,8 @@ from torquer.ground.telemetry.reading.epochs import (
     find_epoch,
     is_counted,
 )
+from torquer.ground.telemetry.reading.mapping import make_mapping
+from torquer.ground.telemetry.reading.read import read
 from torquer.ground.telemetry.reading.zones import utc_of_clock
 
 #: First days after leap seconds since GPS time began (IERS Bulletin C).
@@ -157,3 +159,24 @@ def test_moscow_put_its_clock_back_without_a_summer_time():
     utc = np.datetime64("2014-10-25T21:30", "ns") + np.arange(6) * np.timedelta64(10, "m")
     clock = utc + np.where(np.arange(6) < 3, 4, 3) * np.timedelta64(1, "h")
     np.testing.assert_array_equal(utc_of_clock(clock, "Europe/Moscow"), utc)
+
+
+@pytest.mark.parametrize(
+    ("stamp", "keys", "states"),
+    [
+        ("2012-03-04T10:00:{:02d}Z", {}, True),
+        ("2012-03-04T10:00:{:02d}+03:00", {}, True),
+        ("Sun, 04 Mar 2012 10:00:{:02d} GMT", {}, True),
+        ("2012-03-04 10:00:{:02d}", {"zone": "UTC"}, False),
+        ("13308480{:02d}", {"time_format": "unix_s"}, False),
+    ],
+)
+def test_a_session_knows_whether_its_stamps_state_their_zone(tmp_path, stamp, keys, states):
+    """A zone may be accused only where the stamps leave it to hearsay."""
+    rows = "".join(f"{stamp.format(k)};1;2;{k}\n" for k in range(20))
+    (tmp_path / "a.csv").write_text("t;x;y;z\n" + rows)
+    columns = {"b_measured": ["x", "y", "z"]}
+    mapping = make_mapping(
+        {"time": "t", "separator": ";", "columns": columns, "units": {"b_measured": "nT"}} | keys
+    )
+    assert read(tmp_path / "a.csv", mapping).zone_is_stated == states

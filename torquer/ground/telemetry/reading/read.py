@@ -143,4 +143,4 @@ def _own(table: Table, path: Path) -> Part:
     }
     if "sun_measured" in values:
         values["sun_measured"] = np.nan_to_num(values["sun_measured"])
-    return Part(table.data["utc"].to_numpy("datetime64[ns]"), values, [], True)
+    return Part(table.data["utc"].to_numpy("datetime64[ns]"), values, [], False)

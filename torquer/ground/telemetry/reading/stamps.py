@@ -69,7 +69,7 @@ def date_stamps(column, is_utc: bool, zone: str | None) -> Stamps:
         return Stamps(utc, [str(each) for each in column], zone_is_stated=True)
     clock, given = column.to_numpy("datetime64[ns]"), [str(each) for each in column]
     if is_utc and zone is None:
-        return Stamps(clock, given, zone_is_stated=True)
+        return Stamps(clock, given)
     return Stamps(utc_of_clock(clock, _stated(zone, given)), given)
 
 
