@@ -30,6 +30,8 @@ MOST_SHIFT_S = 300.0
 #: Rows of the first fit; the last steps use all.
 _ROWS = 20_000
 _LEAST_SIGMA_T = 1e-11
+#: Usual bias of a magnetometer on board [T].
+_USUAL_BIAS_T = 15e-6
 #: Rows that are worked on at once, and those with which models are compared.
 _PIECE, _COMPARED = 8192, 4000
 #: Rows whose autocorrelation is taken, from the first on.
@@ -285,21 +287,32 @@ def _levenberg(groups, values, rows: Rows, steps: int = 60, frozen: bool = False
     return values, sigma, residual, j
 
 
-def calibrate(data: xr.Dataset, field, groups: tuple[str, ...] = FULL) -> Calibration:
+def calibrate(
+    data: xr.Dataset, field, groups: tuple[str, ...] = FULL, near: np.ndarray | None = None
+) -> Calibration:
     """Calibrate the magnetometer of a session with a given model (names of `GROUPS`).
 
-    `field`: `FieldAlong` or `FieldGiven` of the session. `TooManyOutliers` above 30 % of them.
+    `field`: `FieldAlong` or `FieldGiven` of the session; `near`: a bias [3] T to begin at, besides
+    that of the trimmed start. `TooManyOutliers` above 30 % of them.
     """
     rows, _, mean = complete_rows(data, field)
-    return fit_calibration(rows, groups)._replace(mean_temperature_k=mean)
+    return fit_calibration(rows, groups, near)._replace(mean_temperature_k=mean)
 
 
-def fit_calibration(rows: Rows, groups: tuple[str, ...]) -> Calibration:
+def fit_calibration(
+    rows: Rows, groups: tuple[str, ...], near: np.ndarray | None = None
+) -> Calibration:
     """The calibration of rows; `TooManyOutliers` where there is none to be trusted."""
     few = rows
     if len(rows.t_s) > _ROWS:
         few = rows.take(np.linspace(0, len(rows.t_s) - 1, _ROWS).astype(int))
     values, sigma, residual, j = _levenberg(groups, _start(few, groups), few)
+    if near is not None:
+        begun = values.copy()
+        begun[:3] = near
+        other = _levenberg(groups, begun, few)
+        if _improbable(*other[:3]) < _improbable(values, sigma, residual):
+            values, sigma, residual, j = other
     if few is not rows:
         values, sigma, residual, j = _levenberg(groups, values, rows, 1, frozen=True)
     weight, _ = _tukey(residual, sigma)
@@ -329,6 +342,12 @@ def fit_calibration(rows: Rows, groups: tuple[str, ...]) -> Calibration:
         correlation,
         unknown_directions(_names(groups), covariance),
     )
+
+
+def _improbable(values, sigma, residual) -> float:
+    """How improbable a fit is [nats]: of readings that turn little a far bias fits as well."""
+    size = float(np.sum((values[:3] / _USUAL_BIAS_T) ** 2))
+    return len(residual) * np.log(sigma) + 0.5 * (_tukey(residual, sigma)[1] + size)
 
 
 def _start(rows: Rows, groups) -> np.ndarray:
@@ -454,19 +473,21 @@ class Choice(NamedTuple):
 
 
 def choose(
-    data: xr.Dataset, field, blocks: int = 6, models=MODELS
+    data: xr.Dataset, field, blocks: int = 6, models=MODELS, near: np.ndarray | None = None
 ) -> tuple[Calibration, tuple[Choice, ...]]:
     """Calibration by the smallest model that predicts blocks held out as well as the best does.
 
-    'As well': within one standard error of the difference over the blocks. Outliers of the
-    largest model's fit are left out. Models whose data are missing or constant are not tried.
+    'As well': within one standard error of the difference over the blocks, of errors in units of
+    the reading, as a scale that shrinks readings shrinks their noise, too. Outliers of the largest
+    model's fit are left out. Models whose data are missing or constant are not tried, those that
+    the rows do not determine are not taken.
     """
     every, _, mean_k = complete_rows(data, field)
     rows = every
     if len(rows.t_s) > _COMPARED:
         rows = every.take(np.linspace(0, len(rows.t_s) - 1, _COMPARED).astype(int))
     tried = [model for model in models if _can_fit(model, rows, blocks)]
-    whole = [fit_calibration(rows, model) for model in tried]
+    whole = [fit_calibration(rows, model, near) for model in tried]
     good = np.flatnonzero(whole[-1].weight > 0.0)
     rows = rows.take(good)
     place = np.minimum((np.arange(len(good)) * blocks) // len(good), blocks - 1)
@@ -478,17 +499,30 @@ def choose(
             at_s = _shift(model, rest)
             strength, slope = held.field.strength(held.t_s + at_s)
             residual, _ = _model(model, rest, held, strength, slope, at_s)
-            errors[k, block] = np.mean(residual**2)
+            errors[k, block] = np.mean((residual / _gain(model, rest)) ** 2)
     mean = errors.mean(axis=1)
+    # what the rows do not determine fits them by chance: only the smallest may be so
+    mean[1:][[bool(each.undetermined) for each in whole[1:]]] = np.inf
     best = int(np.argmin(mean))
     error = np.std(errors - errors[best], axis=1, ddof=1) / np.sqrt(blocks)
+    held_out = np.sqrt(errors.mean(axis=1))
     chosen = int(np.flatnonzero(mean - mean[best] <= error)[0])
     choices = tuple(
-        Choice(model, each.rms, float(np.sqrt(m)))
-        for model, each, m in zip(tried, whole, mean, strict=True)
+        Choice(model, each.rms, float(m))
+        for model, each, m in zip(tried, whole, held_out, strict=True)
     )
-    found = whole[chosen] if len(every.t_s) <= _COMPARED else fit_calibration(every, tried[chosen])
-    return found._replace(mean_temperature_k=mean_k), choices
+    found = whole[chosen]
+    if len(every.t_s) > _COMPARED:
+        found = fit_calibration(every, tried[chosen], near)
+    # a bias alone takes up the scale that the rows do not determine
+    open_ = (*found.undetermined, *(whole[1].undetermined if chosen == 0 and whole[1:] else ()))
+    return found._replace(mean_temperature_k=mean_k, undetermined=open_), choices
+
+
+def _gain(groups, values) -> float:
+    """The factor by which a correction makes readings longer, as a mean of all directions."""
+    p = dict.fromkeys(_names(GROUPS), 0.0) | dict(zip(_names(groups), values, strict=True))
+    return float(np.cbrt(abs(np.linalg.det(_matrix(p))))) or 1e-3
 
 
 def _can_fit(model, rows: Rows, blocks: int) -> bool:

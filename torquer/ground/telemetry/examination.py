@@ -67,6 +67,8 @@ class Examination(NamedTuple):
         if self.mistakes or found is None:
             return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
         text = f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
+        if found.undetermined:
+            text += ", too short or too still to determine all of it"
         made = [each.verdict for each in (self.attitude, self.twin) if each is not None]
         return "; ".join([text, *made])
 

@@ -87,14 +87,16 @@ def examine(
     else:
         mistakes += [each for each in (mistake(diagnosis, ratio),) if each is not None]
         findings += notes(diagnosis)
-    is_fitted = diagnosis is not None and not mistakes
+    is_fitted = not mistakes
     axes = _axes(data, diagnosis, None if given else environment, mistakes, findings)
     calibration: Calibration | None = None
     choices: tuple[Choice, ...] = ()
-    if is_fitted:
+    if diagnosis is not None and is_fitted:
         vector = trusted_field(data, environment)
         try:
-            calibration, choices = choose_calibration(data, field, groups, given, vector, findings)
+            calibration, choices = choose_calibration(
+                data, field, groups, given, vector, diagnosis.bias_t, findings
+            )
         except TooManyOutliers as error:
             mistakes.append(Finding("no calibration", len(t_s), str(error)))
     if calibration is not None:

@@ -29,12 +29,19 @@ _WORSE_VECTOR = 1.02
 
 
 def choose_calibration(
-    data, field, groups, given: bool, vector: KnownField | None, findings: list[Finding]
+    data,
+    field,
+    groups,
+    given: bool,
+    vector: KnownField | None,
+    near: np.ndarray,
+    findings: list[Finding],
 ) -> tuple[Calibration, tuple[Choice, ...]]:
     """The calibration of a session, and the models that were compared for it.
 
     `groups`: the model that is asked for, None for the best; `given`: positions are those of the
-    telemetry; `vector`: the field by logged attitudes; `findings` grows. RequestError for a model
+    telemetry; `vector`: the field by logged attitudes; `near`: a probable bias [3] T; `findings`
+    grows. RequestError for a model
     that the session does not allow.
     """
     loop = _loop(data, field)
@@ -45,18 +52,18 @@ def choose_calibration(
     if loop is not None:
         findings.append(Finding("dipoles follow the readings", 0, f"coils not fitted: {loop.text}"))
     if groups is not None:
-        return _judged(calibrate(data, field, groups), data, vector, findings), ()
+        return _judged(calibrate(data, field, groups, near), data, vector, findings), ()
     models = MODELS
     if given:  # positions belong to the stamps: a shift of both is not seen well
         models = tuple(m for m in models if "shift" not in m)
     if loop is not None:
         models = tuple(m for m in models if "coils" not in m)
-    found, choices = choose(data, field, models=models)
+    found, choices = choose(data, field, models=models, near=near)
     for smaller in reversed(models[: models.index(found.groups)]):
         if vector is None or not _makes_worse(found, data, vector):
             break
         findings.append(_worse(found, data, vector, "a smaller model is used"))
-        found = calibrate(data, field, smaller)
+        found = calibrate(data, field, smaller, near)
     return _judged(found, data, vector, findings), choices
 
 

@@ -179,6 +179,6 @@ def _causes(found, path: Path) -> Path:
     axes.set_ylim(-0.6, len(ranking) - 0.4)
     right = axes.secondary_yaxis("right")
     right.set_yticks(range(len(ranking)), [f"{each.nats:+.0f}" for each in ranking], fontsize=9)
-    right.set_ylabel("nats over 'as stated'", fontsize=10)
+    right.set_ylabel("log evidence over 'as stated' [nats]", fontsize=9)
     legend_at_left(axes, 1)
     return save_figure(figure, path)

@@ -244,6 +244,18 @@ def test_findings_say_what_is_not_excluded():
     assert not good.mistakes
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_two_minutes_are_calibrated_with_what_they_determine(seed):
+    """With scales of -70 % the readings, and their noise, are made small: no better fit."""
+    data, b = session(seed, rows=120, cadence_s=1.0)
+    found = examine(Session(data, ()), Sgp4(tle=TLE))
+    assert not found.mistakes
+    assert found.calibration.rms > 35e-9
+    assert np.abs(found.calibration.matrix - np.eye(3)).max() < 0.1
+    off = np.linalg.norm(found.calibration.apply(data) - b, axis=1).max()
+    assert off < 5e-6 or "too short or too still to determine all of it" in found.verdict
+
+
 def test_frozen_rows_are_reported_and_get_no_weight():
     data, _ = session(6, rows=200)
     data["b_measured"].values[60:100] = data["b_measured"].values[60]

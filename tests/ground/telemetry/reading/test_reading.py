@@ -291,7 +291,7 @@ def test_rows_of_a_clock_that_was_not_set_are_left_out(tmp_path):
     assert found.data.sizes["time"] == 50 and str(found.data["utc"].values[0])[:4] == "2012"
     (finding,) = (each for each in found.findings if each.key == "clock not set")
     assert finding.text == (
-        "3 rows are more than a year from all others (1970-01-01) and left out: of a clock that "
+        "3 rows are more than 31 days from all others (1970-01-01) and left out: of a clock that "
         "was not set?"
     )
 

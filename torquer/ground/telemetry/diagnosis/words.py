@@ -83,7 +83,8 @@ def _timing(found: Diagnosis, named: Ranked) -> str:
     return (
         f"the field fits {abs(_shift(named)):.3g} s {'before' if _shift(named) < 0.0 else 'after'} "
         f"the stamps, {named.nats:.0f} nats more probable than as stated: {who}; |B| does not say "
-        "which, the shift below holds them together"
+        "which, the shift below holds them together. A filter also shrinks the field of a "
+        "satellite that turns: the scale below would then be wrong"
     )
 
 
@@ -93,7 +94,9 @@ def _others(found: Diagnosis, named: Ranked) -> list[Ranked]:
 
 
 def _ranked(found: Diagnosis) -> str:
-    return "; ".join(each.text for each in found.ranking[:LISTED])
+    """The best causes, of which those that are no better than the stated explain nothing."""
+    told = [each for each in found.ranking if each.nats > 0.0][: LISTED - 1]
+    return "; ".join(each.text for each in (*told, found.of("stated")))
 
 
 def _nothing_fits(found: Diagnosis, ratio: float) -> str:

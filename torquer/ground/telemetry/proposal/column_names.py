@@ -39,6 +39,9 @@ def parse_name(column: str) -> ColumnName:
     words = [word for part in parts for word in _words(part)]
     if not unit:
         words, unit = _without_unit(words)
+    if not unit and len(words) > 2 and _AXIS.match(words[-1]):  # mag_nT_x
+        before, unit = _without_unit(words[:-1])
+        words = [*before, words[-1]]
     stem, axis = _without_axis(words)
     return ColumnName(column, stem, axis, unit)
 

@@ -15,7 +15,7 @@ _NOT_UNIT = 0.02
 _GAP = 1.5
 #: Rows farther than this from nearly all others, and fewer than this part of all, are of a clock
 #: that was not set.
-_ASTRAY, _FEW = np.timedelta64(366, "D"), 0.1
+_ASTRAY, _FEW = np.timedelta64(31, "D"), 0.1
 #: A row is a jump where it differs from both neighbours by so many times the usual step.
 _JUMP = 12.0
 
@@ -24,7 +24,11 @@ def order_rows(utc, values, findings) -> tuple[np.ndarray, dict]:
     """Rows in order of time; of rows with one stamp the first."""
     back = int(np.sum(np.diff(utc) < np.timedelta64(0)))
     if back:
-        findings.append(Finding("not in order", back, f"stamps go back {back} times: rows sorted"))
+        findings.append(
+            Finding(
+                "not in order", back, f"stamps go back {back} time{'s' * (back > 1)}: rows sorted"
+            )
+        )
     order = np.argsort(utc, kind="stable")
     utc, values = utc[order], {name: each[order] for name, each in values.items()}
     doubled = np.append(False, np.diff(utc) == np.timedelta64(0))
@@ -57,7 +61,7 @@ def without_strays(utc, values, findings) -> tuple[np.ndarray, dict]:
         Finding(
             "clock not set",
             int(np.sum(stray)),
-            f"{np.sum(stray)} rows are more than a year from all others ({days}) and left out: of "
+            f"{np.sum(stray)} rows are more than 31 days from all others ({days}) and left out: of "
             "a clock that was not set?",
         )
     )

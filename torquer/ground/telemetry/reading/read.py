@@ -114,7 +114,9 @@ def _known_rows(stamps: Stamps, mapping: Mapping, notes: list[Finding]) -> np.nd
         text = f"{column}: {name_rows(odd)} no time, such as {stamps.given[odd[0]]!r}: left out"
         notes.append(Finding("no time", len(odd), text))
     if stamps.leap_seconds:
-        text = f"{stamps.leap_seconds} in a leap second, 23:59:60: read as the second after it"
+        count = stamps.leap_seconds
+        rows = f"{count} row{'s' * (count > 1)}"
+        text = f"{rows} in a leap second, 23:59:60: read as the second after it"
         notes.append(Finding("leap second", stamps.leap_seconds, text))
     return known
 
