@@ -168,6 +168,41 @@ def test_without_a_dictionary_tables_are_written_as_they_are(damaged, tmp_path, 
     assert found.time.values[1] == np.datetime64("2010-01-01T00:00:01")
 
 
+@pytest.mark.parametrize(
+    ("change", "unnamed"),
+    [
+        ("json_remove(value, '$.down.extended')", "extended"),
+        ("json_set(value, '$.down', json('{}'))", "extended, event, dump"),
+        ("""'{"name": "other"}'""", "extended, event, dump"),
+    ],
+)
+@pytest.mark.parametrize("format", FORMATS)
+def test_tables_that_no_packet_names_are_written_as_they_are(
+    damaged, tmp_path, change, unnamed, format
+):
+    path = damaged(f"UPDATE _about SET value = {change} WHERE key = 'dictionary'")
+    line = (
+        "archive: must hold the packets of its tables in its dictionary; received none of "
+        "{}: tables are written as they are, without units"
+    )
+    assert exported(path, tmp_path, format) == (ALL, [line.format(unnamed)])
+    extended = {"extended": COUNT}, [line.format("extended")]
+    assert exported(path, tmp_path, format, packets=["extended"]) == extended
+    assert exported(path, tmp_path, format, packets=["extended"], end_ms=0)[0] == {}
+    if format == "netcdf":
+        found = netcdf(tmp_path)
+        assert found.omega_x.values.tolist() == [k % 7 for k in range(COUNT)]
+        assert "units" not in found.omega_x.attrs
+
+
+def test_lines_on_unnamed_tables_are_of_those_that_are_wanted(damaged, tmp_path):
+    change = "json_remove(value, '$.down.extended')"
+    path = damaged(f"UPDATE _about SET value = {change} WHERE key = 'dictionary'")
+    assert exported(path, tmp_path, packets=["event"]) == ({"event": EVENTS}, [])
+    path = damaged("DELETE FROM extended")  # nothing is lost of a table without rows
+    assert exported(path, tmp_path) == ({"event": EVENTS, "dump": 1}, [])
+
+
 ENDLESS = (
     "CREATE VIEW event AS WITH RECURSIVE t(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM t) SELECT "
     "n AS _time_ms, n AS _digest, n AS _received_ms, 2 AS _quality, 0 AS _status, n AS module_id, "

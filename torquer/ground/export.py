@@ -49,6 +49,7 @@ def export_archive(
             if name not in known:
                 raise ValueError(f"--packet: must be one of {', '.join(known)}; received {name}")
         wanted = packets or known
+        rescue.tell_unnamed(wanted)
         for number, name in enumerate(wanted):
             files += _export(_Work(rescue, losses, span), name, out, FORMATS[format])
             if progress:

@@ -14,15 +14,22 @@ import shutil
 import sqlite3
 import struct
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.mistakes import quote_value
-from torquer.ground.archive import ArchiveError, connect_read_only, dictionary_in, quote_names
+from torquer.ground.archive import (
+    ArchiveError,
+    connect_read_only,
+    dictionary_in,
+    quote_names,
+    quoted,
+)
 from torquer.ground.columns import Column, found_columns, packet_columns
 
 #: Names that tables and columns of packets have.
@@ -118,10 +125,39 @@ class Rescue:
 
     @property
     def packets(self) -> list[str]:
-        """Names of the packets that the archive should have."""
+        """Names of the packets that the archive should have, and of other tables with rows."""
         if self._dictionary is not None:
-            return list(self._dictionary.down)
+            return [*self._dictionary.down, *self.unnamed]
         return [name for name in self._kinds if not name.startswith(("_", "sqlite_"))]
+
+    @cached_property
+    def unnamed(self) -> list[str]:
+        """Tables with rows that are no packets of the dictionary."""
+        named = set() if self._dictionary is None else {*self._dictionary.down}
+        return [
+            name
+            for name, kind in self._kinds.items()
+            if kind == "table" and name not in named and not name.startswith(("_", "sqlite_"))
+            if self._has_rows(name)
+        ]
+
+    def _has_rows(self, name: str) -> bool:
+        """Whether a table has rows with times, or may have some that cannot be read."""
+        try:
+            first = f"SELECT _time_ms FROM {quoted(name)} LIMIT 1"
+            return bool(self._db.execute(first).fetchall())
+        except _UNREADABLE as error:
+            return "no such column" not in str(error)
+
+    def tell_unnamed(self, wanted: Collection[str]) -> None:
+        """Tell of tables that the dictionary does not know, in one line."""
+        if self._dictionary is None:
+            return  # told before
+        if names := [name for name in self.unnamed if name in wanted]:
+            self._losses.add(
+                "archive: must hold the packets of its tables in its dictionary; received none of "
+                f"{', '.join(names)}: tables are written as they are, without units"
+            )
 
     def _read_dictionary(self) -> Dictionary | None:
         try:
@@ -151,7 +187,7 @@ class Rescue:
     def _described(self, name: str, kinds: dict[str, str]) -> Table | None:
         """A table with these columns and types of SQL."""
         about = {"packet": name}
-        if self._dictionary is None:
+        if self._dictionary is None or name not in self._dictionary.down:
             columns = found_columns({each: kinds[each] for each in kinds if _is_column(each)})
         else:
             packet = self._dictionary.down[name]

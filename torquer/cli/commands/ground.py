@@ -247,7 +247,7 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     less than half of the bytes, or no packet, was kept.
     """
     from torquer.flight.packets.software_file import load_link
-    from torquer.ground.archive import Archive
+    from torquer.ground.archive import Archive, OtherPacketsError
     from torquer.ground.recording import import_recording
 
     name = _short_name(how.name)
@@ -258,7 +258,10 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
             raise ValueError(f"RECORDING: must be a file; received {each}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
-    archive = Archive(path, link.dictionary)
+    try:
+        archive = Archive(path, link.dictionary)
+    except OtherPacketsError as error:
+        raise ValueError(f"{error}: give another satellite another --name") from None
     try:
         with _progress(recording.name) as progress:
             found = import_recording(link, recordings, archive, progress)
