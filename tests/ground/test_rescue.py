@@ -141,6 +141,63 @@ def test_a_row_without_a_time_is_left_out(damaged, tmp_path):
     assert lost[0].startswith("event._time_ms: must be of its type and range; received 12623")
 
 
+@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize(
+    ("time", "received"),
+    [
+        ("'abc' || _time_ms", "'abc12623"),
+        ("CAST('abc' || _time_ms AS BLOB)", "b'abc12623"),
+        ("_time_ms + 0.25", "12623"),
+        ("1e300", "1e+300"),
+        ("-9e999", "-inf"),
+        ("9000000000000000000 + _digest", "9000000000000000003"),
+        ("-9000000000000000000 + _digest", "-8999999999999999997"),
+        ("9223372036855", "9223372036855"),
+        ("-9223372036855", "-9223372036855"),
+    ],
+)
+def test_rows_whose_time_is_none_are_counted(damaged, tmp_path, format, time, received):
+    path = damaged(f"UPDATE extended SET _time_ms = {time} WHERE _digest % 7 = 3")
+    rows, lost = exported(path, tmp_path, format)
+    out = sum(k % 7 == 3 for k in range(COUNT))
+    assert rows == ALL | {"extended": COUNT - out} and len(lost) == 1
+    assert lost[0].startswith(
+        f"extended._time_ms: must be of its type and range; received {received}"
+    )
+    assert lost[0].endswith(f": {out} rows are left out")
+    if format == "netcdf":
+        assert netcdf(tmp_path).omega_x.values.tolist() == [
+            k % 7 for k in range(COUNT) if k % 7 != 3
+        ]
+
+
+def test_times_at_the_ends_of_what_dates_tell_are_kept(damaged, tmp_path):
+    path = damaged(
+        "UPDATE event SET _time_ms = 9223372036854 WHERE _digest = 1",
+        "UPDATE event SET _time_ms = -9223372036854 WHERE _digest = 2",
+        "UPDATE event SET _received_ms = 9223372036855 WHERE _digest = 3",
+    )
+    rows, lost = exported(path, tmp_path)
+    assert rows == ALL and len(lost) == 1 and "event._received_ms: must be" in lost[0]
+    years = netcdf(tmp_path, "event").time.values.astype("datetime64[Y]").astype(int) + 1970
+    assert years.tolist() == [1677, 2010, 2010, 2010, 2262]
+
+
+def test_times_outside_the_interval_are_no_loss(damaged, tmp_path):
+    path = damaged("UPDATE event SET _time_ms = 9e18 WHERE _digest = 1")
+    span = {"start_ms": EPOCH_MS, "end_ms": EPOCH_MS + 10}
+    assert exported(path, tmp_path, packets=["event"], **span) == ({"event": EVENTS - 1}, [])
+    path = damaged("UPDATE event SET _time_ms = 'x' WHERE _digest = 1")  # may be in any interval
+    rows, lost = exported(path, tmp_path, packets=["event"], **span)
+    assert rows == {"event": EVENTS - 1} and lost[0].endswith("'x': 1 row is left out")
+
+
+def test_a_table_of_which_no_row_has_a_time_is_told(damaged, tmp_path):
+    path = damaged("UPDATE event SET _time_ms = 'x'")
+    rows, lost = exported(path, tmp_path)
+    assert rows == {"extended": COUNT, "dump": 1} and f"{EVENTS} rows are left out" in lost[0]
+
+
 @pytest.mark.parametrize(
     ("statements", "line"),
     [

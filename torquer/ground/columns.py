@@ -13,6 +13,8 @@ from torquer.flight.packets.received import field_attributes
 from torquer.ground.archive import SUSPECT
 
 _LEAST, _GREATEST = -(2**63), 2**63 - 1
+#: The dates that 64 bits of ns since 1970 tell, as readers of the files have them: 1677 to 2262.
+FIRST_MS, LAST_MS = -(2**63 // 10**6), 2**63 // 10**6
 _DATE = {"units": "milliseconds since 1970-01-01", "calendar": "proleptic_gregorian"}
 _QUALITY = {
     "long_name": "trust in the frame",
@@ -74,7 +76,7 @@ def _frame_columns(names: Iterable[str]) -> list[Column]:
     status = {"long_name": "0 INFO, 1 ALARM, 2 STOP"}
     return [
         Column(f"time{end}", "_time_ms", "i8", None, time),
-        Column(f"received{end}", "_received_ms", "i8", _LEAST, received),
+        Column(f"received{end}", "_received_ms", "i8", _LEAST, received, True, FIRST_MS, LAST_MS),
         Column(f"quality{end}", "_quality", "u1", None, _QUALITY, True, 0, 2, SUSPECT),
         Column(f"status{end}", "_status", "u1", None, status, True, 0, 255, 255),
     ]

@@ -30,7 +30,7 @@ from torquer.ground.archive import (
     quote_names,
     quoted,
 )
-from torquer.ground.columns import Column, found_columns, packet_columns
+from torquer.ground.columns import FIRST_MS, LAST_MS, Column, found_columns, packet_columns
 
 #: Names that tables and columns of packets have.
 _NAME = re.compile(r"[A-Za-z]\w*")
@@ -45,7 +45,8 @@ _PAGE_BYTES, _PAGES = struct.Struct(">16xH"), struct.Struct(">28xI")
 _HEADER_BYTES = 100
 #: That rows cannot be read.
 _DAMAGED = object()
-_FIRST_MS = -(2**63)
+#: Orders of SQLite: numbers, then texts, then other bytes.
+_RANKS = {str: 1, bytes: 2}
 
 
 @dataclass
@@ -77,7 +78,8 @@ class Losses:
     def tell_values(self) -> None:
         """Tell of the values that did not fit, of each column once."""
         for name, (count, value, instead) in self._values.items():
-            are = "values are" if count > 1 else "value is"
+            one = "row" if name.endswith("._time_ms") else "value"
+            are = f"{one}s are" if count > 1 else f"{one} is"
             what = "left out" if instead is None else f"written as {instead}"
             self.add(
                 f"{name}: must be of its type and range; received {quote_value(value)}: "
@@ -203,24 +205,51 @@ class Rescue:
         return Table(name, about, [c for c in columns if c.source in kinds])
 
     def rows(self, table: Table, span: tuple[int, int], size: int) -> Iterator[list[tuple]]:
-        """Rows of an interval by time, up to `size` at a time, around damage."""
-        start: int | None = span[0]
+        """Rows of an interval by time, up to `size` at a time, around damage.
+
+        Rows whose time is none are noted as lost.
+        """
+        first, end = max(span[0], FIRST_MS), min(span[1], LAST_MS)
+        start: int | None = first
         for _ in range(_MOST_DAMAGES):
             assert start is not None
             last = start
             try:
-                for part in self._until_damage(table, (start, span[1]), size):
+                for part in self._until_damage(table, (start, end), size):
                     last = part[-1][0]
                     yield [row[1:] for row in part]
+                self._note_timeless(table.name, span)
                 return
             except _UNREADABLE as error:
-                start = self._readable_after(table.name, last, span[1])
+                start = self._readable_after(table.name, last, end)
                 self._tell_damage(table.name, _in_words(error), last, start)
             if start is None:
                 return
 
+    def _note_timeless(self, name: str, span: tuple[int, int]) -> None:
+        """Note rows whose time is no number, or one of no date that lies in the interval."""
+        self._note_times(name, "_time_ms IS NULL")
+        if span[0] < FIRST_MS:
+            self._note_times(name, "_time_ms < ?", FIRST_MS)
+        if span[1] > LAST_MS:
+            self._note_times(name, "_time_ms > ?", LAST_MS)
+        else:
+            self._note_times(name, "_time_ms >= ''")
+
+    def _note_times(self, name: str, which: str, *values: float) -> None:
+        found = self._db.execute(
+            f'SELECT _time_ms FROM "{name}" WHERE {which} ORDER BY _time_ms', values
+        )
+        before: tuple = ()
+        for (time,) in found:
+            key = (_RANKS.get(type(time), 0), time)
+            if time is not None and key < before:
+                raise sqlite3.DatabaseError("rows out of order")  # a tree that leads into a circle
+            before = key if time is not None else before
+            self._losses.add_values(f"{name}._time_ms", [time])
+
     def _tell_damage(self, name: str, error: str, last: int, start: int | None) -> None:
-        since = "its beginning" if last == _FIRST_MS else str(last)
+        since = "its beginning" if last == FIRST_MS else str(last)
         until = "its end" if start is None else str(start)
         self._losses.add(
             f"{name}: must be readable; received damage ({error}): rows from {since} to {until} "
