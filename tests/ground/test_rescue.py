@@ -317,6 +317,34 @@ def test_rows_around_damaged_pages_are_rescued(whole, tmp_path, seed):
     assert (found.omega_x.values == seconds % 7).all()
 
 
+def last_page_of_the_list_of_tables(content):
+    """Its place: the right child of the root of the tree, which is the first page."""
+    assert content[100] == 5  # an inner page
+    return 4096 * (int.from_bytes(content[108:112], "big") - 1)
+
+
+def test_tables_before_a_damage_in_their_list_are_read(whole, tmp_path):
+    path, content = tmp_path / "damaged.sqlite", bytearray(whole.read_bytes())
+    place = last_page_of_the_list_of_tables(content)
+    content[place : place + 4096] = b"\xa5" * 4096
+    path.write_bytes(content)
+    rows, lost = exported(path, tmp_path)
+    assert rows["extended"] == COUNT and netcdf(tmp_path).omega_x.attrs["units"] == "deg/s"
+    assert "archive: must be readable; received damage (" in lost[0]
+    assert "in the list of its tables: those behind" in lost[0]
+    named = [line.split(":")[0] for line in lost[1:]]  # a line each
+    assert named and all(name in CHIBIS.down and name not in rows for name in named)
+
+
+def test_a_file_that_ends_early_is_read_beside_an_empty_journal(whole, tmp_path):
+    path, content = tmp_path / "cut.sqlite", whole.read_bytes()
+    path.write_bytes(content[: 3 * len(content) // 4])
+    expected = exported(path, tmp_path)
+    assert expected[0]["extended"] > COUNT / 2
+    (tmp_path / "cut.sqlite-wal").touch()
+    assert exported(path, tmp_path) == expected
+
+
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.9])
 def test_a_file_that_ends_early_or_is_none(whole, tmp_path, share):
     path = tmp_path / "cut.sqlite"

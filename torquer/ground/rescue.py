@@ -46,7 +46,7 @@ _HEADER_BYTES = 100
 #: That rows cannot be read.
 _DAMAGED = object()
 #: Orders of SQLite: numbers, then texts, then other bytes.
-_RANKS = {str: 1, bytes: 2}
+_RANKS: dict[type, int] = {str: 1, bytes: 2}
 
 
 @dataclass
@@ -106,20 +106,30 @@ class Rescue:
         self._db = self._closing.enter_context(closing(connect_read_only(readable)))
         self._db.execute("PRAGMA writable_schema = ON")  # tables are read though others are damaged
         self._db.text_factory = lambda raw: raw.decode("utf-8", "replace")
-        try:
-            tables = self._db.execute("SELECT name, type, rootpage FROM sqlite_master").fetchall()
-        except _UNREADABLE as error:
-            self.close()
-            raise _no_archive(path, error) from None
-        self._kinds = {
-            name: kind if root or kind != "table" else "virtual table"
-            for name, kind, root in tables
-            if kind in ("table", "view")
-        }
+        self._kinds = self._read_kinds(path)
         self._dictionary = self._read_dictionary()
         if self._dictionary is None and not self.packets:
             self.close()
             raise ArchiveError(f"archive: must be an archive; received {path} without packets")
+
+    def _read_kinds(self, path: Path) -> dict[str, str]:
+        """What the names of tables and views are, up to the first damage."""
+        kinds = {}
+        try:
+            for name, kind, root in self._db.execute(
+                "SELECT name, type, rootpage FROM sqlite_master"
+            ):
+                if kind in ("table", "view") and isinstance(name, str):
+                    kinds[name] = kind if root or kind != "table" else "virtual table"
+        except _UNREADABLE as error:
+            if not kinds:
+                self.close()
+                raise _no_archive(path, error) from None
+            self._losses.add(
+                f"archive: must be readable; received damage ({_in_words(error)}) in the list of "
+                f"its tables: those behind {_in_line(list(kinds)[-1])} are lost"
+            )
+        return kinds
 
     def close(self) -> None:
         """Close the file."""
@@ -158,7 +168,7 @@ class Rescue:
         if names := [name for name in self.unnamed if name in wanted]:
             self._losses.add(
                 "archive: must hold the packets of its tables in its dictionary; received none of "
-                f"{', '.join(names)}: tables are written as they are, without units"
+                f"{_in_line(', '.join(names))}: tables are written as they are, without units"
             )
 
     def _read_dictionary(self) -> Dictionary | None:
@@ -176,7 +186,7 @@ class Rescue:
         if kind != "table" or not _NAME.fullmatch(name):
             received = f"a {kind}" if kind != "none" else kind
             self._losses.add(
-                f"{name}: must be a table by the name of a packet; received {received}"
+                f"{_in_line(name)}: must be a table by the name of a packet; received {received}"
             )
             return None
         try:
@@ -316,6 +326,11 @@ def _no_archive(path: Path, error: Exception) -> ArchiveError:
     return ArchiveError(f"archive: must be an archive; received {path}: {_in_words(error)}")
 
 
+def _in_line(name: str) -> str:
+    """Names, which may be noise, in one line."""
+    return " ".join(name.split())
+
+
 def _in_words(error: Exception) -> str:
     """An error in one line, which does not quote the whole file."""
     return quote_value(" ".join(str(getattr(error, "strerror", error)).split()))[1:-1]
@@ -325,7 +340,7 @@ def _in_words(error: Exception) -> str:
 def _readable(path: Path, losses: Losses) -> Iterator[Path]:
     """The file, or in place of one that ends early a copy with its end: SQLite refuses the file."""
     size, stated = _sizes(path)
-    if size >= stated or Path(f"{path}-wal").exists():  # what is missing may be in the journal
+    if size >= stated or _has_content(Path(f"{path}-wal")):  # there may be what is missing
         yield path
         return
     losses.add(f"archive: must be whole; received {size} of {stated} bytes")
@@ -333,6 +348,10 @@ def _readable(path: Path, losses: Losses) -> Iterator[Path]:
         copy = Path(shutil.copyfile(path, Path(folder, "archive.sqlite")))
         os.truncate(copy, stated)  # what is missing is zeros, which take no room
         yield copy
+
+
+def _has_content(path: Path) -> bool:
+    return path.exists() and path.stat().st_size > 0
 
 
 def _sizes(path: Path) -> tuple[int, int]:
