@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,8 +71,7 @@ def found_columns(kinds: dict[str, str]) -> list[Column]:
 
 
 def _frame_columns(names: Iterable[str]) -> list[Column]:
-    taken = {"time", "received", "quality", "status"} & set(names)
-    end = "_of_frame" if taken else ""  # where the packet has a field of such a name
+    end = _free_ending(set(names))
     time, received = ({"long_name": name, **_DATE} for name in ("on-board time", "reception"))
     status = {"long_name": "0 INFO, 1 ALARM, 2 STOP"}
     return [
@@ -80,6 +80,13 @@ def _frame_columns(names: Iterable[str]) -> list[Column]:
         Column(f"quality{end}", "_quality", "u1", None, _QUALITY, True, 0, 2, SUSPECT),
         Column(f"status{end}", "_status", "u1", None, status, True, 0, 255, 255),
     ]
+
+
+def _free_ending(taken: set[str]) -> str:
+    """What the names of our columns end with, so that no field has them: mostly nothing."""
+    ours = ("time", "received", "quality", "status")
+    endings = chain(["", "_of_frame"], (f"_of_frame_{number}" for number in count(2)))
+    return next(end for end in endings if taken.isdisjoint(name + end for name in ours))
 
 
 def _kind(field: Field) -> tuple[str, Any, dict]:
