@@ -317,6 +317,18 @@ def test_rows_around_damaged_pages_are_rescued(whole, tmp_path, seed):
     assert (found.omega_x.values == seconds % 7).all()
 
 
+def test_damage_is_told_once_though_a_table_is_read_twice(damaged, tmp_path):
+    """NetCDF needs floats where whole numbers are missing, here behind the damage."""
+    path = damaged(f"UPDATE extended SET aos_mode = NULL WHERE _digest >= {COUNT - 5}")
+    content = bytearray(path.read_bytes())
+    place = len(content) // 8192 * 4096
+    content[place : place + 4096] = bytes(4096)
+    path.write_bytes(content)
+    lost = exported(path, tmp_path)[1]
+    assert np.isnan(netcdf(tmp_path).aos_mode.values[-5:]).all()
+    assert lost and len(lost) == len(set(lost))
+
+
 def last_page_of_the_list_of_tables(content):
     """Its place: the right child of the root of the tree, which is the first page."""
     assert content[100] == 5  # an inner page

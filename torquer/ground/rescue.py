@@ -55,10 +55,14 @@ class Losses:
 
     tell: Callable[[str], None]
     count: int = 0
+    _told: set[str] = field(default_factory=set)
     _values: dict[str, list] = field(default_factory=dict)
 
     def add(self, line: str) -> None:
-        """Tell of a loss."""
+        """Tell of a loss, once though its table is read twice."""
+        if line in self._told:
+            return
+        self._told.add(line)
         self.count += 1
         self.tell(line)
 
