@@ -244,7 +244,8 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     Frames may come in any order, from several stations and twice, with counters that begin again:
     each is in an archive once, by its MAC and content. Text in hexadecimal and KISS frames are
     read, too. Prints what was found, and for what reasons frames were left out. Exit code 1 where
-    less than half of the bytes, or no packet, was kept.
+    less than half of the bytes, or no packet, was kept. An archive with rows of packets that the
+    software lacks is left as it is: another satellite has another name.
     """
     from torquer.flight.packets.software_file import load_link
     from torquer.ground.archive import Archive, OtherPacketsError
@@ -312,7 +313,8 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units.
 
     Of a damaged archive all that can be read is written, with a line on each thing that cannot:
-    exit code 1 if something is lost, 2 if nothing could be read.
+    exit code 1 if something is lost, 2 if nothing could be read. Lost are units of tables that the
+    stored dictionary does not name, and rows whose time is none from 1677 to 2262.
     """
     if how.format == "parquet":
         check_installed("ground", ("pyarrow",))
