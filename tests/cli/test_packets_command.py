@@ -127,6 +127,18 @@ def serials(folder, format):
     return pq.read_table(folder / "house.parquet")["serial"].to_pylist()
 
 
+def test_recording_of_another_satellite_needs_another_name(call, tmp_path):
+    folder, recording = tmp_path / "archive", tmp_path / "pass.bin"
+    recording.write_bytes(house(315619200, 1, (0, 0, 0), 7, 0))
+    asked = ("ground", "import", recording, "--folder", folder, "--software")
+    assert call(*asked, software(tmp_path, OTHER, "space_packets"))[0] == 0
+    other = software(tmp_path, OTHER.replace("house", "home"), "space_packets")
+    code, out, err = call(*asked, other)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "with rows of house, which it lacks: give another satellite another --name" in err
+    assert call(*asked, other, "--name", "other")[0] == 0
+
+
 def test_numbers_before_2010_and_lowest_ones_are_kept(call, tmp_path):
     file = software(tmp_path, OTHER, "space_packets")
     (tmp_path / "pass.bin").write_bytes(house(0, 1, (0, 0, 0), 7, 0))

@@ -19,6 +19,7 @@ from torquer.ground.archive import (
     UNCHECKED,
     Archive,
     ArchiveError,
+    OtherPacketsError,
     Row,
     RowMaker,
     dictionary_in,
@@ -111,6 +112,17 @@ def test_conflicting_packet_is_refused_and_additional_packets_are_accepted(tmp_p
     Archive(path, more).close()
     with closing(Archive(path, first)) as archive:  # the packet that is gone keeps its table
         assert archive.read("SELECT count(*) FROM event") == [(0,)]
+
+
+def test_a_dictionary_without_a_packet_that_has_rows_is_refused(tmp_path):
+    path = tmp_path / "sat.sqlite"
+    with closing(Archive(path, CHIBIS)) as archive:
+        archive.put(rows(("event", 100, EVENT)))
+    with pytest.raises(OtherPacketsError, match=r"received .* with rows of event, which it lacks$"):
+        Archive(path, other(a="u8"))
+    with closing(read_only(path)) as db:  # nothing has changed
+        assert dictionary_in(db) == CHIBIS
+        assert not db.execute("SELECT 1 FROM sqlite_master WHERE name = 'p'").fetchall()
 
 
 @pytest.mark.parametrize("content", [b"", b"no database at all, but long enough" * 100])

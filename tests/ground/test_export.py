@@ -120,3 +120,63 @@ def test_fields_with_the_names_of_our_columns(tmp_path):
     export_archive(tmp_path / "sat.sqlite", tmp_path)
     found = _netcdf(tmp_path, "p")
     assert (found["time"], found["quality"], found["quality_of_frame"]) == ([1], [2], [UNCHECKED])
+
+
+def _archive_of(folder, types, values):
+    """An archive with one frame of a packet `p` with these fields."""
+    fields = tuple(Field(name=n, type=t, description="d") for n, t in types.items())
+    packet = Packet(name="p", id=1, description="d", fields=fields)
+    own = Dictionary(name="own", modules={"m": 1}, down={"p": packet})
+    (frame,) = Stream(own, "down").feed(Downlink(own).frame("p", 9, values))
+    with closing(Archive(folder / "sat.sqlite", own)) as archive:
+        archive.put([RowMaker(own).row(frame, None, UNCHECKED)])
+    return folder / "sat.sqlite"
+
+
+@pytest.mark.parametrize(
+    ("names", "ending"),
+    [
+        (("time", "time_of_frame"), "_of_frame_2"),
+        (("time_of_frame",), ""),
+        (("status", "quality_of_frame", "received_of_frame_2", "frame"), "_of_frame_3"),
+    ],
+)
+@pytest.mark.parametrize("format", ["netcdf", "parquet", "csv"])
+def test_our_columns_have_names_that_no_field_has(tmp_path, names, ending, format):
+    values = tuple(range(1, 1 + len(names)))
+    path = _archive_of(tmp_path, dict.fromkeys(names, "u8"), values)
+    assert export_archive(path, tmp_path, format)[0][1] == 1
+    ours = [f"{name}{ending}" for name in ("time", "received", "quality", "status")]
+    if format == "csv":
+        head, row = (tmp_path / "p.csv").read_text(encoding="utf-8").splitlines()
+        assert head.split(",") == [*ours, *names]
+        assert row.split(",")[4:] == [*map(str, values)]
+        return
+    found = (_netcdf if format == "netcdf" else _parquet)(tmp_path, "p")
+    assert set(found) == {*ours, *names}
+    assert [found[name][0] for name in names] == [*values]
+    assert found[ours[2]][0] == UNCHECKED
+
+
+def test_in_parquet_large_whole_numbers_are_no_dates(tmp_path):
+    import pyarrow.parquet as pq
+
+    path = _archive_of(tmp_path, {"charge": "i64", "count": "u64"}, (-(2**62) - 1, 2**64 - 1))
+    export_archive(path, tmp_path, "parquet")
+    table = pq.read_table(tmp_path / "p.parquet")
+    kinds = {field.name: str(field.type) for field in table.schema}
+    assert kinds == {
+        "time": "timestamp[ms, tz=UTC]",
+        "received": "timestamp[ms, tz=UTC]",
+        "quality": "uint8",
+        "status": "uint8",
+        "charge": "int64",
+        "count": "uint64",
+    }
+    assert table["charge"].to_pylist() == [-(2**62) - 1]
+
+
+def test_a_packet_that_is_asked_for_twice_is_written_once(archive, tmp_path):
+    done = []
+    files = export_archive(archive, tmp_path, "csv", ["event", "event"], progress=done.append)
+    assert files == [(tmp_path / "event.csv", 2)] and done == [1.0]

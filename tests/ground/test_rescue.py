@@ -141,6 +141,63 @@ def test_a_row_without_a_time_is_left_out(damaged, tmp_path):
     assert lost[0].startswith("event._time_ms: must be of its type and range; received 12623")
 
 
+@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize(
+    ("time", "received"),
+    [
+        ("'abc' || _time_ms", "'abc12623"),
+        ("CAST('abc' || _time_ms AS BLOB)", "b'abc12623"),
+        ("_time_ms + 0.25", "12623"),
+        ("1e300", "1e+300"),
+        ("-9e999", "-inf"),
+        ("9000000000000000000 + _digest", "9000000000000000003"),
+        ("-9000000000000000000 + _digest", "-8999999999999999997"),
+        ("9223372036855", "9223372036855"),
+        ("-9223372036855", "-9223372036855"),
+    ],
+)
+def test_rows_whose_time_is_none_are_counted(damaged, tmp_path, format, time, received):
+    path = damaged(f"UPDATE extended SET _time_ms = {time} WHERE _digest % 7 = 3")
+    rows, lost = exported(path, tmp_path, format)
+    out = sum(k % 7 == 3 for k in range(COUNT))
+    assert rows == ALL | {"extended": COUNT - out} and len(lost) == 1
+    assert lost[0].startswith(
+        f"extended._time_ms: must be of its type and range; received {received}"
+    )
+    assert lost[0].endswith(f": {out} rows are left out")
+    if format == "netcdf":
+        assert netcdf(tmp_path).omega_x.values.tolist() == [
+            k % 7 for k in range(COUNT) if k % 7 != 3
+        ]
+
+
+def test_times_at_the_ends_of_what_dates_tell_are_kept(damaged, tmp_path):
+    path = damaged(
+        "UPDATE event SET _time_ms = 9223372036854 WHERE _digest = 1",
+        "UPDATE event SET _time_ms = -9223372036854 WHERE _digest = 2",
+        "UPDATE event SET _received_ms = 9223372036855 WHERE _digest = 3",
+    )
+    rows, lost = exported(path, tmp_path)
+    assert rows == ALL and len(lost) == 1 and "event._received_ms: must be" in lost[0]
+    years = netcdf(tmp_path, "event").time.values.astype("datetime64[Y]").astype(int) + 1970
+    assert years.tolist() == [1677, 2010, 2010, 2010, 2262]
+
+
+def test_times_outside_the_interval_are_no_loss(damaged, tmp_path):
+    path = damaged("UPDATE event SET _time_ms = 9e18 WHERE _digest = 1")
+    span = {"start_ms": EPOCH_MS, "end_ms": EPOCH_MS + 10}
+    assert exported(path, tmp_path, packets=["event"], **span) == ({"event": EVENTS - 1}, [])
+    path = damaged("UPDATE event SET _time_ms = 'x' WHERE _digest = 1")  # may be in any interval
+    rows, lost = exported(path, tmp_path, packets=["event"], **span)
+    assert rows == {"event": EVENTS - 1} and lost[0].endswith("'x': 1 row is left out")
+
+
+def test_a_table_of_which_no_row_has_a_time_is_told(damaged, tmp_path):
+    path = damaged("UPDATE event SET _time_ms = 'x'")
+    rows, lost = exported(path, tmp_path)
+    assert rows == {"extended": COUNT, "dump": 1} and f"{EVENTS} rows are left out" in lost[0]
+
+
 @pytest.mark.parametrize(
     ("statements", "line"),
     [
@@ -166,6 +223,41 @@ def test_without_a_dictionary_tables_are_written_as_they_are(damaged, tmp_path, 
     found = netcdf(tmp_path)
     assert found.omega_x.values.tolist() == [k % 7 for k in range(COUNT)]
     assert found.time.values[1] == np.datetime64("2010-01-01T00:00:01")
+
+
+@pytest.mark.parametrize(
+    ("change", "unnamed"),
+    [
+        ("json_remove(value, '$.down.extended')", "extended"),
+        ("json_set(value, '$.down', json('{}'))", "extended, event, dump"),
+        ("""'{"name": "other"}'""", "extended, event, dump"),
+    ],
+)
+@pytest.mark.parametrize("format", FORMATS)
+def test_tables_that_no_packet_names_are_written_as_they_are(
+    damaged, tmp_path, change, unnamed, format
+):
+    path = damaged(f"UPDATE _about SET value = {change} WHERE key = 'dictionary'")
+    line = (
+        "archive: must hold the packets of its tables in its dictionary; received none of "
+        "{}: tables are written as they are, without units"
+    )
+    assert exported(path, tmp_path, format) == (ALL, [line.format(unnamed)])
+    extended = {"extended": COUNT}, [line.format("extended")]
+    assert exported(path, tmp_path, format, packets=["extended"]) == extended
+    assert exported(path, tmp_path, format, packets=["extended"], end_ms=0)[0] == {}
+    if format == "netcdf":
+        found = netcdf(tmp_path)
+        assert found.omega_x.values.tolist() == [k % 7 for k in range(COUNT)]
+        assert "units" not in found.omega_x.attrs
+
+
+def test_lines_on_unnamed_tables_are_of_those_that_are_wanted(damaged, tmp_path):
+    change = "json_remove(value, '$.down.extended')"
+    path = damaged(f"UPDATE _about SET value = {change} WHERE key = 'dictionary'")
+    assert exported(path, tmp_path, packets=["event"]) == ({"event": EVENTS}, [])
+    path = damaged("DELETE FROM extended")  # nothing is lost of a table without rows
+    assert exported(path, tmp_path) == ({"event": EVENTS, "dump": 1}, [])
 
 
 ENDLESS = (
@@ -223,6 +315,46 @@ def test_rows_around_damaged_pages_are_rescued(whole, tmp_path, seed):
     seconds = (found.time.values - np.datetime64("2010-01-01")) / np.timedelta64(1, "s")
     assert (np.diff(seconds) > 0).all()
     assert (found.omega_x.values == seconds % 7).all()
+
+
+def test_damage_is_told_once_though_a_table_is_read_twice(damaged, tmp_path):
+    """NetCDF needs floats where whole numbers are missing, here behind the damage."""
+    path = damaged(f"UPDATE extended SET aos_mode = NULL WHERE _digest >= {COUNT - 5}")
+    content = bytearray(path.read_bytes())
+    place = len(content) // 8192 * 4096
+    content[place : place + 4096] = bytes(4096)
+    path.write_bytes(content)
+    lost = exported(path, tmp_path)[1]
+    assert np.isnan(netcdf(tmp_path).aos_mode.values[-5:]).all()
+    assert lost and len(lost) == len(set(lost))
+
+
+def last_page_of_the_list_of_tables(content):
+    """Its place: the right child of the root of the tree, which is the first page."""
+    assert content[100] == 5  # an inner page
+    return 4096 * (int.from_bytes(content[108:112], "big") - 1)
+
+
+def test_tables_before_a_damage_in_their_list_are_read(whole, tmp_path):
+    path, content = tmp_path / "damaged.sqlite", bytearray(whole.read_bytes())
+    place = last_page_of_the_list_of_tables(content)
+    content[place : place + 4096] = b"\xa5" * 4096
+    path.write_bytes(content)
+    rows, lost = exported(path, tmp_path)
+    assert rows["extended"] == COUNT and netcdf(tmp_path).omega_x.attrs["units"] == "deg/s"
+    assert "archive: must be readable; received damage (" in lost[0]
+    assert "in the list of its tables: those behind" in lost[0]
+    named = [line.split(":")[0] for line in lost[1:]]  # a line each
+    assert named and all(name in CHIBIS.down and name not in rows for name in named)
+
+
+def test_a_file_that_ends_early_is_read_beside_an_empty_journal(whole, tmp_path):
+    path, content = tmp_path / "cut.sqlite", whole.read_bytes()
+    path.write_bytes(content[: 3 * len(content) // 4])
+    expected = exported(path, tmp_path)
+    assert expected[0]["extended"] > COUNT / 2
+    (tmp_path / "cut.sqlite-wal").touch()
+    assert exported(path, tmp_path) == expected
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.9])

@@ -132,11 +132,15 @@ class ArchiveError(ValueError):
     """A file that is no archive, or one of another satellite: one line."""
 
 
+class OtherPacketsError(ArchiveError):
+    """An archive of a satellite with other packets: one line."""
+
+
 class Archive:
     """The archive in a file, made if there is none; `dictionary`: of the satellite.
 
-    `ArchiveError` for another file, and for packets that differ from those in the archive; packets
-    may be added.
+    `ArchiveError` for another file, and `OtherPacketsError` for packets that differ from those in
+    the archive, or lack one of which it has rows; packets may be added.
     """
 
     def __init__(self, path: Path | str, dictionary: Dictionary):
@@ -246,12 +250,7 @@ class Archive:
             )
         known = json.loads(about.get("down", "{}"))
         own = {p.name: [p.id, p.format, [*p.names]] for p in self.dictionary.down.values()}
-        for name, layout in own.items():
-            if known.get(name, layout) != layout:
-                raise ArchiveError(
-                    f"archive: must hold the packets of this dictionary; received {self.path} with "
-                    f"another packet {name}"
-                )
+        self._check_packets(known, own)
         for packet in self.dictionary.down.values():
             for statement in _create(packet):
                 self._db.execute(statement)
@@ -261,6 +260,21 @@ class Archive:
             "down": json.dumps(known | own),
         }
         self._db.executemany("INSERT OR REPLACE INTO _about VALUES (?, ?)", entries.items())
+
+    def _check_packets(self, known: dict[str, list], own: dict[str, list]) -> None:
+        """Refuse a dictionary of other packets: with it, rows could not be told any more."""
+        must = f"archive: must hold the packets of this dictionary; received {self.path} with"
+        for name, layout in own.items():
+            if known.get(name, layout) != layout:
+                raise OtherPacketsError(f"{must} another packet {name}")
+        if lacking := [name for name in known if name not in own and self._has_rows(name)]:
+            raise OtherPacketsError(f"{must} rows of {', '.join(lacking)}, which it lacks")
+
+    def _has_rows(self, name: str) -> bool:
+        is_table = "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?"
+        if not self._db.execute(is_table, (name,)).fetchall():
+            return False
+        return bool(self._db.execute(f"SELECT 1 FROM {quoted(name)} LIMIT 1").fetchall())
 
 
 def connect_read_only(path: Path | str) -> sqlite3.Connection:
@@ -302,6 +316,11 @@ def dictionary_in(db: sqlite3.Connection) -> Dictionary:
         (first, *_) = error.errors()
         line = describe_mistake(first) if first["loc"] else "it is no table of JSON"
         raise ArchiveError(f"archive: must hold its dictionary; received another: {line}") from None
+
+
+def quoted(name: str) -> str:
+    """A name for a statement, whatever is in it."""
+    return '"' + name.replace('"', '""') + '"'
 
 
 def quote_names(names: Sequence[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,8 @@ from torquer.flight.packets.received import field_attributes
 from torquer.ground.archive import SUSPECT
 
 _LEAST, _GREATEST = -(2**63), 2**63 - 1
+#: The dates that 64 bits of ns since 1970 tell, as readers of the files have them: 1677 to 2262.
+FIRST_MS, LAST_MS = -(2**63 // 10**6), 2**63 // 10**6
 _DATE = {"units": "milliseconds since 1970-01-01", "calendar": "proleptic_gregorian"}
 _QUALITY = {
     "long_name": "trust in the frame",
@@ -68,16 +71,22 @@ def found_columns(kinds: dict[str, str]) -> list[Column]:
 
 
 def _frame_columns(names: Iterable[str]) -> list[Column]:
-    taken = {"time", "received", "quality", "status"} & set(names)
-    end = "_of_frame" if taken else ""  # where the packet has a field of such a name
+    end = _free_ending(set(names))
     time, received = ({"long_name": name, **_DATE} for name in ("on-board time", "reception"))
     status = {"long_name": "0 INFO, 1 ALARM, 2 STOP"}
     return [
         Column(f"time{end}", "_time_ms", "i8", None, time),
-        Column(f"received{end}", "_received_ms", "i8", _LEAST, received),
+        Column(f"received{end}", "_received_ms", "i8", _LEAST, received, True, FIRST_MS, LAST_MS),
         Column(f"quality{end}", "_quality", "u1", None, _QUALITY, True, 0, 2, SUSPECT),
         Column(f"status{end}", "_status", "u1", None, status, True, 0, 255, 255),
     ]
+
+
+def _free_ending(taken: set[str]) -> str:
+    """What the names of our columns end with, so that no field has them: mostly nothing."""
+    ours = ("time", "received", "quality", "status")
+    endings = chain(["", "_of_frame"], (f"_of_frame_{number}" for number in count(2)))
+    return next(end for end in endings if taken.isdisjoint(name + end for name in ours))
 
 
 def _kind(field: Field) -> tuple[str, Any, dict]:

@@ -45,10 +45,12 @@ def export_archive(
     losses, files = Losses(lost), []
     with closing(Rescue(archive, losses)) as rescue:
         known = rescue.packets
-        for name in packets or ():
+        packets = [*dict.fromkeys(packets or ())]
+        for name in packets:
             if name not in known:
                 raise ValueError(f"--packet: must be one of {', '.join(known)}; received {name}")
         wanted = packets or known
+        rescue.tell_unnamed(wanted)
         for number, name in enumerate(wanted):
             files += _export(_Work(rescue, losses, span), name, out, FORMATS[format])
             if progress:
@@ -193,8 +195,10 @@ def _write_parquet(path: Path, about: dict, columns: list[Column], parts: Iterab
 
 
 def _arrow_field(pa, column: Column):
-    types = {"str": pa.string(), "f8": pa.float64(), "i8": pa.timestamp("ms", "UTC")}
-    kind = types.get(column.type) or pa.from_numpy_dtype(column.type)
+    if "calendar" in column.attributes:
+        kind = pa.timestamp("ms", "UTC")
+    else:
+        kind = pa.string() if column.type == "str" else pa.from_numpy_dtype(column.type)
     about = {key: str(value) for key, value in column.attributes.items()}
     return pa.field(column.name, kind, metadata=about)
 

@@ -14,16 +14,23 @@ import shutil
 import sqlite3
 import struct
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.mistakes import quote_value
-from torquer.ground.archive import ArchiveError, connect_read_only, dictionary_in, quote_names
-from torquer.ground.columns import Column, found_columns, packet_columns
+from torquer.ground.archive import (
+    ArchiveError,
+    connect_read_only,
+    dictionary_in,
+    quote_names,
+    quoted,
+)
+from torquer.ground.columns import FIRST_MS, LAST_MS, Column, found_columns, packet_columns
 
 #: Names that tables and columns of packets have.
 _NAME = re.compile(r"[A-Za-z]\w*")
@@ -38,7 +45,8 @@ _PAGE_BYTES, _PAGES = struct.Struct(">16xH"), struct.Struct(">28xI")
 _HEADER_BYTES = 100
 #: That rows cannot be read.
 _DAMAGED = object()
-_FIRST_MS = -(2**63)
+#: Orders of SQLite: numbers, then texts, then other bytes.
+_RANKS: dict[type, int] = {str: 1, bytes: 2}
 
 
 @dataclass
@@ -47,10 +55,14 @@ class Losses:
 
     tell: Callable[[str], None]
     count: int = 0
+    _told: set[str] = field(default_factory=set)
     _values: dict[str, list] = field(default_factory=dict)
 
     def add(self, line: str) -> None:
-        """Tell of a loss."""
+        """Tell of a loss, once though its table is read twice."""
+        if line in self._told:
+            return
+        self._told.add(line)
         self.count += 1
         self.tell(line)
 
@@ -70,7 +82,8 @@ class Losses:
     def tell_values(self) -> None:
         """Tell of the values that did not fit, of each column once."""
         for name, (count, value, instead) in self._values.items():
-            are = "values are" if count > 1 else "value is"
+            one = "row" if name.endswith("._time_ms") else "value"
+            are = f"{one}s are" if count > 1 else f"{one} is"
             what = "left out" if instead is None else f"written as {instead}"
             self.add(
                 f"{name}: must be of its type and range; received {quote_value(value)}: "
@@ -97,20 +110,30 @@ class Rescue:
         self._db = self._closing.enter_context(closing(connect_read_only(readable)))
         self._db.execute("PRAGMA writable_schema = ON")  # tables are read though others are damaged
         self._db.text_factory = lambda raw: raw.decode("utf-8", "replace")
-        try:
-            tables = self._db.execute("SELECT name, type, rootpage FROM sqlite_master").fetchall()
-        except _UNREADABLE as error:
-            self.close()
-            raise _no_archive(path, error) from None
-        self._kinds = {
-            name: kind if root or kind != "table" else "virtual table"
-            for name, kind, root in tables
-            if kind in ("table", "view")
-        }
+        self._kinds = self._read_kinds(path)
         self._dictionary = self._read_dictionary()
         if self._dictionary is None and not self.packets:
             self.close()
             raise ArchiveError(f"archive: must be an archive; received {path} without packets")
+
+    def _read_kinds(self, path: Path) -> dict[str, str]:
+        """What the names of tables and views are, up to the first damage."""
+        kinds = {}
+        try:
+            for name, kind, root in self._db.execute(
+                "SELECT name, type, rootpage FROM sqlite_master"
+            ):
+                if kind in ("table", "view") and isinstance(name, str):
+                    kinds[name] = kind if root or kind != "table" else "virtual table"
+        except _UNREADABLE as error:
+            if not kinds:
+                self.close()
+                raise _no_archive(path, error) from None
+            self._losses.add(
+                f"archive: must be readable; received damage ({_in_words(error)}) in the list of "
+                f"its tables: those behind {_in_line(list(kinds)[-1])} are lost"
+            )
+        return kinds
 
     def close(self) -> None:
         """Close the file."""
@@ -118,10 +141,39 @@ class Rescue:
 
     @property
     def packets(self) -> list[str]:
-        """Names of the packets that the archive should have."""
+        """Names of the packets that the archive should have, and of other tables with rows."""
         if self._dictionary is not None:
-            return list(self._dictionary.down)
+            return [*self._dictionary.down, *self.unnamed]
         return [name for name in self._kinds if not name.startswith(("_", "sqlite_"))]
+
+    @cached_property
+    def unnamed(self) -> list[str]:
+        """Tables with rows that are no packets of the dictionary."""
+        named = set() if self._dictionary is None else {*self._dictionary.down}
+        return [
+            name
+            for name, kind in self._kinds.items()
+            if kind == "table" and name not in named and not name.startswith(("_", "sqlite_"))
+            if self._has_rows(name)
+        ]
+
+    def _has_rows(self, name: str) -> bool:
+        """Whether a table has rows with times, or may have some that cannot be read."""
+        try:
+            first = f"SELECT _time_ms FROM {quoted(name)} LIMIT 1"
+            return bool(self._db.execute(first).fetchall())
+        except _UNREADABLE as error:
+            return "no such column" not in str(error)
+
+    def tell_unnamed(self, wanted: Collection[str]) -> None:
+        """Tell of tables that the dictionary does not know, in one line."""
+        if self._dictionary is None:
+            return  # told before
+        if names := [name for name in self.unnamed if name in wanted]:
+            self._losses.add(
+                "archive: must hold the packets of its tables in its dictionary; received none of "
+                f"{_in_line(', '.join(names))}: tables are written as they are, without units"
+            )
 
     def _read_dictionary(self) -> Dictionary | None:
         try:
@@ -138,7 +190,7 @@ class Rescue:
         if kind != "table" or not _NAME.fullmatch(name):
             received = f"a {kind}" if kind != "none" else kind
             self._losses.add(
-                f"{name}: must be a table by the name of a packet; received {received}"
+                f"{_in_line(name)}: must be a table by the name of a packet; received {received}"
             )
             return None
         try:
@@ -151,7 +203,7 @@ class Rescue:
     def _described(self, name: str, kinds: dict[str, str]) -> Table | None:
         """A table with these columns and types of SQL."""
         about = {"packet": name}
-        if self._dictionary is None:
+        if self._dictionary is None or name not in self._dictionary.down:
             columns = found_columns({each: kinds[each] for each in kinds if _is_column(each)})
         else:
             packet = self._dictionary.down[name]
@@ -167,24 +219,51 @@ class Rescue:
         return Table(name, about, [c for c in columns if c.source in kinds])
 
     def rows(self, table: Table, span: tuple[int, int], size: int) -> Iterator[list[tuple]]:
-        """Rows of an interval by time, up to `size` at a time, around damage."""
-        start: int | None = span[0]
+        """Rows of an interval by time, up to `size` at a time, around damage.
+
+        Rows whose time is none are noted as lost.
+        """
+        first, end = max(span[0], FIRST_MS), min(span[1], LAST_MS)
+        start: int | None = first
         for _ in range(_MOST_DAMAGES):
             assert start is not None
             last = start
             try:
-                for part in self._until_damage(table, (start, span[1]), size):
+                for part in self._until_damage(table, (start, end), size):
                     last = part[-1][0]
                     yield [row[1:] for row in part]
+                self._note_timeless(table.name, span)
                 return
             except _UNREADABLE as error:
-                start = self._readable_after(table.name, last, span[1])
+                start = self._readable_after(table.name, last, end)
                 self._tell_damage(table.name, _in_words(error), last, start)
             if start is None:
                 return
 
+    def _note_timeless(self, name: str, span: tuple[int, int]) -> None:
+        """Note rows whose time is no number, or one of no date that lies in the interval."""
+        self._note_times(name, "_time_ms IS NULL")
+        if span[0] < FIRST_MS:
+            self._note_times(name, "_time_ms < ?", FIRST_MS)
+        if span[1] > LAST_MS:
+            self._note_times(name, "_time_ms > ?", LAST_MS)
+        else:
+            self._note_times(name, "_time_ms >= ''")
+
+    def _note_times(self, name: str, which: str, *values: float) -> None:
+        found = self._db.execute(
+            f'SELECT _time_ms FROM "{name}" WHERE {which} ORDER BY _time_ms', values
+        )
+        before: tuple = ()
+        for (time,) in found:
+            key = (_RANKS.get(type(time), 0), time)
+            if time is not None and key < before:
+                raise sqlite3.DatabaseError("rows out of order")  # a tree that leads into a circle
+            before = key if time is not None else before
+            self._losses.add_values(f"{name}._time_ms", [time])
+
     def _tell_damage(self, name: str, error: str, last: int, start: int | None) -> None:
-        since = "its beginning" if last == _FIRST_MS else str(last)
+        since = "its beginning" if last == FIRST_MS else str(last)
         until = "its end" if start is None else str(start)
         self._losses.add(
             f"{name}: must be readable; received damage ({error}): rows from {since} to {until} "
@@ -251,6 +330,11 @@ def _no_archive(path: Path, error: Exception) -> ArchiveError:
     return ArchiveError(f"archive: must be an archive; received {path}: {_in_words(error)}")
 
 
+def _in_line(name: str) -> str:
+    """Names, which may be noise, in one line."""
+    return " ".join(name.split())
+
+
 def _in_words(error: Exception) -> str:
     """An error in one line, which does not quote the whole file."""
     return quote_value(" ".join(str(getattr(error, "strerror", error)).split()))[1:-1]
@@ -260,7 +344,7 @@ def _in_words(error: Exception) -> str:
 def _readable(path: Path, losses: Losses) -> Iterator[Path]:
     """The file, or in place of one that ends early a copy with its end: SQLite refuses the file."""
     size, stated = _sizes(path)
-    if size >= stated or Path(f"{path}-wal").exists():  # what is missing may be in the journal
+    if size >= stated or _has_content(Path(f"{path}-wal")):  # there may be what is missing
         yield path
         return
     losses.add(f"archive: must be whole; received {size} of {stated} bytes")
@@ -268,6 +352,10 @@ def _readable(path: Path, losses: Losses) -> Iterator[Path]:
         copy = Path(shutil.copyfile(path, Path(folder, "archive.sqlite")))
         os.truncate(copy, stated)  # what is missing is zeros, which take no room
         yield copy
+
+
+def _has_content(path: Path) -> bool:
+    return path.exists() and path.stat().st_size > 0
 
 
 def _sizes(path: Path) -> tuple[int, int]:

@@ -244,10 +244,11 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     Frames may come in any order, from several stations and twice, with counters that begin again:
     each is in an archive once, by its MAC and content. Text in hexadecimal and KISS frames are
     read, too. Prints what was found, and for what reasons frames were left out. Exit code 1 where
-    less than half of the bytes, or no packet, was kept.
+    less than half of the bytes, or no packet, was kept. An archive with rows of packets that the
+    software lacks is left as it is: another satellite has another name.
     """
     from torquer.flight.packets.software_file import load_link
-    from torquer.ground.archive import Archive
+    from torquer.ground.archive import Archive, OtherPacketsError
     from torquer.ground.recording import import_recording
 
     name = _short_name(how.name)
@@ -258,7 +259,10 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
             raise ValueError(f"RECORDING: must be a file; received {each}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
-    archive = Archive(path, link.dictionary)
+    try:
+        archive = Archive(path, link.dictionary)
+    except OtherPacketsError as error:
+        raise ValueError(f"{error}: give another satellite another --name") from None
     try:
         with _progress(recording.name) as progress:
             found = import_recording(link, recordings, archive, progress)
@@ -309,7 +313,8 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
     """Write the packets of ARCHIVE (runs/ground/NAME.sqlite), a file each, with units.
 
     Of a damaged archive all that can be read is written, with a line on each thing that cannot:
-    exit code 1 if something is lost, 2 if nothing could be read.
+    exit code 1 if something is lost, 2 if nothing could be read. Lost are units of tables that the
+    stored dictionary does not name, and rows whose time is none from 1677 to 2262.
     """
     if how.format == "parquet":
         check_installed("ground", ("pyarrow",))
