@@ -27,7 +27,7 @@ from torquer.ground.archive import (
 )
 from torquer.ground.recorded.authentic import AuthenticFrames, Data
 from torquer.ground.recorded.batches import Batches
-from torquer.ground.recorded.dialects import decode, name_dialect
+from torquer.ground.recorded.dialects import Decoded, decode, name_dialect
 from torquer.ground.recorded.joined import PacketJoiner, Part
 from torquer.ground.recorded.left_out import Tally
 from torquer.ground.recorded.plain import PlainFrames
@@ -106,10 +106,10 @@ def _import(
     for path in paths:
         starts.append((work.bytes, path))
         with _content(path) as content:
-            data, note = decode(content)
-            notes += [f"{path.name}: {note}"] if note else []
-            work.read(data, size, progress)
-            beginning = beginning or data[:_LOOKED_AT]
+            decoded = decode(content, link)
+            notes += [f"{path.name}: {decoded.note}"] if decoded.note else []
+            work.read(decoded, size, progress)
+            beginning = beginning or decoded.data[:_LOOKED_AT]
     found = work.finish()
     left_out = [_in_file(entry, starts) for entry in work.tally.entries()]
     failure = ""
@@ -173,16 +173,19 @@ class _Import:
         self._authentic = None if is_plain else AuthenticFrames(link, self.tally)
         self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
 
-    def read(self, data: Data, size: int, progress: Callable[[float], None] | None) -> None:
+    def read(self, decoded: Decoded, size: int, progress: Callable[[float], None] | None) -> None:
         """Take the frames of a recording."""
         self.tally.base = self.bytes
-        for count, at in enumerate(self._read(data)):
+        for reason, at, example, lost in decoded.left_out:
+            self.tally.add(reason, at, example)
+            self._inner_lost += lost
+        for count, at in enumerate(self._read(decoded.data)):
             if count % 4096 == 0:
                 if self._batches.bytes > _WAITING:
                     self._write()
                 if progress:
                     progress(min(1.0, (self.bytes + at) / size))
-        self.bytes += len(data)
+        self.bytes += len(decoded.data) + sum(lost for *_, lost in decoded.left_out)
 
     def _read(self, data: Data) -> Iterator[int]:
         """Place of each frame, its packets being taken."""

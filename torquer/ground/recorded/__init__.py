@@ -2,7 +2,8 @@
 
 `torquer.ground.recording` puts them into archives with these parts:
 
-dialects    files that are no plain bytes: text in hexadecimal, KISS, AX.25, other orders, CCSDS
+dialects    files that are no plain bytes: read, or named: other orders, other frames, CCSDS
+kiss        frames in KISS and AX.25, cut ends included
 authentic   protected frames by their MAC, each once, whatever their counters
 joined      packets that lie across frames, by the counters of these
 plain       frames without protection, many at a time
