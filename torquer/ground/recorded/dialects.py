@@ -6,7 +6,6 @@ byte, and are read. Bytes in another order, and frames of others, are named.
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,16 +17,12 @@ from torquer.flight.packets.protected import TelemetryReceiver
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.packets.space_packets import IDLE_APID, PRIMARY_BYTES, packet_size
 from torquer.ground.recorded.authentic import Data
+from torquer.ground.recorded.hexadecimal import read_hex
 from torquer.ground.recorded.kiss import ADDRESS, end_of_addresses, unwrap_kiss
 from torquer.ground.recorded.plain import find_marks
 
 PLAIN_MARK = FRAMESYNC.to_bytes(4, "little")
 TM_MARK = TelemetryReceiver.mark
-#: Least bytes by which a file is judged.
-_LEAST = 16
-#: Text of digits in pairs, with what is written between and before them.
-_NOT_DIGITS = re.compile(rb"0[xX]|[\s,:;]+")
-_HEX = re.compile(rb"[0-9A-Fa-f\s,:;xX]*")
 #: How many packets in a row are looked at, and named.
 _LOOKED_AT, _NAMED = 1000, 5
 
@@ -47,26 +42,17 @@ def decode(data: Data, link: SpaceLink) -> Decoded:
     """What a file stands for, as far as that is plain."""
     notes: list[str] = []
     left_out: list[tuple[str, int, str, int]] = []
-    if (found := _from_hex(data)) is not None:
-        data = found
-        notes.append("text in hexadecimal")
+    if (text := read_hex(data)) is not None:
+        if text.stopped:
+            left_out = [("text", 0, text.stopped, len(data))]
+            return Decoded(b"", f"not read, {text.what}: {text.stopped}", left_out)
+        data = text.data
+        notes.append(text.what)
     if (unwrapped := unwrap_kiss(data, link)) is not None:
         data, what, left_out = unwrapped
         notes += what
     note = f"read as {' of '.join(notes)}; places are those of what was read" if notes else ""
     return Decoded(data, note, left_out)
-
-
-def _from_hex(data: Data) -> bytes | None:
-    beginning = data[:4096]
-    if len(data) < _LEAST or _HEX.fullmatch(beginning) is None:
-        return None
-    text = data[:]
-    digits = _NOT_DIGITS.sub(b"", text)
-    try:
-        return bytes.fromhex(digits.decode("ascii")) or None
-    except ValueError:
-        return None
 
 
 def name_dialect(data: bytes, link: SpaceLink) -> str:
