@@ -27,7 +27,7 @@ from torquer.ground.archive import (
 )
 from torquer.ground.recorded.authentic import AuthenticFrames, Data
 from torquer.ground.recorded.batches import Batches
-from torquer.ground.recorded.dialects import Decoded, decode, name_dialect
+from torquer.ground.recorded.dialects import Decoded, decode, name_dialect, name_space_packets
 from torquer.ground.recorded.joined import PacketJoiner, Part
 from torquer.ground.recorded.left_out import Tally
 from torquer.ground.recorded.plain import PlainFrames
@@ -115,7 +115,8 @@ def _import(
     failure = ""
     if found["frames"] == 0 or found["lost_bytes"] > (1 - _LITTLE) * found["bytes"]:
         most = [f"{each['count']} {each['text']}" for each in left_out]
-        why = name_dialect(beginning, link) or next(iter(most), "no frame begins in it")
+        named = (name_dialect(beginning, link), *most, name_space_packets(beginning))
+        why = next(filter(None, named), "no frame begins in it")
         failure = _failure(found, paths, why)
     return {**found, "left_out": left_out, "notes": notes, "failure": failure}
 
@@ -206,6 +207,7 @@ class _Import:
     def _space_packets(self, stream: SpaceStream, data: Data) -> Iterator[int]:
         """Place of each part of a stream of space packets, the rows of which are put."""
         before, lost = stream.rejected.copy(), stream.lost_bytes
+        stream.begin_recording()
         for first in range(0, len(data), _PART):
             frames = stream.feed(data[first : first + _PART])
             rows = [self._make.row(frame, None, UNCHECKED) for frame in frames]
@@ -214,7 +216,7 @@ class _Import:
             yield first
         list(stream.finish())
         for reason, count in (stream.rejected - before).items():
-            self.tally.add(reason, 0, count=count)
+            self.tally.add(reason, *stream.first[reason], count)
         self._inner_lost += stream.lost_bytes - lost
 
     def _take(self, packet: bytes, at: int) -> None:

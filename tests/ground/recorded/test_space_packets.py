@@ -1,5 +1,6 @@
 """Recordings of space packets of another satellite: in KISS frames, damaged, with gaps."""
 
+import re
 import struct
 from contextlib import closing
 
@@ -83,3 +84,29 @@ def test_packets_across_kiss_frames_are_read(tmp_path):
     pieces = [ALL[at : at + 9] for at in range(0, len(ALL), 9)]
     counts, found = imported(tmp_path, b"".join(map(kiss, pieces)))
     assert sorted(found) == list(range(100)) and counts["left_out"] == []
+
+
+@pytest.mark.parametrize(
+    ("made", "reason", "text"),
+    [
+        ({"more": b"x"}, "length", "state another length .*: 15 bytes of words, must be 14"),
+        ({"flags": 0}, "segmented", "are segments .*: sequence flags 0 of words, must be 3"),
+        ({"apid": 77}, "unknown", "have an id .*: APID 77, must be one of 1025"),
+    ],
+)
+def test_packets_that_are_left_out_are_told_by_what_is_wrong(tmp_path, made, reason, text):
+    wrong = [words(number, **made) for number in range(9)]
+    counts, found = imported(tmp_path, b"".join(wrong))
+    (entry,) = counts["left_out"]
+    assert (entry["reason"], entry["count"], entry["first_byte"]) == (reason, 9, 0) and not found
+    assert re.match(text, entry["text"]) and entry["text"] in counts["failure"]
+    counts, found = imported(tmp_path, ALL, ALL[:28] + b"".join(wrong))
+    (entry,) = [each for each in counts["left_out"] if each["reason"] == reason]
+    assert (entry["recording"], entry["first_byte"]) == ("1.bin", 28)
+
+
+def test_cut_packet_at_the_end_is_at_its_place(tmp_path):
+    counts, _ = imported(tmp_path, ALL[:-3])
+    (entry,) = counts["left_out"]
+    assert (entry["reason"], entry["first_byte"]) == ("cut", 99 * 14)
+    assert entry["text"].endswith("11 bytes, must be 14")

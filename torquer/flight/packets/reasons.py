@@ -91,6 +91,7 @@ LEFT_OUT = {
     "apid": "are of another application process",
     "spi": "name a key that is not known",
     "length": "state another length than their packet has",
+    "segmented": "are segments of longer packets",
     "unknown": "have an id that the dictionary does not have",
     "status": "have a status that there is not",
     "module": "are of another module",

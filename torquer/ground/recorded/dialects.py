@@ -58,7 +58,8 @@ def decode(data: Data, link: SpaceLink) -> Decoded:
 def name_dialect(data: bytes, link: SpaceLink) -> str:
     """What bytes seem to be that hold no frames of this link; "" if they seem to be nothing."""
     names = (_other_link(data, link), _other_order(data), _other_frames(data, link))
-    return next(filter(None, (*names, _addresses(data), _space_packets(data))), "")
+    own = "" if link.link == "space_packets" else name_space_packets(data)
+    return next(filter(None, (*names, _addresses(data), own)), "")
 
 
 def _other_link(data: bytes, link: SpaceLink) -> str:
@@ -121,8 +122,8 @@ def _call(address: bytes) -> str:
     return f"{name}-{number}" if number else name
 
 
-def _space_packets(data: bytes) -> str:
-    """Space packets (CCSDS 133.0-B) one after the other."""
+def name_space_packets(data: bytes) -> str:
+    """Space packets (CCSDS 133.0-B) one after the other; "" if there are none."""
     apids = Counter((first << 8 | second) & IDLE_APID for first, second, *_ in _primary(data))
     if apids.total() < 3 or apids.total() == len(apids):  # none comes twice: bytes of any kind
         return ""
