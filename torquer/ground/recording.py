@@ -27,6 +27,7 @@ from torquer.ground.archive import (
 )
 from torquer.ground.recorded.authentic import AuthenticFrames, Data
 from torquer.ground.recorded.batches import Batches
+from torquer.ground.recorded.counters import SequenceCounters
 from torquer.ground.recorded.dialects import Decoded, decode, name_dialect, name_space_packets
 from torquer.ground.recorded.joined import PacketJoiner, Part
 from torquer.ground.recorded.left_out import Tally
@@ -108,17 +109,25 @@ def _import(
         with _content(path) as content:
             decoded = decode(content, link)
             notes += [f"{path.name}: {decoded.note}"] if decoded.note else []
+            kept = work.kept
             work.read(decoded, size, progress)
-            beginning = beginning or decoded.data[:_LOOKED_AT]
+            head = decoded.data[:_LOOKED_AT]
+            if work.kept == kept and len(paths) > 1 and not (decoded.left_out and not head):
+                notes.append(f"{path.name}: nothing is kept of it: {_named(head, link)}")
+            beginning = beginning or head
     found = work.finish()
     left_out = [_in_file(entry, starts) for entry in work.tally.entries()]
     failure = ""
     if found["frames"] == 0 or found["lost_bytes"] > (1 - _LITTLE) * found["bytes"]:
         most = [f"{each['count']} {each['text']}" for each in left_out]
-        named = (name_dialect(beginning, link), *most, name_space_packets(beginning))
-        why = next(filter(None, named), "no frame begins in it")
+        why = name_dialect(beginning, link) or next(iter(most), "") or _named(beginning, link)
         failure = _failure(found, paths, why)
     return {**found, "left_out": left_out, "notes": notes, "failure": failure}
+
+
+def _named(data: bytes, link: SpaceLink) -> str:
+    """What bytes seem to be of which nothing is kept."""
+    return name_dialect(data, link) or name_space_packets(data) or "no frame begins in it"
 
 
 @contextmanager
@@ -168,11 +177,18 @@ class _Import:
         self._user = User(link.dictionary, link.keys.spacecraft) if link.link == "pus" else None
         is_plain = link.link == "historical"
         self._space = SpaceStream(link.dictionary) if link.link == "space_packets" else None
+        self._counters = SequenceCounters()
         self._make = RowMaker(link.dictionary)
         known = link.dictionary if is_plain else link.dictionary.model_copy(update={"down": {}})
         self._plain = PlainFrames(known, self.tally)
         self._authentic = None if is_plain else AuthenticFrames(link, self.tally)
         self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
+
+    @property
+    def kept(self) -> int:
+        """How much was kept: frames and packets, those that came before as well."""
+        authentic = self._authentic.kept if self._authentic else 0
+        return self._frames + authentic
 
     def read(self, decoded: Decoded, size: int, progress: Callable[[float], None] | None) -> None:
         """Take the frames of a recording."""
@@ -210,7 +226,10 @@ class _Import:
         stream.begin_recording()
         for first in range(0, len(data), _PART):
             frames = stream.feed(data[first : first + _PART])
-            rows = [self._make.row(frame, None, UNCHECKED) for frame in frames]
+            rows = []
+            for frame in frames:
+                rows.append(row := self._make.row(frame, None, UNCHECKED))
+                self._counters.add(frame.raw, row.time_ms)
             self._frames += len(rows)
             self._new += self._archive.put(rows)
             yield first
@@ -258,7 +277,7 @@ class _Import:
             "new": self._new,
             "lost_bytes": around.lost_bytes + self._inner_lost,
             "lost_frames": self._joiner.lost_frames,
-            "lost_packets": len(tails) + len(self._joiner.foreign),
+            "lost_packets": len(tails) + len(self._joiner.foreign) + self._counters.lost(),
             "rejected": self.tally.rejected,
         }
 

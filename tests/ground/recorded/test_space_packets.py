@@ -110,3 +110,21 @@ def test_cut_packet_at_the_end_is_at_its_place(tmp_path):
     (entry,) = counts["left_out"]
     assert (entry["reason"], entry["first_byte"]) == ("cut", 99 * 14)
     assert entry["text"].endswith("11 bytes, must be 14")
+
+
+def test_gaps_in_the_counters_are_lost_packets(tmp_path):
+    assert imported(tmp_path, ALL)[0]["lost_packets"] == 0
+    counts, _ = imported(tmp_path, b"".join(PACKETS[:30]), b"".join(PACKETS[60:]))
+    assert counts["lost_packets"] == 30
+    counts, _ = imported(tmp_path, b"".join(PACKETS[60:]), b"".join(PACKETS[:70]))
+    assert counts["lost_packets"] == 0
+
+
+def test_recording_of_which_nothing_is_kept_is_told_by_its_name(tmp_path):
+    other = b"".join(words(number, apid=77) for number in range(9))
+    counts, _ = imported(tmp_path, ALL, b"A text about nothing.\n", ALL, other)
+    assert counts["notes"] == [
+        "1.bin: nothing is kept of it: no frame begins in it",
+        "3.bin: nothing is kept of it: CCSDS space packets of APID 77",
+    ]
+    assert not counts["failure"]
