@@ -83,8 +83,8 @@ def import_recording(
 
     `frames`: packets that were found; `new`: those that the archive did not have; `left_out`: a
     list of reasons, each with `reason`, `text`, `count`, `first_byte` and its `recording`; `notes`:
-    how files were read that are no plain bytes; `failure`: one line if little or nothing was kept,
-    else "". `progress`: called with the part that is done.
+    how files were read that are no plain bytes, and of which nothing was kept; `failure`: one line
+    if little or nothing was kept, else "". `progress`: called with the part that is done.
     """
     paths = [recording] if isinstance(recording, Path) else list(recording)
     try:
