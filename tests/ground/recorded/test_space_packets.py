@@ -128,3 +128,10 @@ def test_recording_of_which_nothing_is_kept_is_told_by_its_name(tmp_path):
         "3.bin: nothing is kept of it: CCSDS space packets of APID 77",
     ]
     assert not counts["failure"]
+
+
+def test_packets_of_others_in_kiss_frames_are_told_as_such(tmp_path):
+    other = kiss(words(7, apid=77))
+    counts, found = imported(tmp_path, b"".join([*WRAPPED[:50], other, *WRAPPED[50:]])[:-4])
+    assert sorted(found) == list(range(99))
+    assert reasons(counts) == {"unknown": 1, "kiss_cut": 1}

@@ -100,7 +100,7 @@ LEFT_OUT = {
     "value": "have a value that cannot be",
     "cut": "are cut off by the next frame or the end",
     "kiss_cut": "are cut off within a KISS frame by an end of the recording",
-    "kiss_length": "have a KISS frame of another length than they state",
+    "kiss_length": "have a KISS frame of another length than stated",
     "text": "are not read, though almost text in hexadecimal",
     "foreign": "are authentic, but without packets in them",
     "torn": "are incomplete: a part is missing",

@@ -50,7 +50,8 @@ def unwrap_kiss(data: Data, link: SpaceLink) -> Unwrapped | None:
     are_ours = sum(ours) > _MOST * len(ours)
     if (first or last) and not are_ours:
         return None
-    wrong = [are_ours and link.link == "space_packets" and not each for each in ours]
+    is_checked = are_ours and link.link == "space_packets"
+    wrong = [is_checked and not _apids(payload) for payload in payloads]
     return _joined(payloads, wrong, what, (first, last))
 
 
@@ -100,17 +101,17 @@ def _holds(link: SpaceLink) -> Callable[[bytes], bool]:
         mark = FRAMESYNC.to_bytes(4, "little") if is_plain else TelemetryReceiver.mark
         return lambda payload: payload.startswith(mark)
     known = {packet.id for packet in link.dictionary.down.values()}
-    return lambda payload: _is_whole(payload, known)
+    return lambda payload: not known.isdisjoint(_apids(payload))
 
 
-def _is_whole(payload: bytes, known: set[int]) -> bool:
-    """Whether whole space packets are there and nothing else, one of a known APID among them."""
-    at, is_known = 0, False
+def _apids(payload: bytes) -> list[int]:
+    """Of whole space packets with nothing else among them; none if there is something else."""
+    at, found = 0, []
     while at + PRIMARY_BYTES <= len(payload) and not payload[at] >> 5:
         header = payload[at : at + PRIMARY_BYTES]
-        is_known |= (header[0] << 8 | header[1]) & IDLE_APID in known
+        found.append((header[0] << 8 | header[1]) & IDLE_APID)
         at += packet_size(header)
-    return is_known and at == len(payload)
+    return found if at == len(payload) else []
 
 
 def _without_all_addresses(frames: list[bytes]) -> tuple[list[str], list[bytes]]:
