@@ -27,7 +27,8 @@ from torquer.ground.archive import (
 )
 from torquer.ground.recorded.authentic import AuthenticFrames, Data
 from torquer.ground.recorded.batches import Batches
-from torquer.ground.recorded.dialects import decode, name_dialect
+from torquer.ground.recorded.counters import SequenceCounters
+from torquer.ground.recorded.dialects import Decoded, decode, name_dialect, name_space_packets
 from torquer.ground.recorded.joined import PacketJoiner, Part
 from torquer.ground.recorded.left_out import Tally
 from torquer.ground.recorded.plain import PlainFrames
@@ -82,8 +83,8 @@ def import_recording(
 
     `frames`: packets that were found; `new`: those that the archive did not have; `left_out`: a
     list of reasons, each with `reason`, `text`, `count`, `first_byte` and its `recording`; `notes`:
-    how files were read that are no plain bytes; `failure`: one line if little or nothing was kept,
-    else "". `progress`: called with the part that is done.
+    how files were read that are no plain bytes, and of which nothing was kept; `failure`: one line
+    if little or nothing was kept, else "". `progress`: called with the part that is done.
     """
     paths = [recording] if isinstance(recording, Path) else list(recording)
     try:
@@ -106,18 +107,27 @@ def _import(
     for path in paths:
         starts.append((work.bytes, path))
         with _content(path) as content:
-            data, note = decode(content)
-            notes += [f"{path.name}: {note}"] if note else []
-            work.read(data, size, progress)
-            beginning = beginning or data[:_LOOKED_AT]
+            decoded = decode(content, link)
+            notes += [f"{path.name}: {decoded.note}"] if decoded.note else []
+            kept = work.kept
+            work.read(decoded, size, progress)
+            head = decoded.data[:_LOOKED_AT]
+            if work.kept == kept and len(paths) > 1 and not (decoded.left_out and not head):
+                notes.append(f"{path.name}: nothing is kept of it: {_named(head, link)}")
+            beginning = beginning or head
     found = work.finish()
     left_out = [_in_file(entry, starts) for entry in work.tally.entries()]
     failure = ""
     if found["frames"] == 0 or found["lost_bytes"] > (1 - _LITTLE) * found["bytes"]:
         most = [f"{each['count']} {each['text']}" for each in left_out]
-        why = name_dialect(beginning, link) or next(iter(most), "no frame begins in it")
+        why = name_dialect(beginning, link) or next(iter(most), "") or _named(beginning, link)
         failure = _failure(found, paths, why)
     return {**found, "left_out": left_out, "notes": notes, "failure": failure}
+
+
+def _named(data: bytes, link: SpaceLink) -> str:
+    """What bytes seem to be of which nothing is kept."""
+    return name_dialect(data, link) or name_space_packets(data) or "no frame begins in it"
 
 
 @contextmanager
@@ -167,22 +177,32 @@ class _Import:
         self._user = User(link.dictionary, link.keys.spacecraft) if link.link == "pus" else None
         is_plain = link.link == "historical"
         self._space = SpaceStream(link.dictionary) if link.link == "space_packets" else None
+        self._counters = SequenceCounters()
         self._make = RowMaker(link.dictionary)
         known = link.dictionary if is_plain else link.dictionary.model_copy(update={"down": {}})
         self._plain = PlainFrames(known, self.tally)
         self._authentic = None if is_plain else AuthenticFrames(link, self.tally)
         self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
 
-    def read(self, data: Data, size: int, progress: Callable[[float], None] | None) -> None:
+    @property
+    def kept(self) -> int:
+        """How much was kept: frames and packets, those that came before as well."""
+        authentic = self._authentic.kept if self._authentic else 0
+        return self._frames + authentic
+
+    def read(self, decoded: Decoded, size: int, progress: Callable[[float], None] | None) -> None:
         """Take the frames of a recording."""
         self.tally.base = self.bytes
-        for count, at in enumerate(self._read(data)):
+        for reason, at, example, lost in decoded.left_out:
+            self.tally.add(reason, at, example)
+            self._inner_lost += lost
+        for count, at in enumerate(self._read(decoded.data)):
             if count % 4096 == 0:
                 if self._batches.bytes > _WAITING:
                     self._write()
                 if progress:
                     progress(min(1.0, (self.bytes + at) / size))
-        self.bytes += len(data)
+        self.bytes += len(decoded.data) + sum(lost for *_, lost in decoded.left_out)
 
     def _read(self, data: Data) -> Iterator[int]:
         """Place of each frame, its packets being taken."""
@@ -203,15 +223,19 @@ class _Import:
     def _space_packets(self, stream: SpaceStream, data: Data) -> Iterator[int]:
         """Place of each part of a stream of space packets, the rows of which are put."""
         before, lost = stream.rejected.copy(), stream.lost_bytes
+        stream.begin_recording()
         for first in range(0, len(data), _PART):
             frames = stream.feed(data[first : first + _PART])
-            rows = [self._make.row(frame, None, UNCHECKED) for frame in frames]
+            rows = []
+            for frame in frames:
+                rows.append(row := self._make.row(frame, None, UNCHECKED))
+                self._counters.add(frame.raw, row.time_ms)
             self._frames += len(rows)
             self._new += self._archive.put(rows)
             yield first
         list(stream.finish())
         for reason, count in (stream.rejected - before).items():
-            self.tally.add(reason, 0, count=count)
+            self.tally.add(reason, *stream.first[reason], count)
         self._inner_lost += stream.lost_bytes - lost
 
     def _take(self, packet: bytes, at: int) -> None:
@@ -253,7 +277,7 @@ class _Import:
             "new": self._new,
             "lost_bytes": around.lost_bytes + self._inner_lost,
             "lost_frames": self._joiner.lost_frames,
-            "lost_packets": len(tails) + len(self._joiner.foreign),
+            "lost_packets": len(tails) + len(self._joiner.foreign) + self._counters.lost(),
             "rejected": self.tally.rejected,
         }
 

@@ -1,11 +1,12 @@
 """Space packets of another satellite out of a stream: found, passed over, lost."""
 
 import struct
+import time
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from spacepackets.ccsds.spacepacket import SpacePacketHeader
+from spacepackets.ccsds.spacepacket import SequenceFlags, SpacePacketHeader
 
 from torquer.flight.packets.codec import decoder
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
@@ -102,13 +103,43 @@ def test_packet_of_another_length_is_not_taken_for_ours():
     stream = SpaceStream(DICTIONARY)
     longer = made(1025, bytes(9))
     assert values(stream.feed(longer + words(400_000_000, 5))) == [("words", 5)]
-    assert stream.rejected == {"unknown": 1}
+    assert stream.rejected == {"length": 1}
+    assert stream.first == {"length": (0, "15 bytes of rates, must be 13")}
+
+
+def test_segments_and_packets_of_others_are_told_with_their_places():
+    stream = SpaceStream(DICTIONARY)
+    segment = made(1025, bytes(7), seq_flags=SequenceFlags.FIRST_SEGMENT)
+    whole = rates(400_000_000, 1, 2)
+    assert len(list(stream.feed(whole + segment + made(500, b"x") + whole))) == 2
+    assert stream.rejected == {"segmented": 1, "unknown": 1}
+    assert stream.first == {
+        "segmented": (13, "sequence flags 1 of rates, must be 3"),
+        "unknown": (26, "APID 500, must be one of 0, 1025"),
+    }
+
+
+def test_many_packets_of_others_without_one_of_ours_are_no_lost_bytes():
+    stream, other = SpaceStream(DICTIONARY), made(500, bytes(1000))
+    for _ in range(200):
+        assert list(stream.feed(other)) == []
+    assert list(stream.finish()) == []
+    assert stream.lost_bytes == 0 and stream.rejected == {"unknown": 200}
+
+
+def test_time_for_packets_of_others_grows_with_their_number_only():
+    """A megabyte of zeros is 150 thousand packets: a copy of the rest for each took 3 s."""
+    stream = SpaceStream(Dictionary(name="other", down={"rates": DICTIONARY.down["rates"]}))
+    began = time.process_time()
+    assert list(stream.feed(bytes(7 * 2**17))) == []
+    assert time.process_time() - began < 1.5 and stream.rejected["unknown"] > 2**17 - 9
 
 
 def test_cut_packet_at_the_end_is_rejected():
     stream = SpaceStream(DICTIONARY)
     whole = rates(400_000_000, 1, 2)
     assert len(list(stream.feed(whole + whole[:-1]))) == 1 and list(stream.finish()) == []
+    assert stream.first == {"cut": (len(whole), "12 bytes, must be 13")}
     assert stream.rejected == {"cut": 1} and stream.lost_bytes == len(whole) - 1
 
 

@@ -194,3 +194,16 @@ def test_reasons_in_authentic_packets_of_pus(tmp_path):
     report = Telemetry(5, 0, 3, 25, 0, 1, 7, bytes(20)).packed()
     counts, _ = imported(tmp_path, sender.wrap_packet(report) + sender.flush(), link=link)
     assert reasons(counts) == {"apid": 1} and "another application process" in counts["failure"]
+
+
+def test_text_that_is_almost_hexadecimal_is_told_by_its_line(tmp_path):
+    counts, kept = imported(tmp_path, b"# pass\n" + ALL.hex().encode())
+    assert not kept and "text in hexadecimal: line 1 must have digits" in counts["failure"]
+    assert only(counts)["text"].startswith("is not read") and counts["lost_bytes"] > len(ALL)
+
+
+@pytest.mark.parametrize(("link", "data"), [(PROTECTED, ALL), (HISTORICAL, PLAIN)])
+def test_one_recording_without_frames_is_named_among_others(tmp_path, link, data):
+    counts, _ = imported(tmp_path, data, b"A text about nothing.\n" * 9, data, link=link)
+    assert counts["notes"] == ["1.bin: nothing is kept of it: no frame begins in it"]
+    assert not counts["failure"]

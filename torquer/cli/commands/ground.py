@@ -242,10 +242,10 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     """Put the frames of RECORDING and of FURTHER ones, bytes as received, into the archive.
 
     Frames may come in any order, from several stations and twice, with counters that begin again:
-    each is in an archive once, by its MAC and content. Text in hexadecimal and KISS frames are
-    read, too. Prints what was found, and for what reasons frames were left out. Exit code 1 where
-    less than half of the bytes, or no packet, was kept. An archive with rows of packets that the
-    software lacks is left as it is: another satellite has another name.
+    each is in an archive once, by its MAC and content. Text in hexadecimal, dumps with
+    offsets and KISS frames are read, too. Prints what was found, and for what reasons frames were
+    left out. Exit code 1 where less than half of the bytes, or no packet, was kept. An archive with
+    rows of packets that the software lacks is left as it is: another satellite has another name.
     """
     from torquer.flight.packets.software_file import load_link
     from torquer.ground.archive import Archive, OtherPacketsError

@@ -91,6 +91,7 @@ LEFT_OUT = {
     "apid": "are of another application process",
     "spi": "name a key that is not known",
     "length": "state another length than their packet has",
+    "segmented": "are segments of longer packets",
     "unknown": "have an id that the dictionary does not have",
     "status": "have a status that there is not",
     "module": "are of another module",
@@ -98,10 +99,23 @@ LEFT_OUT = {
     "time": "have a time that is none",
     "value": "have a value that cannot be",
     "cut": "are cut off by the next frame or the end",
-    "foreign": "are authentic, but hold something else than packets",
-    "torn": "are packets of which a part is missing",
-    "ambiguous": "are packets whose parts could belong to several: counters began again",
+    "kiss_cut": "are cut off within a KISS frame by an end of the recording",
+    "kiss_length": "have a KISS frame of another length than stated",
+    "text": "are not read, though almost text in hexadecimal",
+    "foreign": "are authentic, but without packets in them",
+    "torn": "are incomplete: a part is missing",
+    "ambiguous": "are in doubt: their parts could belong to several, counters began again",
 }
+
+#: First words of these reasons for one alone.
+_ALONE = {"are": "is", "have": "has", "state": "states", "name": "names"}
+
+
+def left_out_as(reason: str, count: int) -> str:
+    """Why so many were left out, in words that follow their number."""
+    verb, _, rest = LEFT_OUT[reason].partition(" ")
+    return f"{_ALONE.get(verb, verb) if count == 1 else verb} {rest}"
+
 
 _DOCS = {int(reason): reason.doc for reason in Reason}
 

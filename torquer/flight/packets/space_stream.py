@@ -20,7 +20,6 @@ from torquer.flight.packets.space_packets import (
     IDLE_APID,
     PRIMARY_BYTES,
     is_idle,
-    is_telecommand,
     packet_size,
 )
 
@@ -28,12 +27,17 @@ _LENGTH = struct.Struct(">H")
 #: Bytes of the longest packet.
 _LONGEST = PRIMARY_BYTES + 2**16
 
+#: Sequence flags of a packet that is no segment; how many APIDs are listed at most.
+_WHOLE, _LISTED = 3, 10
+
 
 class SpaceStream(Rejections):
     """Frames from a stream of space packets, which may arrive in parts of any size.
 
     `lost_bytes`: how many belong to no packet; `rejected`: packets that the dictionary does not
-    have ('unknown'), and those whose end is missing when a recording ends ('cut').
+    have ('unknown'), has with another length ('length') or in one piece ('segmented'), and those
+    whose end is missing when a recording ends ('cut'). `first`: the place of the first one of each
+    reason in a recording, and what was found and looked for.
 
         frames = list(SpaceStream(dictionary).feed(data))
     """
@@ -45,8 +49,16 @@ class SpaceStream(Rejections):
             for packet in dictionary.down.values()
         }
         self._header = re.compile(b"|".join(map(_pattern, dictionary.down.values())), re.DOTALL)
-        self.lost_bytes = 0
+        numbers = [str(number) for number in sorted(self._known)]
+        self._listed = ", ".join([*numbers[:_LISTED], *["..."] * (len(numbers) > _LISTED)])
+        self.lost_bytes = self._place = 0
+        self.first: dict[str, tuple[int, str]] = {}
         self._buffer = bytearray()
+
+    def begin_recording(self) -> None:
+        """Let places count from here on."""
+        self._place = 0
+        self.first.clear()
 
     def feed(self, data: bytes) -> Iterator[Frame]:
         """The frames that are complete with these bytes."""
@@ -57,11 +69,12 @@ class SpaceStream(Rejections):
         """The rest of a recording: no bytes can follow."""
         yield from self._frames()
         if self._header.match(self._buffer):
-            self._reject(self._buffer, "cut")
+            size = packet_size(self._buffer)
+            self._reject(self._buffer, "cut", 0, f"{len(self._buffer)} bytes, must be {size}")
             self.lost_bytes += len(self._buffer)
         else:
             self._pass_over(bytes(self._buffer))
-        self._buffer.clear()
+        self._drop(len(self._buffer))
 
     def _frames(self) -> Iterator[Frame]:
         buffer = self._buffer
@@ -70,36 +83,65 @@ class SpaceStream(Rejections):
             size = packet_size(buffer[begin : begin + PRIMARY_BYTES])
             if begin:
                 self._pass_over(bytes(buffer[:begin]))
-                del buffer[:begin]
+                self._drop(begin)
             if len(buffer) < size:
                 return
             raw = bytes(buffer[:size])
-            del buffer[:size]
+            self._drop(size)
             yield self._frame(raw)
         if len(buffer) > _LONGEST:  # a header may have begun at the end
-            self._pass_over(bytes(buffer[: 1 - PRIMARY_BYTES]))
-            del buffer[: 1 - PRIMARY_BYTES]
+            self._drop(self._pass_over(bytes(buffer[: 1 - PRIMARY_BYTES]), goes_on=True))
+
+    def _drop(self, size: int) -> None:
+        """Forget the beginning of what waits."""
+        del self._buffer[:size]
+        self._place += size
 
     def _frame(self, raw: bytes) -> Frame:
         packet, decode, time_s = self._known[_apid(raw)]
         values = decode(raw, PRIMARY_BYTES)
         return Frame(packet, time_s(values), INFO, values, raw)
 
-    def _pass_over(self, data: bytes) -> None:
-        """Count what no packet of the dictionary is in: whole packets of others, or lost bytes."""
-        others, at = [], 0
-        while at + PRIMARY_BYTES <= len(data) and not (data[at] >> 5 or is_telecommand(data[at:])):
-            others.append(data[at : at + PRIMARY_BYTES])
-            at += packet_size(others[-1])
-        if at != len(data):
-            self.lost_bytes += len(data)
-            return
-        for header in others:
-            if not is_idle(header):
-                self._reject(header, "unknown")
+    def _pass_over(self, data: bytes, goes_on: bool = False) -> int:
+        """Count what no packet of the dictionary is in: whole packets of others, or lost bytes.
 
-    def _reject(self, header: bytes | bytearray, reason: str) -> None:
+        `goes_on`: the last packet may end later. How many bytes were counted.
+        """
+        others, at = [], 0
+        while at + PRIMARY_BYTES <= len(data) and data[at] >> 4 == 0:  # telemetry of version 0
+            header = data[at : at + PRIMARY_BYTES]
+            size = packet_size(header)
+            if goes_on and at + size > len(data):
+                break
+            others.append((at, header))
+            at += size
+        is_chain = goes_on and at and (at + PRIMARY_BYTES > len(data) or data[at] >> 4 == 0)
+        if at != len(data) and not is_chain:
+            self.lost_bytes += len(data)
+            return len(data)
+        for place, header in others:
+            if not is_idle(header):
+                self._reject(header, *self._why(header, place))
+        return at
+
+    def _why(self, header: bytes, place: int) -> tuple[str, int, str]:
+        """Why a packet is none of the dictionary: (reason, place, example)."""
+        apid = _apid(header)
+        if apid not in self._known:
+            return "unknown", place, f"APID {apid}, must be one of {self._listed}"
+        packet, *_ = self._known[apid]
+        if header[2] >> 6 != _WHOLE:
+            return (
+                "segmented",
+                place,
+                f"sequence flags {header[2] >> 6} of {packet.name}, must be 3",
+            )
+        stated, size = packet_size(header), PRIMARY_BYTES + packet.size
+        return "length", place, f"{stated} bytes of {packet.name}, must be {size}"
+
+    def _reject(self, header: bytes | bytearray, reason: str, place: int, example: str) -> None:
         self.note_rejected(Rejected(reason, _apid(header), 0, INFO, packet_size(header)))
+        self.first.setdefault(reason, (self._place + place, example))
 
 
 def _apid(header: bytes | bytearray) -> int:

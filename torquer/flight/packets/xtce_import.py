@@ -144,6 +144,8 @@ class _Reader:
             number = int(text, 16 if text.lower().startswith("0x") else 10)
         except ValueError:
             raise must(place, "be told by a whole number", repr(text)) from None
+        if number not in (ids := framing_of(link).ids):
+            raise must(place, f"be told by an id of {ids[0]} to {ids[-1]}", number)
         container = self._containers[name]
         keys = {"id": number, "description": _description(container, name)}
         for each in children(container, "AncillaryDataSet", "AncillaryData"):

@@ -162,6 +162,8 @@ def _read_labels(place: str, group: str, element: ElementTree.Element) -> dict:
         if not text.removeprefix("-").isdecimal() or len(text) > 20:
             raise must(place, "have whole numbers for values", repr(text))
         label = clean_text(each.get("label", "")) or text
+        if int(text) in found:
+            raise must(place, "have one label for each value", f"{found[int(text)]} and {label}")
         found[int(text)] = f"{label} ({text})" if label in found.values() else label
     return {"labels": found}
 

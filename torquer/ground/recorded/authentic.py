@@ -20,14 +20,14 @@ Data = bytes | mmap
 
 
 class AuthenticFrames:
-    """Authentic TM frames of recordings, each once; `lost_bytes`: those that belong to none."""
+    """Authentic TM frames, each once; `kept`, `lost_bytes`: bytes of those, and of no frame."""
 
     def __init__(self, link: SpaceLink, tally: Tally):
         keys = link.keys
         self._receiver = TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft)
         self._keys, self._tally = keys, tally
         self._seen: set[bytes] = set()
-        self.lost_bytes = 0
+        self.lost_bytes = self.kept = 0
 
     def read(self, data: Data) -> Iterator[tuple[int, bytes]]:
         """(place of its mark, frame without mark) of each frame that did not come before."""
@@ -49,6 +49,7 @@ class AuthenticFrames:
             seen.add(proof)
             yield found, frame
         self.lost_bytes += len(data) - kept
+        self.kept += kept
 
     def _example(self, reason: str, frame: bytes) -> str:
         """What was found where something else is looked for."""

@@ -6,8 +6,9 @@ byte, and are read. Bytes in another order, and frames of others, are named.
 
 from __future__ import annotations
 
-import re
 from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,87 +17,49 @@ from torquer.flight.packets.protected import TelemetryReceiver
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.packets.space_packets import IDLE_APID, PRIMARY_BYTES, packet_size
 from torquer.ground.recorded.authentic import Data
+from torquer.ground.recorded.hexadecimal import read_hex
+from torquer.ground.recorded.kiss import ADDRESS, end_of_addresses, unwrap_kiss
 from torquer.ground.recorded.plain import find_marks
 
 PLAIN_MARK = FRAMESYNC.to_bytes(4, "little")
 TM_MARK = TelemetryReceiver.mark
-#: Least bytes by which a file is judged.
-_LEAST = 16
-#: Text of digits in pairs, with what is written between and before them.
-_NOT_DIGITS = re.compile(rb"0[xX]|[\s,:;]+")
-_HEX = re.compile(rb"[0-9A-Fa-f\s,:;xX]*")
-_FEND, _ESCAPES = b"\xc0", {b"\xdb\xdc": b"\xc0", b"\xdb\xdd": b"\xdb"}
-_ESCAPED = re.compile(b"\xdb.?", re.DOTALL)
-#: Bytes of an address of AX.25; control and protocol of what carries data without a connection.
-_ADDRESS, _UNNUMBERED = 7, b"\x03\xf0"
 #: How many packets in a row are looked at, and named.
 _LOOKED_AT, _NAMED = 1000, 5
 
 
-def decode(data: Data) -> tuple[Data, str]:
-    """The bytes that a file stands for, and how it was read; "" for plain bytes."""
-    notes = []
-    if (found := _from_hex(data)) is not None:
-        data = found
-        notes.append("text in hexadecimal")
-    if (frames := _from_kiss(data)) is not None:
-        notes.append("KISS frames (0xC0)")
-        payloads = [_without_addresses(frame) for frame in frames]
-        if all(payload is not None for payload in payloads):
-            notes.append("AX.25 addresses")
-            frames = [payload for payload in payloads if payload is not None]
-        data = b"".join(frames)
-    return data, f"read as {' of '.join(notes)}; places are those of what was read" if notes else ""
+class Decoded(NamedTuple):
+    """The bytes that a file stands for; `note`: how it was read, "" for plain bytes.
+
+    `left_out`: (reason, place, example, bytes) of what is not among the bytes.
+    """
+
+    data: Data
+    note: str
+    left_out: Sequence[tuple[str, int, str, int]] = ()
 
 
-def _from_hex(data: Data) -> bytes | None:
-    beginning = data[:4096]
-    if len(data) < _LEAST or _HEX.fullmatch(beginning) is None:
-        return None
-    text = data[:]
-    digits = _NOT_DIGITS.sub(b"", text)
-    try:
-        return bytes.fromhex(digits.decode("ascii")) or None
-    except ValueError:
-        return None
-
-
-def _from_kiss(data: Data) -> list[bytes] | None:
-    """The frames of a file of KISS frames and nothing else."""
-    if len(data) < _LEAST or data[:1] != _FEND or data[-1:] != _FEND:
-        return None
-    frames = [frame for frame in data[:].split(_FEND) if frame]
-    if not frames or any(frame[0] & 0x0F for frame in frames):  # another command than data
-        return None
-    if any(found not in _ESCAPES for frame in frames for found in _ESCAPED.findall(frame)):
-        return None
-    return [_ESCAPED.sub(lambda found: _ESCAPES[found[0]], frame[1:]) for frame in frames]
-
-
-def _without_addresses(frame: bytes) -> bytes | None:
-    """What an AX.25 frame carries; None if it is none."""
-    end = _end_of_addresses(frame)
-    if not end or frame[end : end + 2] != _UNNUMBERED:
-        return None
-    return frame[end + 2 :]
-
-
-def _end_of_addresses(frame: bytes) -> int:
-    """Bytes of the addresses at the beginning; 0 if there are none."""
-    for end in range(_ADDRESS, min(len(frame), 10 * _ADDRESS) + 1, _ADDRESS):
-        name = frame[end - _ADDRESS : end - 1]
-        text = bytes(byte >> 1 for byte in name)
-        if any(byte & 1 for byte in name) or not re.fullmatch(rb"[A-Z0-9]+ *", text):
-            return 0
-        if frame[end - 1] & 1:
-            return end if end >= 2 * _ADDRESS else 0
-    return 0
+def decode(data: Data, link: SpaceLink) -> Decoded:
+    """What a file stands for, as far as that is plain."""
+    notes: list[str] = []
+    left_out: list[tuple[str, int, str, int]] = []
+    if (text := read_hex(data)) is not None:
+        if text.stopped:
+            left_out = [("text", 0, text.stopped, len(data))]
+            return Decoded(b"", f"not read, {text.what}: {text.stopped}", left_out)
+        data = text.data
+        notes.append(text.what)
+    if (unwrapped := unwrap_kiss(data, link)) is not None:
+        data, what, left_out = unwrapped
+        notes += what
+    note = f"read as {' of '.join(notes)}; places are those of what was read" if notes else ""
+    return Decoded(data, note, left_out)
 
 
 def name_dialect(data: bytes, link: SpaceLink) -> str:
     """What bytes seem to be that hold no frames of this link; "" if they seem to be nothing."""
     names = (_other_link(data, link), _other_order(data), _other_frames(data, link))
-    return next(filter(None, (*names, _addresses(data), _space_packets(data))), "")
+    own = "" if link.link == "space_packets" else name_space_packets(data)
+    return next(filter(None, (*names, _addresses(data), own)), "")
 
 
 def _other_link(data: bytes, link: SpaceLink) -> str:
@@ -146,10 +109,10 @@ def _other_frames(data: bytes, link: SpaceLink) -> str:
 
 
 def _addresses(data: bytes) -> str:
-    end = _end_of_addresses(data)
+    end = end_of_addresses(data)
     if not end:
         return ""
-    to, source = (_call(data[at : at + _ADDRESS]) for at in (0, _ADDRESS))
+    to, source = (_call(data[at : at + ADDRESS]) for at in (0, ADDRESS))
     return f"AX.25 addresses, from {source} to {to}"
 
 
@@ -159,8 +122,8 @@ def _call(address: bytes) -> str:
     return f"{name}-{number}" if number else name
 
 
-def _space_packets(data: bytes) -> str:
-    """Space packets (CCSDS 133.0-B) one after the other."""
+def name_space_packets(data: bytes) -> str:
+    """Space packets (CCSDS 133.0-B) one after the other; "" if there are none."""
     apids = Counter((first << 8 | second) & IDLE_APID for first, second, *_ in _primary(data))
     if apids.total() < 3 or apids.total() == len(apids):  # none comes twice: bytes of any kind
         return ""

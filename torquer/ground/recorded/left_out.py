@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from torquer.flight.packets.reasons import LEFT_OUT
+from torquer.flight.packets.reasons import left_out_as
 
 #: Reasons of what is there although it was left out: no loss.
 HARMLESS = ("repeated", "archived")
@@ -47,7 +47,8 @@ class Tally:
         return [
             {
                 "reason": reason,
-                "text": LEFT_OUT[reason] + (f": {entry.example}" if entry.example else ""),
+                "text": left_out_as(reason, entry.count)
+                + (f": {entry.example}" if entry.example else ""),
                 "count": entry.count,
                 "first_byte": entry.first,
             }
