@@ -165,20 +165,23 @@ def _ellipsoid(found, path: Path) -> Path:
 
 def _causes(found, path: Path) -> Path:
     """What each cause leaves, the most probable at the top, beside what a free field leaves."""
-    ranking = found.ranking[::-1]
-    height = 1.4 + 0.32 * len(ranking)
-    figure, (axes,) = stack_panels("What each cause leaves of |B|", 1, height)
-    for row, each in enumerate(ranking):
-        colour = BLUE if each.fits else GREY
-        axes.plot(each.residual_nt, row, "o" if each.fits else "x", ms=6, color=colour)
+    rows = [
+        (CAUSES[each.cause].say(each.value), each.residual_nt, each.fits, f"{each.nats:+.0f}")
+        for each in found.ranking[::-1]
+    ]
+    if found.plane is not None:
+        said = f"node {found.plane.node_deg:+.0f} deg, another phase"
+        rows.append((said, found.plane.residual_nt, found.plane.fits, "second look"))
+    figure, (axes,) = stack_panels("What each cause leaves of |B|", 1, 1.4 + 0.32 * len(rows))
+    for row, (_, residual_nt, fits, _) in enumerate(rows):
+        axes.plot(residual_nt, row, "o" if fits else "x", ms=6, color=BLUE if fits else GREY)
     axes.axvline(found.floor_nt, color=ORANGE, lw=1.0, label="a free, smooth field")
     axes.set_xscale("log")
-    axes.set_xlabel("residual [nT]", fontsize=10)
-    names = [CAUSES[each.cause].say(each.value) for each in ranking]
-    axes.set_yticks(range(len(ranking)), names, fontsize=9)
-    axes.set_ylim(-0.6, len(ranking) - 0.4)
+    axes.set_xlabel("residual [nT]; a cross is too much", fontsize=10)
+    axes.set_yticks(range(len(rows)), [row[0] for row in rows], fontsize=9)
+    axes.set_ylim(-0.6, len(rows) - 0.4)
     right = axes.secondary_yaxis("right")
-    right.set_yticks(range(len(ranking)), [f"{each.nats:+.0f}" for each in ranking], fontsize=9)
+    right.set_yticks(range(len(rows)), [row[3] for row in rows], fontsize=9)
     right.set_ylabel("log evidence over 'as stated' [nats]", fontsize=9)
     legend_at_left(axes, 1)
     return save_figure(figure, path)

@@ -176,9 +176,11 @@ def _texts(columns, text, score: float):
     """Formats that texts have, with the zone that they need."""
     if re.search(r"(\d{4}-\d\d-\d\d|\d{8}T\d|\d{4}-\d{3}T|[a-z]{3} \d{4} )", text.iloc[0], re.I):
         yield from _with_zone({"time": columns}, text, score)
-    for form in _formats(text):
+    forms = _formats(text)
+    doubt = ": CHECK THIS, day and month may change places" if len(forms) > 1 else ""
+    for form in forms:
         likely = 0.2 * (("%d" in form[:2]) + ("%m" in form[:2] and "%p" in form) * 2)
-        guess = (f"its format is {form}",)
+        guess = (f"its format is {form}{doubt}",)
         yield from _with_zone(
             {"time": columns, "time_format": form}, text, score - 0.5 + likely, guess
         )
