@@ -42,7 +42,7 @@ class CodeOptions:
     no_user_code: bool = False
     """Refuse parts in Python files, which are executed."""
     code_from_anywhere: bool = False
-    """Allow Python files outside SCENARIO's folder."""
+    """Allow Python files outside the folder of the file that names them."""
 
 
 def option(key: str) -> str:
