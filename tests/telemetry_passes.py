@@ -115,7 +115,7 @@ def make_pass(seed: int, fault: str | None = None, minutes: float | None = None)
     if fault == "lag" and g.random() < 0.5:  # the filter acts on the noise, too
         m = clean + _lagged_noise(g, t_s, value, noise)
     m, value = _spoil(g, fault, m, value)
-    others = {str(k): place_of(elements(epoch, *each), start) for k, each in enumerate(fleet)}
+    others = {str(k): Sgp4(tle=elements(epoch, *each)) for k, each in enumerate(fleet)}
     zone_is_stated = bool(g.random() < 0.4 and fault != "zone")
     tle = elements(epoch, *stated)
     return Pass(

@@ -11,6 +11,7 @@ from torquer.environment.orbit import Sgp4
 from torquer.ground.telemetry.calibration import GROUPS, MODELS
 from torquer.ground.telemetry.diagnosis.loop import follow
 from torquer.ground.telemetry.examine import examine
+from torquer.ground.telemetry.modulus import FieldAlong
 from torquer.ground.telemetry.reading.quantities import make_session
 from torquer.ground.telemetry.reading.read import Session
 from torquer.ground.telemetry.vector import MODEL, calibrate_vector, known_field
@@ -35,11 +36,29 @@ def with_attitude(seed, turn=UNIT, noise=50e-9, rows=200):
     return make_session(utc, values, source="synthetic"), b
 
 
+def along(data):
+    """The field along the orbit at the rows of a session."""
+    return FieldAlong(environment(), data["time"].values)
+
+
+def test_rows_without_an_attitude_are_calibrated_by_the_others():
+    """Telemetry has quaternions now and then: every row keeps its residual and its flag."""
+    data, b = with_attitude(7, SOFT)
+    data["q_measured"].values[::3] = np.nan
+    data["b_measured"].values[4] = np.nan
+    found = examine(Session(data, ()), ORBIT, MODEL)
+    assert len(found.calibration.residual) == len(found.calibration.weight) == 199
+    flags = found.calibrated["Flags_F"].values
+    assert flags[4] == 255 and (np.delete(flags, 4) == 0).all()
+    off = np.linalg.norm(found.calibration.apply(data) - b, axis=1)
+    assert np.nanmax(off) < 400e-9
+
+
 def test_twelve_parameters_are_found_within_their_stated_errors():
     off = []
     for seed in range(12):
         data, b = with_attitude(seed, SOFT)
-        found = calibrate_vector(data, known_field(data, environment()))
+        found = calibrate_vector(data, along(data), known_field(data, environment()))
         assert found.groups == MODEL and found.rms == pytest.approx(50e-9, rel=0.2)
         sigmas = np.array(list(found.sigmas.values()))
         true = np.concatenate([BIAS, (SOFT - np.eye(3)).ravel()])
@@ -65,7 +84,7 @@ def test_wrong_rows_have_no_weight():
     data, _ = with_attitude(4, SOFT)
     data["b_measured"].values[[5, 50, 111]] += 1e-5
     data["q_measured"].values[[20, 70]] = data["q_measured"].values[[90, 10]]
-    found = calibrate_vector(data, known_field(data, environment()))
+    found = calibrate_vector(data, along(data), known_field(data, environment()))
     assert np.flatnonzero(found.weight == 0.0).tolist() == [5, 20, 50, 70, 111]
     assert found.bias == pytest.approx(BIAS, abs=40e-9)
 

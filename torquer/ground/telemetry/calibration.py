@@ -231,7 +231,7 @@ def _model_piece(groups, values, rows: Rows, strength, slope, at_s: float):
     return residual, slopes * _sizes(groups)
 
 
-def _tukey(residual, sigma):
+def tukey(residual, sigma):
     """Tukey's weights, and twice his cost in units of sigma^2."""
     z = np.minimum((residual / (TUKEY * sigma)) ** 2, 1.0)
     return (1.0 - z) ** 2, float(np.sum(1.0 - (1.0 - z) ** 3)) * TUKEY**2 / 3.0
@@ -257,7 +257,7 @@ def _levenberg(groups, values, rows: Rows, steps: int = 60, frozen: bool = False
     sigma = _spread(residual)
     settled = 0
     for _ in range(steps):
-        weight, cost = _tukey(residual, sigma)
+        weight, cost = tukey(residual, sigma)
         normal = (j * weight[:, None]).T @ j
         pull = j.T @ (weight * residual)
         scale = np.diag(normal) + 1e-12 * np.trace(normal)
@@ -270,7 +270,7 @@ def _levenberg(groups, values, rows: Rows, steps: int = 60, frozen: bool = False
             at_s = _shift(groups, new)
             strength, slope = rows.field.strength(rows.t_s + at_s)
         tried, j_tried = _model(groups, new, rows, strength, slope, at_s)
-        if _tukey(tried, sigma)[1] > cost * (1.0 + 1e-12):
+        if tukey(tried, sigma)[1] > cost * (1.0 + 1e-12):
             damping = min(10.0 * damping, 1e8)
             if damping > 1e6:
                 break
@@ -315,7 +315,7 @@ def fit_calibration(
             values, sigma, residual, j = other
     if few is not rows:
         values, sigma, residual, j = _levenberg(groups, values, rows, 1, frozen=True)
-    weight, _ = _tukey(residual, sigma)
+    weight, _ = tukey(residual, sigma)
     outliers = float(np.mean(weight == 0.0))
     if outliers > MOST_OUTLIERS:
         raise TooManyOutliers(
@@ -347,7 +347,7 @@ def fit_calibration(
 def _improbable(values, sigma, residual) -> float:
     """How improbable a fit is [nats]: of readings that turn little a far bias fits as well."""
     size = float(np.sum((values[:3] / _USUAL_BIAS_T) ** 2))
-    return len(residual) * np.log(sigma) + 0.5 * (_tukey(residual, sigma)[1] + size)
+    return len(residual) * np.log(sigma) + 0.5 * (tukey(residual, sigma)[1] + size)
 
 
 def _start(rows: Rows, groups) -> np.ndarray:

@@ -13,10 +13,10 @@ from torquer.base.limits import RequestError
 from torquer.computer.estimation.filter import Filter
 from torquer.ground.telemetry.attitude import load_filter
 from torquer.ground.telemetry.calibration import MODELS, split_shift
-from torquer.ground.telemetry.diagnosis.causes import Known, Place
+from torquer.ground.telemetry.diagnosis.causes import Known
 from torquer.ground.telemetry.examination import Examination, Split
 from torquer.ground.telemetry.examine import examine
-from torquer.ground.telemetry.modulus import environment_along, session_middle
+from torquer.ground.telemetry.modulus import session_middle
 from torquer.ground.telemetry.orbit import age_days, load_neighbours, load_orbit
 from torquer.ground.telemetry.reading.mapping import load_mapping
 from torquer.ground.telemetry.reading.read import Session, read
@@ -60,12 +60,8 @@ class Case(NamedTuple):
         if self.orbit is None:
             return Known(self.session.zone_is_stated)
         at = session_middle(data)
-        others = load_neighbours(self.orbit, at).items()
-        return Known(
-            self.session.zone_is_stated,
-            age_days(self.orbit, at),
-            {name: Place(environment_along(data, orbit)) for name, orbit in others},
-        )
+        age, others = age_days(self.orbit, at), load_neighbours(self.orbit, at)
+        return Known(self.session.zone_is_stated, age, others)
 
 
 def check(

@@ -46,7 +46,7 @@ def choose_calibration(
     """
     loop = _loop(data, field)
     if groups == MODEL:
-        return calibrate_vector(data, _needed(vector)), ()
+        return calibrate_vector(data, field, _needed(vector)), ()
     if groups is not None and "coils" in groups and loop is not None:
         raise RequestError("model", f"must not fit the coils, as {loop.text}; received coils")
     if loop is not None:
@@ -98,9 +98,12 @@ def fitted_coupling(data, field) -> np.ndarray | None:
 def trusted_field(data, environment) -> KnownField | None:
     """The field by logged attitudes, if their convention agrees with the readings."""
     vector = known_field(data, environment)
-    if vector is None or not find_convention(data, environment).agrees:
+    if vector is None:
         return None
-    return vector
+    try:
+        return vector if find_convention(data, environment).agrees else None
+    except ValueError:  # too few usable rows: said where conventions are
+        return None
 
 
 def _needed(vector: KnownField | None) -> KnownField:

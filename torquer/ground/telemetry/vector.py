@@ -15,9 +15,10 @@ import xarray as xr
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.ground.telemetry.calibration import (
     GROUPS,
-    TUKEY,
     Calibration,
+    complete_rows,
     covariance_of,
+    tukey,
     unknown_directions,
 )
 from torquer.ground.telemetry.environment import environments_at_rows
@@ -57,11 +58,12 @@ def known_field(data: xr.Dataset, along: OrbitEnvironment) -> KnownField | None:
     return KnownField(rows, np.einsum("nji,nj->ni", dcm_body_to_reference(q[rows]), b))
 
 
-def calibrate_vector(data: xr.Dataset, known: KnownField) -> Calibration:
+def calibrate_vector(data: xr.Dataset, field, known: KnownField) -> Calibration:
     """Bias and matrix of the magnetometer of a session by its known field.
 
-    `residual`: the length of the corrected reading less the field's strength [T], as of all
-    calibrations; the weights are by the whole vector.
+    `field`: `FieldAlong` or `FieldGiven` of the session. `residual`: the length of the corrected
+    reading less the field's strength [T], as of all calibrations; the weights are by the whole
+    vector, 1 for rows without an attitude.
     """
     m = data["b_measured"].values[known.rows]
     unit = float(np.median(np.linalg.norm(known.field, axis=1)))
@@ -72,14 +74,16 @@ def calibrate_vector(data: xr.Dataset, known: KnownField) -> Calibration:
         found = np.linalg.lstsq(root * columns, root * known.field / unit, rcond=1e-12)[0]
         off = unit * np.linalg.norm(columns @ found - known.field / unit, axis=1)
         sigma = 1.4826 * float(np.median(off)) + 1e-12
-        weight = np.maximum(0.0, 1.0 - (off / (TUKEY * sigma)) ** 2) ** 2
+        weight, _ = tukey(off, sigma)
     left = unit * (columns @ found) - known.field
     matrix, shift = found[:3].T, unit * found[3]
     bias = -np.linalg.solve(matrix, shift)
     covariance = _covariance(left, columns, weight, matrix, bias, unit)
     names = tuple(name for group in MODEL for name in GROUPS[group].names)
     values = np.concatenate([bias, (matrix - np.eye(3)).ravel()])
-    corrected = (m - bias) @ matrix.T
+    rows, kept, _ = complete_rows(data, field)
+    weights = np.ones(data.sizes["time"])
+    weights[known.rows] = weight
     sizes = np.concatenate([[GROUPS[g].size] * len(GROUPS[g].names) for g in MODEL])
     return Calibration(
         MODEL,
@@ -87,8 +91,8 @@ def calibrate_vector(data: xr.Dataset, known: KnownField) -> Calibration:
         values,
         covariance,
         float(np.sqrt(np.mean(left[weight > 0.0] ** 2))),
-        np.linalg.norm(corrected, axis=1) - np.linalg.norm(known.field, axis=1),
-        weight,
+        np.linalg.norm((rows.m - bias) @ matrix.T, axis=1) - field.strength(rows.t_s)[0],
+        weights[kept],
         0.0,
         unknown_directions(names, covariance / np.outer(sizes, sizes)),
     )

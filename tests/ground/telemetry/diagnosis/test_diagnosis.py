@@ -256,6 +256,18 @@ def test_two_minutes_are_calibrated_with_what_they_determine(seed):
     assert off < 5e-6 or "too short or too still to determine all of it" in found.verdict
 
 
+def test_another_satellite_is_named_where_the_first_minutes_are_left_out():
+    """Its place is that at the rows which are left."""
+    data, _ = session(3, rows=260)
+    # the same orbit, elsewhere on it
+    stated = elements(START, 51.65, 320.0, 0.0012, 6.0, 200.0, 15.2246)
+    known = Known(others={"right": Sgp4(tle=TLE)})
+    for minutes in (0.0, 10.0):
+        found = examine(Session(data, ()), Sgp4(tle=stated), None, 60.0 * minutes, known=known)
+        assert found.diagnosis.verdict == "satellite", found.verdict
+        assert "elements of another satellite, right" in found.verdict
+
+
 def test_frozen_rows_are_reported_and_get_no_weight():
     data, _ = session(6, rows=200)
     data["b_measured"].values[60:100] = data["b_measured"].values[60]

@@ -7,12 +7,14 @@ the number that is tried.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.orbit import AnyOrbit
 from torquer.ground.telemetry.modulus import FieldGiven
 
 #: Offsets of the zones that people use [h].
@@ -120,12 +122,12 @@ class Given(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What is known beforehand: whether stamps state their zone, age of the elements [days], other
-    satellites of their file by name."""
+    """What is known beforehand: whether stamps state their zone, age of the elements [days], orbits
+    of the other satellites of their file by name."""
 
     zone_is_stated: bool = False
     age_days: float = 0.0
-    others: Mapping[str, Place] = MappingProxyType({})
+    others: Mapping[str, AnyOrbit] = MappingProxyType({})
 
 
 #: Nothing.
@@ -200,7 +202,8 @@ def _track(t_s, m, place: Place, known: Known) -> Iterator[Hypothesis]:
 
 
 def _others(t_s, m, place: Place, known: Known) -> Iterator[Hypothesis]:
-    for name, other in known.others.items():
+    for name, orbit in known.others.items():
+        other = Place(replace(place.environment, orbit=orbit))
         strength = _where_known(other, t_s)
         if strength is not None:
             yield Hypothesis("satellite", name, 1.0 / len(known.others), m, strength)

@@ -51,7 +51,7 @@ def order_rows(utc, values, findings) -> tuple[np.ndarray, dict]:
 
 
 def without_strays(utc, values, findings) -> tuple[np.ndarray, dict]:
-    """Rows without those few whose stamps are years from nearly all others."""
+    """Rows without those few whose stamps are more than a month from nearly all others."""
     groups = np.append(0, np.cumsum(np.diff(utc) > _ASTRAY))[: len(utc)]
     stray = groups != np.argmax(np.bincount(groups, minlength=1))
     if not 0 < np.sum(stray) < _FEW * len(utc):
