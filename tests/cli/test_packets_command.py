@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from torquer.cli import main
 from torquer.flight.packets.dictionary import Dictionary, load_dictionary
 from torquer.flight.packets.xtce import xtce
 
@@ -23,18 +22,6 @@ CASES = {
     "off": ('name = "temp", type = "u8", scale = 0.5, offset = -40, unit = "degC"', 1),
     "id1025": ('name = "mode", type = "u8"', 1025),
 }
-
-
-@pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return left.value.code or 0, out, err
-
-    return run
 
 
 def software(folder, text, link="historical"):

@@ -6,6 +6,8 @@ and every block of time held out agrees with it.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from torquer.base.limits import RequestError
@@ -41,8 +43,7 @@ def choose_calibration(
 
     `groups`: the model that is asked for, None for the best; `given`: positions are those of the
     telemetry; `vector`: the field by logged attitudes; `near`: a probable bias [3] T; `findings`
-    grows. RequestError for a model
-    that the session does not allow.
+    grows. RequestError for a model that the session does not allow.
     """
     loop = _loop(data, field)
     if groups == MODEL:
@@ -60,9 +61,9 @@ def choose_calibration(
         models = tuple(m for m in models if "coils" not in m)
     found, choices = choose(data, field, models=models, near=near)
     for smaller in reversed(models[: models.index(found.groups)]):
-        if vector is None or not _makes_worse(found, data, vector):
+        if vector is None or not (errors := _errors(found, data, vector)).are_worse:
             break
-        findings.append(_worse(found, data, vector, "a smaller model is used"))
+        findings.append(_worse(found, errors, vector, "a smaller model is used"))
         found = calibrate(data, field, smaller, near)
     return _judged(found, data, vector, findings), choices
 
@@ -116,19 +117,28 @@ def _needed(vector: KnownField | None) -> KnownField:
     return vector
 
 
-def _makes_worse(found: Calibration, data, vector: KnownField) -> bool:
-    """Whether the corrected vector is farther from the field by the attitude than the reading."""
-    return vector.error(found.apply(data)) > _WORSE_VECTOR * vector.error(data["b_measured"].values)
+class _Errors(NamedTuple):
+    """What the readings and a correction of them leave of the field vector [nT]."""
+
+    before: float
+    after: float
+
+    @property
+    def are_worse(self) -> bool:
+        """Whether the corrected vector is farther from the field than the reading."""
+        return self.after > _WORSE_VECTOR * self.before
 
 
-def _worse(found: Calibration, data, vector: KnownField, then: str) -> Finding:
-    before, after = (
-        1e9 * vector.error(each) for each in (data["b_measured"].values, found.apply(data))
-    )
+def _errors(found: Calibration, data, vector: KnownField) -> _Errors:
+    readings = (data["b_measured"].values, found.apply(data))
+    return _Errors(*(1e9 * vector.error(each) for each in readings))
+
+
+def _worse(found: Calibration, errors: _Errors, vector: KnownField, then: str) -> Finding:
     text = (
-        f"up to {found.groups[-1]} the correction takes the field vector from {before:.0f} to "
-        f"{after:.0f} nT by the logged attitude, which does not show in |B|: {then}. If the "
-        "attitude was estimated from this magnetometer, it follows the errors of its readings"
+        f"up to {found.groups[-1]} the correction takes the field vector from {errors.before:.0f} "
+        f"to {errors.after:.0f} nT by the logged attitude, which does not show in |B|: {then}. If "
+        "the attitude was estimated from this magnetometer, it follows the errors of its readings"
     )
     return Finding("the vector gets worse", len(vector.rows), text)
 
@@ -137,12 +147,13 @@ def _judged(found: Calibration, data, vector: KnownField | None, findings) -> Ca
     """A calibration that was asked for or chosen, with what the vector says of it."""
     if vector is None:
         return found
-    if _makes_worse(found, data, vector):
-        findings.append(_worse(found, data, vector, "do not use it without the reason"))
+    errors = _errors(found, data, vector)
+    if errors.are_worse:
+        findings.append(_worse(found, errors, vector, "do not use it without the reason"))
         return found
-    before, after = (
-        1e9 * vector.error(each) for each in (data["b_measured"].values, found.apply(data))
+    text = (
+        f"by the logged attitude the field vector goes from {errors.before:.0f} to "
+        f"{errors.after:.0f} nT"
     )
-    text = f"by the logged attitude the field vector goes from {before:.0f} to {after:.0f} nT"
     findings.append(Finding("vector", len(vector.rows), text))
     return found

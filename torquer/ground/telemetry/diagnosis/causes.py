@@ -31,8 +31,6 @@ _PHASES, _SMALL_S = 72, (5.0, 10.0, 20.0)
 #: Error along the track of elements [s]: when fresh, by the square of their age [days]; how much of
 #: the prior is any phase; that of their node [deg], when fresh and by the day.
 _FRESH_S, _DRAG_S_DAY2, _ANY_PHASE, _NODE_DEG = 0.4, 0.06, 0.1, 0.05
-#: Times over which a sensor may filter or average [s], at most this part of the session.
-_LAGS_S, _LAG_PART = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0, 90.0), 0.125
 #: What a unit was taken for, by the ratio of the readings to the field.
 SLIPS = {
     1e-9: "tesla taken for nanotesla", 1e-6: "tesla taken for microtesla",
@@ -219,22 +217,3 @@ def units(m, strength) -> Iterator[Hypothesis]:
             yield Hypothesis(
                 "units", slip, 1.0 / len(SLIPS), m / slip, strength, jacobian=-np.log(slip)
             )
-
-
-def lags(t_s, m, rows, strength, undo) -> Iterator[Hypothesis]:
-    """Readings at `rows` without the lag of an exponential filter or of a running mean.
-
-    `t_s`, `m`: all rows that are looked at; `undo`: see `lag.undo`.
-    """
-    cadence, span = float(np.median(np.diff(t_s))), t_s[-1] - t_s[0]
-    times = dict.fromkeys(max(each, cadence) for each in _LAGS_S)
-    some = [each for each in times if each <= min(_LAG_PART * span, 120.0)]
-    for lag_s in some:
-        for kind in ("filters", "averages"):
-            undone = undo(t_s, m, lag_s, kind)
-            if undone is not None:
-                value = (kind, lag_s if kind == "filters" else 2.0 * lag_s)
-                readings, calmer = undone
-                yield Hypothesis(
-                    "lag", value, 0.5 / len(some), readings[rows], strength, jacobian=calmer
-                )

@@ -14,12 +14,11 @@ from torquer.ground.telemetry.diagnosis.causes import (
     Known,
     Place,
     hypotheses,
-    lags,
     units,
 )
 from torquer.ground.telemetry.diagnosis.evidence import Floor, Scores, find_floor, score
 from torquer.ground.telemetry.diagnosis.fit import Tried
-from torquer.ground.telemetry.diagnosis.lag import tell, undo
+from torquer.ground.telemetry.diagnosis.lag import lags, tell
 from torquer.ground.telemetry.diagnosis.plane import LEAST_REVOLUTIONS, find_plane
 from torquer.ground.telemetry.diagnosis.rows import find_usable
 from torquer.ground.telemetry.diagnosis.verdict import Diagnosis, Ranked, decide, fits, with_lag
@@ -50,7 +49,7 @@ def diagnose(
     t, m = t_all[rows], m_all[rows]
     tried = hypotheses(t, m, place, known)
     strength = tried[0].strength
-    tried += [*units(m, strength), *lags(t_all, m_all, rows, strength, undo)]
+    tried += [*units(m, strength), *lags(t_all, m_all, rows, strength)]
     floor = find_floor(t, m, float(np.mean(strength)))
     kept = floor.kept
     scores = _score(t[kept], tried, kept)

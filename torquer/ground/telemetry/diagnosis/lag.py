@@ -7,13 +7,17 @@ one another are looked at by themselves.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.signal import medfilt, savgol_coeffs, savgol_filter
 
-from torquer.ground.telemetry.diagnosis.causes import Place
+from torquer.ground.telemetry.diagnosis.causes import Hypothesis, Place
 from torquer.ground.telemetry.diagnosis.evidence import whiten, whitenings
 from torquer.ground.telemetry.diagnosis.fit import Tried, fit
 
+#: Times over which a sensor may filter or average [s], at most this part of the session.
+_LAGS_S, _LAG_PART = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0, 90.0), 0.125
 #: Rows of a smoothing polynomial beyond three lags, and how far off its median a row is put right.
 _MORE_ROWS, _GROSS = 5, 10.0
 #: Stretches of rows that follow one another, rows of each, and the cadences that may lie between.
@@ -24,6 +28,25 @@ _LAGS, _WHITE = (0.7, 0.85, 1.0, 1.2, 1.4), (0.003, 0.03, 0.1, 0.3)
 _LEAST_CADENCES = 3.0
 #: How well the delay is known [s], at least.
 _KNOWN_S = 2.0
+
+
+def lags(t_s, m, rows, strength) -> Iterator[Hypothesis]:
+    """Readings at `rows` without the lag of an exponential filter or of a running mean.
+
+    `t_s`, `m`: all rows that are looked at.
+    """
+    cadence, span = float(np.median(np.diff(t_s))), t_s[-1] - t_s[0]
+    times = dict.fromkeys(max(each, cadence) for each in _LAGS_S)
+    some = [each for each in times if each <= min(_LAG_PART * span, 120.0)]
+    for lag_s in some:
+        for kind in ("filters", "averages"):
+            undone = undo(t_s, m, lag_s, kind)
+            if undone is not None:
+                value = (kind, lag_s if kind == "filters" else 2.0 * lag_s)
+                readings, calmer = undone
+                yield Hypothesis(
+                    "lag", value, 0.5 / len(some), readings[rows], strength, jacobian=calmer
+                )
 
 
 def undo(

@@ -80,27 +80,24 @@ def decide(ranking: tuple[Ranked, ...], none_nats: float, rows: int) -> tuple[st
     `none_nats`: log evidence of a field that is none of them, over 'as stated'; `rows`: used.
     """
 
-    def said(verdict: str, rivals=()) -> tuple[str, tuple[str, ...]]:
-        return verdict, tuple(rivals)
-
     fitting = [each for each in ranking if each.fits]
     if not fitting:
-        return said("nothing fits" if rows >= _LEAST_ROWS else "too short")
+        return "nothing fits" if rows >= _LEAST_ROWS else "too short", ()
     best, stated = fitting[0], next(each for each in ranking if each.cause == "stated")
-    near = [each.cause for each in fitting if each.nats > best.nats - RIVAL_NATS]
+    near = tuple(each.cause for each in fitting if each.nats > best.nats - RIVAL_NATS)
     leads = best.nats > NAMED_NATS and stated.residual_nt > _WORSE * best.residual_nt
     if best.cause == "stated" or not leads:
-        return said("stated" if stated.fits else "too short", near)
+        return "stated" if stated.fits else "too short", near
     if best.cause in TIMING:
         near = _times(ranking, best, near)
     family = TIMING if best.cause in TIMING else (best.cause,)
     is_open = CAUSES[best.cause].is_place and none_nats > best.nats - RIVAL_NATS
     if is_open or set(near) - {*family, "stated"}:
-        return said("too short", near)
-    return said(best.cause, near)
+        return "too short", near
+    return best.cause, near
 
 
-def _times(ranking, best: Ranked, near: list[str]) -> list[str]:
+def _times(ranking, best: Ranked, near: tuple[str, ...]) -> tuple[str, ...]:
     """The rivals of a cause that moves the field in time: a lag only delays, and far along the
     orbit the Earth's turn tells the track from the clock."""
     there = {each.cause: each for each in ranking if each.cause in TIMING}
@@ -110,7 +107,7 @@ def _times(ranking, best: Ranked, near: list[str]) -> list[str]:
         is_late = best.cause == "lag" or best.value < 0.0
         alike += ["lag"] if is_late and "lag" in there else []
     rest = [each for each in dict.fromkeys([*near, *alike]) if each != best.cause]
-    return [best.cause, *rest]
+    return (best.cause, *rest)
 
 
 def fits(cause: str, residual_nt: float, floor: Floor) -> bool:
