@@ -35,6 +35,7 @@ VALUES = {
     "restore_defaults": ((4,), Reason.DONE),
     "report_status": ((3,), Reason.DONE),
     "power": ((20, 0), Reason.DONE),
+    "module_start": ((24,), Reason.STATE),  # it runs
     "set_clock": ((5e11,), Reason.DONE),
     "shift_clock": ((-1500,), Reason.DONE),
     "set_rates": ((5.0, 2.0, 10.0), Reason.DONE),

@@ -6,8 +6,9 @@ from onboard_ground import Ground, scenario
 from torquer import ScenarioError
 from torquer.compile import engine
 from torquer.flight.software.core import Core
-from torquer.flight.software.modules import MODULES, REQUIRED
+from torquer.flight.software.modules import MODULES
 from torquer.flight.software.software import load_software
+from torquer.flight.software.strikes import REQUIRED
 
 MODULE = """
 from torquer.flight.packets.reasons import Reason

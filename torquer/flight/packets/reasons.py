@@ -52,6 +52,8 @@ class Reason(IntEnum):
     FILE_DAMAGED = 37, "a file of the memory is damaged, main and reserve", _MEDIUM
     RESERVE_USED = 38, "a file was read from the reserve file system"
     FILE_NOT_WRITTEN = 39, "a file system did not take a file", _MEDIUM
+    KEPT_OFF = 46, "a module is kept off, for it reset the computer; argument: how often", _HIGH
+    DEFAULTS_USED = 47, "defaults are used after resets, whatever the memory holds", _MEDIUM
     FILE_REPAIRED = 45, "a copy of a file was missing, damaged or old, and was written again", _INFO
     TIME_LOST = 40, "no saved time: the clock starts at 2010-01-01", _MEDIUM
     TIME_SET = 41, "the clock was set or shifted; argument: by how much [ms]", _INFO
@@ -66,6 +68,7 @@ class Reason(IntEnum):
     COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number", _HIGH
     WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number", _HIGH
     ACTUATORS_CHANGED = 55, "another configuration of actuators", _INFO
+    FROM_RESERVE = 64, "the reserve file system is used after resets", _HIGH
 
 
 #: Reason codes by why a link rejects a packet.

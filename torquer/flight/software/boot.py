@@ -19,6 +19,7 @@ from torquer.flight.software.modules.svr import ERRORS
 from torquer.flight.software.services import Services, save_settings, settings_file
 from torquer.flight.software.software import Software
 from torquer.flight.software.state import Cause, State
+from torquer.flight.software.strikes import NO_STRIKES, STRIKES, Strikes, read_strikes
 from torquer.simulation.outside.flight import Flight
 
 #: Files of the non-volatile memory that the boot reads.
@@ -63,8 +64,23 @@ def _read_variables(core: AnyCore) -> None:
     state = core.state
     if state.cause is not Cause.POWER_ON:
         reboots = min(reboots + 1, 0xFFFF)
-    state.reboots, state.from_reserve = reboots, bool(reserve)
+    if state.cause in (Cause.POWER_ON, Cause.FAULT):  # without power, the processor forgets them
+        state.strikes = _read_strikes(core)
+    state.reboots = reboots
+    state.from_reserve = bool(reserve) or state.strikes.from_reserve
     core.memory.write(VARIABLES, variables(reboots))
+
+
+def _read_strikes(core: AnyCore) -> Strikes:
+    """The strikes of the memory; none, and an event, where they cannot be read."""
+    data = core.memory.read(STRIKES)
+    if data is None:  # which the memory reports
+        return NO_STRIKES
+    found = read_strikes(data)
+    if found is None:
+        core.services.report("svr", Reason.SETTINGS_DAMAGED)
+        return NO_STRIKES
+    return found
 
 
 def variables(reboots: int, from_reserve: bool = False) -> bytes:
@@ -86,6 +102,8 @@ def _mount(core: AnyCore) -> None:
     memory.mend()
     core.state.log.restore(memory.read(ERRORS) if ERRORS in memory.names() else None)
     core.services.report("svr", Reason.BOOTED, core.state.reboots)
+    if core.state.strikes.from_reserve:
+        core.services.report("svr", Reason.FROM_RESERVE)
 
 
 def _load_fpga(core: AnyCore) -> None:
@@ -95,8 +113,13 @@ def _load_fpga(core: AnyCore) -> None:
 
 def _load_modules(core: AnyCore) -> None:
     """Make all modules, with the settings of the memory, or their defaults."""
+    strikes = core.state.strikes
+    if strikes.all_defaults:
+        core.services.report("svr", Reason.DEFAULTS_USED)
     for name, one in core.software.modules.items():
-        found = _settings(core, name)
+        found = None if strikes.uses_defaults(name) else _settings(core, name)
+        if strikes.uses_defaults(name) and not strikes.all_defaults:
+            core.services.report(name, Reason.DEFAULTS_USED)
         settings = one.settings if found is None else found
         core.state.add(_make(core, name, settings), one.period_s, is_default=found is None)
 
@@ -139,11 +162,21 @@ def _start_modules(core: AnyCore) -> None:
     ordered = [name for name in names if name not in STARTED_LAST]
     for name in ordered + [name for name in STARTED_LAST if name in names]:
         if core.software.modules[name].on:
-            try:
-                core.services.start(name)
-            except BaseException as error:
-                core.keep(name, error)
-                core.services.report(name, Reason.MODULE_FAILED)
+            start_module(core, name)
+
+
+def start_module(core: AnyCore, name: str) -> None:
+    """Start a module, unless its strikes keep it off; one that fails does not start."""
+    slot = core.state.slots[name]
+    slot.is_off = core.state.strikes.is_off(name)
+    if slot.is_off:
+        core.services.report(name, Reason.KEPT_OFF, core.state.strikes.modules[name])
+        return
+    try:
+        core.services.start(name)
+    except BaseException as error:
+        core.keep(name, error)
+        core.services.report(name, Reason.MODULE_FAILED)
 
 
 def _start_watchdog(core: AnyCore) -> None:
@@ -203,3 +236,4 @@ def deliver(core: AnyCore, now_ms: int) -> None:
             save_settings(core.memory, name, one.settings)
     core.memory.write(FPGA, FPGA_AS_DELIVERED)
     core.memory.write(TIME, Clock(now_ms=now_ms).save())
+    core.memory.write(STRIKES, NO_STRIKES.save())

@@ -13,13 +13,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.boot import BOOT_S, VARIABLES, deliver, go_on, has_ended, variables
+from torquer.flight.software.boot import (
+    BOOT_S,
+    VARIABLES,
+    deliver,
+    go_on,
+    has_ended,
+    start_module,
+    variables,
+)
 from torquer.flight.software.clock import to_ms
 from torquer.flight.software.containment import brief, where
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import Services
 from torquer.flight.software.software import Software, load_software
 from torquer.flight.software.state import Cause, Slot, State, Telecommand
+from torquer.flight.software.strikes import FORGIVEN_S, NO_STRIKES, REQUIRED
 from torquer.scenario.spec import Scenario
 from torquer.simulation.outside.flight import Flight
 
@@ -93,6 +102,8 @@ class Core:
             if uplink:
                 state.receive(uplink)
             self._step(inputs.t_s)
+            if state.strikes.modules:
+                self._mind_strikes(state)
             self.flight.command(**{k: v for k, v in state.manual.items() if v is not None})
         else:
             self.flight.command(**self._off)
@@ -101,6 +112,8 @@ class Core:
         if state.reboot is not None:
             self._end(state)
         elif self.is_running and inputs.t_s - state.watchdog_s > WATCHDOG_S:
+            guilty = services.silent(WATCHDOG_S / 2)
+            services.keep_strikes(state.strikes.against(guilty))
             self._switch_on(inputs.t_s, Cause.WATCHDOG)
         return sent
 
@@ -125,8 +138,22 @@ class Core:
         return self.flight.result()
 
     def _switch_on(self, t_s: float, cause: Cause) -> None:
-        self.state = State(self.software.modules, t_s, cause)
+        had_power = cause in (Cause.WATCHDOG, Cause.COMMAND)
+        strikes = self.state.strikes if had_power else NO_STRIKES
+        self.state = State(self.software.modules, t_s, cause, strikes)
         self.services.bind(self.state, t_s)
+
+    def _mind_strikes(self, state: State) -> None:
+        """Feed the watchdog for a supervisor that is off; forgive after a long time."""
+        services = self.services
+        if not state.strikes.is_watched and not services.silent(WATCHDOG_S / 2):
+            services.feed_hardware()
+        if services.t_s - state.boot_s > FORGIVEN_S and services.t_s > state.forgiven_s:
+            state.forgiven_s = services.t_s + FORGIVEN_S
+            services.keep_strikes(state.strikes.forgiven())
+            for name in REQUIRED:
+                if state.slots[name].is_off:
+                    start_module(self, name)
 
     def _end(self, state: State) -> None:
         """A reboot by command."""
@@ -147,7 +174,7 @@ class Core:
 
     def _work(self, slot: Slot) -> None:
         """A step of one module; an error in it costs this step only, but the watchdog counts."""
-        core = self.services
+        core, is_asked = self.services, self.state.reboot is not None
         try:
             slot.module.step(core)
         except BaseException as error:
@@ -156,6 +183,8 @@ class Core:
         else:
             slot.steps += 1
             slot.fed_s = core.t_s
+        if self.state.reboot is not None and not is_asked:  # by the module, not by the ground
+            core.keep_strikes(core.strikes.against([slot.module.name]))
 
     def _execute(self, slot: Slot) -> None:
         """The commands that wait for a module, each with its answer."""

@@ -16,6 +16,7 @@ from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.state import AnyModule, Cause, State, Telecommand
+from torquer.flight.software.strikes import REQUIRED, STRIKES, Strikes
 from torquer.simulation.outside.flight import three_numbers
 
 if TYPE_CHECKING:
@@ -214,13 +215,15 @@ class Services:
         return (self.dictionary.modules[module], *slot.account())
 
     def silent(self, after_s: float) -> list[str]:
-        """Started modules without a whole step for `after_s` [s] and for three of their periods."""
+        """Modules without a whole step for `after_s` [s] and for three of their periods: of those
+        that run, and of those that must."""
         since_s = self.t_s - after_s
         late = [(name, slot) for name, slot in self._state.slots.items() if slot.fed_s < since_s]
         return [
             name
             for name, slot in late
-            if slot.runs and self.t_s - slot.fed_s > slot.period_ms * 3e-3
+            if (slot.runs or (name in REQUIRED and not slot.is_off))
+            and self.t_s - slot.fed_s > slot.period_ms * 3e-3
         ]
 
     def period_s(self, module: str) -> float:
@@ -236,8 +239,29 @@ class Services:
         """Start a module: it works from the next control step on."""
         slot = self._state.slots[module]
         slot.module.start(self)
-        slot.runs, slot.failures = True, 0
+        slot.runs, slot.is_off, slot.failures = True, False, 0
         slot.due_ms, slot.fed_s = round(self.t_s * 1e3), self.t_s
+
+    def bring_back(self, module: str) -> Reason:
+        """Start a module that does not run, and forget its strikes; STATE for one that runs."""
+        if self._state.slots[module].runs:
+            return Reason.STATE
+        self.start(module)
+        return Reason.DONE if self.keep_strikes(self.strikes.without(module)) else Reason.FAILED
+
+    @property
+    def strikes(self) -> Strikes:
+        """What resets speak against modules."""
+        return self._state.strikes
+
+    def keep_strikes(self, strikes: Strikes) -> bool:
+        """Keep other strikes, in the processor and in the memory; False if that took none."""
+        self._state.strikes = strikes
+        return self.memory.write(STRIKES, strikes.save())
+
+    def kept_off(self) -> list[str]:
+        """Modules that are kept off."""
+        return [name for name, slot in self._state.slots.items() if slot.is_off]
 
     def stop(self, module: str) -> None:
         """Stop a module."""

@@ -21,8 +21,9 @@ from torquer.flight.packets.software_file import (
     read_software,
 )
 from torquer.flight.software.containment import brief
-from torquer.flight.software.modules import MODULES, REQUIRED
+from torquer.flight.software.modules import MODULES
 from torquer.flight.software.modules.module import Module
+from torquer.flight.software.strikes import REQUIRED
 from torquer.scenario.explain import ScenarioError, explain
 
 #: The longest period of a module [s].

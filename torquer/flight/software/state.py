@@ -11,6 +11,7 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.clock import Clock
 from torquer.flight.software.log import Log
 from torquer.flight.software.queues import Cdh
+from torquer.flight.software.strikes import NO_STRIKES, Strikes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,7 +22,7 @@ QUEUES = {"acks": ANSWERS, "ground": 10, "state": 3}
 COMMANDS = 5
 #: Bytes that the receiver holds until they are read.
 RECEIVED = 8192
-_STOPPED, _RUNNING, _FAILED = range(3)
+_STOPPED, _RUNNING, _FAILED, _KEPT_OFF = range(4)
 
 
 class AnyModule(Protocol):
@@ -63,13 +64,14 @@ class Slot:
     """A module in the schedule, and what telemetry counts of it.
 
     `commands`: its queue; `period_ms`: of its steps; `due_ms`: when it steps next [ms of the run];
-    `fed_s`: its last whole step; `failures`: steps that an error ended.
+    `fed_s`: its last whole step; `failures`: steps that an error ended; `is_off`: kept off, for the
+    resets that it has caused.
     """
 
     def __init__(self, module: AnyModule, period_ms: int, commands: deque, is_default: bool):
         self.module, self.commands = module, commands
         self.period_ms, self.is_default = period_ms, is_default
-        self.runs = False
+        self.runs = self.is_off = False
         self.due_ms, self.fed_s = 0, 0.0
         self.steps = self.failures = self.errors = self.last_error = 0
         self.done = self.rejected = 0
@@ -80,7 +82,9 @@ class Slot:
 
     def account(self) -> tuple[int, ...]:
         """Values of the packet `module_status` after the id."""
-        state = _STOPPED if not self.runs else _FAILED if self.failures else _RUNNING
+        state = _FAILED if self.failures else _RUNNING
+        if not self.runs:
+            state = _KEPT_OFF if self.is_off else _STOPPED
         return (
             state,
             int(self.is_default),
@@ -97,10 +101,13 @@ class State:
 
     `slots`: the schedule, in the order of the steps; `manual`: commands of actuators by the
     ground; `watchdog_s`: when the hardware watchdog was last fed; `boot_step`: number of finished
-    steps of the boot that began at `boot_s`; `reboot`: cause of one that is due.
+    steps of the boot that began at `boot_s`; `reboot`: cause of one that is due; `strikes`: against
+    modules, which a reset does not clear.
     """
 
-    def __init__(self, modules: Iterable[str], t_s: float, cause: Cause):
+    def __init__(
+        self, modules: Iterable[str], t_s: float, cause: Cause, strikes: Strikes = NO_STRIKES
+    ):
         self.cdh = Cdh({name: COMMANDS for name in modules} | QUEUES)
         self.clock, self.log = Clock(t_s), Log()
         self.modules: dict[str, AnyModule] = {}
@@ -111,6 +118,7 @@ class State:
         self.boot_s, self.cause, self.boot_step = t_s, cause, 0
         self.watchdog_s = t_s
         self.reboots, self.from_reserve = 0, False
+        self.strikes, self.forgiven_s = strikes, 0.0
         self.reboot: Cause | None = None
 
     def add(self, module: AnyModule, period_s: float, is_default: bool) -> None:

@@ -24,5 +24,3 @@ MODULES: dict[str, type[Module]] = {
         *(Tm, CdhModule, Com),
     )
 }
-#: Modules without which the software does not fly.
-REQUIRED = ("cdh", "com", "svr", "wdt")

@@ -39,12 +39,16 @@ class CdhModule(Module):
         self.due_s = core.t_s + self.settings.report_s
 
     def step(self, core) -> None:
-        """Events for queues that dropped elements, state vectors apart, which are meant to be."""
+        """Events for queues that dropped elements, state vectors apart, which are meant to be.
+
+        Each doubling is one: a queue that nobody empties is not to drown the log.
+        """
         dropped = core.cdh.dropped
         for number, queue in enumerate(dropped):
-            lost = dropped[queue] - self.dropped.get(queue, 0)
-            if lost and queue != "state":
-                self.dropped[queue] = dropped[queue]
+            if queue == "state":
+                continue
+            before, self.dropped[queue] = self.dropped.get(queue, 0), dropped[queue]
+            if dropped[queue].bit_length() > before.bit_length():
                 core.report("cdh", Reason.QUEUE_FULL, number)
         if core.t_s >= self.due_s:
             self.due_s += self.settings.report_s

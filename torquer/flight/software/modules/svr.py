@@ -263,6 +263,11 @@ class Svr(Module):
         core.send("module_status", core.account(name))
         return Reason.DONE
 
+    def on_module_start(self, core, values) -> Reason:
+        """Start a module that does not run; strikes that kept it off are forgotten."""
+        name = core.module_of(values[0])
+        return Reason.VALUE if name is None else core.bring_back(name)
+
     def on_power(self, core, values) -> Reason:
         """Switch a device; the sensors of the simulation have no switch."""
         device, on = values
@@ -352,7 +357,7 @@ class Svr(Module):
             "settings",
             (
                 self.mode,
-                len(self.silent),
+                len(self.silent | set(core.kept_off())),
                 bits(name in self.held for name in names[:32]),
                 bits(self.raised.get(flag, False) for flag in core.flags[:32]),
                 settings.rate_max_deg_s,
