@@ -29,9 +29,9 @@ class Ground:
         self.receiver = TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft)
         self.packets, self.sent = [], []
 
-    def frame(self, name, *values, time_s=0, acknowledge=1):
-        """The bytes of a command."""
-        frame = self.uplink.frame(name, time_s, (acknowledge, *values))
+    def frame(self, name, *values, time_s=0, acknowledge=1, **marks):
+        """The bytes of a command; `marks`: request, valid_until."""
+        frame = self.uplink.frame(name, time_s, (acknowledge, *values), **marks)
         return self.wrapped(frame)
 
     def wrapped(self, data):

@@ -46,4 +46,7 @@ def some_bytes(packet, rng):
         if field.type[0] == "f":
             number = rng.normal() * 10.0 ** rng.integers(-5, 5)
             data[at : at + size] = np.array(number, f"<f{size}").tobytes()
+    if packet.name == "plan_cancel":  # of a telecommand, whose number begins and goes on like this
+        number = 0x1800C000 | int.from_bytes(data[1:], "little") & 0x07FF3FFF
+        data[1:] = number.to_bytes(4, "little")
     return bytes(data)

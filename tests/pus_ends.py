@@ -54,17 +54,22 @@ def reframed(packet, time_s, code, data):
     return head + data
 
 
+def key(frame):
+    """By what an answer names a command."""
+    return frame.packet.id, frame.module, frame.time_s, frame.request
+
+
 def judged(board, packet, code=0):
     """What comes out of a telecommand packet, all commands judged with one code."""
     found = []
     for frame in board.feed(packet):
         found.append(frame)
-        board.judged(frame.raw, (frame.packet.id, frame.module, frame.time_s), code)
+        board.judged(frame.raw, key(frame), code)
     return found
 
 
 def answer(frame, code=0, dictionary=SATELLITE):
     """The frame of the answer of a module to a command."""
     data = bytes([frame.packet.id, frame.module, code == 0, code])
-    data += frame.time_s.to_bytes(4, "little") + bytes(4)
+    data += frame.time_s.to_bytes(4, "little") + bytes(4) + frame.request.to_bytes(4, "little")
     return reframed(dictionary.down["acknowledgement"], 9, 0, data)

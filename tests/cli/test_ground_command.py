@@ -73,6 +73,29 @@ def test_send_as_json_delayed_and_without_an_answer(call, folder):
 
 
 @flies
+def test_a_plan_of_two_commands_at_one_second_is_listed_and_cancelled(call, folder, tmp_path):
+    file = tmp_path / "plan.toml"
+    file.write_text("".join(
+        f'[[commands]]\nat_s = 0\ndelay_s = 3000\ncommand = "set_parameter"\n'
+        f'values = {{ index = "damping.gain", value = {gain} }}\n' for gain in (2e6, 3e6)
+    ))  # fmt: skip
+    code, out, _ = call("send", "--file", file, "--json", "--folder", folder)
+    first, second = json.loads(out)
+    assert code == 0 and {first["state"], second["state"]} == {"received"}
+    assert call("send", "report_status", "module_id=3", "--folder", folder)[0] == 0
+    ours = [each["id"] for each in (first, second)]
+    _, out, _ = call("plan", "--json", "--folder", folder)
+    listed = [each for each in json.loads(out) if each["id"] in ours]
+    assert [each["values"]["value"] for each in listed] == [2e6, 3e6]
+    code, out, _ = call("cancel", first["id"], "--folder", folder)
+    assert code == 0 and "plan_cancel" in out and out.endswith(": executed\n")
+    _, out, _ = call("plan", "--folder", folder)
+    assert "value=3000000.0" in out and "value=2000000.0" not in out
+    code, out, err = call("cancel", first["id"], "--folder", folder)
+    assert (code, out) == (2, "") and "must wait here or on board to be cancelled" in err
+
+
+@flies
 def test_send_a_file(call, folder, tmp_path):
     file = tmp_path / "commands.toml"
     one = '[[commands]]\nat_s = {}\ncommand = "get_parameter"\nvalues = {{ index = {} }}\n'

@@ -29,20 +29,20 @@ CLOCK = EPOCH_MS + 100_000
 class Bench:
     """Commands on an archive, with a satellite's answers."""
 
-    def __init__(self, path):
-        self.archive = Archive(path, CHIBIS)
-        self.commands = Commands(self.archive, CHIBIS, NAMES)
-        self.stream = Stream(CHIBIS, "up")
+    def __init__(self, path, dictionary=CHIBIS):
+        self.archive = Archive(path, dictionary)
+        self.commands = Commands(self.archive, dictionary, NAMES)
+        self.stream = Stream(dictionary, "up")
 
     def order(self, command="automatic", at_s=0.0, now=NOW, clock=CLOCK, **keys):
         values = keys.pop("values", {"on": 1} if command == "automatic" else {})
         sent = Sent(at_s=at_s, command=command, values=values, **keys)
         return self.commands.order(sent, "test", now, clock)["id"]
 
-    def send(self, now=NOW):
+    def send(self, now=NOW, until_s=None):
         """Send what is due; the frames as the satellite finds them, by number of the command."""
         found = {}
-        for number, frame in self.commands.due(now):
+        for number, frame in self.commands.due(now, until_s):
             (found[number],) = self.stream.feed(frame)
             self.commands.sent(number, now)
         return found
@@ -54,6 +54,7 @@ class Bench:
             "accepted": int(code == Reason.DONE),
             "code": int(code),
             "command_time": frame.time_s,
+            "request": frame.request,
         }
         return self.commands.answered(values, now)
 
@@ -64,6 +65,17 @@ class Bench:
 @pytest.fixture
 def bench(tmp_path):
     made = Bench(tmp_path / "sat.sqlite")
+    with closing(made.archive):
+        yield made
+
+
+@pytest.fixture
+def unnumbered(tmp_path):
+    """A satellite whose answers do not name a command by its number."""
+    packet = CHIBIS.down["acknowledgement"]
+    answers = packet.model_copy(update={"fields": packet.fields[:-1]})
+    down = CHIBIS.down | {"acknowledgement": answers}
+    made = Bench(tmp_path / "sat.sqlite", CHIBIS.model_copy(update={"down": down}))
     with closing(made.archive):
         yield made
 
@@ -148,7 +160,8 @@ def test_no_answer_in_time_and_then_a_late_one(bench):
     assert bench.answer(frame, now=NOW + 2 * ANSWER_MS)["state"] == "executed"
 
 
-def test_an_answer_that_may_be_anothers_says_so(bench):
+def test_an_answer_that_may_be_anothers_says_so(unnumbered):
+    bench = unnumbered
     first = bench.order()
     frame = bench.send()[first]
     bench.commands.expire(NOW + ANSWER_MS + 1, None)
@@ -163,12 +176,74 @@ def test_an_answer_that_may_be_anothers_says_so(bench):
     assert bench.answer(frame, now=NOW + 2 * LATEST_MS)["reason"] == ""
 
 
-def test_equal_commands_never_overlap_and_order_is_kept(bench):
+def test_without_numbers_equal_commands_never_overlap_and_hold_back_no_other(unnumbered):
+    bench = unnumbered
     first, equal, other = bench.order(), bench.order(), bench.order("coils_automatic")
     frames = bench.send()
-    assert [*frames] == [first]
+    assert [*frames] == [first, other]
     bench.answer(frames[first])
-    assert [*bench.send()] == [equal, other]
+    assert [*bench.send()] == [equal]
+
+
+def test_two_commands_of_one_second_and_another_go_up_at_once(bench):
+    values = {"index": "bdot.gain", "value": 1.0}
+    plan = [bench.order("set_parameter", values=values, delay_s=600.0) for _ in range(2)]
+    other = bench.order("report_status", values={"module_id": 3})
+    frames = bench.send()
+    assert [*frames] == [*plan, other]
+    assert len({frame.request for frame in frames.values()}) == 3
+    bench.answer(frames[plan[1]], Reason.WAITING)
+    assert [bench.state(number) for number in plan] == ["sent", "received"]
+    bench.answer(frames[plan[1]], Reason.MODE)
+    bench.answer(frames[plan[0]])
+    assert [bench.state(number) for number in plan] == ["executed", "refused"]
+
+
+def test_a_late_answer_is_known_by_its_number(bench):
+    first = bench.order()
+    frame = bench.send()[first]
+    bench.commands.expire(NOW + ANSWER_MS + 1, None)
+    second = bench.order(now=NOW + 2 * ANSWER_MS)
+    bench.send(NOW + 2 * ANSWER_MS)
+    assert bench.answer(frame, now=NOW + 2 * ANSWER_MS)["id"] == first
+    assert (bench.state(first), bench.state(second)) == ("executed", "sent")
+    assert bench.answer(frame._replace(request=0)) is None, "of somebody else's command"
+
+
+def test_commands_state_the_last_second_to_receive_them(bench):
+    number = bench.order()
+    assert bench.send(NOW, 65536.0 * 3 + 17.4)[number].valid_until == 17
+    number = bench.order()
+    assert bench.send(NOW)[number].valid_until == 0, "no clock is known"
+
+
+def test_a_command_that_was_not_sent_is_cancelled(bench):
+    number = bench.order(at_s=60.0)
+    assert bench.commands.cancel(number, "test", NOW)["state"] == "cancelled"
+    assert bench.send(NOW + 10**6) == {}
+
+
+def test_a_command_on_board_is_cancelled_by_its_number(bench):
+    number = bench.order(delay_s=600.0)
+    frame = bench.send()[number]
+    bench.answer(frame, Reason.WAITING)
+    ordered = bench.commands.cancel(number, "test", NOW)
+    assert ordered["command"] == "plan_cancel" and ordered["values"] == {"request": frame.request}
+    cancel = bench.send()[ordered["id"]]
+    bench.answer(frame, Reason.CANCELLED)
+    bench.answer(cancel)
+    assert bench.commands.shown(number)["state"] == "cancelled"
+    assert bench.state(ordered["id"]) == "executed"
+
+
+def test_what_waits_nowhere_cannot_be_cancelled(bench):
+    number = bench.order()
+    bench.answer(bench.send()[number])
+    for wrong, received in ((number, "one that is executed"), (99, "a number that no command")):
+        with pytest.raises(
+            ScenarioError, match=f"must wait here or on board.*; received {received}"
+        ):
+            bench.commands.cancel(wrong, "test", NOW)
 
 
 def test_commands_wait_for_their_times(bench):

@@ -118,6 +118,8 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer ground send set_mode region=stabilisation state=science",
         "torquer ground send coils_manual dipole=0.1,0,-0.2 duration=20 --delay-s 600",
     ),
+    "ground plan": ("torquer ground plan", "torquer ground plan --json"),
+    "ground cancel": ("torquer ground cancel 17",),
     "init": (
         "torquer init my_satellite",
         "torquer init my_satellite --example wheels_in_flight",

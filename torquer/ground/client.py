@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 from torquer.base.limits import RequestError
+from torquer.ground.archive import EPOCH_MS
 
 #: File in the folder by which commands on this machine find the server: its address and token.
 SERVER = "server.json"
@@ -57,6 +58,36 @@ class RunningGround:
         sent = self._post(f"/api/{key}/commands", {"commands": list(orders)})
         return self._answered(key, orders, sent) if wait else sent
 
+    def cancel(self, number: int, satellite: str | None = None) -> dict:
+        """Cancel a command that waits, here or on board: the command as it then stands.
+
+        For one on board that is the command by which it is taken out of the plan, once answered.
+        ValueError with the line of the ground for a command that waits nowhere.
+        """
+        key = self.satellite(satellite)
+        changed = self._post(f"/api/{key}/commands/{number}/cancel", {})
+        if changed["id"] == number:
+            return changed
+        return self._answered(key, [{"command": changed["command"]}], [changed])[0]
+
+    def plan(self, satellite: str | None = None) -> list[dict]:
+        """The commands that wait on board, by their execution time, as the satellite lists them.
+
+        `request`: the number by which `plan_cancel` names one; `id`, `command`, `values`: of the
+        command here, None of one that another ground has sent. RequestError if it does not answer.
+        """
+        key = self.satellite(satellite)
+        (asked,) = self.send([{"command": "plan_list"}], key)
+        end_s, rows = time.monotonic() + _PATIENCE_S, []
+        while asked["state"] == "executed" and time.monotonic() < end_s:
+            since = f"start={asked['sent_ms']}&by=received&size={_LISTED}"
+            rows = [values for *_, values in self._get(f"/api/{key}/history/plan?{since}")]
+            if rows and len(rows) >= rows[0][0]:
+                sent = self._get(f"/api/{key}/sent?size={_LISTED}")  # newest first
+                return [_planned(row, sent) for row in sorted(rows, key=_place) if row[0]]
+            time.sleep(_LOOK_S)
+        raise RequestError("satellite", f"must list its plan; plan_list is {asked['state']}")
+
     def satellite(self, name: str | None = None) -> str:
         """A satellite by its short name, or the only one."""
         known = [each["key"] for each in self._get("/api/satellites")]
@@ -102,6 +133,19 @@ class RunningGround:
         except OSError as error:
             why = getattr(error, "reason", error)
             raise RequestError("folder", f"must be that of a running ground; {why}") from None
+
+
+def _place(row: Sequence) -> int:
+    """Place of a command in the plan."""
+    return row[1]
+
+
+def _planned(row: Sequence, sent: Sequence[dict]) -> dict:
+    """A packet on the plan, with the command that was sent with its number."""
+    _, _, request, _, _, execute_s = row
+    ours = next((each for each in sent if each["request"] == request), {})
+    known = {name: ours.get(name) for name in ("id", "command", "values")}
+    return {"request": request, "execute_ms": EPOCH_MS + 1000 * execute_s} | known
 
 
 def _describe_answer(answer: str) -> str:

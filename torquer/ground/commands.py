@@ -5,11 +5,12 @@ sent        handed to the link
 received    the satellite has it, and waits for its execution time
 executed, refused      by the satellite's answer; `reason`: why it was refused
 unanswered  no answer in time; one that comes later still counts
-cancelled   never sent: the ground ended before
+cancelled   never sent, or taken out of the satellite's plan
 
-An answer names a command by its packet and its execution time. Two commands for which these are
-equal are therefore never on their way at once: each answer belongs to one command. Nor do more
-commands wait for an answer than the satellite's queue of answers holds, which drops the oldest.
+An answer names a command by its number (`request`), its packet and its execution time, and a
+command states the last second at which it may be received: what counts as unanswered is not
+executed later. Of a satellite whose answers have no number, two commands that are equal but for it
+are never on their way at once. Nor do more commands wait for an answer than a satellite holds.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from __future__ import annotations
 import json
 import math
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import ANSWERS, Sent, command_numbers
 from torquer.flight.packets.dictionary import Dictionary
-from torquer.flight.packets.frames import Uplink
+from torquer.flight.packets.frames import LAST_REQUEST, Uplink, last_second
 from torquer.flight.packets.reasons import Reason, describe_code
 from torquer.ground.archive import EPOCH_MS, Archive, quote_names
 from torquer.scenario.explain import ScenarioError
@@ -35,6 +36,8 @@ ANSWER_MS = 30_000
 LATEST_MS = 3_600_000
 #: Most commands that are not over.
 MOST_OPEN = 1000
+#: The command that takes another out of the satellite's plan.
+CANCEL = "plan_cancel"
 WAITING, SENT, RECEIVED = "waiting", "sent", "received"
 EXECUTED, REFUSED, UNANSWERED, CANCELLED = "executed", "refused", "unanswered", "cancelled"
 _COLUMNS = (
@@ -45,15 +48,19 @@ _ANSWER = ("command_id", "accepted", "code", "command_time")
 
 
 class _Open(NamedTuple):
-    """A command that is not over; `key`: its packet and execution time, as answers name it."""
+    """A command that is not over.
+
+    `key`: its number (0: answers have none), packet and execution time, as answers name it;
+    `frame`: makes its frame by the mark of the last second to receive it.
+    """
 
     id: int
-    key: tuple[int, int]
+    key: tuple[int, int, int]
     state: str
     since_ms: int
     not_before_ms: int = 0
     asks: bool = True
-    frame: bytes = b""
+    frame: Callable[[int], bytes] = bytes
 
 
 class Commands:
@@ -63,6 +70,7 @@ class Commands:
         self._archive, self._dictionary, self._names = archive, dictionary, names
         self._frame = Uplink(dictionary).frame
         self._has_answers = has_answers(dictionary)
+        self._has_numbers = has_answers(dictionary, ("request",))
         with archive.writing() as db:
             db.execute(
                 "UPDATE _commands SET state = ?, reason = 'the ground ended before it was sent' "
@@ -75,7 +83,7 @@ class Commands:
             *(SENT, RECEIVED),
         )
         self._open = {
-            number: _Open(number, (packet, execute_s), state, sent_ms)
+            number: _Open(number, (self._request(number), packet, execute_s), state, sent_ms)
             for number, packet, execute_s, state, sent_ms in unfinished
         }
 
@@ -113,27 +121,51 @@ class Commands:
                 f"INSERT INTO _commands ({quote_names([*row])}) VALUES ({marks})", [*row.values()]
             )
         number = made.lastrowid or 0
+        request = self._request(number)
         self._open[number] = _Open(
             number,
-            (packet, execute_s),
+            (request, packet, execute_s),
             WAITING,
             now_ms,
             now_ms + round(sent.at_s * 1e3),
             sent.acknowledge,
-            self._frame(sent.command, execute_s, numbers),
+            lambda mark: self._frame(sent.command, execute_s, numbers, request, mark),
         )
         return self.shown(number)
 
-    def due(self, now_ms: int) -> Iterator[tuple[int, bytes]]:
+    def due(self, now_ms: int, until_s: float | None = None) -> Iterator[tuple[int, bytes]]:
         """(number, frame) of the commands to be sent now, in order; `sent` must follow each.
 
-        One that has to wait for answers holds back those after it.
+        `until_s`: last second at which the satellite may receive them, by its clock [s since
+        2010], None: any. One that has to wait for the answer to an equal one lets others go first.
         """
+        mark = 0 if until_s is None or not self._has_numbers else last_second(until_s)
         for each in list(self._open.values()):
             if each.state == WAITING and each.not_before_ms <= now_ms:
-                if self._busy(each):
+                if self._is_full(each):
                     return
-                yield each.id, each.frame
+                if not self._is_on_way(each.key):
+                    yield each.id, each.frame(mark)
+
+    def cancel(self, number: int, by: str, now_ms: int) -> dict:
+        """Cancel a command that was not sent, or have one taken out of the satellite's plan.
+
+        The command, or the one that was ordered for that; `ScenarioError` with one line for a
+        command that is past both.
+        """
+        each = self._open.get(number)
+        if each is not None and each.state == WAITING:
+            del self._open[number]
+            return self._change(number, state=CANCELLED, reason="cancelled before it was sent")
+        can_reach = self._has_numbers and CANCEL in self._dictionary.up
+        if each is not None and each.state == RECEIVED and can_reach:
+            order = Sent(at_s=0.0, command=CANCEL, values={"request": each.key[0]})
+            return self.order(order, by, now_ms, None)
+        found = self._archive.read("SELECT state FROM _commands WHERE id = ?", number)
+        received = f"one that is {found[0][0]}" if found else "a number that no command has"
+        raise ScenarioError(
+            f"command: must wait here or on board to be cancelled; received {received}"
+        )
 
     def sent(self, number: int, now_ms: int) -> dict:
         """Note that a command was handed to the link."""
@@ -148,7 +180,11 @@ class Commands:
         """Take an acknowledgement; the command that it is for, None if there is none."""
         if not self._has_answers:
             return None
-        key, code = (int(values["command_id"]), int(values["command_time"])), int(values["code"])
+        request = int(values["request"]) if self._has_numbers else 0
+        if self._has_numbers and not request:
+            return None  # of somebody else's command
+        key = request, int(values["command_id"]), int(values["command_time"])
+        code = int(values["code"])
         number, doubt = self._find_number(key, now_ms)
         if number is None:
             return None
@@ -158,7 +194,9 @@ class Commands:
             return self._change(number, state=RECEIVED, received_ms=now_ms)
         self._open.pop(number, None)
         state, reason = EXECUTED, ""
-        if not values["accepted"]:
+        if code == Reason.CANCELLED:
+            state, reason = CANCELLED, describe_code(code)
+        elif not values["accepted"]:
             state, reason = REFUSED, describe_code(code)
         reason = "; ".join(filter(None, (reason, doubt)))
         return self._change(number, state=state, answered_ms=now_ms, reason=reason)
@@ -175,22 +213,30 @@ class Commands:
         statement = f"SELECT {quote_names(_COLUMNS)} FROM _commands WHERE id = ?"
         return _as_shown(self._archive.read(statement, number)[0])
 
-    def _busy(self, waiting: _Open) -> bool:
-        """Whether its answer could be dropped on board, or taken for that of an equal command."""
-        on_way = [each for each in self._open.values() if each.state in (SENT, RECEIVED)]
-        unanswered = sum(each.state == SENT for each in on_way)
-        is_full = waiting.asks and unanswered >= ANSWERS
-        return is_full or any(each.key == waiting.key for each in on_way)
+    def _request(self, number: int) -> int:
+        """The number of a command in answers, by that in the archive."""
+        return _as_request(number) if self._has_numbers else 0
 
-    def _find_number(self, key: tuple[int, int], now_ms: int) -> tuple[int | None, str]:
+    def _is_full(self, waiting: _Open) -> bool:
+        """Whether as many answers are waited for as the satellite holds."""
+        return waiting.asks and sum(e.state == SENT for e in self._open.values()) >= ANSWERS
+
+    def _is_on_way(self, key: tuple[int, int, int]) -> bool:
+        """Whether an answer could be taken for that to a command which was sent before."""
+        on_way = (each.key for each in self._open.values() if each.state in (SENT, RECEIVED))
+        return key in on_way
+
+    def _find_number(self, key: tuple[int, int, int], now_ms: int) -> tuple[int | None, str]:
         """The command that an answer names, and whether it may be another one's.
 
         One on its way, else the last equal one without an answer.
         """
+        request, *packet_and_time = key
         late = self._archive.read(
             "SELECT id FROM _commands WHERE packet = ? AND execute_s = ? AND state = ? "
-            "AND (execute_s > 0 OR sent_ms > ?) ORDER BY id DESC LIMIT 1",
-            *(*key, UNANSWERED, now_ms - LATEST_MS),
+            "AND (execute_s > 0 OR sent_ms > ?) AND ? IN (0, (id - 1) % ? + 1) "
+            "ORDER BY id DESC LIMIT 1",
+            *(*packet_and_time, UNANSWERED, now_ms - LATEST_MS, request, LAST_REQUEST),
         )
         for each in self._open.values():
             if each.key == key and each.state in (SENT, RECEIVED):
@@ -211,16 +257,21 @@ def list_commands(db: sqlite3.Connection, size: int) -> list[dict]:
     return [_as_shown(row) for row in db.execute(statement, (size,))]
 
 
-def has_answers(dictionary: Dictionary) -> bool:
-    """Whether acknowledgements come down that say what became of a command."""
+def has_answers(dictionary: Dictionary, also: Sequence[str] = ()) -> bool:
+    """Whether acknowledgements come down that say what became of a command; `also`: and these."""
     packet = dictionary.down.get("acknowledgement")
-    return packet is not None and set(_ANSWER) <= set(packet.names)
+    return packet is not None and {*_ANSWER, *also} <= set(packet.names)
+
+
+def _as_request(number: int) -> int:
+    return (number - 1) % LAST_REQUEST + 1
 
 
 def _as_shown(row: tuple) -> dict:
     found = dict(zip(_COLUMNS, row, strict=True))
     execute_s = found.pop("execute_s")
     return found | {
+        "request": _as_request(found["id"]),
         "values": json.loads(found["values"]),
         "execute_ms": EPOCH_MS + 1000 * execute_s if execute_s else None,
     }
@@ -243,4 +294,4 @@ def _is_late(each: _Open, now_ms: int, clock_ms: int | None) -> bool:
         return now_ms - each.since_ms > ANSWER_MS
     if each.state != RECEIVED or clock_ms is None:
         return False
-    return clock_ms - EPOCH_MS - 1000 * each.key[1] > ANSWER_MS
+    return clock_ms - EPOCH_MS - 1000 * each.key[2] > ANSWER_MS

@@ -15,11 +15,12 @@ from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.station import Station
 from torquer.ground.archive import RECORDED, SUSPECT, Archive, Row
-from torquer.ground.commands import Commands
+from torquer.ground.commands import ANSWER_MS, Commands
 from torquer.ground.file import Satellite
 from torquer.ground.history import ground_entry, has_events, satellite_entry
 from torquer.ground.live import Live
 from torquer.ground.recording import Judge
+from torquer.ground.satellite_clock import SatelliteClock
 
 #: Time between two looks at a link on which nothing comes [s].
 PAUSE_S = 0.005
@@ -50,7 +51,7 @@ AS_ARCHIVED = Counters()
 
 
 class Contact:
-    """A satellite whose link is served; `clock_ms`: its clock by the latest telemetry, or None.
+    """A satellite whose link is served; `clock`: its clock by telemetry.
 
     Counters of both directions are kept in the archive. With keys that everybody knows, a
     satellite that counts from 0 again is accepted: such keys prove nothing, and simulations
@@ -64,8 +65,7 @@ class Contact:
         self.key, self.dictionary = satellite.key, satellite.software.dictionary
         self.archive = Archive(folder / f"{satellite.key}.sqlite", self.dictionary)
         self.commands = Commands(self.archive, self.dictionary, satellite.names)
-        self.clock_ms: int | None = None
-        self._clock_s = 0.0  # when it was heard of
+        self.clock = SatelliteClock()
         self.link: Link = connect(satellite.link, self.dictionary)
         self._station, self._frames = Station(satellite.software), 0
         self._judge = Judge(self._station, self.dictionary)
@@ -102,19 +102,24 @@ class Contact:
 
     def order(self, commands: Sequence[Sent], by: str) -> list[dict]:
         """Take commands, all or none; `ScenarioError` with one line for what cannot be sent."""
-        clock_ms = self.clock_ms
-        if clock_ms is not None:  # it has gone on since it was heard of
-            clock_ms += round(1e3 * (time.monotonic() - self._clock_s))
+        clock_ms = self.clock.now_ms()
         self.commands.check(commands, clock_ms)
         ordered = [self.commands.order(sent, by, now_ms(), clock_ms) for sent in commands]
         for each in ordered:
             self._live.message("commands", self.key, each)
         return ordered
 
+    def cancel(self, number: int, by: str) -> dict:
+        """Cancel a command that waits, here or on board; as `Commands.cancel`."""
+        changed = self.commands.cancel(number, by, now_ms())
+        self._live.message("commands", self.key, changed)
+        return changed
+
     def note(self, severity: str, text: str) -> None:
         """An entry of the ground's log."""
         at_ms = now_ms()
-        entry = (at_ms if self.clock_ms is None else self.clock_ms, at_ms, severity, text)
+        heard_ms = self.clock.latest_ms
+        entry = (at_ms if heard_ms is None else heard_ms, at_ms, severity, text)
         number = self.archive.note(*entry)
         self._live.message("log", self.key, ground_entry(number, *entry))
 
@@ -150,7 +155,7 @@ class Contact:
             row.time_ms for _, row in pairs if row.packet not in RECORDED and row.quality != SUSPECT
         ]
         if times:
-            self.clock_ms, self._clock_s = max(times), time.monotonic()
+            self.clock.hear(max(times))
         for frame, row in pairs:
             names = frame.packet.names
             if row.packet == "acknowledgement":
@@ -169,7 +174,8 @@ class Contact:
         """Hand commands that are due to the link, once there is one."""
         sent = False
         if self.link.is_ready:
-            for number, frame in self.commands.due(now_ms()):
+            until_s = self.clock.seconds_in(ANSWER_MS * 1e-3)
+            for number, frame in self.commands.due(now_ms(), until_s):
                 self._set_counter()
                 self.link.send(self._station.command(frame))
                 self._live.message("commands", self.key, self.commands.sent(number, now_ms()))
@@ -213,6 +219,6 @@ class Contact:
         if self.is_connected != self._was_connected:
             self._was_connected = self.is_connected
             self.note(*(("info", "link found") if self.is_connected else ("warning", "link lost")))
-        for late in self.commands.expire(now_ms(), self.clock_ms):
+        for late in self.commands.expire(now_ms(), self.clock.latest_ms):
             self._live.message("commands", self.key, late)
         self._live.message("links", self.key, self.state())

@@ -61,6 +61,11 @@ def telemetry(service, subtype, data, time_s, count=0, counter=0, destination=0)
 def requested(packet, data, count=0):
     """The telecommand of a command's packed data, by another package and the profile's page."""
     ack = 0b1001 if data[0] else 0
+    if packet.name == "plan_clear":
+        return telecommand(11, 3, b"", count, ack)
+    if packet.name == "plan_cancel":
+        wanted = bytes([data[4] & 7, data[3], data[2] & 0x3F, data[1]])
+        return telecommand(11, 5, b"\x01" + SOURCE.to_bytes(2, "big") + wanted, count, ack)
     if packet.name in PARAMETERS:
         return telecommand(20, PARAMETERS[packet.name], b"\x01" + data[1:], count, ack)
     return telecommand(8, 1, bytes([packet.id]) + data[1:], count, ack)

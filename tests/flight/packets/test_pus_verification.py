@@ -3,7 +3,7 @@
 import copy
 
 import pytest
-from pus_ends import APID, SATELLITE, UPLINK, answer, judged, process, stamp, user
+from pus_ends import APID, SATELLITE, UPLINK, answer, judged, key, process, stamp, user
 from spacepackets.ecss import PusTc, PusTm
 
 from torquer.flight.packets.dictionary import Dictionary
@@ -110,17 +110,26 @@ def test_answer_without_a_request_comes_down_as_housekeeping():
 def test_command_dropped_at_once_from_a_full_queue_is_refused():
     board = process()
     (first,) = judged(board, telecommand(5))
-    judged(board, telecommand(6))
-    board.judged(first.raw, (first.packet.id, first.module, 0), Reason.QUEUE_FULL)
+    (second,) = judged(board, telecommand(6))
+    board.judged(first.raw, key(first), Reason.QUEUE_FULL)
     assert reports(board) == [(2, 5, Reason.QUEUE_FULL), (1, 6)]
-    assert reports(board, answer(first)) == [(7, 6)]
+    assert reports(board, answer(first)) == []
+    assert reports(board, answer(second)) == [(7, 6)]
+
+
+def test_command_refused_after_its_acceptance_has_failed():
+    board = process()
+    (frame,) = judged(board, telecommand(5))
+    assert reports(board) == [(1, 5)]
+    board.judged(frame.raw, key(frame), Reason.STATE)
+    assert reports(board) == [(8, 5, Reason.STATE)]
 
 
 def inserted(board, packet, *codes):
     """Activities judged one by one."""
     codes = iter(codes)
     for frame in board.feed(packet):
-        board.judged(frame.raw, (frame.packet.id, frame.module, frame.time_s), next(codes))
+        board.judged(frame.raw, key(frame), next(codes))
 
 
 @pytest.mark.parametrize(
@@ -145,7 +154,7 @@ def test_an_activity_is_reported_on_when_it_is_released():
     (frame,) = judged(board, insertion(packet), Reason.WAITING)
     assert frame.raw == packet and frame.time_s == 1000
     assert reports(board) == [(1, 90), (7, 90)] and not board.waiting
-    board.judged(packet, (18, frame.module, 1000), Reason.DONE)
+    board.judged(packet, key(frame), Reason.DONE)
     assert board.waiting and reports(board) == [(1, 3)]
     assert reports(board, answer(frame)) == [(7, 3)]
 
@@ -161,8 +170,8 @@ def test_insertion_does_not_answer_for_the_command_it_drops():
     board = process()
     (first,) = judged(board, telecommand(3))
     for frame in board.feed(insertion(telecommand(4))):
-        board.judged(first.raw, (18, first.module, 0), Reason.QUEUE_FULL)
-        board.judged(frame.raw, (18, frame.module, 1000), Reason.DONE)
+        board.judged(first.raw, key(first), Reason.QUEUE_FULL)
+        board.judged(frame.raw, key(frame), Reason.DONE)
     assert reports(board) == [(2, 3, Reason.QUEUE_FULL), (1, 90), (7, 90), (1, 4)]
 
 
@@ -188,7 +197,7 @@ def test_the_ground_has_the_acknowledgements_of_its_commands():
     (second,) = judged(board, ground.request(later), Reason.WAITING)
     assert answers(ground, board) == [(17, 1, 0, Reason.WAITING, 70)] and ground.accepted == 2
     assert answers(ground, board, answer(first)) == [(17, 1, 1, Reason.DONE, 0)]
-    board.judged(second.raw, (17, 1, 70), Reason.DONE)
+    board.judged(second.raw, key(second), Reason.DONE)
     assert answers(ground, board) == [] and ground.accepted == 3
     done = answers(ground, board, answer(second, Reason.MODE))
     assert done == [(17, 1, 0, Reason.MODE, 70)]

@@ -36,6 +36,9 @@ VALUES = {
     "report_status": ((3,), Reason.DONE),
     "power": ((20, 0), Reason.DONE),
     "module_start": ((24,), Reason.STATE),  # it runs
+    "plan_list": ((), Reason.DONE),
+    "plan_cancel": ((7,), Reason.VALUE),  # there is no plan
+    "plan_clear": ((), Reason.DONE),
     "set_clock": ((5e11,), Reason.DONE),
     "shift_clock": ((-1500,), Reason.DONE),
     "set_rates": ((5.0, 2.0, 10.0), Reason.DONE),
@@ -272,30 +275,30 @@ def test_only_so_many_delayed_commands_wait(ground):
     )
     found = ground.tick(frames, 2)
     codes = [v["code"] for n, _, v in found if n == "acknowledgement"]
-    # twelve answers at once for a queue of ten: the first two are dropped
-    assert codes == [Reason.WAITING] * (held - 2) + [Reason.QUEUE_FULL] * 2
+    assert codes == [Reason.WAITING] * held + [Reason.QUEUE_FULL] * 2
     assert ground.core.services.status("com")["delayed"] == held
 
 
-def test_a_reboot_loses_delayed_commands(ground):
-    now_s = ground.core.state.clock.now_s
-    ground.tick(ground.frame("shift_clock", 0, time_s=now_s + 30), 2)
-    ground.core.reboot()
-    found = ground.tick(times=60)
-    assert not [1 for n, _, v in found if n == "acknowledgement"]
-
-
-@pytest.mark.verifies("REQ-CDH-002")
-def test_full_command_queue_drops_its_oldest_and_says_so(ground):
-    """Nine commands within a control step for a queue of five: the first four are dropped."""
+@pytest.mark.verifies("REQ-COM-008")
+def test_more_commands_than_a_queue_takes_are_executed_in_their_order(ground):
+    """Nine commands within a control step for a queue of five."""
     frames = b"".join(ground.frame("shift_clock", k) for k in range(9))
     found = ground.tick(frames, 4)
     answers = [v["code"] for n, _, v in found if n == "acknowledgement"]
-    assert answers == [Reason.QUEUE_FULL] * 4 + [Reason.DONE] * 5
+    assert answers == [Reason.DONE] * 9
     shifted = [v["argument"] for v in ground.named("event") if v["code"] == Reason.TIME_SET]
-    assert shifted == [4, 5, 6, 7, 8]
-    dropped = [v for v in ground.named("event") if v["code"] == Reason.QUEUE_FULL]
-    assert dropped and ground.core.state.cdh.dropped["clk"] == 4
+    assert shifted == list(range(9))
+    assert not any(n for queue, n in ground.core.state.cdh.dropped.items() if queue != "state")
+
+
+@pytest.mark.verifies("REQ-COM-008")
+def test_of_too_many_commands_each_is_answered(ground):
+    """More than may wait at once: those beyond are refused, none is lost without a word."""
+    most = ground.core.state.modules["com"].settings.waiting
+    frames = b"".join(ground.frame("report_status", 3) for _ in range(most + 20))
+    found = ground.tick(frames, 40)
+    answers = [v["code"] for n, _, v in found if n == "acknowledgement"]
+    assert sorted(answers) == [Reason.DONE] * most + [Reason.QUEUE_FULL] * 20
 
 
 def test_a_stopped_module_takes_no_commands(ground):

@@ -406,12 +406,14 @@ def test_healthy_wheels_are_never_lost(settled):
 
 
 def test_the_ground_queue_overflows_without_harm(ground):
-    """Sixty commands at once that are all rejected: what is lost is counted and reported."""
-    frames = b"".join(ground.frame("set_model", 0) for _ in range(60))
-    ground.tick(frames, 30)
+    """Commands at once of which thirty are rejected: lost events are counted and reported."""
+    count = ground.core.state.modules["com"].settings.waiting + 30
+    frames = b"".join(ground.frame("report_status", 3) for _ in range(count))
+    ground.tick(frames, 60)
     assert ground.core.is_running
     dropped = ground.core.state.cdh.dropped
-    assert dropped["mod"] > 0 and dropped["acks"] > 0 and dropped["ground"] > 0
+    assert dropped["svr"] == 0 and dropped["acks"] == 0 and dropped["ground"] > 0
+    assert len(ground.named("acknowledgement")) == count
     assert Reason.QUEUE_FULL in [v["code"] for v in ground.named("event") if v["module_id"] == 6]
 
 

@@ -1,7 +1,7 @@
 """`torquer ground`: telemetry in the browser, commands, archives."""
 
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -181,6 +181,56 @@ def send(name: str | None = None, /, *values: str, how: SendOptions = SendOption
     return 0 if went_well else FAILED_CODE
 
 
+@options
+class PlanOptions:
+    """Options of `torquer ground plan` and `torquer ground cancel`."""
+
+    satellite: str | None = None
+    """Short name of the satellite, where the ground serves several."""
+    folder: Path = FOLDER
+    """Folder of the ground's archives."""
+    json: Json = False
+
+
+@app.command(help_epilogue=show_examples("ground plan"))
+def plan(*, how: PlanOptions = PlanOptions()) -> int:
+    """List the commands that wait on board for their execution time, by asking the satellite.
+
+    Each with its number here, by which `torquer ground cancel` takes it out.
+    """
+    from torquer.ground.client import RunningGround
+
+    found = RunningGround(how.folder).plan(how.satellite)
+    if how.json:
+        print(json_text(found))
+        return 0
+    for each in found:
+        at = datetime.fromtimestamp(each["execute_ms"] * 1e-3, UTC)
+        what = f"of another ground, request {each['request']}"
+        if each["id"] is not None:
+            what = f"{each['id']} {_in_words(each)}"
+        print(harmless(f"{at:%Y-%m-%dT%H:%M:%SZ}  {what}"))
+    if not found:
+        print_note("no command waits on board")
+    return 0
+
+
+@app.command(help_epilogue=show_examples("ground cancel"))
+def cancel(number: int, /, *, how: PlanOptions = PlanOptions()) -> int:
+    """Cancel the command NUMBER, which waits here or on board.
+
+    Exit code 1 unless it is cancelled: the satellite may have executed it meanwhile.
+    """
+    from torquer.ground.client import RunningGround
+
+    found = RunningGround(how.folder).cancel(number, how.satellite)
+    if how.json:
+        print(json_text(found))
+    else:
+        _show_commands([found])
+    return 0 if found["state"] in ("cancelled", "executed") else FAILED_CODE
+
+
 def _good(order: dict) -> tuple[str, ...]:
     """States of a command that went well, as far as is waited for."""
     return ("executed", "received") if order["acknowledge"] else ("sent",)
@@ -217,9 +267,13 @@ def _key_and_value(text: str) -> tuple[str, Any]:
 
 def _show_commands(commands: list[dict]) -> None:
     for each in commands:
-        values = "".join(f" {key}={value}" for key, value in each["values"].items())
         reason = f" ({each['reason']})" if each["reason"] else ""
-        print(harmless(f"{each['id']} {each['command']}{values}: {each['state']}{reason}"))
+        print(harmless(f"{each['id']} {_in_words(each)}: {each['state']}{reason}"))
+
+
+def _in_words(command: dict) -> str:
+    values = "".join(f" {key}={value}" for key, value in command["values"].items())
+    return f"{command['command']}{values}"
 
 
 @options

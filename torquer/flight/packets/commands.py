@@ -22,7 +22,7 @@ from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.bits import from_words
 from torquer.flight.packets.dictionary import Dictionary, Field as PacketField, Packet
-from torquer.flight.packets.frames import EPOCH, Uplink
+from torquer.flight.packets.frames import EPOCH, LAST_REQUEST, Uplink
 from torquer.flight.packets.mistakes import quote_value
 from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
@@ -65,15 +65,19 @@ def make_frames(
 ) -> list[tuple[float, bytes]]:
     """(time of the run, frame) of each command, by time; `ScenarioError` for one that cannot be.
 
-    `start`: of the run, a time with a zone.
+    `start`: of the run, a time with a zone. Commands have numbers from 1 on, as they are sent.
     """
     maker, start_s = Uplink(dictionary), (start - EPOCH).total_seconds()
-    found = []
-    for i, sent in enumerate(script.commands):
-        numbers = command_numbers(sent, dictionary, names, f"commands[{i}].")
+    found = [
+        (sent, command_numbers(sent, dictionary, names, f"commands[{i}]."))
+        for i, sent in enumerate(script.commands)
+    ]
+    frames = []
+    for i, (sent, numbers) in enumerate(sorted(found, key=lambda pair: pair[0].at_s)):
         due_s = 0.0 if sent.delay_s is None else math.ceil(start_s + sent.at_s + sent.delay_s)
-        found.append((sent.at_s, maker.frame(sent.command, due_s, numbers)))
-    return sorted(found, key=lambda pair: pair[0])
+        request = i % LAST_REQUEST + 1
+        frames.append((sent.at_s, maker.frame(sent.command, due_s, numbers, request)))
+    return frames
 
 
 def command_numbers(sent: Sent, dictionary: Dictionary, names: Names, place: str = "") -> list:

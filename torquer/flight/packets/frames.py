@@ -4,11 +4,13 @@ Both headers are packed and little-endian, as on the ARM LPC2294 of the satellit
 checksum: damage to data within a whole frame cannot be noticed here (see `protected`).
 
 uplink    framesync u32 0xAABBCCDD, time_stamp u32 (execution time), msg_id u8, module_id u8,
-          reserved u32, data_length u16
+          request u16, valid_until u16, data_length u16
 downlink  framesync u32, time_stamp u32 (when the frame was made), msg_id u8, msg_status u8,
           reserved u8[4], data_length u16
 
-Times are seconds since 2010-01-01 00:00:00. After SDOT, App. A.
+Times are seconds since 2010-01-01 00:00:00. After SDOT, App. A, where `request` and `valid_until`
+are one reserved u32: the number of a command in the answers to it, and the low 16 bits of the last
+second at which it may be received; 0: none.
 """
 
 import struct
@@ -31,6 +33,12 @@ _MARK = struct.pack("<I", FRAMESYNC)
 #: framesync, time_stamp, msg_id, msg_status or module_id, reserved, data_length
 HEADER = struct.Struct("<IIBBIH")
 HEADER_BYTES = HEADER.size
+#: What an uplink header has in place of the reserved bytes: request, valid_until.
+_MARKS = struct.Struct("<HH")
+#: The last number of a command; numbers then begin with 1 again.
+LAST_REQUEST = 2**16 - 1
+#: Seconds after which `valid_until` begins again.
+_MARKED = 1 << 16
 _LATEST = 2**32 - 1
 Direction = Literal["down", "up"]
 
@@ -60,7 +68,13 @@ HEADERS = {
     "up": _header(
         "up",
         Field(name="module_id", type="u8", description="module to which the command goes"),
-        Field(name="reserved", type="u32", description="zero"),
+        Field(name="request", type="u16", description="number of the command, 0: none"),
+        Field(
+            name="valid_until",
+            type="u16",
+            unit="s",
+            description="low bits of the last second to receive it, 0: any",
+        ),
     ),
 }
 
@@ -69,7 +83,7 @@ class Frame(NamedTuple):
     """A frame that was received.
 
     `time_s`: its time stamp; `code`: its status (downlink) or module (uplink); `values` in the
-    order of `packet.names`; `raw`: the whole frame.
+    order of `packet.names`; `raw`: the whole frame; `request`, `valid_until`: of a command.
     """
 
     packet: Packet
@@ -77,6 +91,8 @@ class Frame(NamedTuple):
     code: int
     values: tuple
     raw: bytes
+    request: int = 0
+    valid_until: int = 0
 
     @property
     def status(self) -> int:
@@ -101,6 +117,7 @@ class Rejected(NamedTuple):
     time_s: int
     code: int
     length: int
+    request: int = 0
 
 
 class Rejections:
@@ -145,17 +162,31 @@ class Uplink:
 
     def __init__(self, dictionary: Dictionary):
         self._known = {
-            name: (encoder(packet), _after_time(packet, dictionary.modules[packet.module]))
+            name: (encoder(packet), _around_marks(packet, dictionary.modules[packet.module]))
             for name, packet in dictionary.up.items()
         }
 
-    def frame(self, name: str, time_s: float, values: Sequence) -> bytes:
+    def frame(
+        self, name: str, time_s: float, values: Sequence, request: int = 0, valid_until: int = 0
+    ) -> bytes:
         """The frame of a command, to be executed at `time_s` since 2010-01-01.
 
-        `values` begin with `acknowledge`.
+        `values` begin with `acknowledge`; `request`, `valid_until`: see `last_second`.
         """
-        encode, end = self._known[name]
-        return _begin(time_s) + end + encode(values)
+        encode, (code, length) = self._known[name]
+        return _begin(time_s) + code + _MARKS.pack(request, valid_until) + length + encode(values)
+
+
+def last_second(time_s: float) -> int:
+    """The mark of a time since 2010-01-01 [s] in a header: its low bits; 0 is kept for none."""
+    return int(time_s) % _MARKED or 1
+
+
+def seconds_late(now_s: int, valid_until: int) -> int:
+    """How long after the last second of a header a time is [s]; negative before, 0 for none."""
+    if not valid_until:
+        return 0
+    return (now_s - valid_until + _MARKED // 2) % _MARKED - _MARKED // 2
 
 
 def _begin(time_s: float) -> bytes:
@@ -168,6 +199,11 @@ def _begin(time_s: float) -> bytes:
 
 def _after_time(packet: Packet, code: int) -> bytes:
     return HEADER.pack(FRAMESYNC, 0, packet.id, code, 0, packet.size)[8:]
+
+
+def _around_marks(packet: Packet, code: int) -> tuple[bytes, bytes]:
+    after = _after_time(packet, code)
+    return after[: -_MARKS.size - 2], after[-2:]
 
 
 class _Known(NamedTuple):
@@ -245,7 +281,7 @@ class Stream(Rejections):
     def _frames(self, ended: bool) -> Iterator[Frame]:
         known, buffer = self._known, self._buffer
         while self._synchronise():
-            _, time_s, number, code, _, length = HEADER.unpack_from(buffer)
+            _, time_s, number, code, marks, length = HEADER.unpack_from(buffer)
             entry = known.get(number)
             reason = _reason(entry, code, length)
             if entry is None or reason:
@@ -264,7 +300,8 @@ class Stream(Rejections):
             raw = bytes(buffer[:size])
             self._shared = begun_mark(raw, _MARK)
             del buffer[: size - self._shared]
-            yield Frame(entry.packet, time_s, code, entry.decode(raw, HEADER_BYTES), raw)
+            values = entry.decode(raw, HEADER_BYTES)
+            yield Frame(entry.packet, time_s, code, values, raw, marks % _MARKED, marks // _MARKED)
 
     def _synchronise(self) -> bool:
         """Whether the buffer begins with a whole header, after the bytes before it were skipped."""
@@ -298,8 +335,8 @@ class Stream(Rejections):
 
     def _reject(self, reason: str, skipped: int) -> None:
         """Count the header at the beginning of the buffer and skip bytes."""
-        _, time_s, number, code, _, length = HEADER.unpack_from(self._buffer)
-        self.note_rejected(Rejected(reason, number, time_s, code, length))
+        _, time_s, number, code, marks, length = HEADER.unpack_from(self._buffer)
+        self.note_rejected(Rejected(reason, number, time_s, code, length, marks % _MARKED))
         self._lose(skipped)
 
     def _lose(self, count: int) -> None:

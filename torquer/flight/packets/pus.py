@@ -33,8 +33,8 @@ from torquer.flight.packets.space_packets import (
 
 #: Destination of the reports that are not on a request.
 _ALL = 0
-#: The packet `acknowledgement`: packet id, module, accepted, code, time stamp, counter.
-_ANSWER = struct.Struct("<BBBBII")
+#: The packet `acknowledgement`: packet id, module, accepted, code, time stamp, counter, request.
+_ANSWER = struct.Struct("<BBBBIII")
 _CODE = 3
 
 
@@ -165,5 +165,5 @@ def _number(read: Telecommand | None) -> int:
 
 def _key_in(made: Made) -> Key:
     """Which command an answer is for."""
-    number, module, _, _, time_s, _ = _ANSWER.unpack(made.data)
-    return number, module, time_s
+    number, module, _, _, time_s, _, request = _ANSWER.unpack(made.data)
+    return number, module, time_s, request

@@ -4,6 +4,8 @@ up.set_parameter      TC[20,3] set parameter values
 up.get_parameter      TC[20,1] report parameter values
 other commands        TC[8,1] perform a function: function ID u8 = id of the packet
 with a time stamp     TC[11,4] insert activities, around the telecommand above
+up.plan_clear         TC[11,3] reset the schedule
+up.plan_cancel        TC[11,5] delete activities, one of them, by its request ID
 down.event            TM[5,1] to TM[5,4], by its code; event definition ID u8 = code
 down.parameter        TM[20,2] parameter value report
 other telemetry       TM[3,25] housekeeping report: structure ID u16 = id + 256 * status
@@ -42,6 +44,7 @@ from torquer.flight.packets.space_packets import (
     packet_size,
     read_cds,
     read_telecommand,
+    request_id,
 )
 
 EVENT, SEVERITIES = 5, (1, 2, 3, 4)
@@ -51,13 +54,21 @@ DONE, WAITING = 0, 14
 #: Subtype of an event whose code has no severity of its own: low.
 _LOW = 2
 _STRUCTURE = struct.Struct(">H")
+#: Source id of the telecommands of the ground, and so destination of the reports on them.
+SOURCE = 1
+#: One activity to delete: N, source id, application process id, sequence count.
+_ACTIVITY = struct.Struct(">BHHH")
+#: What stands around the two last in the first words of a telecommand packet.
+_TELECOMMAND, _ALONE = 0x1800, 0xC000
 _EXPECTED = {
     "acknowledgement": "command_id u8, module_id u8, accepted u8, code u8, command_time u32, "
-    "counter u32",
+    "counter u32, request u32",
     "event": "module_id u8, code u8, argument i32, on_board_ms f64",
     "parameter": "index u16, value f64",
     "set_parameter": "acknowledge u8, index u16, value f64",
     "get_parameter": "acknowledge u8, index u16",
+    "plan_clear": "acknowledge u8",
+    "plan_cancel": "acknowledge u8, request u32",
 }
 
 
@@ -67,7 +78,7 @@ class Kind:
     ACCEPTED, REFUSED, COMPLETED, FAILED = (1, 1), (1, 2), (1, 7), (1, 8)
     HOUSEKEEPING = (3, 25)
     PERFORM_FUNCTION = (8, 1)
-    INSERT_ACTIVITIES = (11, 4)
+    RESET_SCHEDULE, INSERT_ACTIVITIES, DELETE_ACTIVITIES = (11, 3), (11, 4), (11, 5)
     ARE_YOU_ALIVE, I_AM_ALIVE = (17, 1), (17, 2)
     REPORT_PARAMETERS, PARAMETER_VALUES, SET_PARAMETERS = (20, 1), (20, 2), (20, 3)
 
@@ -80,20 +91,21 @@ class Message(NamedTuple):
 
 
 class Made(NamedTuple):
-    """A historical frame taken apart. `code`: module or status."""
+    """A historical frame taken apart. `code`: module or status; `request`: of a command."""
 
     id: int
     time_s: int
     code: int
     data: bytes
+    request: int = 0
 
     @classmethod
     def of(cls, frame: bytes) -> Made:
         """ValueError if it is shorter than a header."""
         if len(frame) < HEADER_BYTES:
             raise ValueError(f"frame: must have {HEADER_BYTES} bytes; received {len(frame)}")
-        _, time_s, number, code, *_ = HEADER.unpack_from(frame)
-        return cls(number, time_s, code, frame[HEADER_BYTES:])
+        _, time_s, number, code, marks, _ = HEADER.unpack_from(frame)
+        return cls(number, time_s, code, frame[HEADER_BYTES:], marks & 0xFFFF)
 
 
 class Profile:
@@ -106,12 +118,9 @@ class Profile:
         self.acknowledgement = _known_id(dictionary.down, "acknowledgement")
         self._event = _known_id(dictionary.down, "event")
         self._parameter = _known_id(dictionary.down, "parameter")
-        self._parameters = {
+        self._special = {
             kind: number
-            for kind, name in (
-                (Kind.REPORT_PARAMETERS, "get_parameter"),
-                (Kind.SET_PARAMETERS, "set_parameter"),
-            )
+            for kind, name in _SPECIAL.items()
             if (number := _known_id(dictionary.up, name))
         }
 
@@ -119,11 +128,14 @@ class Profile:
         return self
 
     def request(self, command: Made) -> Message:
-        """The message of a command, whatever its time stamp."""
+        """The message of a command, whatever its time stamp.
+
+        The request that `plan_cancel` names is the number of a telecommand (`request_number`).
+        """
         arguments = command.data[1:]
-        for kind, number in self._parameters.items():
+        for kind, number in self._special.items():
             if number == command.id:
-                return Message(kind, bytes([1]) + arguments)
+                return Message(kind, _as_special(kind, arguments))
         return Message(Kind.PERFORM_FUNCTION, bytes([command.id]) + arguments)
 
     def command(self, request: Telecommand, packet: bytes, time_s: int) -> Frame:
@@ -132,28 +144,26 @@ class Profile:
         It always asks for an acknowledgement, since failures are always reported; `raw` is the
         telecommand packet.
         """
-        number = self._number(request)
+        number, arguments = self._taken_apart(request)
         known = self.up.get(number)
         if known is None:
             raise Malformed("unknown")
-        arguments = request.data[1:]
         if len(arguments) != known.size - 1:
             raise Malformed("length")
         values = decoder(known)(bytes([1]) + arguments)
-        return Frame(known, time_s, self.modules[number], values, packet)
+        module = self.modules[number]
+        return Frame(known, time_s, module, values, packet, request_number(packet))
 
-    def _number(self, request: Telecommand) -> int:
-        """Id of the packet that a request means."""
+    def _taken_apart(self, request: Telecommand) -> tuple[int, bytes]:
+        """Id of the packet that a request means, and its fields after `acknowledge`."""
         kind, data = (request.service, request.subtype), request.data
-        if kind != Kind.PERFORM_FUNCTION and kind not in self._parameters:
+        if kind in self._special:
+            return self._special[kind], _from_special(kind, data)
+        if kind != Kind.PERFORM_FUNCTION:
             raise Malformed("unknown")
         if not data:
             raise Malformed("length")
-        if kind == Kind.PERFORM_FUNCTION:
-            return 0 if data[0] in self._parameters.values() else data[0]
-        if data[0] != 1:  # a command of the dictionary has one parameter
-            raise Malformed("value")
-        return self._parameters[kind]
+        return 0 if data[0] in self._special.values() else data[0], data[1:]
 
     def activities(self, data: bytes, apid: int) -> list[Frame]:
         """The commands that TC[11,4] inserts, each with its release time; `Malformed` if one is
@@ -209,6 +219,47 @@ class Profile:
                 raise Malformed("value")
             return self._parameter, INFO, data[1:]
         raise Malformed("unknown")
+
+
+#: Commands that have messages of their own, by these.
+_SPECIAL = {
+    Kind.REPORT_PARAMETERS: "get_parameter",
+    Kind.SET_PARAMETERS: "set_parameter",
+    Kind.RESET_SCHEDULE: "plan_clear",
+    Kind.DELETE_ACTIVITIES: "plan_cancel",
+}
+
+
+def _as_special(kind: tuple[int, int], arguments: bytes) -> bytes:
+    """The data of such a message for the fields of the packet."""
+    if kind == Kind.RESET_SCHEDULE:
+        return b""
+    if kind != Kind.DELETE_ACTIVITIES:
+        return bytes([1]) + arguments
+    number = int.from_bytes(arguments, "little")
+    return _ACTIVITY.pack(1, SOURCE, number >> 16 & 0x7FF, number & 0x3FFF)
+
+
+def _from_special(kind: tuple[int, int], data: bytes) -> bytes:
+    """The fields of the packet for the data of such a message; `Malformed` for more than one."""
+    if kind == Kind.RESET_SCHEDULE:
+        return data
+    if not data:
+        raise Malformed("length")
+    if data[0] != 1:  # a command of the dictionary is about one parameter, or activity
+        raise Malformed("value")
+    if kind != Kind.DELETE_ACTIVITIES:
+        return data[1:]
+    if len(data) != _ACTIVITY.size:
+        raise Malformed("length")
+    _, _, apid, count = _ACTIVITY.unpack(data)
+    number = (_TELECOMMAND | apid & 0x7FF) << 16 | _ALONE | count & 0x3FFF
+    return number.to_bytes(4, "little")
+
+
+def request_number(packet: bytes) -> int:
+    """The request ID of a telecommand packet as a number: that of the command in answers to it."""
+    return int.from_bytes(request_id(packet), "big")
 
 
 def ack_flags(command: Made) -> int:

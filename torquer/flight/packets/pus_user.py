@@ -16,6 +16,7 @@ from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.pus_profile import (
     DONE,
+    SOURCE,
     WAITING,
     Kind,
     Made,
@@ -35,12 +36,9 @@ from torquer.flight.packets.space_packets import (
     request_id,
 )
 
-#: Source id of the telecommands, and so destination of the reports on them.
-SOURCE = 1
-
 
 class Sent(NamedTuple):
-    """A command of which reports may come: id of its packet, module, time stamp [s].
+    """A command of which reports may come: id of its packet, module, time stamp [s], number.
 
     `inserts`: whether the request only inserted it into the schedule.
     """
@@ -48,11 +46,12 @@ class Sent(NamedTuple):
     id: int
     module: int
     time_s: int
+    request: int
     inserts: bool
 
 
 #: What is known of the command of a request that someone else has sent.
-_NOT_OURS = Sent(0, 0, 0, False)
+_NOT_OURS = Sent(0, 0, 0, 0, False)
 
 
 class User:
@@ -80,10 +79,13 @@ class User:
         With a time stamp, the packet that inserts it into the schedule: it has the count before.
         """
         made = Made.of(frame)
+        message = self._profile.request(made)
+        if message.kind == Kind.DELETE_ACTIVITIES:
+            message = self._profile.request(made._replace(data=self._named(made.data)))
         count = self._next_count()
         if not made.time_s:
-            return self._remember(self._profile.request(made), made, count)
-        activity = self._remember(self._profile.request(made), made, self._next_count())
+            return self._remember(message, made, count)
+        activity = self._remember(message, made, self._next_count())
         return self._remember(insertion(made.time_s, activity), made, count)
 
     def ping(self) -> bytes:
@@ -120,10 +122,21 @@ class User:
         number = request_id(packet)
         self._sent.pop(number, None)
         inserts = message.kind == Kind.INSERT_ACTIVITIES
-        self._sent[number] = Sent(made.id, made.code, made.time_s, inserts)
+        self._sent[number] = Sent(made.id, made.code, made.time_s, made.request, inserts)
         if len(self._sent) > self.MOST_SENT:
             del self._sent[next(iter(self._sent))]
         return packet
+
+    def _named(self, data: bytes) -> bytes:
+        """The fields of `plan_cancel` with the telecommand of a command for the command's number.
+
+        One that was not sent here, or too long ago, keeps its number, which no telecommand has.
+        """
+        request = int.from_bytes(data[1:], "little")
+        for number, sent in reversed(self._sent.items()):
+            if request and sent.request == request and not sent.inserts:
+                return data[:1] + number[::-1]
+        return data
 
     def _frame(self, read: Telemetry) -> Frame | None:
         """The frame of a report; None if it was only to be counted."""
@@ -167,6 +180,6 @@ class User:
         packet = self._profile.down.get(self._profile.acknowledgement)
         if packet is None:
             return None
-        number, module, command_s, _ = sent or _NOT_OURS
-        values = (number, module, code == DONE, code, command_s, 0)
+        number, module, command_s, request, _ = sent or _NOT_OURS
+        values = (number, module, code == DONE, code, command_s, 0, request)
         return frame_packet(packet, time_s, encoder(packet)(values))

@@ -5,9 +5,8 @@ request, the two failures with a reason code u8. Successes are reported if the a
 failures always. A report goes to where the request came from.
 
 Whoever judges commands states what became of each (`judged`); a module's answer states the command
-only by packet, module and time stamp. Answers come in the order in which commands of these three
-were handed on, and before the next ones are. So those that are on their way are kept in order,
-and an answer belongs to the first of its key; if answers were lost on the way, the oldest were.
+by packet, module, time stamp and number of the request. Equal ones, as two users of the process
+may send, are answered in the order in which they were handed on.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from torquer.flight.packets.space_packets import ACCEPTANCE, COMPLETION, request
 
 #: Place of the source id in a telecommand packet, and of the byte that ends with its ack flags.
 _SOURCE, _ACK = slice(9, 11), slice(6, 7)
-#: What the answer to a command states of it: id of its packet, module, time stamp [s].
-Key = tuple[int, int, int]
+#: What the answer to a command states of it: id of its packet, module, time stamp [s], request.
+Key = tuple[int, int, int, int]
 
 
 class Request(NamedTuple):
@@ -67,6 +66,9 @@ class _OnItsWay(NamedTuple):
 class Verification:
     """What became of requests, as reports. Plain state."""
 
+    #: Most commands whose answers are waited for: of the oldest no end is reported.
+    MOST_ON_THEIR_WAY = 2000
+
     def __init__(self) -> None:
         self.reports: list[Report] = []
         self._on_their_way: list[_OnItsWay] = []
@@ -81,7 +83,7 @@ class Verification:
     def judged(self, packet: bytes, key: Key, code: int) -> None:
         """What became of the command of a packet: handed on, in the list, or refused.
 
-        One that was handed on just now can still be refused: dropped from a full queue.
+        One that was handed on can still be refused: its module has been stopped.
         """
         request = Request.of(packet)
         alone = request.id in self._inserting and len(self._inserting) == 1
@@ -89,12 +91,14 @@ class Verification:
             self._inserting[request.id] = code
         if code == DONE:
             self._on_their_way.append(_OnItsWay(key, request, False))
+            del self._on_their_way[: -self.MOST_ON_THEIR_WAY]
         elif code != WAITING:
-            dropped = _OnItsWay(key, request, False)
-            if dropped in self._on_their_way:
-                self._on_their_way.remove(dropped)
+            begun = [each for each in self._on_their_way if each.key == key]
+            self._on_their_way = [each for each in self._on_their_way if each.key != key]
+            was_accepted = any(each.reported for each in begun)
             if not alone:  # else the report on the insertion says it
-                self.reports += failure(request, Kind.REFUSED, code)
+                kind = Kind.FAILED if was_accepted else Kind.REFUSED
+                self.reports += failure(request, kind, code)
 
     def insertion_begins(self, activities: Iterable[bytes]) -> None:
         """Activities (telecommand packets) are judged from now on."""
@@ -115,19 +119,12 @@ class Verification:
         )
 
     def answered(self, keys: Sequence[Key]) -> list[Request | None]:
-        """The requests to which answers of modules belong; None where there is none.
+        """The requests to which answers of modules belong, by their keys; None for none."""
+        return [self._first(key) for key in keys]
 
-        `keys`: of all answers since the last call, in order. What was handed on before that call
-        and has no answer among them, will have none.
-        """
-        found = [self._newest(key) for key in reversed(keys)]
-        self._on_their_way = [each for each in self._on_their_way if not each.reported]
-        return found[::-1]
-
-    def _newest(self, key: Key) -> Request | None:
-        """Take the newest of a key that was on its way before."""
-        for place in reversed(range(len(self._on_their_way))):
-            each = self._on_their_way[place]
+    def _first(self, key: Key) -> Request | None:
+        """Take the first of a key that was on its way before."""
+        for place, each in enumerate(self._on_their_way):
             if each.reported and each.key == key:
                 return self._on_their_way.pop(place).request
         return None

@@ -43,6 +43,7 @@ class Reason(IntEnum):
     REJECTED = 12, "not authentic, or received before"
     FAILED = 13, "the execution failed"
     WAITING = 14, "received: waits for its execution time", _INFO
+    CANCELLED = 15, "cancelled on board", _INFO
 
     BOOTED = 32, "the software has started; argument: reboot counter", _INFO
     READY = 33, "all modules have started", _INFO
@@ -68,6 +69,7 @@ class Reason(IntEnum):
     COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number", _HIGH
     WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number", _HIGH
     ACTUATORS_CHANGED = 55, "another configuration of actuators", _INFO
+    PLAN_LOST = 65, "commands of the plan cannot be read any more", _HIGH
     FROM_RESERVE = 64, "the reserve file system is used after resets", _HIGH
 
 

@@ -16,6 +16,7 @@ from torquer.flight.software.containment import Unmade
 from torquer.flight.software.memory import Memory, unseal
 from torquer.flight.software.modules.clk import TIME
 from torquer.flight.software.modules.svr import ERRORS
+from torquer.flight.software.plan import PLAN
 from torquer.flight.software.services import Services, save_settings, settings_file
 from torquer.flight.software.software import Software
 from torquer.flight.software.state import Cause, State
@@ -237,3 +238,4 @@ def deliver(core: AnyCore, now_ms: int) -> None:
     core.memory.write(FPGA, FPGA_AS_DELIVERED)
     core.memory.write(TIME, Clock(now_ms=now_ms).save())
     core.memory.write(STRIKES, NO_STRIKES.save())
+    core.memory.write(PLAN, b"")

@@ -143,7 +143,7 @@ class Pus(Protected):
     def judged(self, command: Telecommand, code: Reason) -> bool:
         """Keep for the reports on requests what COM has decided; those on malformed ones exist."""
         if command.received:
-            key = (command.id, command.module, command.time_s)
+            key = (command.id, command.module, command.time_s, command.request)
             self._stream.judged(command.received, key, code)
         return True
 

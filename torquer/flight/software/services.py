@@ -83,6 +83,8 @@ class Services:
         self._link, self._defaults = link, defaults
         self._actuators, self._flight = actuators, flight
         self._frame = Downlink(link.dictionary).frame
+        answers = link.dictionary.down.get("acknowledgement")
+        self._answers = 0 if answers is None else len(answers.names)
         self._modes: dict[str, str] | None = None
         self._command: tuple[tuple, tuple] | None = None
 
@@ -164,9 +166,13 @@ class Services:
     def acknowledge(self, command: Telecommand, code: Reason) -> None:
         """Answer a command of the ground that asks for it."""
         if command.acknowledge:
-            accepted = code == Reason.DONE
-            answer = (command.id, command.module, accepted, code, command.time_s)
-            self.cdh.put("acks", answer)
+            self.cdh.put("acks", command.answer(code))
+
+    def answer_frame(self, answer: tuple, counter: int) -> bytes:
+        """The frame of an acknowledgement (`Telecommand.answer`), as far as the packet goes."""
+        *known, request = answer
+        values = (*known, counter, request)
+        return self.frame("acknowledgement", values[: self._answers])
 
     def new_link(self) -> Historical | Protected:
         """The link to the ground, with an empty stream."""
@@ -264,8 +270,9 @@ class Services:
         return [name for name, slot in self._state.slots.items() if slot.is_off]
 
     def stop(self, module: str) -> None:
-        """Stop a module."""
-        self._state.stop(module)
+        """Stop a module; commands that wait for it are answered: not possible."""
+        for command in self._state.stop(module):
+            self.acknowledge(command, Reason.STATE)
 
     # watchdog and reboot
 

@@ -39,7 +39,8 @@ class AnyModule(Protocol):
 class Telecommand(NamedTuple):
     """A command of the ground as modules get it; `acknowledge`: whether it asks for an answer.
 
-    `received`: the frame or packet that it came in; none for one that could not be read.
+    `received`: the frame or packet that it came in; none for one that could not be read; `request`:
+    its number in answers; `valid_until`: see `frames.last_second`.
     """
 
     packet: str
@@ -49,6 +50,12 @@ class Telecommand(NamedTuple):
     acknowledge: bool
     values: tuple
     received: bytes = b""
+    request: int = 0
+    valid_until: int = 0
+
+    def answer(self, code: Reason) -> tuple:
+        """What an acknowledgement states of it: id, module, accepted, code, time, request."""
+        return self.id, self.module, code == Reason.DONE, code, self.time_s, self.request
 
 
 class Cause(IntEnum):
@@ -136,7 +143,9 @@ class State:
             del self.uplink[:beyond]
             self.lost_uplink += beyond
 
-    def stop(self, module: str) -> None:
-        """Stop a module; its commands are lost."""
-        self.slots[module].runs = False
-        self.slots[module].commands.clear()
+    def stop(self, module: str) -> list[Telecommand]:
+        """Stop a module; the commands that it leaves."""
+        slot = self.slots[module]
+        slot.runs, left = False, list(slot.commands)
+        slot.commands.clear()
+        return left

@@ -66,6 +66,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/log", routes.log),
             Route(f"{one}/commands", routes.commands, methods=["GET"]),
             Route(f"{one}/commands", routes.order, methods=["POST"]),
+            Route(f"{one}/commands/{{number:int}}/cancel", routes.cancel, methods=["POST"]),
             Route(f"{one}/sent", routes.sent),
             Route(f"{one}/modes", routes.modes),
             Route(f"{one}/scene", routes.scene),
@@ -148,11 +149,16 @@ class _Routes:
         """Send a command, or all of a list or none."""
         contact = self._contact(request)
         data = await json_object(request, "command", _MOST_BYTES)
-        by = "command line" if "authorization" in request.headers else "page"
+        by = _by(request)
         if "commands" in data:
             listed = data["commands"] if isinstance(data["commands"], list) else [None]
             return JSONResponse(contact.order([*map(_as_sent, listed)], by))
         return JSONResponse(contact.order([_as_sent(data)], by)[0])
+
+    async def cancel(self, request: Request) -> Response:
+        """Cancel a command that waits, here or on board."""
+        contact, number = self._contact(request), request.path_params["number"]
+        return JSONResponse(contact.cancel(min(number, _LAST_MS), _by(request)))
 
     async def modes(self, request: Request) -> Response:
         """The mode table and its diagram."""
@@ -244,7 +250,7 @@ def _describe(contact: Contact) -> dict:
     return {
         "key": contact.key,
         "name": dictionary.name,
-        "clock_ms": contact.clock_ms,
+        "clock_ms": contact.clock.latest_ms,
         "has": {
             "modes": bool(regions) and "modes" in dictionary.down,
             "scene": scenario is not None,
@@ -289,6 +295,10 @@ def _as_sent(data) -> Sent:
     if not isinstance(data, dict):
         raise ScenarioError(f"command: must be an object; received {quote_value(data)}")
     return validate_tables(Sent, {"at_s": 0.0} | data)
+
+
+def _by(request: Request) -> str:
+    return "command line" if "authorization" in request.headers else "page"
 
 
 def _whole(text: str) -> int | str:

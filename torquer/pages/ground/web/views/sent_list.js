@@ -1,7 +1,7 @@
 // Commands that were sent, with what became of each, live.
 
 import { h, oncePerFrame, utc, utcToday } from "../dom.js";
-import { get, inBackground, route } from "../net/api.js";
+import { get, inBackground, post, route } from "../net/api.js";
 
 /** Most commands shown: the last ones. */
 const MOST = 200;
@@ -53,9 +53,22 @@ export class SentList {
 
   #draw() {
     const sorted = [...this.#commands.values()].sort((a, b) => b.id - a.id);
-    this.#body.replaceChildren(...sorted.map(lineOf));
+    this.#body.replaceChildren(...sorted.map((one) => lineOf(one, () => this.#cancel(one))));
+  }
+
+  /** Has a command cancelled that waits, here or on board; why it cannot be stands in its state. */
+  async #cancel(command) {
+    const path = route(this.#context.satellite.key, "commands", String(command.id), "cancel");
+    try {
+      this.put([await post(path, {})]);
+    } catch (error) {
+      this.put([{ ...command, reason: error.message }]);
+    }
   }
 }
+
+/** States in which a command can be cancelled. */
+const WAITS = ["waiting", "received"];
 
 /** How far a command has come. */
 function progress({ sent_ms, received_ms, answered_ms, state }) {
@@ -63,9 +76,10 @@ function progress({ sent_ms, received_ms, answered_ms, state }) {
   return [sent_ms, received_ms, answered_ms].filter(Boolean).length + (isOver ? 1 : 0);
 }
 
-function lineOf(command) {
+function lineOf(command, cancel) {
   const { id, state, made_ms, sent_ms, answered_ms } = command;
-  const stateCell = h("td", { class: "t-sent__state" }, stateInWords(command));
+  const button = WAITS.includes(state) && h("button", { type: "button", onclick: cancel }, "Cancel");
+  const stateCell = h("td", { class: "t-sent__state" }, stateInWords(command), " ", button || "");
   return h(
     "tr",
     { "data-state": state, "data-command": command.command },
