@@ -7,8 +7,8 @@ counter of the packet's frames u8 and a CRC-16 u16 of all this and the data; the
 data in order. No number crosses from one segment into the next, so that each has a layout of its
 own, which a DBC file states (`dbc`).
 
-Anything else, protected frames above all, goes as a stream of bytes under the id 0, which no packet
-has; there the number of the segment counts on. So do packets whose numbers would cross from one
+Anything else, protected frames and numbered commands above all, goes as a stream of bytes under the
+id 0, which no packet has; there the number of the segment counts on. So do packets whose numbers would cross from one
 segment into the next, or that an identifier has no room for.
 """
 
