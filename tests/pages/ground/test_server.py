@@ -348,8 +348,9 @@ def test_with_known_keys_a_satellite_may_begin_again(tmp_path):
 
 
 def test_own_keys_reject_telemetry_that_counts_from_the_beginning(tmp_path):
-    new_key(tmp_path / "up"), new_key(tmp_path / "down")
-    own = software(tmp_path, up_key="up", down_key="down")
+    for name in ("up", "recovery", "down"):
+        new_key(tmp_path / name)
+    own = software(tmp_path, up_key="up", recovery_key="recovery", down_key="down")
     with flying(own) as first, serving(tmp_path / "a", chibis=table(first.address, own)) as client:
         until(lambda: len(client.get("chibis/history/extended/omega_x?size=20000")) > 100)
         _, ordered = client.order("get_parameter", index=0)

@@ -16,6 +16,7 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.boot import BOOT_S, VARIABLES, deliver, go_on, has_ended, variables
 from torquer.flight.software.clock import to_ms
 from torquer.flight.software.containment import brief, where
+from torquer.flight.software.link import deliver_counters
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import Services
 from torquer.flight.software.software import Software, load_software
@@ -68,6 +69,7 @@ class Core:
         is_new, start_ms = not self.memory.names(), to_ms(scenario.start)
         if is_new:
             deliver(self, start_ms)
+            deliver_counters(self.memory)
         self._switch_on(-BOOT_S, Cause.POWER_ON)
         go_on(self, 0.0)
         self.state.clock.run_to(0.0)

@@ -92,9 +92,16 @@ class Sender:
         due = 0
         while due < len(self._frames) and self._frames[due][0] <= t_s:
             due += 1
-        sent = b"".join(self._station.command(frame) for _, frame in self._frames[:due])
+        sent = b"".join(self._sent(frame) for _, frame in self._frames[:due])
         del self._frames[:due]
         return sent
+
+    def _sent(self, frame: bytes) -> bytes:
+        """A script waits for no answer: what follows a change of the key has the new one."""
+        data = self._station.command(frame)
+        if self._station.changes_key(frame):
+            self._station.use_key(self._station.key_in(frame))
+        return data
 
 
 class Recorder:
