@@ -99,9 +99,11 @@ class Contact:
 
     @property
     def is_connected(self) -> bool:
-        """Whether the satellite is there: a connection, or something received of late."""
-        heard = time.monotonic() - self._heard_s < SILENCE_S
-        return self.link.is_ready and (self.link.peers > 0 or heard)
+        """Whether the satellite is there: frames have come, by this connection or of late."""
+        if not self.link.is_ready:
+            self._heard_s = -math.inf
+        silence_s = math.inf if self.link.peers else SILENCE_S
+        return time.monotonic() - self._heard_s < silence_s
 
     def order(self, commands: Sequence[Sent], by: str) -> list[dict]:
         """Take commands, all or none; `ScenarioError` with one line for what cannot be sent."""
@@ -135,12 +137,12 @@ class Contact:
         data = self.link.receive()
         if not data:
             return False
-        at_ms, self._heard_s = now_ms(), time.monotonic()
+        at_ms = now_ms()
         pairs = self._judge.rows(self._station.receive(data), at_ms)
         self._accept_restart()
         if pairs:
             rows = [row for _, row in pairs]
-            self._frames += len(rows)
+            self._frames, self._heard_s = self._frames + len(rows), time.monotonic()
             loop = asyncio.get_running_loop()
             await loop.run_in_executor(writer, self.archive.put, rows, self._counters())
             self._live.rows(self.key, rows)

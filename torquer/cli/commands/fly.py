@@ -19,7 +19,7 @@ from torquer.cli.loading import check_computer, check_files, find_code, load_che
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
-from torquer.flight.link import Link, open_link
+from torquer.flight.link import Link, open_link, screens_of
 from torquer.flight.packets.bits import values_in_words
 from torquer.flight.packets.commands import load_script, make_frames
 from torquer.flight.packets.frames import Frame
@@ -223,7 +223,7 @@ def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
             "software file name your own"
         )
     station = Station(software)
-    sender, link = Sender(frames, station), _open_file(how.listen, software)
+    sender, link = Sender(frames, station), _listen(how.listen, core)
     return _Flight(core, _Ground(station), sender, faults, software, before, link, Lateness())
 
 
@@ -241,12 +241,13 @@ def _make_core(scenario, software: Software, memory: Memory, computer: Path | No
     return core
 
 
-def _open_file(address: str | None, software: Software) -> Link | None:
+def _listen(address: str | None, core: Core) -> Link | None:
     """The link to the ground, if there is to be one."""
     if address is None:
         return None
     try:
-        link = open_link(address, software.dictionary)
+        screens = screens_of(core.software, core.judge)
+        link = open_link(address, core.software.dictionary, screens)
     except ValueError as error:
         raise ValueError(f"--listen: {error}") from None
     print_note(f"listening on {link.address}")

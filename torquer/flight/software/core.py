@@ -106,6 +106,11 @@ class Core:
             self._switch_on(inputs.t_s, Cause.WATCHDOG)
         return sent
 
+    def judge(self, frame: bytes) -> str:
+        """Why the receiver would not accept a frame around commands now; "" if it would."""
+        link = getattr(self.state.modules.get("com"), "link", None)
+        return "booting" if link is None or not self.is_running else link.judge(frame)
+
     def reboot(self, cause: Cause = Cause.FAULT) -> None:
         """Switch off and on before the next control step; nothing is saved before."""
         self._switch_on(self.services.t_s, cause)

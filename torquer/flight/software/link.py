@@ -59,6 +59,10 @@ class Historical:
         """Number of frames around commands that were refused since the last call."""
         return 0
 
+    def judge(self, frame: bytes) -> str:
+        """Why a frame around commands would not be accepted now; "" if it would."""
+        return ""
+
     def take_events(self) -> list[tuple[Reason, int]]:
         """What there is to be reported of keys since the last call: reason and argument."""
         return []
@@ -123,6 +127,9 @@ class Protected(Historical):
         refused = rejected.total() - self._refused.total()
         self._refused = Counter(rejected)
         return refused
+
+    def judge(self, frame: bytes) -> str:
+        return self.keys.receiver.judge(frame)
 
     def take_events(self) -> list[tuple[Reason, int]]:
         taken, self.keys.events = self.keys.events, []
