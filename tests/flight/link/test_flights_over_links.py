@@ -14,7 +14,7 @@ from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
 from torquer.flight.packets.station import Station
 from torquer.flight.software import session
-from torquer.flight.software.session import load_session
+from torquer.flight.software.session_file import load_session
 from torquer.flight.software.software import load_software
 
 DAY = "examples/chibis_m_day.toml"
