@@ -130,7 +130,7 @@ def test_sessions_of_other_software_are_refused(scenario):
 
 def test_what_was_received_is_a_table_a_packet(scenario):
     session, received = record(scenario, ticks=60)
-    tables = as_tables(received, load_software(None).dictionary)
+    tables = as_tables(received)
     extended = tables["extended"]
     assert extended.sizes["frame"] == len(of_kind(received, "extended"))
     assert extended["omega_x"].attrs["units"] == "deg/s"

@@ -147,7 +147,7 @@ def fly(
         took_s = time.process_time() - begun_s
         number = signals.number if signals.asked else 0
         signals.forget()  # what came down until then is written
-        tables = as_tables(downlink.frames(Station(flight.software)), flight.software.dictionary)
+        tables = as_tables(downlink.frames(Station(flight.software)))
         files = _write(flight, tables, flown.name, out)
     _show(flight, recorder, tables, out, files, took_s, how)
     if stopped:

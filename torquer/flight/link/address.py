@@ -40,8 +40,8 @@ def open_link(
     nothing through but whole frames [bytes as they come]. ValueError with one line if there is no
     such link.
     """
-    ends = {"tcp": partial(TcpLink, new_screen=new_screen)}
-    ends["udp"] = partial(UdpLink, new_screen=new_screen)
+    kinds = {"tcp": TcpLink, "udp": UdpLink}
+    ends = {kind: partial(end, new_screen=new_screen) for kind, end in kinds.items()}
     return _open(address, dictionary, ends, "down", new_screen)
 
 

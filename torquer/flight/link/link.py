@@ -7,7 +7,7 @@ import socket
 from torquer.flight.link.screen import Found, NewScreen, Unscreened, choose
 
 #: Most bytes taken from a peer by one call of `receive`; what is left waits for the next one.
-PEER_BYTES = 4096
+PEER_BYTES = 2048
 #: Most peers at a time.
 MOST_PEERS = 16
 #: Most bytes that wait for a peer: 256 KiB.

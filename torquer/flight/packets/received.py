@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from torquer.flight.packets.dictionary import Dictionary, Field, Packet
+from torquer.flight.packets.dictionary import Field, Packet
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.station import Station
 
@@ -62,20 +62,22 @@ class Downlink(AbstractContextManager):
                     yield at_s, frame
 
 
-def as_tables(
-    received: Iterable[tuple[float, Frame]], dictionary: Dictionary
-) -> dict[str, xr.Dataset]:
-    """A dataset for each packet of the downlink that was received, by its name.
+def as_tables(received: Iterable[tuple[float, Frame]]) -> dict[str, xr.Dataset]:
+    """A dataset for each packet of the downlink that was received, by its name, in the order in
+    which they first came.
 
     `received`: times of reception [s] and frames. Over `frame`: `received_s`, `time_s` (time stamp
     by the on-board clock, since 2010-01-01), `status` and each number of the packet,
     with unit and description; labelled numbers and those of bits have `flag_meanings`, signed ones
     `unknown`, the lowest value, which stands for a number that was not known.
     """
-    columns = {name: _Columns(packet) for name, packet in dictionary.down.items()}
+    columns: dict[str, _Columns] = {}
     for at_s, frame in received:
-        columns[frame.packet.name].add(at_s, frame)
-    return {name: each.table() for name, each in columns.items() if each.has_rows}
+        name = frame.packet.name
+        if name not in columns:
+            columns[name] = _Columns(frame.packet)
+        columns[name].add(at_s, frame)
+    return {name: each.table() for name, each in columns.items()}
 
 
 class _Columns:
@@ -85,11 +87,6 @@ class _Columns:
         self._packet = packet
         self._latest: list[tuple[float, Frame]] = []
         self._arrays: list[list[np.ndarray]] = []
-
-    @property
-    def has_rows(self) -> bool:
-        """Whether there is a frame."""
-        return bool(self._latest or self._arrays)
 
     def add(self, at_s: float, frame: Frame) -> None:
         """One more frame."""
