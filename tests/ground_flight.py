@@ -11,7 +11,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from onboard_ground import scenario
 
-from torquer.flight.link import open_link
+from torquer.flight.link import open_link, screens_of
 from torquer.flight.software.core import Core
 from torquer.ground.contact import AS_ARCHIVED
 from torquer.ground.file import SatelliteTable, make_satellite
@@ -35,8 +35,8 @@ def until(what, why="it takes too long"):
 @contextlib.contextmanager
 def flying(software=None, address="tcp:127.0.0.1:0", memory=None, flown=None):
     """The address of a satellite that flies; `log`: bytes that went up; `flown`: its scenario."""
-    link = open_link(address)
     core = Core(flown or scenario(864000.0), software, memory)
+    link = open_link(address, core.software.dictionary, screens_of(core.software, core.judge))
     core.tick()  # compiled before anybody waits
     ended, flight = threading.Event(), Flying(link.address)
 

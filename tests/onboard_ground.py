@@ -26,17 +26,23 @@ class Ground:
         self.stream = Stream(software.dictionary, "down")
         keys = software.keys
         self.sender = CommandSender(keys.up, keys.spi, keys.spacecraft)
+        self.recovery = CommandSender(keys.recovery, keys.recovery_spi, keys.spacecraft)
         self.receiver = TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft)
         self.packets, self.sent = [], []
 
     def frame(self, name, *values, time_s=0, acknowledge=1, **marks):
         """The bytes of a command; `marks`: request, valid_until."""
         frame = self.uplink.frame(name, time_s, (acknowledge, *values), **marks)
-        return self.wrapped(frame)
+        return self.wrapped(frame, self.recovery if name == "change_key" else self.sender)
 
-    def wrapped(self, data):
+    def wrapped(self, data, sender=None):
         """Bytes as the link takes them."""
-        return data if self.link == "historical" else self.sender.wrap(data)
+        return data if self.link == "historical" else (sender or self.sender).wrap(data)
+
+    def use_key(self, number):
+        """Command by another key from now on."""
+        self.sender.key = self.core.software.keys.command_key(number)
+        self.sender.counter = 0
 
     def tick(self, uplink=b"", times=1):
         """Control steps, the first with an uplink; the packets that came down."""

@@ -253,7 +253,7 @@ def test_module_author_sees_the_exception_it_raised(call, tmp_path):
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("uplink", [[1, "zz"]], "uplink[0][1]: must be hexadecimal digits"),
+        ("uplink", [1, "zz"], "uplink[0][1]: must be hexadecimal digits"),
         ("memory", {"main": {"time": "0"}}, "memory.main.time: must be hexadecimal digits"),
         ("scenario", "{}", "session.scenario: must be a scenario"),
     ],
@@ -262,8 +262,10 @@ def test_module_author_sees_the_exception_it_raised(call, tmp_path):
 def test_a_session_that_was_edited_gets_one_line(call, tmp_path, key, value, message):
     call("fly", DAY, "--ticks", 5, "--out", tmp_path)
     session = tmp_path / "session.json"
-    data = json.loads(session.read_text(encoding="utf-8"))
-    session.write_text(json.dumps(data | {key: value}), encoding="utf-8")
+    beginning, *rest = json.loads(session.read_text(encoding="utf-8"))
+    edited = [beginning | {key: value}, *rest] if key in beginning else [beginning, value, *rest]
+    lines = "\n,".join(json.dumps(each) for each in edited)
+    session.write_text(f"[\n{lines}\n]\n", encoding="utf-8")
     code, _, err = call("session", "replay", session)
     assert code == 2 and message in err and err.count("\n") == 1
 

@@ -13,7 +13,8 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.xtce import FRAME, xtce
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile, software_faults
-from torquer.flight.software.session import Recorder, first_difference, fly_steps, replay_session
+from torquer.flight.software.session import first_difference, fly_steps, replay_session
+from torquer.flight.software.session_file import Recorder, Replayed, begin_session, load_session
 
 pytestmark = pytest.mark.slow
 
@@ -59,7 +60,7 @@ def _resident_mb() -> float:
 
 
 @pytest.mark.verifies("REQ-BOO-004", "REQ-CLK-002", "REQ-SES-001")
-def test_flight_survives_thousand_reboots_and_replays_to_the_same_bytes():
+def test_flight_survives_thousand_reboots_and_replays_to_the_same_bytes(tmp_path):
     """At random control steps of a day, none of them during a boot, which would not be counted;
     each loses a boot and at most the minute since the save."""
     rng = random.Random(5)
@@ -68,22 +69,22 @@ def test_flight_survives_thousand_reboots_and_replays_to_the_same_bytes():
         "faults": [{"tick": tick, "fault": "reboot"} for tick in ticks]
     })  # fmt: skip
     scenario = day()
-    core, recorder = Core(scenario), Recorder()
+    core, path = Core(scenario), tmp_path / "session.json"
     ground = Ground(core)
     begun_ms = core.state.clock.now_ms
-    for tick in fly_steps(core, lambda _, t_s: b"", software_faults(faults)):
-        recorder.note(tick.uplink, tick.downlink)
-        ground.packets += ground.decoded(tick.downlink)
+    with Recorder(path, begin_session(scenario, faults, None)) as recorder:
+        for tick in fly_steps(core, lambda _, t_s: b"", software_faults(faults)):
+            recorder.note(tick.downlink, tick.uplink)
+            ground.packets += ground.decoded(tick.downlink)
     causes = [values["boot_reason"] for values in ground.named("ready")]
     assert core.services.reboots == 1000 and set(causes) == {0, 3}
     lost_s = core.services.t_s - 1e-3 * (core.services.now_ms - begun_ms)
     assert 0.0 < lost_s < 1000 * (60.0 + 12.0)
     codes = {values["code"] for values in ground.named("event")}
     assert Reason.MODULE_FAILED not in codes and Reason.SETTINGS_DAMAGED not in codes
-    session = recorder.session(scenario, faults, None)
-    again = Recorder()
+    session, again = load_session(path), Replayed()
     for tick in replay_session(session):
-        again.note(tick.uplink, tick.downlink)
+        again.note(tick.downlink)
     assert again.list_digests() == session.digests
     assert first_difference(session, session) is None
 

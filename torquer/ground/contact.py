@@ -13,9 +13,10 @@ from typing import NamedTuple
 from torquer.flight.link import Link, connect
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
+from torquer.flight.packets.keys import KEY_COMMAND
 from torquer.flight.packets.station import Station
 from torquer.ground.archive import RECORDED, SUSPECT, Archive, Row
-from torquer.ground.commands import ANSWER_MS, Commands
+from torquer.ground.commands import ANSWER_MS, EXECUTED, Commands
 from torquer.ground.file import Satellite
 from torquer.ground.history import ground_entry, has_events, satellite_entry
 from torquer.ground.live import Live
@@ -28,7 +29,8 @@ PAUSE_S = 0.005
 REPORT_S = 1.0
 #: Time without a byte after which a satellite that has no connection is thought away [s].
 SILENCE_S = 30.0
-UP, DOWN = "up", "down"
+#: Counters in the archive: of commands, of changes of their key, of telemetry; number of the key.
+UP, RECOVERY, DOWN, KEY = "up", "recovery", "down", "key"
 
 
 def now_ms() -> int:
@@ -39,11 +41,12 @@ def now_ms() -> int:
 class Counters(NamedTuple):
     """How counters of protected frames go on, where not as the archive has them.
 
-    `commands`: the last one used, for an archive that was lost; `new_telemetry`: telemetry may
-    count from 0 again, once.
+    `commands`, `recovery`: the last ones used with these keys, for an archive that was lost;
+    `new_telemetry`: telemetry may count from 0 again, once.
     """
 
     commands: int = 0
+    recovery: int = 0
     new_telemetry: bool = False
 
 
@@ -71,11 +74,11 @@ class Contact:
         self._judge = Judge(self._station, self.dictionary)
         self._is_open_to_all = satellite.software.keys.are_known
         self._heard_s, self._was_connected, self._reject = -math.inf, False, 0
-        self.archive.put([], {UP: max(self.archive.counter(UP), counters.commands)})
+        last = {UP: counters.commands, RECOVERY: counters.recovery}
+        self.archive.put([], {name: max(self.archive.counter(name), n) for name, n in last.items()})
         protection = self._station.protection
         if protection is not None and not (counters.new_telemetry or self._is_open_to_all):
-            last = self.archive.counter(DOWN)
-            protection.telemetry.counters[satellite.software.keys.spi] = last
+            protection.telemetry.counters[satellite.software.keys.spi] = self.archive.counter(DOWN)
 
     def close(self) -> None:
         """End the link and the archive."""
@@ -96,9 +99,11 @@ class Contact:
 
     @property
     def is_connected(self) -> bool:
-        """Whether the satellite is there: a connection, or something received of late."""
-        heard = time.monotonic() - self._heard_s < SILENCE_S
-        return self.link.is_ready and (self.link.peers > 0 or heard)
+        """Whether the satellite is there: frames have come, by this connection or of late."""
+        if not self.link.is_ready:
+            self._heard_s = -math.inf
+        silence_s = math.inf if self.link.peers else SILENCE_S
+        return time.monotonic() - self._heard_s < silence_s
 
     def order(self, commands: Sequence[Sent], by: str) -> list[dict]:
         """Take commands, all or none; `ScenarioError` with one line for what cannot be sent."""
@@ -137,12 +142,12 @@ class Contact:
         data = self.link.receive()
         if not data:
             return False
-        at_ms, self._heard_s = now_ms(), time.monotonic()
+        at_ms = now_ms()
         pairs = self._judge.rows(self._station.receive(data), at_ms)
         self._accept_restart()
         if pairs:
             rows = [row for _, row in pairs]
-            self._frames += len(rows)
+            self._frames, self._heard_s = self._frames + len(rows), time.monotonic()
             loop = asyncio.get_running_loop()
             await loop.run_in_executor(writer, self.archive.put, rows, self._counters())
             self._live.rows(self.key, rows)
@@ -162,6 +167,7 @@ class Contact:
                 values = dict(zip(names, frame.values, strict=True))
                 answered = self.commands.answered(values, at_ms)
                 if answered is not None:
+                    self._note_key(answered)
                     self._live.message("commands", self.key, answered)
             if row.packet == "event" and has_events(self.dictionary):
                 values = dict(zip(names, row.values, strict=True))
@@ -176,17 +182,24 @@ class Contact:
         if self.link.is_ready:
             until_s = self.clock.seconds_in(ANSWER_MS * 1e-3)
             for number, frame in self.commands.due(now_ms(), until_s):
-                self._set_counter()
+                self._set_counter(frame)
                 self.link.send(self._station.command(frame))
                 self._live.message("commands", self.key, self.commands.sent(number, now_ms()))
                 sent = True
         return sent
 
-    def _set_counter(self) -> None:
-        """Use the next counter of commands, which is kept before it is used."""
+    def _set_counter(self, frame: bytes) -> None:
+        """Use the next counter of a command's key, which is kept before it is used."""
         protection = self._station.protection
-        if protection is not None:
-            protection.commands.counter = self.archive.next_counter(UP) - 1
+        if protection is not None and self._station.changes_key(frame):
+            protection.recovery.counter = self.archive.next_counter(RECOVERY) - 1
+        elif protection is not None:
+            self._station.use_key(self.archive.counter(KEY), self.archive.next_counter(UP) - 1)
+
+    def _note_key(self, answered: dict) -> None:
+        """Use the new key of commands from its change on, which the satellite has confirmed."""
+        if answered["command"] == KEY_COMMAND and answered["state"] == EXECUTED:
+            self.archive.put([], {KEY: answered["values"]["number"], UP: 0})
 
     def _counters(self) -> dict[str, int]:
         protection = self._station.protection
@@ -202,6 +215,7 @@ class Contact:
             return
         if self._is_open_to_all:
             protection.telemetry.counters = dict.fromkeys(protection.telemetry.counters, 0)
+            self.archive.put([], {KEY: 0})
             self.note(
                 "info", "telemetry counts from the beginning: a restarted satellite, or a replay"
             )

@@ -14,7 +14,7 @@ from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
 from torquer.flight.packets.station import Station
 from torquer.flight.software import session
-from torquer.flight.software.session import load_session
+from torquer.flight.software.session_file import load_session
 from torquer.flight.software.software import load_software
 
 DAY = "examples/chibis_m_day.toml"
@@ -107,7 +107,7 @@ def test_a_client_commands_and_gets_the_acknowledgement(call, tmp_path, monkeypa
     assert answer["link"]["received_bytes"] > 0 == answer["link"]["lost_bytes"]
     assert (tmp_path / "downlink.bin").read_bytes().endswith(client.got[-200:])
     uplink = load_session(tmp_path / "session.json").uplink
-    assert len(uplink) == 2 and all(step >= 50 for step, _ in uplink)
+    assert len(uplink) == 1 and all(step >= 50 for step, _ in uplink)  # once it is whole
     assert call("session", "replay", tmp_path / "session.json")[0] == 0
 
 

@@ -1,13 +1,19 @@
 """TCP and UDP: bytes whole and in order, peers that vanish, never read, or come back."""
 
 import contextlib
+import importlib
 import socket
 import time
 
 import pytest
 
-from torquer.flight.link import open_link
+from torquer.flight.link import open_link, screens_of
 from torquer.flight.link.link import MOST_PEERS, MOST_WAITING, PEER_BYTES
+from torquer.flight.packets.frames import Uplink
+from torquer.flight.packets.protected import CommandReceiver, CommandSender
+from torquer.flight.packets.software_file import load_link
+
+tcp_link = importlib.import_module("torquer.flight.link.tcp")
 
 HOST = "127.0.0.1"
 #: Far longer than anything here takes: only a failure waits so long.
@@ -168,24 +174,96 @@ def test_flood_is_taken_in_bounded_parts_without_loss(tcp):
         assert bytes(found) == data
 
 
-def test_one_client_too_many_is_shut_out_and_admitted_later(tcp):
+def is_shut_out(client):
+    """Whether the satellite has ended a connection."""
+    client.setblocking(False)
+    with contextlib.suppress(BlockingIOError):
+        return client.recv(1) == b""
+    return False
+
+
+def test_one_client_too_many_is_shut_out_and_admitted_later(tcp, monkeypatch):
+    monkeypatch.setattr(tcp_link, "STAY_S", 1e9)
     with contextlib.ExitStack() as stack:
         clients = [stack.enter_context(client_of(tcp)) for _ in range(MOST_PEERS)]
         with socket.create_connection((HOST, port_of(tcp)), PATIENCE_S) as refused:
-            ended = []
-
-            def is_shut_out():
-                tcp.receive()
-                refused.setblocking(False)
-                with contextlib.suppress(BlockingIOError):
-                    ended.append(refused.recv(1))
-                return ended == [b""]
-
-            until(is_shut_out)
+            until(lambda: tcp.receive() == b"" and is_shut_out(refused))
         assert tcp.peers == MOST_PEERS
         clients[0].close()
         until(lambda: tcp.receive() == b"" and tcp.peers == MOST_PEERS - 1)
         stack.enter_context(client_of(tcp))
+
+
+@pytest.fixture
+def commanded(monkeypatch):
+    """A link with a screen, whose clients have no time to stay, and a maker of genuine frames."""
+    monkeypatch.setattr(tcp_link, "STAY_S", 0.0)
+    link = load_link()
+    frame, keys = Uplink(link.dictionary).frame("report_status", 0, (1, 1)), link.keys
+    sender = CommandSender(keys.up, keys.spi, keys.spacecraft)
+    receiver = CommandReceiver({keys.spi: keys.up}, keys.spacecraft)
+    screens = screens_of(link, receiver.judge)
+    with contextlib.closing(open_link(f"tcp:{HOST}:0", new_screen=screens)) as opened:
+        yield opened, lambda: sender.wrap(frame)
+
+
+@pytest.mark.verifies("REQ-LNK-008")
+def test_whoever_has_the_key_keeps_a_place_and_who_comes_is_heard(commanded):
+    tcp, genuine = commanded
+    with contextlib.ExitStack() as stack:
+
+        def come():
+            end = stack.enter_context(socket.create_connection((HOST, port_of(tcp)), PATIENCE_S))
+            until(lambda: tcp.receive() == b"" and tcp._peers[-1].end.getpeername() == name(end))
+            return end
+
+        name = socket.socket.getsockname
+        ours = come()
+        ours.sendall(genuine())
+        received(tcp, 1)
+        others = [come() for _ in range(3 * MOST_PEERS)]
+        assert tcp.peers == MOST_PEERS and not is_shut_out(ours)
+        assert [is_shut_out(end) for end in others] == [True] * 33 + [False] * 15
+        late = stack.enter_context(socket.create_connection((HOST, port_of(tcp)), PATIENCE_S))
+        frame = genuine()
+        late.sendall(frame)
+        assert received(tcp, 1) == frame
+        assert is_shut_out(others[33]) and not is_shut_out(ours)
+
+
+@pytest.mark.verifies("REQ-LNK-008")
+def test_a_client_has_its_place_for_a_while(commanded, monkeypatch):
+    """Or those that come again and again would push it out before it has said a word."""
+    monkeypatch.setattr(tcp_link, "STAY_S", 1e9)
+    tcp, genuine = commanded
+    with client_of(tcp) as ours, contextlib.ExitStack() as stack:
+        for _ in range(3 * MOST_PEERS):
+            stack.enter_context(socket.create_connection((HOST, port_of(tcp)), PATIENCE_S))
+            tcp.receive()
+        frame = genuine()
+        ours.sendall(frame)
+        assert received(tcp, 1) == frame and tcp.peers <= MOST_PEERS
+
+
+def test_a_client_that_takes_nothing_for_long_is_forgotten(tcp, monkeypatch):
+    with client_of(tcp), client_of(tcp) as reader:
+        for number in range(256):
+            tcp.send(bytes([number]) * 60_000)
+            taken(reader, 60_000)
+        assert tcp.peers == 2
+        monkeypatch.setattr(tcp_link, "IDLE_S", 0.0)
+        until(lambda: tcp.receive() == b"" and tcp.peers == 1)
+        tcp.send(b"news")
+        assert taken(reader, 4) == b"news"
+
+
+def test_a_datagram_peer_that_is_silent_for_long_is_forgotten(monkeypatch):
+    with contextlib.closing(open_link(f"udp:{HOST}:0")) as link, client_of(link) as client:
+        client.send(b"")
+        until(lambda: link.receive() == b"" and link.peers == 1)
+        monkeypatch.setattr(importlib.import_module("torquer.flight.link.udp"), "IDLE_S", 0.0)
+        time.sleep(0.002)
+        assert link.receive() == b"" and link.peers == 0
 
 
 def test_what_waits_is_sent_at_the_end():

@@ -46,6 +46,7 @@ VALUES = {
     "dump": ((0, 0, 10), Reason.DONE),
     "set_elements": (TLE, Reason.DONE),
     "set_model": ((0,), Reason.NOT_AVAILABLE),
+    "change_key": ((1,), Reason.DONE),
     "coils_manual": ((1.0, 2.0, 3.0, 10.0), Reason.DONE),
     "coils_automatic": ((), Reason.DONE),
     "wheels_manual": ((1e-4, 0.0, 0.0, 10.0), Reason.DONE),

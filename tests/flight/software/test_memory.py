@@ -8,6 +8,7 @@ import random
 import shutil
 import subprocess
 import sys
+from collections.abc import MutableMapping
 
 import pytest
 from hypothesis import given, strategies as st
@@ -203,6 +204,50 @@ def test_a_disk_that_refuses_is_reported_and_keeps_the_old(
         assert os.listdir(tmp_path / "memory" / place) == ["a"]
     memory.write("a", b"newer")
     assert Memory(tmp_path / "memory").read("a") == b"newer"
+
+
+@pytest.mark.verifies("REQ-MEM-003", "REQ-LNK-005")
+@pytest.mark.parametrize("refusing", [(), ("main",), ("reserve",), ("main", "reserve")])
+def test_what_advances_never_goes_back(memory, refusing):
+    """Whichever file systems refuse the new content, and whichever copy is lost afterwards."""
+    memory.write("counter", b"old")
+    working = dict(memory.places)
+
+    class Refuses(MutableMapping):
+        """A file system that takes nothing more, but lets go."""
+
+        def __init__(self, files):
+            self.files = files
+
+        def __setitem__(self, name, content):
+            raise OSError(errno.ENOSPC, "full")
+
+        def __getitem__(self, name):
+            return self.files[name]
+
+        def __delitem__(self, name):
+            del self.files[name]
+
+        def __iter__(self):
+            return iter(self.files)
+
+        def __len__(self):
+            return len(self.files)
+
+    memory.places.update({place: Refuses(working[place]) for place in refusing})
+    assert memory.advance("counter", b"new") == (len(refusing) < 2)
+    memory.places.update(working)
+    if len(refusing) == 2:
+        assert memory.read("counter") == b"old"
+        memory.remove("counter")
+        assert memory.names() == []
+        return
+    assert memory.read("counter") == b"new"
+    for place in memory.places:
+        kept = memory.places[place].pop("counter", None)
+        assert memory.read("counter") in (b"new", None)
+        if kept is not None:
+            memory.places[place]["counter"] = kept
 
 
 def test_a_disk_that_cannot_be_read_is_damaged(monkeypatch, tmp_path):

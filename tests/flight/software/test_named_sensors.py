@@ -34,7 +34,7 @@ def test_packets_name_the_stuck_magnetometer(ground):
 def test_tables_name_the_bits(ground):
     station = Station(ground.core.software)
     frames = [(0.0, frame) for sent in ground.sent for frame in station.receive(sent)]
-    isolated = as_tables(frames, ground.dictionary)["extended"]["isolated"]
+    isolated = as_tables(frames)["extended"]["isolated"]
     meanings = isolated.attrs["flag_meanings"].split()
     assert meanings[-2:] == ["panel", "side"] and isolated.attrs["flag_masks"][-1] == SIDE
     assert isolated.values[-1] == SIDE

@@ -12,7 +12,8 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
 from torquer.flight.software.faults import FaultsFile
-from torquer.flight.software.session import Recorder, fly_steps, replay_session
+from torquer.flight.software.session import fly_steps, replay_session
+from torquer.flight.software.session_file import Recorder, Replayed, begin_session, load_session
 from torquer.flight.software.software import load_software
 from torquer.scenario.explain import ScenarioError
 
@@ -340,7 +341,7 @@ def test_a_session_flies_again_to_the_same_bytes(tmp_path):
     file = tmp_path / "software.toml"
     tables = "".join(f"[modules.{name}]\n" for name in MODULES)
     file.write_text(f'link = "pus"\n{tables}', encoding="utf-8")
-    whole, recorder = scenario(60.0), Recorder()
+    whole, path = scenario(60.0), tmp_path / "session.json"
     core = Core(whole, load_software(file))
     satellite = Satellite(core)
     now_s = core.state.clock.now_s
@@ -348,11 +349,12 @@ def test_a_session_flies_again_to_the_same_bytes(tmp_path):
         5: satellite.command("get_parameter", 0),
         8: satellite.command("shift_clock", 100, time_s=now_s + 30) + satellite.station.ping(),
     }
-    for tick in fly_steps(core, lambda number, _: uplink.get(number, b"")):
-        recorder.note(tick.uplink, tick.downlink)
-    session, again = recorder.session(whole, FaultsFile(), file), Recorder()
+    with Recorder(path, begin_session(whole, FaultsFile(), file)) as recorder:
+        for tick in fly_steps(core, lambda number, _: uplink.get(number, b"")):
+            recorder.note(tick.downlink, tick.uplink)
+    session, again = load_session(path), Replayed()
     for tick in replay_session(session):
-        again.note(tick.uplink, tick.downlink)
+        again.note(tick.downlink)
     assert again.list_digests() == session.digests and again.ticks == session.ticks > 50
 
 

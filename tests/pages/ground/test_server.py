@@ -100,7 +100,7 @@ def test_wrong_questions_get_one_line(client, path, status, text):
 
 
 def test_log_of_satellite_and_ground(client):
-    assert "link found" in client.texts()
+    until(lambda: "link found" in client.texts())
     client.order("get_parameter", index=60_000)
     until(lambda: "svr: a value out of its range; argument: 21" in client.texts())
     entries = client.get("chibis/log")
@@ -234,6 +234,32 @@ def test_infinities_go_by_name_to_browsers(tmp_path):
         assert [row[-1] for row in client.get("sat/history/parameter")] == seen
 
 
+def test_a_link_is_found_when_frames_come_not_when_somebody_listens(tmp_path):
+    software = load_link()
+    keys, made = software.keys, Downlink(software.dictionary)
+    sender = TelemetrySender(keys.down, keys.spi, keys.spacecraft)
+    with (
+        closing(open_link("tcp:127.0.0.1:0")) as link,
+        serving(tmp_path, sat=table(link.address, in_scenario=None)) as client,
+        client.live() as socket_,
+    ):
+        until(lambda: link.receive() or link.peers)
+
+        def states(number):
+            found = []
+            while len(found) < number:
+                found += json.loads(socket_.recv(60)).get("links", ())
+            return found
+
+        link.send(b"no frame" * 100)
+        told = states(3)
+        assert not any(each["connected"] for each in told) and told[-1]["received_bytes"] == 800
+        assert client.texts("sat") == []
+        link.send(sender.wrap(made.frame("parameter", 100, (7, 1.5))) + sender.flush())
+        until(lambda: client.texts("sat") == ["link found"])
+        assert states(1)[-1]["connected"]
+
+
 def test_rows_come_live(client):
     with client.live() as socket_:
         kinds, rows = set(), []
@@ -328,6 +354,27 @@ def test_a_lost_archive_needs_the_counter_of_commands(second_flight, tmp_path):
         assert client.ends(ordered["id"])["state"] == "executed"
 
 
+def test_a_changed_key_of_commands_is_used_from_then_on(tmp_path):
+    with flying() as flight:
+        tables = {"chibis": table(flight.address)}
+
+        def states(*commands):
+            found = []
+            for command, values in commands:
+                _, ordered = client.order(command, **values)
+                found.append(client.ends(ordered["id"])["state"])
+            return found
+
+        get, change = ("get_parameter", {"index": 0}), ("change_key", {"number": 4})
+        with serving(tmp_path, **tables) as client:
+            client.value("omega_x")
+            assert states(get, get, change, get, get) == ["executed"] * 5
+            assert states(change) == ["refused"]
+        with serving(tmp_path, **tables) as client:
+            client.value("omega_x")
+            assert states(get, ("change_key", {"number": 5}), get) == ["executed"] * 3
+
+
 def software(folder, **keys):
     """A software file; keys of its own where asked for."""
     shipped = Path("torquer/flight/software/chibis_m.toml").read_text(encoding="utf-8")
@@ -348,8 +395,9 @@ def test_with_known_keys_a_satellite_may_begin_again(tmp_path):
 
 
 def test_own_keys_reject_telemetry_that_counts_from_the_beginning(tmp_path):
-    new_key(tmp_path / "up"), new_key(tmp_path / "down")
-    own = software(tmp_path, up_key="up", down_key="down")
+    for name in ("up", "recovery", "down"):
+        new_key(tmp_path / name)
+    own = software(tmp_path, up_key="up", recovery_key="recovery", down_key="down")
     with flying(own) as first, serving(tmp_path / "a", chibis=table(first.address, own)) as client:
         until(lambda: len(client.get("chibis/history/extended/omega_x?size=20000")) > 100)
         _, ordered = client.order("get_parameter", index=0)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import closing, nullcontext
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -19,12 +17,13 @@ from torquer.cli.loading import check_computer, check_files, find_code, load_che
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
-from torquer.flight.link import Link, open_link
+from torquer.flight.link import Link, open_link, screens_of
 from torquer.flight.packets.bits import values_in_words
 from torquer.flight.packets.commands import load_script, make_frames
+from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.reasons import describe_code
-from torquer.flight.packets.received import as_tables
+from torquer.flight.packets.received import Downlink, as_tables
 from torquer.flight.packets.software_file import code_in
 from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
@@ -38,16 +37,19 @@ from torquer.flight.software.faults import (
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.session import (
     Lateness,
-    Recorder,
     Sender,
-    Session,
     Tick,
     first_difference,
     fly_steps,
-    load_session,
     read_scenario,
     replay_session,
-    save_session,
+)
+from torquer.flight.software.session_file import (
+    Recorder,
+    Replayed,
+    Session,
+    begin_session,
+    load_session,
 )
 from torquer.flight.software.software import Software, load_software
 from torquer.simulation.results.file import put
@@ -58,24 +60,12 @@ from torquer.simulation.setup.simulate import RunStopped
 _SHOWN = 12
 
 
-@dataclass
-class _Ground:
-    """What the ground makes of the downlink."""
-
-    station: Station
-    received: list[tuple[float, Frame]] = field(default_factory=list)
-
-    def take(self, tick: Tick) -> None:
-        self.received += [(tick.t_s, frame) for frame in self.station.receive(tick.downlink)]
-
-
 class _Flight(NamedTuple):
     """A flight ready to begin; `memory`: the files of its non-volatile memory before it; `link`:
     to a ground outside, if there is one.
     """
 
     core: Core
-    ground: _Ground
     sender: Sender
     faults: FaultsFile
     software: Software
@@ -117,8 +107,9 @@ def fly(
 ) -> int:
     """Fly SCENARIO with flight software around its on-board computer: modules, queues, packets.
 
-    In lock-step, as fast as it goes. Writes the session (session.json), which can be flown again to
-    the same bytes, what came down (downlink.bin), a table for each packet and a picture of them.
+    In lock-step, as fast as it goes. Writes the session (session.json) and what comes down
+    (downlink.bin) as it flies, then a table for each packet and a picture of them. The session can
+    be flown again to the same bytes, that of a flight that was killed as far as it came.
     """
     if how.realtime and how.speed is not None:
         raise ValueError("--speed: must not be given with --realtime; received both")
@@ -144,15 +135,21 @@ def fly(
         claim(out),
         _claim_memory(how.memory),
     ):
-        flight, recorder = _prepare(flown, faults, how), Recorder()
+        flight = _prepare(flown, faults, how)
+        beginning = begin_session(flown, faults, how.software, flight.memory)
         begun_s = time.process_time()
-        with closing(flight.link) if flight.link else nullcontext():
-            stopped = _fly(flight, flown, how, recorder, out, signals)
+        with (
+            closing(flight.link) if flight.link else nullcontext(),
+            Recorder(out / "session.json", beginning) as recorder,
+            Downlink(out / "downlink.bin") as downlink,
+        ):
+            stopped = _fly(flight, flown, how, recorder, downlink, signals)
         took_s = time.process_time() - begun_s
         number = signals.number if signals.asked else 0
         signals.forget()  # what came down until then is written
-        files = _write(flight, recorder.session(flown, faults, how.software, flight.memory), out)
-    _show(flight, recorder, out, files, took_s, how)
+        tables = as_tables(downlink.frames(Station(flight.software)))
+        files = _write(flight, tables, flown.name, out)
+    _show(flight, recorder, tables, out, files, took_s, how)
     if stopped:
         print_error(f"{stopped}; what came down until then is in {out}")
     for note in _notes(flight, recorder, how, bool(stopped)):
@@ -187,22 +184,20 @@ def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: boo
             yield f"--{what}: {number} of the file come after the end of the flight"
 
 
-def _write(flight: _Flight, session: Session, out: Path) -> str:
-    """Write session, tables and picture; the names of the files, for the user."""
+def _write(flight: _Flight, tables: dict, name: str, out: Path) -> str:
+    """Write tables and picture; the names of all files, for the user."""
     from torquer.simulation.results.netcdf import write_bytes
 
-    for name in flight.software.dictionary.down:  # of an earlier flight
-        (out / f"{name}.nc").unlink(missing_ok=True)
+    for packet in flight.software.dictionary.down:  # of an earlier flight
+        (out / f"{packet}.nc").unlink(missing_ok=True)
     (out / "downlink.png").unlink(missing_ok=True)
-    save_session(session, out / "session.json")
-    tables = as_tables(flight.ground.received, flight.software.dictionary)
-    for name, table in tables.items():
-        put(out / f"{name}.nc", write_bytes(table))
+    for packet, table in tables.items():
+        put(out / f"{packet}.nc", write_bytes(table))
     if "extended" not in tables:
         return "session.json, downlink.bin" + ", a table for each packet" * bool(tables)
     from torquer.report.downlink import draw_downlink
 
-    draw_downlink(tables, str(json.loads(session.scenario)["name"]), out / "downlink.png")
+    draw_downlink(tables, name, out / "downlink.png")
     return "session.json, downlink.bin, downlink.png, a table for each packet"
 
 
@@ -222,9 +217,8 @@ def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
             "the link is protected by keys that everybody knows; up_key and down_key of the "
             "software file name your own"
         )
-    station = Station(software)
-    sender, link = Sender(frames, station), _open_file(how.listen, software)
-    return _Flight(core, _Ground(station), sender, faults, software, before, link, Lateness())
+    sender, link = Sender(frames, Station(software)), _listen(how.listen, core)
+    return _Flight(core, sender, faults, software, before, link, Lateness())
 
 
 def _make_core(scenario, software: Software, memory: Memory, computer: Path | None) -> Core:
@@ -241,19 +235,22 @@ def _make_core(scenario, software: Software, memory: Memory, computer: Path | No
     return core
 
 
-def _open_file(address: str | None, software: Software) -> Link | None:
+def _listen(address: str | None, core: Core) -> Link | None:
     """The link to the ground, if there is to be one."""
     if address is None:
         return None
     try:
-        link = open_link(address, software.dictionary)
+        screens = screens_of(core.software, core.judge)
+        link = open_link(address, core.software.dictionary, screens)
     except ValueError as error:
         raise ValueError(f"--listen: {error}") from None
     print_note(f"listening on {link.address}")
     return link
 
 
-def _fly(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signals: Stop) -> str:
+def _fly(
+    flight: _Flight, scenario, how, recorder: Recorder, downlink: Downlink, signals: Stop
+) -> str:
     """Fly to the end; what stopped the flight before, or ""."""
     link, whole = flight.link, scenario.simulation.duration_s
     ticks = fly_steps(
@@ -263,13 +260,12 @@ def _fly(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signals:
         how.ticks,
         1.0 if how.realtime else how.speed,
     )
-    with open(out / "downlink.bin", "wb") as file, show_progress(scenario.name) as progress:
+    with show_progress(scenario.name) as progress:
         try:
             for tick in ticks:
-                recorder.note(tick.uplink, tick.downlink)
-                flight.ground.take(tick)
+                recorder.note(tick.downlink, tick.uplink)
+                downlink.take(tick.t_s, tick.downlink)
                 flight.lateness.take(tick.late_s)
-                file.write(tick.downlink)
                 if link:
                     link.send(tick.downlink)
                 if signals.asked:
@@ -282,10 +278,16 @@ def _fly(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signals:
 
 
 def _show(
-    flight: _Flight, recorder: Recorder, out: Path, files: str, took_s: float, how: FlyOptions
+    flight: _Flight,
+    recorder: Recorder,
+    tables: dict,
+    out: Path,
+    files: str,
+    took_s: float,
+    how: FlyOptions,
 ) -> None:
     core = flight.core
-    count = Counter(frame.packet.name for _, frame in flight.ground.received)
+    count = Counter({name: table.sizes["frame"] for name, table in tables.items()})
     data: dict[str, Any] = {
         "ticks": recorder.ticks,
         "flown_s": core.services.t_s,
@@ -294,7 +296,7 @@ def _show(
         "downlink_bytes": recorder.downlink_bytes,
         "digest": recorder.digest(),
         "packets": dict(count),
-        "events": _events(flight),
+        "events": _events(flight.software.dictionary, tables.get("event")),
         "times_real_time": round(core.services.t_s / max(took_s, 1e-9)),
         "out": str(out),
     }
@@ -319,20 +321,21 @@ def _show(
     print(f"written to {out}: {files}")
 
 
-def _events(flight: _Flight) -> list[dict]:
+def _events(dictionary: Dictionary, table) -> list[dict]:
     """Entries of the error log that came down."""
-    modules = {number: name for name, number in flight.software.dictionary.modules.items()}
-    found = []
-    for at_s, frame in flight.ground.received:
-        if frame.packet.name == "event":
-            module, code, argument, _ = frame.values
-            reason = describe_code(code)
-            found.append({
-                "received_s": at_s,
-                "event": f"{modules.get(module, module)}: {reason}",
-                "argument": argument,
-            })  # fmt: skip
-    return found
+    if table is None:
+        return []
+    modules = {number: name for name, number in dictionary.modules.items()}
+    names = ("received_s", *dictionary.down["event"].names[:3])
+    columns = [table[name].values.tolist() for name in names]
+    return [
+        {
+            "received_s": at_s,
+            "event": f"{modules.get(module, module)}: {describe_code(code)}",
+            "argument": argument,
+        }
+        for at_s, module, code, argument in zip(*columns, strict=True)
+    ]
 
 
 def _load_session(path: Path, code: CodeOptions) -> Session:
@@ -347,10 +350,10 @@ def _load_session(path: Path, code: CodeOptions) -> Session:
 
 def replay(session: Path, *, code: CodeOptions = CodeOptions(), json: Json = False) -> int:
     """Fly SESSION again; exit code 1 unless the same bytes come down."""
-    recorded, recorder = _load_session(session, code), Recorder()
+    recorded, recorder = _load_session(session, code), Replayed()
     with show_progress(session.stem) as progress:
         for tick in replay_session(recorded):
-            recorder.note(tick.uplink, tick.downlink)
+            recorder.note(tick.downlink)
             if progress and tick.number % 64 == 0:
                 progress(tick.number / max(recorded.ticks, 1))
     same = recorder.list_digests() == recorded.digests

@@ -54,6 +54,8 @@ class GroundOptions:
     """Only print the address of the page."""
     command_counter: Annotated[int | None, within(0, 2**32 - 2)] = None
     """Last counter of commands that was used, where the archive that had it is lost."""
+    recovery_counter: Annotated[int | None, within(0, 2**32 - 2)] = None
+    """Last counter of the recovery key that was used, likewise."""
     new_telemetry: bool = False
     """Accept telemetry whose counter begins again, as after a loss of the satellite's memory."""
 
@@ -78,7 +80,7 @@ def serve(
     satellites = _satellites(file, how, code)
     make_writable(how.folder, "--folder")
     with writing_to(how.folder, "--folder"), claim(how.folder, "--folder"):
-        counters = Counters(how.command_counter or 0, how.new_telemetry)
+        counters = Counters(how.command_counter or 0, how.recovery_counter or 0, how.new_telemetry)
         ground = Ground(satellites, how.folder, how.port or 0, counters)
         for each in satellites:
             _note_on_protection(each)

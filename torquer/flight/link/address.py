@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ipaddress
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from torquer.flight.link.ground_end import TcpClient, UdpClient
 from torquer.flight.link.link import Link
+from torquer.flight.link.screen import NewScreen
 from torquer.flight.link.tcp import TcpLink
 from torquer.flight.link.udp import UdpLink
 from torquer.flight.packets.dictionary import Dictionary, load_dictionary
@@ -21,7 +23,9 @@ _CAN = ("virtual", "udp_multicast", "socketcan")
 _LAST_PORT = 2**16 - 1
 
 
-def open_link(address: str, dictionary: Dictionary | None = None) -> Link:
+def open_link(
+    address: str, dictionary: Dictionary | None = None, new_screen: NewScreen | None = None
+) -> Link:
     """The satellite's end of the link with this address, ready to use.
 
     tcp:HOST:PORT               clients connect; each gets the whole downlink
@@ -32,9 +36,13 @@ def open_link(address: str, dictionary: Dictionary | None = None) -> Link:
 
     A host by its name or number, IPv6 in brackets; port 0: any free one. Only 127.0.0.1 or
     localhost is for this machine alone. `dictionary`: the packets that have identifiers of their
-    own on a CAN bus [those of Chibis-M]. ValueError with one line if there is no such link.
+    own on a CAN bus [those of Chibis-M]; `new_screen`: what `screens_of` makes, so that clients get
+    nothing through but whole frames [bytes as they come]. ValueError with one line if there is no
+    such link.
     """
-    return _open(address, dictionary, {"tcp": TcpLink, "udp": UdpLink}, "down")
+    kinds = {"tcp": TcpLink, "udp": UdpLink}
+    ends = {kind: partial(end, new_screen=new_screen) for kind, end in kinds.items()}
+    return _open(address, dictionary, ends, "down", new_screen)
 
 
 def connect(address: str, dictionary: Dictionary | None = None) -> Link:
@@ -47,7 +55,11 @@ def connect(address: str, dictionary: Dictionary | None = None) -> Link:
 
 
 def _open(
-    address: str, dictionary: Dictionary | None, ends: Mapping[str, Any], sends: Direction
+    address: str,
+    dictionary: Dictionary | None,
+    ends: Mapping[str, Any],
+    sends: Direction,
+    new_screen: NewScreen | None = None,
 ) -> Link:
     """The end of a link; `ends`: its class by kind; `sends`: the direction of what it sends."""
     kind, _, rest = address.partition(":")
@@ -57,7 +69,7 @@ def _open(
         interface, _, channel = rest.partition(":")
         if kind == "can" and interface in _CAN and channel:
             known = dictionary or load_dictionary("chibis_m")
-            return _by_can(interface, channel, known, sends)
+            return _by_can(interface, channel, known, sends, new_screen)
     except _Wrong as error:
         raise ValueError(f"{error}; received {address!r}") from None
     except OSError as error:
@@ -82,7 +94,13 @@ def _host_and_port(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
-def _by_can(interface: str, channel: str, dictionary: Dictionary, sends: Direction) -> Link:
+def _by_can(
+    interface: str,
+    channel: str,
+    dictionary: Dictionary,
+    sends: Direction,
+    new_screen: NewScreen | None,
+) -> Link:
     if interface == "udp_multicast":
         _check_group(channel)
     try:
@@ -93,7 +111,7 @@ def _by_can(interface: str, channel: str, dictionary: Dictionary, sends: Directi
         bus = open_bus(interface, channel)
     except ValueError as error:
         raise _Wrong(str(error)) from None
-    return CanLink(bus, f"can:{interface}:{channel}", dictionary, sends)
+    return CanLink(bus, f"can:{interface}:{channel}", dictionary, sends, new_screen)
 
 
 def _check_group(channel: str) -> None:

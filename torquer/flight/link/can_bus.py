@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from typing import Any
 
 import can
 
 from torquer.flight.link.link import GRACE_S, MOST_WAITING, Link
+from torquer.flight.link.screen import NewScreen
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Direction
 from torquer.flight.packets.segments import SEGMENT_BYTES, Joiner, Segment, Splitter, find_direction
@@ -38,13 +40,19 @@ class CanLink(Link):
     """A node on a bus; whoever listens there gets what it sends, so that no peer is known.
 
     A thread sends, with a pause after each segment. `sends`: the direction of what it sends,
-    "down" for the satellite; it receives the other one.
+    "down" for the satellite; it receives the other one. One screen has what all send.
     """
 
     def __init__(
-        self, bus: can.BusABC, address: str, dictionary: Dictionary, sends: Direction = "down"
+        self,
+        bus: can.BusABC,
+        address: str,
+        dictionary: Dictionary,
+        sends: Direction = "down",
+        new_screen: NewScreen | None = None,
     ):
-        super().__init__(address)
+        super().__init__(address, new_screen)
+        self._screen = self._new_screen()
         self._bus, self._receives = bus, "up" if sends == "down" else "down"
         self._splitter = Splitter(dictionary, sends)
         self._joiner = Joiner(dictionary, "up" if sends == "down" else "down")
@@ -67,7 +75,7 @@ class CanLink(Link):
                 break
             found += self._taken(message)
         self.received_bytes += len(found)
-        return bytes(found)
+        return self._handed_on(self._screen.pass_on(bytes(found), time.monotonic()))
 
     def send(self, data: bytes) -> None:
         if self._failed is not None:

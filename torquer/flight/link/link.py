@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import socket
 
+from torquer.flight.link.screen import Found, NewScreen, Unscreened, choose
+
 #: Most bytes taken from a peer by one call of `receive`; what is left waits for the next one.
-PEER_BYTES = 4096
+PEER_BYTES = 2048
 #: Most peers at a time.
 MOST_PEERS = 16
-#: Most bytes that wait for a peer: 1 MiB.
-MOST_WAITING = 2**20
+#: Most bytes that wait for a peer: 256 KiB.
+MOST_WAITING = 2**18
 #: How long `close` may take to send what still waits [s].
 GRACE_S = 1.0
 
@@ -22,8 +24,11 @@ class Link:
     not read or has gone, or because it could not be sent.
     """
 
-    def __init__(self, address: str):
+    def __init__(self, address: str, new_screen: NewScreen | None = None):
+        """`new_screen`: what makes the screen of a peer; bytes go on as they come without one."""
         self.address = address
+        self._new_screen: NewScreen = new_screen or Unscreened
+        self._is_screened = new_screen is not None
         self.sent_bytes = self.received_bytes = self.lost_bytes = 0
 
     @property
@@ -39,7 +44,7 @@ class Link:
     def receive(self) -> bytes:
         """What has come since the last call; b"" if nothing has.
 
-        All peers feed one stream, as they would by radio: each should send its frames whole.
+        With a screen whole frames, those of each peer by themselves; else bytes as they come.
         """
         raise NotImplementedError
 
@@ -63,6 +68,10 @@ class Link:
         except OSError:
             return False
         return True
+
+    def _handed_on(self, found: Found) -> bytes:
+        """What is handed on of what has come from all peers."""
+        return choose(found) if self._is_screened else b"".join(data for data, _ in found)
 
     def counts(self) -> dict[str, int]:
         """The counters by name."""

@@ -268,6 +268,11 @@ class Stream(Rejections):
         #: Bytes at its beginning that belong to the frame before.
         self._shared = 0
 
+    @property
+    def waiting_bytes(self) -> int:
+        """Bytes that have come of what is not complete."""
+        return max(len(self._buffer) - self._shared, 0)
+
     def feed(self, data: bytes) -> Iterator[Frame]:
         """The frames that are complete with these bytes."""
         self._buffer += data

@@ -40,7 +40,7 @@ class Reason(IntEnum):
     CHECKSUM = 9, "wrong checksum"
     LATE = 10, "received after its execution time"
     NOT_AVAILABLE = 11, "the device or the data are not there"
-    REJECTED = 12, "not authentic, or received before"
+    REJECTED = 12, "not authentic, received before, or not a command of this key"
     FAILED = 13, "the execution failed"
     WAITING = 14, "received: waits for its execution time", _INFO
     CANCELLED = 15, "cancelled on board", _INFO
@@ -69,6 +69,9 @@ class Reason(IntEnum):
     COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number", _HIGH
     WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number", _HIGH
     ACTUATORS_CHANGED = 55, "another configuration of actuators", _INFO
+    KEY_CLOSED = 56, "a key is refused: its counter is lost; argument: the key's index", _HIGH
+    COUNTER_NOT_KEPT = 57, "refused: the counter could not be stored; argument: key's index", _HIGH
+    KEY_CHANGED = 58, "commands have a new key; argument: its number", _INFO
     PLAN_LOST = 65, "commands of the plan cannot be read any more", _HIGH
     FROM_RESERVE = 64, "the reserve file system is used after resets", _HIGH
 

@@ -27,8 +27,8 @@ _CRC = struct.Struct(">H")
 #: Bytes after the data, and what a frame adds to its header and data.
 TRAILER = MAC_BYTES + _CRC.size
 OVERHEAD = SECURITY.size + TRAILER
-_LAST = 2**32 - 1
-_SAVED = struct.Struct("<HI")
+#: The last counter: a key that has used it, or whose counter is not known, accepts nothing more.
+USED_UP = 2**32 - 1
 
 
 def begun_mark(data: bytes | bytearray, mark: bytes) -> int:
@@ -77,11 +77,15 @@ def check_link(keys: Mapping[int, bytes], spacecraft: int) -> None:
 
 def next_number(counter: int) -> int:
     """The counter of the next frame; ValueError when the last has been used."""
-    if not 0 <= counter < _LAST:
+    if not 0 <= counter < USED_UP:
         raise ValueError(
-            f"counter: must be from 0 to {_LAST - 1}, else a new key; received {counter}"
+            f"counter: must be from 0 to {USED_UP - 1}, else a new key; received {counter}"
         )
     return counter + 1
+
+
+#: Why an authentic frame is rejected.
+_COUNTED = ("replayed", "leap", "closed")
 
 
 class Receiver:
@@ -90,7 +94,7 @@ class Receiver:
     Checked in this order: length, CRC, spacecraft, SPI, MAC, counter; the counter moves only when
     all hold. `counters`: last accepted counter by SPI. `rejected`: number of marks after which
     there was no frame to accept, by reason (`length`, `checksum`, `spacecraft`, `spi`, `mac`,
-    `replayed`, `leap`). `lost_bytes`: bytes that belong to no authentic frame.
+    `replayed`, `leap`, `closed`). `lost_bytes`: bytes that belong to no authentic frame.
     """
 
     mark: bytes
@@ -115,32 +119,9 @@ class Receiver:
         self._identity = identity.to_bytes(2, "big")
         self._buffer = bytearray()
 
-    def save(self) -> bytes:
-        """The counters for the non-volatile memory: u16 SPI and u32 counter each.
-
-        To be written before a command is executed: if power fails in between, the command is lost
-        and the ground, without an acknowledgement, sends it again; it cannot be executed twice.
-        """
-        return b"".join(_SAVED.pack(*pair) for pair in sorted(self.counters.items()))
-
-    def restore(self, data: bytes | None) -> bool:
-        """Take over what `save` gave, for keys that are there; no counter is lowered.
-
-        False, and no change, for anything else. A counter that is lost starts at 0, and frames
-        recorded earlier would be accepted: such a key must no longer be used, and a satellite
-        needs a second one for this case.
-        """
-        if data is None or len(data) % _SAVED.size:
-            return False
-        for spi, last in _SAVED.iter_unpack(data):
-            if spi in self.counters:
-                self.counters[spi] = max(last, self.counters[spi])
-        return True
-
     def feed(self, data: bytes) -> list[bytes]:
         """What has become complete with these bytes and is accepted, oldest first."""
-        self._buffer += data
-        return self.contents(self.frames(ended=False))
+        return self.contents(self.take(data))
 
     def flush(self) -> list[bytes]:
         """As `feed`, after a silence of the link or at the end of the stream: a frame that is
@@ -149,7 +130,16 @@ class Receiver:
         Otherwise the mark of a frame whose end was lost would hold back what follows it, up to the
         length that a frame may have.
         """
-        return self.contents(self.frames(ended=True))
+        return self.contents(self.take(b"", ended=True))
+
+    def take(self, data: bytes, ended: bool = False) -> list[bytes]:
+        """The accepted frames themselves, without marks; `ended`: no bytes follow."""
+        self._buffer += data
+        return self.frames(ended)
+
+    def index_of(self, frame: bytes) -> int:
+        """The SPI of a frame."""
+        return SECURITY.unpack_from(frame, self.header)[0]
 
     def contents(self, frames: list[bytes]) -> list[bytes]:
         """What accepted frames carry."""
@@ -179,7 +169,7 @@ class Receiver:
             else:
                 accepted.append(frame)
             # only the MAC proves where a frame ends: otherwise a genuine one may follow the mark
-            authentic = reason in ("", "replayed", "leap")
+            authentic = reason in ("", *_COUNTED)
             at += size if authentic else 0
             self.lost_bytes += 0 if authentic else len(mark)
         else:
@@ -203,15 +193,22 @@ class Receiver:
             return "mac"
         return ""
 
-    def _judge(self, frame: bytes) -> str:
-        """Why a frame is rejected; "" if it is accepted, and its counter has moved."""
+    def judge(self, frame: bytes) -> str:
+        """Why a frame of the right length is not accepted now; "" if it is. Nothing moves."""
         if reason := self.doubt(frame):
             return reason
         spi, number = SECURITY.unpack_from(frame, self.header)
-        ahead = number - self.counters[spi]
-        if ahead <= 0:
+        last = self.counters[spi]
+        if last == USED_UP:
+            return "closed"
+        if number <= last:
             return "replayed"
-        if ahead > self.window:
-            return "leap"
-        self.counters[spi] = number
-        return ""
+        return "leap" if number - last > self.window else ""
+
+    def _judge(self, frame: bytes) -> str:
+        """As `judge`, and the counter of a frame that is accepted moves."""
+        reason = self.judge(frame)
+        if not reason:
+            spi, number = SECURITY.unpack_from(frame, self.header)
+            self.counters[spi] = number
+        return reason

@@ -62,6 +62,8 @@ class SoftwareFile(Spec):
     satellite as they come, which are read only."""
     up_key: Path | None = None
     """File of the key of commands (all but historical); unless given, one that everybody knows."""
+    recovery_key: Path | None = None
+    """File of the key by which the key of commands is changed; with `up_key`."""
     down_key: Path | None = None
     """File of the key of telemetry; unless given, a key that everybody knows."""
     spacecraft: int = Field(default=77, ge=0, le=1023)
@@ -73,6 +75,9 @@ class SoftwareFile(Spec):
     def _consistent(self) -> Self:
         if self.link == "pus" and self.spacecraft == 0:
             raise ValueError("spacecraft: must be at least 1 with link = 'pus'; received 0")
+        if (self.up_key is None) != (self.recovery_key is None):
+            lacks, has = ("recovery", "up") if self.up_key else ("up", "recovery")
+            raise ValueError(f"{lacks}_key: must be given with {has}_key; received nothing")
         return self
 
 
@@ -148,7 +153,7 @@ def list_files(software: Path | None) -> list[Path]:
         return [AS_SHIPPED]
     file, folder = read_software(software)
     named = [*file.packets, *(table.file for table in file.modules.values() if table.file)]
-    named += [key for key in (file.up_key, file.down_key) if key]
+    named += [key for key in (file.up_key, file.down_key, file.recovery_key) if key]
     if file.dictionary.endswith(".toml"):
         named.append(Path(file.dictionary))
     return [software, *(folder / path for path in named)]
@@ -157,14 +162,19 @@ def list_files(software: Path | None) -> list[Path]:
 def _keys(file: SoftwareFile, folder: Path) -> Keys:
     """The keys in the files; those for demonstrations without."""
     found: dict[str, Any] = {}
-    for name in ("up", "down"):
+    for name in ("up", "down", "recovery"):
         path = getattr(file, f"{name}_key")
         if path is not None:
             try:
                 found[name] = read_key(folder / path)
             except ValueError as error:
                 raise ScenarioError(f"{name}_{error}") from None
-    return Keys(**found, spacecraft=file.spacecraft)
+    keys = Keys(**found, spacecraft=file.spacecraft)
+    if len({keys.up, keys.down, keys.recovery}) < 3:
+        raise ScenarioError(
+            "up_key, down_key, recovery_key: must be three different keys; received one twice"
+        )
+    return keys
 
 
 def _dictionary(file: SoftwareFile, folder: Path) -> Dictionary:

@@ -24,6 +24,7 @@ from torquer.flight.software.boot import (
 )
 from torquer.flight.software.clock import to_ms
 from torquer.flight.software.containment import brief, where
+from torquer.flight.software.link import deliver_counters
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import Services
 from torquer.flight.software.software import Software, load_software
@@ -77,6 +78,7 @@ class Core:
         is_new, start_ms = not self.memory.names(), to_ms(scenario.start)
         if is_new:
             deliver(self, start_ms)
+            deliver_counters(self.memory)
         self._switch_on(-BOOT_S, Cause.POWER_ON)
         go_on(self, 0.0)
         self.state.clock.run_to(0.0)
@@ -116,6 +118,11 @@ class Core:
             services.keep_strikes(state.strikes.against(guilty))
             self._switch_on(inputs.t_s, Cause.WATCHDOG)
         return sent
+
+    def judge(self, frame: bytes) -> str:
+        """Why the receiver would not accept a frame around commands now; "" if it would."""
+        link = getattr(self.state.modules.get("com"), "link", None)
+        return "booting" if link is None or not self.is_running else link.judge(frame)
 
     def reboot(self, cause: Cause = Cause.FAULT) -> None:
         """Switch off and on before the next control step; nothing is saved before."""

@@ -8,19 +8,25 @@ from collections.abc import Iterator
 
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import Frame, Rejected, Stream
-from torquer.flight.packets.keys import Keys
-from torquer.flight.packets.protected import CommandReceiver, TelemetrySender
+from torquer.flight.packets.keys import KEY_COMMAND, Keys
+from torquer.flight.packets.protected import TelemetrySender
 from torquer.flight.packets.pus import ApplicationProcess
 from torquer.flight.packets.reasons import REJECTIONS, Reason
+from torquer.flight.software.command_keys import CommandKeys, deliver_keys
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.state import Telecommand
 
-#: Files of the non-volatile memory: last accepted counters of commands; a counter of telemetry
-#: that lies ahead.
-COMMANDS, TELEMETRY = "counters.up", "counter.down"
+#: File of the non-volatile memory: a counter of telemetry that lies ahead.
+TELEMETRY = "counter.down"
 #: How far ahead of the frames sent the stored counter of telemetry lies.
 _AHEAD = 10000
 _COUNTER = struct.Struct("<I")
+
+
+def deliver_counters(memory: Memory) -> None:
+    """The counters of an empty memory as it is delivered, whatever the link."""
+    deliver_keys(memory)
+    memory.write(TELEMETRY, _COUNTER.pack(0))
 
 
 class Historical:
@@ -53,6 +59,22 @@ class Historical:
         """Number of frames around commands that were refused since the last call."""
         return 0
 
+    def judge(self, frame: bytes) -> str:
+        """Why a frame around commands would not be accepted now; "" if it would."""
+        return ""
+
+    def take_events(self) -> list[tuple[Reason, int]]:
+        """What there is to be reported of keys since the last call: reason and argument."""
+        return []
+
+    def fault(self, packet: str) -> Reason:
+        """Why the command that is now received may not come by its key; DONE if it may."""
+        return Reason.DONE
+
+    def change_key(self, number: int, memory: Memory) -> Reason:
+        """Commands have another key from now on."""
+        return Reason.NOT_AVAILABLE
+
     def judged(self, command: Telecommand, code: Reason) -> bool:
         """What COM has decided on a command; whether the link tells the ground itself."""
         return False
@@ -65,19 +87,15 @@ class Historical:
 class Protected(Historical):
     """A link whose frames are within others that carry checksum, MAC and counter. Plain state.
 
-    The counters outlive a reboot: those of commands are stored before a command is executed, that
-    of telemetry now and then, ahead of the frames that are sent.
+    The counters outlive a reboot: those of commands as `CommandKeys` keeps them, that of telemetry
+    is stored now and then, ahead of the frames that are sent.
     """
 
     def __init__(self, dictionary: Dictionary, keys: Keys, memory: Memory):
         self._stream = self._new_stream(dictionary, keys)
-        self._receiver = CommandReceiver({keys.spi: keys.up}, keys.spacecraft, window=10000)
-        names = memory.names()
-        if COMMANDS in names:
-            self._receiver.restore(memory.read(COMMANDS))
-        else:
-            memory.write(COMMANDS, self._receiver.save())
-        kept = memory.read(TELEMETRY) if TELEMETRY in names else None
+        self.keys, self._recovery_spi = CommandKeys(keys, memory), keys.recovery_spi
+        self._spi = 0
+        kept = memory.read(TELEMETRY)
         valid = kept is not None and len(kept) == _COUNTER.size
         (self._kept,) = _COUNTER.unpack(kept) if kept is not None and valid else (0,)
         self._sender = TelemetrySender(keys.down, keys.spi, keys.spacecraft, self._kept)
@@ -89,27 +107,41 @@ class Protected(Historical):
 
     @property
     def lost_bytes(self) -> int:
-        return self._receiver.lost_bytes + self._stream.lost_bytes
+        return self.keys.receiver.lost_bytes + self._stream.lost_bytes
 
     def receive(self, data: bytes, memory: Memory) -> Iterator[Frame]:
         """Commands in frames that are authentic and have not been received before."""
-        yield from self._commands(self._receiver.feed(data), memory)
+        yield from self._commands(self.keys.take(data, memory))
 
     def silence(self, memory: Memory) -> Iterator[Frame]:
-        yield from self._commands(self._receiver.flush(), memory)
+        yield from self._commands(self.keys.take(b"", memory, ended=True))
         yield from self._stream.finish()
 
-    def _commands(self, accepted: list[bytes], memory: Memory) -> Iterator[Frame]:
-        """Commands in what was accepted, once the counter is stored."""
-        if accepted:
-            memory.write(COMMANDS, self._receiver.save())
-        for each in accepted:
-            yield from self._stream.feed(each)
+    def _commands(self, accepted: list[tuple[int, bytes]]) -> Iterator[Frame]:
+        """Commands in what was accepted."""
+        for self._spi, content in accepted:
+            yield from self._stream.feed(content)
 
     def take_refused(self) -> int:
-        refused = self._receiver.rejected.total() - self._refused.total()
-        self._refused = Counter(self._receiver.rejected)
+        rejected = self.keys.receiver.rejected
+        refused = rejected.total() - self._refused.total()
+        self._refused = Counter(rejected)
         return refused
+
+    def judge(self, frame: bytes) -> str:
+        return self.keys.receiver.judge(frame)
+
+    def take_events(self) -> list[tuple[Reason, int]]:
+        taken, self.keys.events = self.keys.events, []
+        return taken
+
+    def fault(self, packet: str) -> Reason:
+        """The recovery key allows a change of the other key only, and nothing else does."""
+        allowed = (packet == KEY_COMMAND) == (self._spi == self._recovery_spi)
+        return Reason.DONE if allowed else Reason.REJECTED
+
+    def change_key(self, number: int, memory: Memory) -> Reason:
+        return self.keys.change(number, memory)
 
     def wrapped(self, frames: list[bytes], memory: Memory, time_s: int) -> list[bytes]:
         """What is transmitted at a time for these frames: whole ones, nothing waits."""
@@ -120,8 +152,9 @@ class Protected(Historical):
     def _keep_counter(self, count: int, memory: Memory) -> None:
         """Have a counter of telemetry in the memory that lies ahead of this many packets."""
         if self._sender.counter + count * 8 >= self._kept:
-            self._kept = self._sender.counter + _AHEAD
-            memory.write(TELEMETRY, _COUNTER.pack(self._kept))
+            ahead = self._sender.counter + _AHEAD
+            if memory.write(TELEMETRY, _COUNTER.pack(ahead)):
+                self._kept = ahead
 
 
 class Pus(Protected):

@@ -126,11 +126,21 @@ class Memory:
 
         Reported: FILE_NOT_WRITTEN, for each file system (`main/NAME`).
         """
-        if name not in self._writings:
-            self._writings[name] = max(0, *(writing for writing, _ in self._copies(name)))
-        self._writings[name] = (self._writings[name] + 1) % 2**32
-        content = seal(name, self._writings[name], bytes(data))
-        return sum([self._put(place, name, content) for place in self.places]) > 0
+        return bool(self._put_all(name, data))
+
+    def advance(self, name: str, data: bytes) -> bool:
+        """As `write`, of what must never go back: a file system that refuses loses its old copy.
+
+        Otherwise the old copy would count again where the new one is damaged later.
+        """
+        taken = self._put_all(name, data)
+        if taken:
+            self._drop(name, [place for place in self.places if place not in taken])
+        return bool(taken)
+
+    def remove(self, name: str) -> None:
+        """Remove a file, as far as the file systems let it."""
+        self._drop(name, list(self.places))
 
     def mend(self) -> None:
         """Write again each file of which a copy is missing, damaged or old; at boot.
@@ -193,6 +203,19 @@ class Memory:
             return _MISSING, None
         except OSError:
             return _DAMAGED, None
+
+    def _put_all(self, name: str, data: bytes) -> list[str]:
+        """The file systems that have taken a new content of a file."""
+        if name not in self._writings:
+            self._writings[name] = max(0, *(writing for writing, _ in self._copies(name)))
+        self._writings[name] = (self._writings[name] + 1) % 2**32
+        content = seal(name, self._writings[name], bytes(data))
+        return [place for place in self.places if self._put(place, name, content)]
+
+    def _drop(self, name: str, places: list[str]) -> None:
+        for place in places:
+            with contextlib.suppress(KeyError, OSError):
+                del self.places[place][name]
 
     def _put(self, place: str, name: str, content: bytes) -> bool:
         try:

@@ -1,4 +1,4 @@
-"""Recorded sessions: what went up, the faults, and digests of what came down; replay and bisect.
+"""Flights of the software step by step: commands by time, replay of sessions, their differences.
 
 A session replays to the same bytes: scenario, software, uplink by control step and faults determine
 the downlink. Digests of all of it up to every `STRIDE`-th control step are recorded, so that the
@@ -8,72 +8,29 @@ downlink.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import NamedTuple
 
-from pydantic import AfterValidator, Field, ValidationError
+from pydantic import ValidationError
 
-from torquer.base.spec import Spec
-from torquer.base.version import VERSION
 from torquer.flight.packets.software_file import digest_files
 from torquer.flight.packets.station import Station
 from torquer.flight.software.core import Core
-from torquer.flight.software.faults import FaultsFile, SoftwareFault, software_faults, strike
+from torquer.flight.software.faults import SoftwareFault, strike
 from torquer.flight.software.memory import Memory
+from torquer.flight.software.session_file import STRIDE, Session
 from torquer.flight.software.software import load_software
-from torquer.scenario.explain import ScenarioError, validate_tables
+from torquer.scenario.explain import ScenarioError
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals
 
-#: Control steps from one recorded digest to the next.
-STRIDE = 64
-_DIGITS = 16
 #: Classes of lateness in a second.
 _PER_S = 10_000
 #: The longest sleep [s] without a look at the signals.
 _MOMENT_S = 0.1
-
-
-def _hexadecimal(text: str) -> str:
-    try:
-        bytes.fromhex(text)
-    except ValueError:
-        raise ValueError("must be hexadecimal digits, two for each byte") from None
-    return text
-
-
-Hexadecimal = Annotated[str, AfterValidator(_hexadecimal)]
-
-
-class Session(Spec):
-    """A flight of the software that can be flown again."""
-
-    torquer: str
-    """Version of torquer."""
-    scenario: str
-    """The scenario with the faults of devices, as JSON."""
-    software: str = ""
-    """The software file; empty for the software as shipped."""
-    software_sha256: str
-    """Digest of the software file and of the files that it names."""
-    faults: tuple[SoftwareFault, ...] = ()
-    """Faults of the software."""
-    memory: dict[Literal["main", "reserve"], dict[str, Hexadecimal]] = Field(default_factory=dict)
-    """Files of the non-volatile memory before the flight, by file system; empty: as delivered."""
-    uplink: tuple[tuple[int, Hexadecimal], ...] = ()
-    """Bytes received at control steps, as hexadecimal digits."""
-    ticks: int = Field(ge=0)
-    """Control steps flown."""
-    downlink_bytes: int = Field(ge=0)
-    """Bytes of the whole downlink."""
-    digests: tuple[str, ...] = ()
-    """Digest of the downlink up to every 64th control step, and to the end."""
 
 
 class Sender:
@@ -92,73 +49,16 @@ class Sender:
         due = 0
         while due < len(self._frames) and self._frames[due][0] <= t_s:
             due += 1
-        sent = b"".join(self._station.command(frame) for _, frame in self._frames[:due])
+        sent = b"".join(self._sent(frame) for _, frame in self._frames[:due])
         del self._frames[:due]
         return sent
 
-
-class Recorder:
-    """Digests and counts of what comes down, and what goes up."""
-
-    def __init__(self) -> None:
-        self._digest = hashlib.sha256()
-        self.uplink: list[tuple[int, str]] = []
-        self.digests: list[str] = []
-        self.ticks = self.downlink_bytes = 0
-
-    def note(self, uplink: bytes, downlink: bytes) -> None:
-        """One more control step."""
-        if uplink:
-            self.uplink.append((self.ticks, uplink.hex()))
-        self._digest.update(downlink)
-        self.downlink_bytes += len(downlink)
-        self.ticks += 1
-        if self.ticks % STRIDE == 0:
-            self.digests.append(self.digest())
-
-    def list_digests(self) -> tuple[str, ...]:
-        """Digests as a session has them, that of the end included."""
-        return (*self.digests, *([self.digest()] if self.ticks % STRIDE else []))
-
-    def parted(self, session: Session) -> int:
-        """First control step of the stretch in which other bytes came down than recorded."""
-        pairs = zip(self.list_digests(), session.digests, strict=False)
-        alike = [a == b for a, b in pairs]
-        return STRIDE * (alike.index(False) if False in alike else len(alike))
-
-    def digest(self) -> str:
-        """Of the whole downlink so far."""
-        return self._digest.copy().hexdigest()[:_DIGITS]
-
-    def session(
-        self,
-        scenario: Scenario,
-        faults: FaultsFile,
-        software: Path | None,
-        memory: Mapping[str, Mapping[str, bytes]] = MappingProxyType({}),
-    ) -> Session:
-        """The session as it is stored.
-
-        `scenario`: with the faults of devices; `memory`: the files of `Memory.snapshot` before the
-        flight, none of a new one.
-        """
-        kept = {
-            place: {name: data.hex() for name, data in files.items()}
-            for place, files in memory.items()
-            if files
-        }
-        return Session(
-            torquer=VERSION,
-            scenario=scenario.model_dump_json(),
-            software="" if software is None else str(software),
-            software_sha256=digest_files(software),
-            faults=tuple(software_faults(faults)),
-            memory=kept,
-            uplink=tuple(self.uplink),
-            ticks=self.ticks,
-            downlink_bytes=self.downlink_bytes,
-            digests=self.list_digests(),
-        )
+    def _sent(self, frame: bytes) -> bytes:
+        """A script waits for no answer: what follows a change of the key has the new one."""
+        data = self._station.command(frame)
+        if self._station.changes_key(frame):
+            self._station.use_key(self._station.key_in(frame))
+        return data
 
 
 class Tick(NamedTuple):
@@ -247,24 +147,6 @@ def _is_due(fault: SoftwareFault, number: int, t_s: float) -> bool:
     return number >= fault.tick if fault.tick is not None else t_s >= (fault.at_s or 0.0)
 
 
-def load_session(path: Path) -> Session:
-    """A session's file; `ScenarioError` for another one, or of another version."""
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        why = getattr(error, "strerror", None) or "no JSON"
-        raise ScenarioError(
-            f"session: must be a readable session; received {path}: {why}"
-        ) from None
-    session = validate_tables(Session, data)
-    if session.torquer != VERSION:
-        raise ScenarioError(
-            f"session: must be of torquer {VERSION} to be flown again; received one of "
-            f"{session.torquer}"
-        )
-    return session
-
-
 def replay_session(session: Session, ticks: int | None = None) -> Iterator[Tick]:
     """Fly a session again, to its end or for `ticks` control steps."""
     software = Path(session.software) if session.software else None
@@ -325,9 +207,3 @@ def first_difference(first: Session, second: Session) -> Difference | None:
             )
         if a is None or b is None or a.downlink != b.downlink:
             return Difference(a, b)
-
-
-def save_session(session: Session, path: Path) -> None:
-    """Write a session's file."""
-    data: dict[str, Any] = session.model_dump(mode="json", exclude_none=True)
-    Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")

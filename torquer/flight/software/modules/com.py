@@ -3,6 +3,7 @@
 After SDOT 3.4, App. A. A command goes through the link's frames, is judged, waits for its
 execution time if it has one, and is put into the queue of its module. Each rejected one is counted
 and entered into the error log; where the frame shows which command it was, the ground is answered.
+The recovery key changes the key of the other commands, and nothing else.
 
 A time stamp of 0 means at once. Commands with a later one are the plan, which outlives a reboot.
 One that asks for an acknowledgement has two: that it waits (WAITING, not accepted), and when it has
@@ -77,11 +78,20 @@ class Com(Module):
         elif self.heard_s is not None and core.t_s - self.heard_s >= self.settings.silence_s:
             self.heard_s = None
             self._receive(core, self.link.silence(core.memory))
+        for code, argument in self.link.take_events():
+            core.report("com", code, argument)
         if self.plan.commands:
             self._release(core)
         if self.waiting:
             self._hand_on(core)
         self._send(core)
+
+    def on_change_key(self, core, values) -> Reason:
+        """The key of commands with a number takes the place of the present one."""
+        code = self.link.change_key(*values, core.memory)
+        if code == Reason.DONE:
+            core.report("com", Reason.KEY_CHANGED, *values)
+        return code
 
     def status(self) -> dict[str, float]:
         """Commands received and rejected, frames refused, commands that wait, lost bytes."""
@@ -153,6 +163,8 @@ class Com(Module):
 
     def _fault(self, core, command: Telecommand, now_s: int) -> Reason:
         """Why a command is rejected; DONE if it is not."""
+        if code := self.link.fault(command.packet):
+            return code
         module = _module(core, command)
         if module not in core.modules:
             return Reason.MODULE
