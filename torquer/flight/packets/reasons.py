@@ -66,6 +66,9 @@ class Reason(IntEnum):
     COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number", _HIGH
     WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number", _HIGH
     ACTUATORS_CHANGED = 55, "another configuration of actuators", _INFO
+    OVER_CURRENT = 61, "a device draws too much and was switched off; argument: its id", _HIGH
+    TEMPERATURE = 62, "a temperature beyond its limits; argument: id of the device", _MEDIUM
+    POWER_CHANGED = 63, "a power switch; argument: id of the device, plus 256 if it is on", _INFO
 
 
 #: Reason codes by why a link rejects a packet.
