@@ -218,7 +218,7 @@ def test_sensor_is_read_by_command(ground, device, field):
     inputs = ground.core.services.inputs
     ground.tick(times=2)
     (found,) = ground.named("reading")
-    values = [found[f"value_{k}"] for k in range(3)]
+    values = [found[f"value_{k}"] for k in "xyz"]
     assert (found["device"], found["unit"], found["power"], found["numbers"]) == (device, 0, 1, 3)
     assert 0.0 <= found["age"] <= 10.0
     now = getattr(inputs, field)
@@ -232,7 +232,7 @@ def test_each_of_several_sensors_is_read_by_command():
     found = {}
     for unit in (0, 1, 2):
         assert ground.command("read_sensor", 23, unit)["code"] == Reason.DONE
-        found[unit] = [ground.named("reading")[-1][f"value_{k}"] for k in range(3)]
+        found[unit] = [ground.named("reading")[-1][f"value_{k}"] for k in "xyz"]
     assert 1e-5 < np.linalg.norm(found[1]) < 1e-4 and found[1] != found[2]
     assert ground.command("read_sensor", 23, 3)["code"] == Reason.VALUE
 

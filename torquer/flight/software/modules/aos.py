@@ -16,10 +16,11 @@ from torquer.base.spec import Spec
 from torquer.computer.laws.pointing import to_orbital_frame
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
-from torquer.spacecraft.sensors.device import MOST_PARTS
 
 #: Age [s] from which on a state vector is out of date.
 OLDEST_S = 10.0
+#: Numbers of a reading that is sent by command.
+_NUMBERS = 3
 
 
 class StateVector(NamedTuple):
@@ -124,7 +125,7 @@ class Aos(Module):
             return Reason.VALUE
         taken_s, *numbers = found
         age_s = core.t_s - taken_s if math.isfinite(taken_s) else math.nan
-        rest = [0.0] * (MOST_PARTS - len(numbers))
+        rest = [0.0] * (_NUMBERS - len(numbers))
         is_on = int(core.status(name).get("power", 1))
         core.send("reading", (device, unit, is_on, len(numbers), age_s, *numbers, *rest))
         return Reason.DONE

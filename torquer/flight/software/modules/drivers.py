@@ -74,7 +74,7 @@ class Sensor(Module):
             taken_s = getattr(core.inputs.read_at, self.taken)
             return (taken_s, *getattr(core.inputs, self.reading))
         places = core.units(self.device)
-        return core.inputs.units[places[unit - 1]] if unit <= len(places) else None
+        return core.inputs.units[places[unit - 1]][:4] if unit <= len(places) else None
 
     def power(self, core, on: bool) -> Reason:
         """Switch the power: without it there are no new readings."""

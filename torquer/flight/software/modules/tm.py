@@ -77,9 +77,10 @@ class Tm(Module):
         self.dumped: tuple[int, str, int, int] | None = None
 
     def start(self, core) -> None:
-        """Find the record that the memory holds; the first packets are due now."""
+        """Find the record that the memory holds; the first packets, but on modules, are due now."""
         now_ms = round(core.t_s * 1e3)
         self.due_ms = dict.fromkeys(self.due_ms, now_ms)
+        self.due_ms["modules"] += round(self.settings.modules_s * 1e3)
         found = set(core.memory.names())
         for place in range(self.settings.files):
             is_there = record_file(place) in found
