@@ -15,6 +15,7 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+from flight_functions import functions_page
 from flight_requirements import requirements_page
 
 import gallery.theory
@@ -452,6 +453,7 @@ PAGES = {
     "variables.md": variables_page,
     "packets.md": packets_page,
     "requirements.md": requirements_page,
+    "functions.md": functions_page,
     "theory/where-it-holds.md": where_page,
 }
 

@@ -31,6 +31,7 @@ CONTENTS = {
         "docs/api",
         "docs/packets",
         "docs/requirements",
+        "docs/functions",
     ),
     "Theory": ("docs/theory/*",),
     "Sources": (

@@ -57,6 +57,11 @@ VALUES = {
     "update_begin": ((1, 64, zlib.crc32(BLOCK)), Reason.DONE),
     "update_block": ((0, BLOCK), Reason.STATE),
     "update_end": ((0,), Reason.STATE),
+    "module_stop": ((7,), Reason.DONE),
+    "set_period": ((4, 5.0), Reason.DONE),
+    "read_sensor": ((23, 0), Reason.DONE),
+    "wheel_power": ((0, 0), Reason.DONE),
+    "wheel_manual": ((0, 1e-4, 10.0), Reason.DONE),
 }
 
 

@@ -14,6 +14,7 @@ ENTRIES = st.tuples(
 )
 
 
+@pytest.mark.verifies("REQ-SVR-012")
 @given(st.integers(1, 12), st.lists(ENTRIES))
 def test_the_log_keeps_the_last_entries_and_counts_all(size, given_):
     log = Log(size)

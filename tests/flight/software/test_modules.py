@@ -193,7 +193,7 @@ def test_without_power_nothing_is_commanded(ground):
     beacon = last_sent(ground.tick(times=12), "beacon")
     assert beacon["power_status"] == 0b11101
     assert ground.command("wheels_manual", 1e-4, 0, 0, 5.0)["code"] == Reason.STATE
-    assert ground.command("power", 23, 0)["code"] == Reason.NOT_AVAILABLE
+    assert ground.command("power", 8, 0)["code"] == Reason.NOT_AVAILABLE  # a module without device
     ground.command("power", 21, 1)
     assert ground.core.services.commanded[1] == ground.core.flight.answer.torque_n_m
 
@@ -205,7 +205,8 @@ def test_rates_of_telemetry(ground):
     assert [n for n, _, _ in found].count("beacon") == 6
     assert [n for n, _, _ in found].count("extended") == 14
     ground.command("set_rates", 0.0, 0.0, 0.0)
-    assert {n for n, _, _ in ground.tick(times=42)} <= {"event", "settings", "devices", "queues"}
+    others = {"event", "settings", "devices", "queues", "housekeeping", "wheels"}
+    assert {n for n, _, _ in ground.tick(times=42)} <= others
 
 
 @pytest.mark.verifies("REQ-TM-002")
@@ -393,7 +394,8 @@ def test_wheels_that_do_not_follow_are_found():
     ground = Ground(Core(data_with(change)))
     ground.tick(times=9000)
     lost = [v["argument"] for v in ground.named("event") if v["code"] == Reason.WHEEL_FAILED]
-    assert lost == [0]
+    assert lost == [0, 1]
+    assert ground.core.services.status("wheels")["lost_x"] == 1.0
 
 
 @pytest.mark.verifies("REQ-SVR-004")

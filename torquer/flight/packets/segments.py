@@ -8,8 +8,8 @@ data in order. No number crosses from one segment into the next, so that each ha
 own, which a DBC file states (`dbc`).
 
 Anything else, protected frames and numbered commands above all, goes as a stream of bytes under the
-id 0, which no packet has; there the number of the segment counts on. So do packets whose numbers would cross from one
-segment into the next, or that an identifier has no room for.
+id 0, which no packet has; there the number of the segment counts on. So do packets whose numbers
+would cross from one segment into the next, or that an identifier has no room for.
 """
 
 import struct

@@ -24,6 +24,7 @@ from torquer.flight.software.boot import (
 )
 from torquer.flight.software.clock import to_ms
 from torquer.flight.software.containment import brief, where
+from torquer.flight.software.house_keeping import Analogue
 from torquer.flight.software.link import deliver_counters
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import Services
@@ -32,6 +33,7 @@ from torquer.flight.software.state import Cause, Slot, State, Telecommand
 from torquer.flight.software.strikes import FORGIVEN_S, NO_STRIKES, REQUIRED
 from torquer.scenario.spec import Scenario
 from torquer.simulation.outside.flight import Flight
+from torquer.spacecraft.house_keeping import HouseKeeping
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +74,11 @@ class Core:
         actuators = {"dipole_a_m2": craft.coils, "torque_n_m": craft.wheels}
         there = {name for name, device in actuators.items() if device is not None}
         defaults = {name: one.settings for name, one in self.software.modules.items()}
-        self.services = Services(self.flight, self.memory, self.software, defaults, there)
+        model = getattr(defaults.get("adc"), "model", HouseKeeping())
+        self.analogue = Analogue(self.flight, craft, model)
+        self.services = Services(
+            self.flight, self.memory, self.software, defaults, there, self.analogue
+        )
         self.exceptions: dict[str, str] = {}
         self._off = {name: _ZERO for name in there}
         is_new, start_ms = not self.memory.names(), to_ms(scenario.start)
@@ -130,13 +136,13 @@ class Core:
 
     def snapshot(self) -> tuple:
         """Flight, software and memory as they stand, to be restored any number of times."""
-        software = self.services.t_s, self.state
+        software = self.services.t_s, self.state, self.analogue.state
         return self.flight.snapshot(software), self.memory.snapshot()
 
     def restore(self, snapshot: tuple) -> None:
         """Go back to a snapshot of this flight: what follows is the same, bit for bit."""
         flight, memory = snapshot
-        t_s, self.state = self.flight.restore(flight)
+        t_s, self.state, self.analogue.state = self.flight.restore(flight)
         self.memory.restore(memory)
         self.services.bind(self.state, t_s)
 

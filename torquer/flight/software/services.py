@@ -13,8 +13,10 @@ from torquer.base.spec import Spec
 from torquer.flight.packets.frames import ALARM, INFO, Downlink
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import SpaceLink
+from torquer.flight.software.house_keeping import Analogue, Measured
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
+from torquer.flight.software.modules.telemetry import DEVICES
 from torquer.flight.software.state import AnyModule, Cause, State, Telecommand
 from torquer.flight.software.strikes import REQUIRED, STRIKES, Strikes
 from torquer.simulation.outside.flight import three_numbers
@@ -73,6 +75,7 @@ class Services:
         link: SpaceLink,
         defaults: Mapping[str, Spec],
         actuators: set[str],
+        analogue: Analogue,
     ):
         self.memory, self.dictionary = memory, link.dictionary
         self.computer = Computer(flight)
@@ -81,7 +84,7 @@ class Services:
         self.regions = [(name, list(states)) for name, (_, states) in names.regions.items()]
         self.flags, self.parameters = list(names.flags), names.all_parameters()
         self._link, self._defaults = link, defaults
-        self._actuators, self._flight = actuators, flight
+        self._actuators, self._flight, self._analogue = actuators, flight, analogue
         self._frame = Downlink(link.dictionary).frame
         answers = link.dictionary.down.get("acknowledgement")
         self._answers = 0 if answers is None else len(answers.names)
@@ -127,6 +130,39 @@ class Services:
         """The computer's own command at this control step."""
         return self._flight.answer
 
+    # devices
+
+    def silence(self, sensor: str, on: bool) -> None:
+        """Take the power of a sensor, by its name in the scenario, or give it back."""
+        self._flight.silence(sensor, on)
+
+    def units(self, sensor: str) -> tuple[int, ...]:
+        """Places in `inputs.units` of several devices of a kind."""
+        return self._flight.units(sensor)
+
+    @property
+    def wheel_axes(self) -> tuple:
+        """Axes of the wheels in the body; () for a satellite without any."""
+        return self._flight.wheel_axes
+
+    @property
+    def wheel_inertia_kg_m2(self) -> tuple[float, ...]:
+        """Inertia of each wheel's rotor."""
+        return self._flight.wheel_inertia_kg_m2
+
+    def wheels(self) -> tuple[list[float], list[float]]:
+        """Of each wheel: momentum as read [N m s], motor torque [N m] since the last command."""
+        return self._flight.wheels()
+
+    def use_wheels(self, in_use: Sequence[bool]) -> None:
+        """Which wheels the computer drives, from its next command on."""
+        self._flight.use_wheels(in_use)
+
+    def measure(self) -> Measured:
+        """Currents and temperatures now."""
+        powered = {name: bool(self.status(name).get("power", True)) for name in DEVICES}
+        return self._analogue.measure(self.t_s, powered, self.commanded[0])
+
     def take_over(self, command: str, value: tuple | None) -> Reason:
         """Manual control until it is changed: `dipole_a_m2` or `torque_n_m`; None: the computer's.
 
@@ -154,6 +190,10 @@ class Services:
     def send(self, packet: str, values: Sequence, status: int = INFO) -> bool:
         """Put a packet of the downlink into the ground queue; False if another was dropped."""
         return self.cdh.put("ground", self._frame(packet, self.clock.now_s, values, status))
+
+    def sends(self, packet: str) -> bool:
+        """Whether the dictionary of this satellite has a packet of the downlink."""
+        return packet in self.dictionary.down
 
     def report(self, module: str, code: Reason, argument: int = 0) -> None:
         """Enter an event into the error log, and send it to the ground."""
@@ -249,10 +289,17 @@ class Services:
         slot.due_ms, slot.fed_s = round(self.t_s * 1e3), self.t_s
 
     def bring_back(self, module: str) -> Reason:
-        """Start a module that does not run, and forget its strikes; STATE for one that runs."""
+        """Start a module that does not run, and forget its strikes.
+
+        STATE for one that runs; FAILED if its code ends with an error, or its strikes stay.
+        """
         if self._state.slots[module].runs:
             return Reason.STATE
-        self.start(module)
+        try:
+            self.start(module)
+        except BaseException:
+            self.count_failure(module)
+            return Reason.FAILED
         return Reason.DONE if self.keep_strikes(self.strikes.without(module)) else Reason.FAILED
 
     @property
@@ -270,9 +317,16 @@ class Services:
         return [name for name, slot in self._state.slots.items() if slot.is_off]
 
     def stop(self, module: str) -> None:
-        """Stop a module; commands that wait for it are answered: not possible."""
+        """Stop a module: it makes no step and takes no command until it is started.
+
+        Commands that wait for it are answered: not possible.
+        """
         for command in self._state.stop(module):
             self.acknowledge(command, Reason.STATE)
+        try:
+            self.modules[module].stop(self)
+        except BaseException:
+            self.count_failure(module)
 
     # watchdog and reboot
 

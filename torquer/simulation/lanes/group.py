@@ -13,7 +13,7 @@ from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, pack_member
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
-from torquer.simulation.loop.state import CELLS, LOCAL_CELLS
+from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS
 from torquer.simulation.loop.step import NO_READERS, Loop, run_steps, with_readers
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
@@ -158,7 +158,7 @@ class Lanes:
         seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
         kept = np.zeros((run.steps // plan.record_steps + 1, _MOTION, LANES))
         drawn, boards = np.zeros((STREAMS, 3, LANES)), self._boards(numbers[fill])
-        at, local = np.zeros(2, np.int64), np.zeros(LOCAL_CELLS)
+        at, local = np.zeros(AT_CELLS, np.int64), np.zeros(LOCAL_CELLS)
         rest = (seeds, drawn, ends, LANES)
         members = Many(self.packed.of_loop, cells, plan.plant, *rest)
         moving = Many(self.packed.of_dynamics, cells, run.dynamics, *rest)

@@ -37,6 +37,8 @@ class ReadingTables(NamedTuple):
     believed_sun: Table
 
 
+#: Cells of `State.at`.
+AT_CELLS = 3
 #: Cells of B [T] and gravity-gradient vector [1/s] where the loop stands: each of its phases would
 #: look them up again.
 LOCAL_CELLS = 6
@@ -149,7 +151,8 @@ ROW = _record(
 class State(NamedTuple):
     """All that changes: a few arrays, so that a run can be stored and resumed exactly.
 
-    `at`: steps done, and 1 while a host is to answer; `cells`: one record; `sensors`, `coils`,
+    `at`: steps done, 1 while a host is to answer, bits (`READ`) of readings that sensors without
+    power do not take; `cells`: one record; `sensors`, `coils`,
     `rotors`: state of each; `held`: present constant and random torque; `coefficients`: present
     ones of the unmodelled torque [N m]; `rods`: what hysteresis rods remember.
     """

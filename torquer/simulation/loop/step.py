@@ -58,8 +58,9 @@ BETWEEN, SENSED, WORKED = range(3)
 
 
 class Loop(NamedTuple):
-    """What the loop takes. `at`: steps done, and how far the control step has come.
+    """What the loop takes.
 
+    `at`: steps done, how far the control step has come, bits of readings that are not taken.
     `local`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
     `record`: of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
     `readers`: addresses of what reads the devices that not every satellite has; `drive_wheels`,
@@ -152,13 +153,16 @@ def leave_coils_off_step(member):
 
 
 def _drive_wheels(address, hold_steps, step):
-    """Set the motors of the wheels until the next control step."""
+    """Set the motors of the wheels until the next control step.
+
+    In modes that leave the wheels off there is a torque only if it is commanded from outside.
+    """
     loop = record_at(address)
     state, c = loop.members.member.state, loop.members.member.state.cells[0]
-    if state.board.chosen[0].wheels == 0.0:
+    torque, hold_s = (c.torque_x, c.torque_y, c.torque_z), hold_steps * loop.plan.step_s
+    if state.board.chosen[0].wheels == 0.0 and torque == (0.0, 0.0, 0.0):
         switch_off_motors(state.allocation, state.rotors)
         return 0
-    torque, hold_s = (c.torque_x, c.torque_y, c.torque_z), hold_steps * loop.plan.step_s
     allocate_torque(loop.plan.allocation, state.allocation, state.rotors, torque, hold_s, step)
     return 0
 
@@ -179,7 +183,7 @@ def sense(address, actions, step, works):
     if works and actions & COILS_OFF:
         each(members, coils_off_step)
     fail_members_coils(members, plan.plant, t)
-    read_sensors(address, actions, step)
+    read_sensors(address, actions & ~loop.at[2], step)
     if works and actions & CONTROL:
         before_s = first_member(members).state.board.known[0].t_s
         if is_back(plan.plant.failures.computer, before_s, t):

@@ -7,19 +7,23 @@ changed takes effect at the next control step; states are entered as by a transi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from torquer.base.spec import Vector
 from torquer.computer.computer import Blocks, Board, parameter_places
-from torquer.computer.interface import ESTIMATED, SENSED, nothing_known
+from torquer.computer.interface import ESTIMATED, NUMBERS, SENSED, SENSORS, nothing_known
 from torquer.computer.modes.packing import check_choice
 from torquer.computer.modes.signals import SIGNALS, UNITS
 from torquer.computer.modes.spec import Condition, Modes
 from torquer.computer.names import MODES, Names
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.state import find_arrays
+from torquer.simulation.loop.timetable import READ
 from torquer.simulation.setup.run import Run
+from torquer.spacecraft.house_keeping import light_and_distance
+from torquer.spacecraft.wheel_array.steering import Steering, lose
 
 
 def computer_names(scenario: Scenario, blocks: Blocks) -> Names:
@@ -98,6 +102,60 @@ class Directed:
         board, (place, _) = self._direct("hold"), self._region(region)
         _check_truth("on", on)
         board.modes.regions[place]["held"] = float(on)
+
+    def use_wheels(self, in_use: Sequence[bool]) -> None:
+        """Which wheels the computer may drive, one after the other; the motors of others are off.
+
+        Their part of a torque is taken over by those in use, as after a failure that is noticed.
+        """
+        run, count = self._run, len(self.wheel_axes)
+        self._direct("use_wheels")
+        if len(in_use) != count:
+            raise ValueError(f"in_use: must be {count} truths, one a wheel; received {in_use!r}")
+        steering, now = run.plan.allocation.steering, run.state.allocation
+        limits = now.momentum_limit, now.torque_limit, now.bias
+        first = steering.momentum_limit, steering.torque_limit, steering.bias
+        for place, value in zip(limits, first, strict=True):
+            place[:] = value
+        for wheel, on in enumerate(in_use):
+            if not on and now.torque_limit[wheel] > 0.0:
+                lose(Steering(steering.wheels, *limits, steering.bias_after, steering.work), wheel)
+
+    @property
+    def wheel_axes(self) -> tuple[Vector, ...]:
+        """Axes of the wheels in the body, unit vectors; () for a satellite without any."""
+        return tuple(map(tuple, self._run.plan.allocation.steering.wheels.axes.tolist()))
+
+    @property
+    def wheel_inertia_kg_m2(self) -> tuple[float, ...]:
+        """Inertia of each wheel's rotor about its axis."""
+        return tuple(self._run.plan.plant.rotors.rows["inertia"].tolist())
+
+    def wheels(self) -> tuple[list[float], list[float]]:
+        """Of each wheel: momentum by its tachometer [N m s], motor torque asked for [N m]."""
+        allocation = self._run.state.allocation
+        return allocation.momentum.tolist(), allocation.motor.tolist()
+
+    def units(self, sensor: str) -> tuple[int, ...]:
+        """Places in `Inputs.units` of the devices of a kind of which there are several."""
+        flown = self._run.scenario.spacecraft.flown().values()
+        return tuple(each.row - len(SENSORS) for each in flown
+                     if each.device.kind == sensor and each.row >= len(SENSORS))  # fmt: skip
+
+    def silence(self, sensor: str, on: bool = True) -> None:
+        """Take the power of a sensor, of all of its kind: it is not read, its last reading ages."""
+        check_choice("sensor", SENSORS, sensor)
+        _check_truth("on", on)
+        found = {each.row for each in self._run.scenario.spacecraft.flown().values()
+                 if each.device.kind == sensor}  # fmt: skip
+        bits = sum(READ << row for row in found | {NUMBERS[sensor]})
+        at = self._run.state.at
+        at[2] = at[2] | bits if on else at[2] & ~bits
+
+    def surroundings(self) -> tuple[float, float]:
+        """In truth: visible part of the Sun's disc, distance from the Earth's centre [m]."""
+        run, tables = self._run, self._run.piece.tables
+        return light_and_distance(run.plan.plant.shadow, tables.orbit, tables.sun, run.now_s)
 
     def restart_computer(self) -> None:
         """Let the computer begin as at the start of the flight, but for its latest readings.

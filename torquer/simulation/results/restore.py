@@ -154,7 +154,7 @@ def _check_state(run: Run, cells: np.ndarray) -> None:
             f"result: its checkpoint must have {size} cells, as this scenario and law have; "
             f"received {cells.size}"
         )
-    step, waiting = cells[: len(run.state.at)]
+    step, waiting = cells[:2]
     if not (step in range(run.steps + 1) and waiting in (BETWEEN, SENSED, WORKED)):
         raise ValueError(
             f"result: its checkpoint must be at a step from 0 to {run.steps}; received {step:g}"

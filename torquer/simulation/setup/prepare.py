@@ -47,6 +47,7 @@ from torquer.scenario.spec import (
     sampling_steps,
 )
 from torquer.simulation.loop.state import (
+    AT_CELLS,
     CELLS,
     ROW,
     SENSOR,
@@ -358,7 +359,7 @@ def first_state(
         rotors = scenario.spacecraft.wheels.first_state(plan.plant.rotors, motion[4:])
         allocation = first_allocation(plan.allocation)
     state = State(
-        at=np.zeros(2, dtype=np.int64),
+        at=np.zeros(AT_CELLS, dtype=np.int64),
         cells=cells,
         sensors=sensors,
         coils=coils,

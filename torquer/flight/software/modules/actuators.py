@@ -1,4 +1,4 @@
-"""Drivers of coils and wheels: manual control, and what tachometers show of the wheels."""
+"""Drivers of actuators: manual control, power. Those of the coils."""
 
 from __future__ import annotations
 
@@ -33,6 +33,10 @@ class Actuator(Module):
         self.polls = self.errors = 0
         self.until_s: float | None = None
         self.is_powered = True
+
+    def stop(self, core) -> None:
+        """Nobody would end manual control."""
+        self.automatic(core)
 
     def step(self, core) -> None:
         """Give the actuator back to the laws in time."""
@@ -85,91 +89,3 @@ class Coils(Actuator):
     def on_coils_automatic(self, core, values) -> Reason:
         """The laws command the dipole again."""
         return self.automatic(core)
-
-
-class WheelSettings(ManualSettings):
-    """Settings of the wheels' driver."""
-
-    window_s: float = Field(default=60.0, gt=0.0)
-    """Time over which change of momentum and commanded torque are compared."""
-    least_n_m_s: float = Field(default=2e-3, gt=0.0)
-    """Commanded change of momentum about an axis below which nothing is concluded."""
-    following: float = Field(default=0.3, gt=0.0, lt=1.0)
-    """Part of the commanded change that wheels must make to follow."""
-    full_n_m_s: float = Field(default=0.035, gt=0.0)
-    """Momentum about an axis beyond which wheels may be full, and need not follow."""
-    failures: int = Field(default=3, ge=1)
-    """Windows in a row without following after which the wheels of an axis are lost."""
-
-
-class Wheels(Actuator):
-    """Reaction wheels; their tachometers show whether they follow.
-
-    About each body axis the change of the wheels' momentum over a window is compared with the
-    impulse that was commanded: wheels that make too small a part of it in several windows in a row
-    are lost. One wheel of a pair shows only where it makes less than its part.
-    """
-
-    name = "wheels"
-    Settings = WheelSettings
-    command = "torque_n_m"
-
-    def __init__(self, settings: WheelSettings):
-        super().__init__(settings)
-        self.lost = [False, False, False]
-        self.in_row = [0, 0, 0]
-        self.first: tuple | None = None
-        self.torque = (0.0, 0.0, 0.0)
-        self.impulse = [0.0, 0.0, 0.0]
-        self.first_s = self.last_s = 0.0
-
-    def step(self, core) -> None:
-        """Add up the commanded impulse; compare at the end of a window."""
-        super().step(core)
-        momentum = core.inputs.wheel_momentum_body_n_m_s
-        if not math.isfinite(core.inputs.read_at.tachometers_s + sum(momentum)):
-            self.first = None
-            return
-        self._add(core)
-        if self.first is None:
-            self._begin(core, momentum)
-        elif core.t_s - self.first_s >= self.settings.window_s:
-            self._compare(core, momentum)
-            self._begin(core, momentum)
-
-    def _begin(self, core, momentum) -> None:
-        self.first, self.first_s, self.impulse = momentum, core.t_s, [0.0, 0.0, 0.0]
-
-    def _add(self, core) -> None:
-        """What was commanded at the last step has acted since; the wheels take its reaction."""
-        interval_s, self.last_s = core.t_s - self.last_s, core.t_s
-        for axis in range(3):
-            self.impulse[axis] -= self.torque[axis] * interval_s
-        self.torque = core.commanded[1]
-
-    def _compare(self, core, momentum) -> None:
-        for axis in range(3):
-            wanted, made = self.impulse[axis], momentum[axis] - self.first[axis]
-            is_full = momentum[axis] * math.copysign(1.0, wanted) > self.settings.full_n_m_s
-            if abs(wanted) < self.settings.least_n_m_s or is_full:
-                continue
-            follows = made / wanted > self.settings.following
-            self.in_row[axis] = 0 if follows else self.in_row[axis] + 1
-            self.errors += not follows
-            if self.in_row[axis] >= self.settings.failures and not self.lost[axis]:
-                self.lost[axis] = True
-                core.report("wheels", Reason.WHEEL_FAILED, axis)
-
-    def on_wheels_manual(self, core, values) -> Reason:
-        """A torque on the body [N m] for a time."""
-        return self.manual(core, values)
-
-    def on_wheels_automatic(self, core, values) -> Reason:
-        """The laws command the torque again; wheels that were lost get another chance."""
-        self.lost, self.in_row = [False, False, False], [0, 0, 0]
-        return self.automatic(core)
-
-    def status(self) -> dict[str, float]:
-        """As of every actuator, and the axes whose wheels are lost."""
-        axes = {f"lost_{axis}": float(lost) for axis, lost in zip("xyz", self.lost, strict=True)}
-        return super().status() | axes | {"lost": float(all(self.lost))}

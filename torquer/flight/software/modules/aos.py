@@ -19,6 +19,8 @@ from torquer.flight.software.modules.module import Module
 
 #: Age [s] from which on a state vector is out of date.
 OLDEST_S = 10.0
+#: Numbers of a reading that is sent by command.
+_NUMBERS = 3
 
 
 class StateVector(NamedTuple):
@@ -108,6 +110,25 @@ class Aos(Module):
             known = math.isfinite(rate + q_size)
             core.report("aos", Reason.STALE_STATE if known else Reason.STATE_LOST)
         self.was_valid = bool(self.works)
+
+    def on_read_sensor(self, core, values) -> Reason:
+        """Send the latest reading of a device as it is, by the id of its driver."""
+        device, unit = values
+        name = core.module_of(device)
+        if name is None:
+            return Reason.VALUE
+        raw = getattr(core.modules[name], "raw", None)
+        if raw is None:
+            return Reason.NOT_AVAILABLE
+        found = raw(core, unit)
+        if found is None:
+            return Reason.VALUE
+        taken_s, *numbers = found
+        age_s = core.t_s - taken_s if math.isfinite(taken_s) else math.nan
+        rest = [0.0] * (_NUMBERS - len(numbers))
+        is_on = int(core.status(name).get("power", 1))
+        core.send("reading", (device, unit, is_on, len(numbers), age_s, *numbers, *rest))
+        return Reason.DONE
 
     def status(self) -> dict[str, float]:
         """Mode, whether the Sun shines, whether there is a valid state vector."""

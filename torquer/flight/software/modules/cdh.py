@@ -18,8 +18,8 @@ SHARED = ("acks", "ground", "state")
 class CdhSettings(Spec):
     """Settings of command and data handling."""
 
-    report_s: float = Field(default=600.0, gt=0.0)
-    """Time between two packets on the queues."""
+    report_s: float = Field(default=600.0, ge=0.0)
+    """Time between two packets on the queues; 0: none."""
 
 
 class CdhModule(Module):
@@ -50,8 +50,8 @@ class CdhModule(Module):
             before, self.dropped[queue] = self.dropped.get(queue, 0), dropped[queue]
             if dropped[queue].bit_length() > before.bit_length():
                 core.report("cdh", Reason.QUEUE_FULL, number)
-        if core.t_s >= self.due_s:
-            self.due_s += self.settings.report_s
+        if core.t_s >= self.due_s and self.settings.report_s:
+            self.due_s = core.t_s + self.settings.report_s
             core.send("queues", contents(core.cdh))
 
     def status(self) -> dict[str, float]:

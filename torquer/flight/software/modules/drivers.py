@@ -29,21 +29,30 @@ class Sensor(Module):
     """Polls a sensor: the age of its reading, and whether it can be one.
 
     `reading`, `taken`: its fields in the inputs and in their times; `greatest`: magnitude [SI]
-    beyond which no reading is one.
+    beyond which no reading is one; `device`: its name on board. Without power it is not polled, and
+    counts as lost.
     """
 
     Settings = PollSettings
     reading: ClassVar[str]
     taken: ClassVar[str]
     greatest: ClassVar[float]
+    device: ClassVar[str]
 
     def __init__(self, settings: PollSettings):
         super().__init__(settings)
         self.polls = self.errors = self.in_row = 0
         self.is_lost = False
+        self.is_powered = True
+
+    def start(self, core) -> None:
+        """Its power is as the driver has it: on after a boot."""
+        core.silence(self.device, not self.is_powered)
 
     def step(self, core) -> None:
         """Poll the sensor; events when it is lost."""
+        if not self.is_powered:
+            return
         age_s = core.t_s - getattr(core.inputs.read_at, self.taken)
         x, y, z = getattr(core.inputs, self.reading)
         size = math.sqrt(x * x + y * y + z * z)
@@ -58,9 +67,29 @@ class Sensor(Module):
             if self.is_lost:
                 core.report(self.name, Reason.SENSOR_SILENT if silent else Reason.SENSOR_ODD)
 
+    def raw(self, core, unit: int) -> tuple | None:
+        """Time [s] and numbers [SI] of the latest reading, of what laws read (0) or of one of
+        several (from 1 on); None for one that there is not."""
+        if unit == 0:
+            taken_s = getattr(core.inputs.read_at, self.taken)
+            return (taken_s, *getattr(core.inputs, self.reading))
+        places = core.units(self.device)
+        return core.inputs.units[places[unit - 1]][:4] if unit <= len(places) else None
+
+    def power(self, core, on: bool) -> Reason:
+        """Switch the power: without it there are no new readings."""
+        self.is_powered, self.in_row = on, 0
+        core.silence(self.device, not on)
+        return Reason.DONE
+
     def status(self) -> dict[str, float]:
-        """Polls and failed ones since the boot, whether the sensor is lost."""
-        return {"polls": self.polls, "errors": self.errors, "lost": float(self.is_lost)}
+        """Polls and failed ones since the boot, power, whether the sensor is lost."""
+        return {
+            "polls": self.polls,
+            "errors": self.errors,
+            "power": float(self.is_powered),
+            "lost": float(self.is_lost or not self.is_powered),
+        }
 
 
 class Mag(Sensor):
@@ -68,6 +97,7 @@ class Mag(Sensor):
 
     name = "mag"
     reading, taken, greatest = "b_body_t", "magnetometer_s", 2e-4
+    device = "magnetometer"
 
     def on_mag_calibration(self, core, values) -> Reason:
         """The computer takes readings as they are: it has no place for a calibration."""
@@ -79,6 +109,7 @@ class Gyro(Sensor):
 
     name = "gyro"
     reading, taken, greatest = "omega_body_rad_s", "gyro_s", 10.0
+    device = "gyro"
 
     def on_gyro_calibration(self, core, values) -> Reason:
         """The filters estimate the bias themselves: there is no place for another."""
@@ -90,29 +121,4 @@ class Sun(Sensor):
 
     name = "sun"
     reading, taken, greatest = "sun_body", "sun_sensors_s", 1.01
-
-
-class AdcSettings(Spec):
-    """Limits of temperatures and currents."""
-
-    temperature_min: float = -40.0
-    """Least temperature [degC]."""
-    temperature_max: float = 85.0
-    """Greatest temperature [degC]."""
-    current_max: float = Field(default=2.0, gt=0.0)
-    """Greatest current [A]."""
-
-
-class Adc(Module):
-    """Temperatures and currents: their limits are kept; the simulation has no such sensors."""
-
-    name = "adc"
-    Settings = AdcSettings
-    period_s = 10.0
-
-    def on_adc_limits(self, core, values) -> Reason:
-        """Change the limits."""
-        low, high, current = values
-        if not low < high:
-            return Reason.VALUE
-        return self.change(core, temperature_min=low, temperature_max=high, current_max=current)
+    device = "sun_sensors"

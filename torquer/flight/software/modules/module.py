@@ -42,6 +42,9 @@ class Module:
     def step(self, core: Services) -> None:
         """The module's own work."""
 
+    def stop(self, core: Services) -> None:
+        """End by command: give back what the module has taken over."""
+
     def status(self) -> dict[str, float]:
         """What telemetry reports of the module: numbers by name."""
         return {}

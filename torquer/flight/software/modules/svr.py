@@ -15,6 +15,7 @@ from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 from torquer.flight.software.modules.telemetry import DEG, bits, devices, states
+from torquer.flight.software.strikes import REQUIRED
 
 #: Classes of an element of the state vector, as telemetry numbers them.
 NONE, MAX, NORM, MIN = range(4)
@@ -25,6 +26,8 @@ REGULAR, IMMEDIATE, RESERVE = range(3)
 #: File of the non-volatile memory that holds the error log.
 ERRORS = "errors"
 _ON = {0: False, 1: True}
+#: Time after which the error log is saved where no packets on settings are sent [s].
+_SAVED_S = 600.0
 
 
 def _whole_angle_deg(q: float) -> float:
@@ -68,14 +71,15 @@ class SvrSettings(Spec):
             "wheels.lost_x": "wheel_x_lost",
             "wheels.lost_y": "wheel_y_lost",
             "wheels.lost_z": "wheel_z_lost",
+            "adc.beyond": "temperature_beyond",
         }
     )
     """Flag of the mode table that a module's status raises, by `module.key`; those without such a
     flag in the scenario are left out."""
     silent_s: float = Field(default=10.0, gt=0.0)
     """Time without a step after which a module is silent: the watchdog is not fed any more."""
-    report_s: float = Field(default=600.0, gt=0.0)
-    """Time between two packets on settings and devices."""
+    report_s: float = Field(default=600.0, ge=0.0)
+    """Time between two packets on settings and devices; 0: none."""
     states_s: float = Field(default=60.0, gt=0.0)
     """Longest time between two packets on the mode table; a change is sent at once."""
 
@@ -135,9 +139,10 @@ class Svr(Module):
         self._follow(core)
         self._raise_flags(core)
         self._watch(core)
-        if core.t_s >= self.due_s:
-            self.due_s += self.settings.report_s
-            self._report(core)
+        if core.t_s >= self.due_s and not self._states_are_due(core):
+            self.due_s = core.t_s + (self.settings.report_s or _SAVED_S)
+            if self.settings.report_s:
+                self._report(core)
             self._save_errors(core)
         else:  # not with the others: the ground queue is short
             self._send_states(core)
@@ -263,19 +268,34 @@ class Svr(Module):
         core.send("module_status", core.account(name))
         return Reason.DONE
 
-    def on_module_start(self, core, values) -> Reason:
-        """Start a module that does not run; strikes that kept it off are forgotten."""
-        name = core.module_of(values[0])
-        return Reason.VALUE if name is None else core.bring_back(name)
-
     def on_power(self, core, values) -> Reason:
-        """Switch a device; the sensors of the simulation have no switch."""
+        """Switch a device; NOT_AVAILABLE for a module that is the driver of none."""
         device, on = values
         name = core.module_of(device)
         if name is None or on not in _ON:
             return Reason.VALUE
         switch = getattr(core.modules[name], "power", None)
-        return Reason.NOT_AVAILABLE if switch is None else switch(core, _ON[on])
+        if switch is None:
+            return Reason.NOT_AVAILABLE
+        code = switch(core, _ON[on])
+        if code is Reason.DONE:
+            core.report("svr", Reason.POWER_CHANGED, device | on << 8)
+        return code
+
+    def on_module_start(self, core, values) -> Reason:
+        """Start a module that does not run; strikes that kept it off are forgotten."""
+        name = core.module_of(values[0])
+        return Reason.VALUE if name is None else core.bring_back(name)
+
+    def on_module_stop(self, core, values) -> Reason:
+        """Stop a module, but for those without which nothing can be commanded."""
+        name = core.module_of(values[0])
+        if name is None:
+            return Reason.VALUE
+        if name in REQUIRED or not core.is_running(name):
+            return Reason.STATE
+        core.stop(name)
+        return Reason.DONE
 
     def _classify(self, core) -> None:
         state, settings = core.cdh.newest("state"), self.settings
@@ -369,9 +389,15 @@ class Svr(Module):
         )
         core.send("devices", devices(core))
 
+    def _states_are_due(self, core) -> bool:
+        """Whether the mode table has changed, or was last shown long ago; not at the beginning."""
+        is_there = core.sends("modes") and core.regions and self.sent_states
+        late = core.t_s >= self.states_due_s
+        return bool(is_there) and (late or states(core) != self.sent_states)
+
     def _send_states(self, core) -> None:
         """The packet on the mode table, where it is known and there is one."""
-        if "modes" in core.dictionary.down and core.regions:
+        if core.sends("modes") and core.regions:
             now = states(core)
             if now != self.sent_states or core.t_s >= self.states_due_s:
                 self.sent_states, self.states_due_s = now, core.t_s + self.settings.states_s

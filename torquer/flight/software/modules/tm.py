@@ -21,6 +21,18 @@ _FILE = _TIME = struct.Struct("<I")
 #: Frames of a replay or dump that a step sends: fewer than the ground queue holds.
 _AT_ONCE = 4
 _DUMPED = 64
+#: Packets on modules that a step sends.
+_MODULES_AT_ONCE = 2
+#: Subsystems whose telemetry has a period of its own, as the command `set_period` numbers them: the
+#: module that sends it, its setting, and its attribute of when the next packet is due.
+PERIODS = (
+    ("tm", "extended_s", ""),
+    ("svr", "report_s", "due_s"),
+    ("tm", "modules_s", ""),
+    ("cdh", "report_s", "due_s"),
+    ("adc", "report_s", "due_s"),
+    ("wheels", "report_s", "due_s"),
+)
 
 
 def record_file(number: int) -> str:
@@ -37,6 +49,8 @@ class TmSettings(Spec):
     """Time between extended packets."""
     store_s: float = Field(default=60.0, ge=0.0)
     """Time between stored packets."""
+    modules_s: float = Field(default=0.0, ge=0.0)
+    """Time between the packets on the status of all modules."""
     in_file: int = Field(default=30, ge=1, le=1000)
     """Stored packets in a file of the record; a reboot loses those of the file just begun."""
     files: int = Field(default=100, ge=1, le=1000)
@@ -52,7 +66,8 @@ class Tm(Module):
 
     def __init__(self, settings: TmSettings):
         super().__init__(settings)
-        self.due_ms = {"beacon": 0, "extended": 0, "store": 0}
+        self.due_ms = {"beacon": 0, "extended": 0, "store": 0, "modules": 0}
+        self.described: list[str] = []
         self.begun = bytearray()
         self.spans: dict[int, tuple[int, int]] = {}
         self.next_file = self.stored = 0  # files by their numbers since the first one
@@ -62,9 +77,10 @@ class Tm(Module):
         self.dumped: tuple[int, str, int, int] | None = None
 
     def start(self, core) -> None:
-        """Find the record that the memory holds; the first packets are due now."""
+        """Find the record that the memory holds; the first packets, but on modules, are due now."""
         now_ms = round(core.t_s * 1e3)
         self.due_ms = dict.fromkeys(self.due_ms, now_ms)
+        self.due_ms["modules"] += round(self.settings.modules_s * 1e3)
         found = set(core.memory.names())
         for place in range(self.settings.files):
             is_there = record_file(place) in found
@@ -91,6 +107,12 @@ class Tm(Module):
             if stores:
                 due["store"] = _next(due["store"], settings.store_s, now_ms)
                 self._store(core, values)
+        if settings.modules_s and due["modules"] <= now_ms:
+            due["modules"] = _next(due["modules"], settings.modules_s, now_ms)
+            self.described = list(core.modules)
+        for name in self.described[:_MODULES_AT_ONCE]:
+            core.send("module_status", core.account(name))
+        del self.described[:_MODULES_AT_ONCE]
         if self.replayed is not None or self.waiting:
             self._replay(core)
         if self.dumped is not None:
@@ -102,6 +124,22 @@ class Tm(Module):
         code = self.change(core, beacon_s=beacon_s, extended_s=extended_s, store_s=store_s)
         if code is Reason.DONE:
             self.due_ms = dict.fromkeys(self.due_ms, round(core.t_s * 1e3))
+        return code
+
+    def on_set_period(self, core, values) -> Reason:
+        """Change the period [s] of one subsystem's telemetry; it begins now. 0: none."""
+        number, period_s = values
+        if number >= len(PERIODS):
+            return Reason.VALUE
+        name, setting, due = PERIODS[number]
+        module = core.modules.get(name)
+        if module is None or not hasattr(module.settings, setting):
+            return Reason.NOT_AVAILABLE
+        code = module.change(core, **{setting: period_s})
+        if code is Reason.DONE and due:
+            setattr(module, due, core.t_s)
+        elif code is Reason.DONE:
+            self.due_ms[setting.removesuffix("_s")] = round(core.t_s * 1e3)
         return code
 
     def on_replay(self, core, values) -> Reason:
