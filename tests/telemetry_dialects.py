@@ -84,10 +84,13 @@ def records(**more):
     ]
 
 
-def long_rows(names=XYZ, head="time,parameter,value"):
+LONG_HEAD = "time,parameter,value"
+
+
+def long_rows(names=XYZ, head=LONG_HEAD, more=""):
     lines = [head]
     for moment, row in zip(STAMPS, B_NT, strict=True):
-        lines += [f"{iso(moment)},{n},{x:.1f}" for n, x in zip(names, row, strict=True)]
+        lines += [f"{iso(moment)},{n},{x:.1f}{more}" for n, x in zip(names, row, strict=True)]
     return "\n".join(lines) + "\n"
 
 
@@ -222,6 +225,8 @@ DIALECTS = [
             + "\n".join(",".join(each.split(",")[::-1]) for each in PLAIN.split("\n")[13:]),
             mapping()),
     Dialect("units in the cells", grid(";", number="{:.1f} nT".format), mapping()),
+    Dialect("units in the cells, not those of the mapping",
+            grid(";", number=lambda x: f"{x / 1e3:.4f} \u00b5T"), mapping()),
     Dialect("units that change", grid(";", number=lambda x: f"{x:.1f} nT" if abs(x) < 9e3 else
                                       f"{x / 1e3:.4f} \u00b5T"), mapping()),
     Dialect("Grafana", grid(number=lambda x: f'"{x:,.1f} nT"'), mapping()),
@@ -246,6 +251,11 @@ DIALECTS = [
             mapping(long={"name": "parameter", "value": "value"})),
     Dialect("a row for each number, with paths", long_rows([f"/SAT/A/{n}" for n in XYZ]),
             mapping([f"/SAT/A/{n}" for n in XYZ], long={"name": "parameter", "value": "value"})),
+    Dialect("a row for each number, with units", long_rows(more=",nT", head=LONG_HEAD + ",unit"),
+            mapping(unit="uT", long={"name": "parameter", "value": "value", "unit": "unit"})),
+    Dialect("a row for each number, with units of another name",
+            long_rows(more=",nT,good", head=LONG_HEAD + ",UoM,quality"),
+            mapping(long={"name": "parameter", "value": "value", "unit": "UoM"})),
     Dialect("InfluxDB CSV", influx_csv(), mapping(time="_time")),
     Dialect("InfluxDB line protocol", "\n".join(
         f"mag,sat=a mag_x={r[0]:.1f},mag_y={r[1]:.1f},mag_z={r[2]:.1f} {1e9 * m.timestamp():.0f}"

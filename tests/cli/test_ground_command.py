@@ -261,6 +261,32 @@ def test_recordings_of_which_nothing_is_kept_are_failures(call, recording, tmp_p
     assert {each["reason"] for each in found["left_out"]} == {"archived"}
 
 
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [(bytes(5000), "all its bytes are 00: it holds nothing"),
+     (b"\xff" * 300, "all its bytes are FF: it holds nothing"),
+     (b"", "no frame begins in it"), (bytes(range(256)) * 9, "no frame begins in it")],
+    ids=["zeros", "erased", "empty", "of others"],
+)  # fmt: skip
+def test_a_refused_import_leaves_no_archive(call, tmp_path, data, why):
+    other, folder = tmp_path / "other.bin", tmp_path / "archives"
+    other.write_bytes(data)
+    code, out, err = call("import", other, "--folder", folder)
+    assert code == 1 and err.endswith(f": {why}\n")
+    assert "archive: none made" in out and list(folder.iterdir()) == []
+    code, out, _ = call("import", other, "--folder", folder, "--json")
+    assert json.loads(out)["archive"] is None and list(folder.iterdir()) == []
+
+
+def test_a_refused_import_leaves_an_archive_that_was_there(call, recording, tmp_path):
+    call("import", recording, "--folder", tmp_path)
+    other = tmp_path / "other.bin"
+    other.write_bytes(bytes(5000))
+    assert call("import", other, "--folder", tmp_path)[0] == 1
+    code, out, _ = call("import", recording, "--folder", tmp_path)
+    assert code == 0 and "frames 40, new 0" in out
+
+
 def test_damaged_archives_are_exported_as_far_as_they_can_be_read(call, recording, tmp_path):
     call("import", recording, "--folder", tmp_path)
     archive, out_folder = tmp_path / "satellite.sqlite", tmp_path / "out"

@@ -138,3 +138,30 @@ def test_rows_say_how_far_they_can_be_trusted(tmp_path):
     _, rows = put(tmp_path, "protected", protected(frames)[0])
     assert {row[3] for found in rows.values() for row in found} == {AUTHENTIC}
     assert {row[2] for found in rows.values() for row in found} == {None}, "no time of reception"
+
+
+@pytest.mark.parametrize("reboots", [1, 2])
+def test_counters_that_are_passed_over_at_a_reboot_are_no_loss(tmp_path, reboots):
+    """The counter that a satellite keeps lies ahead, and it goes on from there."""
+    keys, stream = PROTECTED.keys, b""
+    sender = TelemetrySender(keys.down, keys.spi, keys.spacecraft)
+    for session in range(reboots + 1):
+        if session:
+            sender.counter += 5000
+        values = [session] + [1] * (len(DICTIONARY.down["ready"].names) - 1)
+        stream += sender.wrap(MADE.frame("ready", 100 * session, values))
+        stream += b"".join(map(sender.wrap, packets(session, 60))) + sender.flush()
+    counts, _ = put(tmp_path, "a", stream)
+    assert counts["lost_frames"] == 0
+    (note,) = counts["notes"]
+    assert note.startswith(f"{5000 * reboots} counters of frames are passed over at {reboots} ")
+
+
+def test_a_gap_without_a_reboot_is_a_loss(tmp_path):
+    keys = PROTECTED.keys
+    sender = TelemetrySender(keys.down, keys.spi, keys.spacecraft)
+    stream = b"".join(map(sender.wrap, packets(1, 60))) + sender.flush()
+    sender.counter += 7
+    stream += b"".join(map(sender.wrap, packets(2, 60))) + sender.flush()
+    counts, _ = put(tmp_path, "a", stream)
+    assert counts["lost_frames"] == 7 and counts["notes"] == []

@@ -158,11 +158,20 @@ class Archive:
             raise ArchiveError(
                 f"archive: must be an archive that can be written; received {path}: {error}"
             ) from None
+        except ArchiveError:
+            self._db.close()
+            raise
         self._insert = {name: _insert(packet) for name, packet in dictionary.down.items()}
 
     def close(self) -> None:
         """Write what waits in the journal into the file, and close it."""
         self._db.close()
+
+    def discard(self) -> None:
+        """Close the archive and remove its files, as of one in which nothing was put."""
+        self.close()
+        for end in ("", "-wal", "-shm"):
+            Path(f"{self.path}{end}").unlink(missing_ok=True)
 
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:

@@ -33,6 +33,8 @@ from torquer.ground.recorded.joined import PacketJoiner, Part
 from torquer.ground.recorded.left_out import Tally
 from torquer.ground.recorded.plain import PlainFrames
 
+#: The packet that a satellite sends once it has started.
+READY = "ready"
 #: Bytes of frames that wait before they are written, in the order of their times.
 _WAITING = 2**26
 #: Most rows of a transaction: meanwhile a ground that runs must wait.
@@ -116,6 +118,7 @@ def _import(
                 notes.append(f"{path.name}: nothing is kept of it: {_named(head, link)}")
             beginning = beginning or head
     found = work.finish()
+    notes += work.notes()
     left_out = [_in_file(entry, starts) for entry in work.tally.entries()]
     failure = ""
     if found["frames"] == 0 or found["lost_bytes"] > (1 - _LITTLE) * found["bytes"]:
@@ -182,6 +185,7 @@ class _Import:
         known = link.dictionary if is_plain else link.dictionary.model_copy(update={"down": {}})
         self._plain = PlainFrames(known, self.tally)
         self._authentic = None if is_plain else AuthenticFrames(link, self.tally)
+        self._ready, self._is_done = link.dictionary.down.get(READY), False
         self._joiner = PacketJoiner(*_kept_parts(archive), self._batches.apart_s)
 
     @property
@@ -241,17 +245,34 @@ class _Import:
     def _take(self, packet: bytes, at: int) -> None:
         """Keep what a packet carries: a frame, or whatever it is."""
         if self._user is None and self._batches.takes(packet):
+            self._note_reboot(packet[8])
             self._batches.add(packet, AUTHENTIC)
             self._frames += 1
             return
         stream = self._user or Stream(self._link.dictionary, "down")
         before = stream.rejected.copy()
         for frame in [*stream.feed(packet), *stream.finish()]:
+            self._note_reboot(frame.packet.id)
             self._batches.add(frame.raw, AUTHENTIC)
             self._frames += 1
         for reason, count in (stream.rejected - before).items():
             self.tally.add(reason, at, count=count)
         self._inner_lost += 0 if self._user else stream.lost_bytes
+
+    def _note_reboot(self, number: int) -> None:
+        if self._ready is not None and number == self._ready.id and not self._is_done:
+            self._joiner.note_reboot()
+
+    def notes(self) -> list[str]:
+        """What must be known of the frames as a whole."""
+        missing = self._joiner.missing()
+        if not missing.reboots:
+            return []
+        times = f"{missing.reboots} reboot{'s' * (missing.reboots > 1)}"
+        return [
+            f"{missing.passed_over} counters of frames are passed over at {times} (packet "
+            f"{READY!r}): no loss, the satellite goes on from a counter that it keeps ahead"
+        ]
 
     def _write(self) -> None:
         for batch in self._batches.take():
@@ -261,7 +282,7 @@ class _Import:
 
     def finish(self) -> dict[str, int]:
         """The counts, once all that can be joined is written."""
-        self.tally.base = 0
+        self.tally.base, self._is_done = 0, True
         for packet, at in self._joiner.join():
             self._take(packet, max(at, 0))
             if self._batches.bytes > _WAITING:
@@ -276,7 +297,7 @@ class _Import:
             "frames": self._frames,
             "new": self._new,
             "lost_bytes": around.lost_bytes + self._inner_lost,
-            "lost_frames": self._joiner.lost_frames,
+            "lost_frames": self._joiner.missing().lost,
             "lost_packets": len(tails) + len(self._joiner.foreign) + self._counters.lost(),
             "rejected": self.tally.rejected,
         }

@@ -233,6 +233,15 @@ MISTAKES = {
     "table": (HEAD + "down = 3", r"down: must be a table of keys; received 3"),
     "packet": (HEAD + "[down]\nhouse = 3", r"down\.house: must be a table of keys; received 3"),
     "top": (HEAD + "downs = 3", r"downs: must be a known key; received 3"),
+    "empty polynomial": (
+        HEAD + packet(FIELD.replace('type = "u8"', 'type = "u8", polynomial = []')),
+        r"down\.house\.fields\[0\]\.polynomial: must have 3 to 12 coefficients, or be left out; "
+        r"received \[\]",
+    ),
+    "labels twice": (
+        HEAD + packet(FIELD.replace('type = "u8"', 'type = "u8", labels = { 1 = "A", 01 = "B" }')),
+        r"down\.house\.fields\[0\]\.labels: must have the key 1 once, however it is written",
+    ),
     "toml": ("name = ", r"must be TOML; received: Invalid value"),
     "deep": ("a." * 40 + "a = 1", r"must have at most 32 levels of tables"),
     "nested": ("a = " + "[" * 9000, r"must have at most 32 levels of tables"),

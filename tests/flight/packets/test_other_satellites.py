@@ -196,6 +196,8 @@ WRONG = {
     "wide": (dict(type="u64", offset=-1), "offset: must leave values within 64 bits; received -1"),
     "infinite": (dict(type="u8", offset=math.inf), "finite number"),
     "key": (dict(type="u8", labels={"x": "A"}), "must have whole numbers for keys"),
+    "key twice": (dict(type="u8", labels={"1": "A", "01": "B"}), "must have the key 1 once"),
+    "zero twice": (dict(type="i8", labels={"0": "A", "-0": "B"}), "must have the key 0 once"),
     "label": (dict(type="u4", labels={16: "A"}), "labels: must be of numbers from 0 to 15; .* 16"),
     "same": (dict(type="u4", labels={1: "A", 2: "A"}), "must differ from each other"),
     "nameless": (dict(type="u8", name=""), "name: must be given; received ''"),

@@ -161,6 +161,10 @@ def reports(apid):
         (PLAIN, PROTECTED, "frames without protection; link = 'protected' looks for TM"),
         (reports(5), PROTECTED, "CCSDS space packets of APID 5"),
         (reports(5) + reports(77), HISTORICAL, "CCSDS space packets of APID 5, 77"),
+        (swapped(reports(5), 2), PROTECTED, "bytes are swapped in pairs: without that, CCSDS"),
+        (swapped(reports(77), 4), HISTORICAL, "bytes are swapped in fours: without that, CCSDS"),
+        (bytes(4000), PROTECTED, "all its bytes are 00: it holds nothing"),
+        (b"\xff" * 4000, HISTORICAL, "all its bytes are FF: it holds nothing"),
         (
             ADDRESSES + b"\x03\xf0" + bytes(50),
             PROTECTED,

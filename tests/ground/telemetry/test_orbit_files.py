@@ -16,6 +16,8 @@ from torquer.ground.telemetry.orbit import load_orbit
 
 INSTANTS = np.linspace(0.0, 6900.0, 24)
 T_S = np.array([0.0, 10.0, 600.0])
+#: The epoch of the elements in words.
+EPOCH = f"{START:%Y-%m-%dT%H:%MZ}"
 
 
 @pytest.mark.parametrize(("name", "write"), (("iss.oem", oem_text), ("iss.sp3", sp3_text)))
@@ -44,7 +46,7 @@ def test_lines_of_elements_may_be_indented(tmp_path):
     file.write_text("".join(f"  {line}  \r\n" for line in ("ISS", *ISS.tle)))
     found, said = load_orbit(file, START)
     assert np.array_equal(found.state(INSTANTS, START), ISS.state(INSTANTS, START))
-    assert said == "SGP4, elements of 25544 ISS of 0.0 d after the middle row"
+    assert said == f"SGP4, elements of 25544 ISS of {EPOCH}, 0.0 d after the middle row"
 
 
 def test_elements_are_read_as_a_message_of_a_catalogue(tmp_path):
@@ -55,7 +57,7 @@ def test_elements_are_read_as_a_message_of_a_catalogue(tmp_path):
     apart = found.state(INSTANTS, START)[0] - ISS.state(INSTANTS, START)[0]
     assert (
         np.abs(apart).max() < 1e-3
-        and said == "SGP4, elements of 25544 ISS (ZARYA) of 2.0 d before the middle row"
+        and said == f"SGP4, elements of 25544 ISS (ZARYA) of {EPOCH}, 2.0 d before the middle row"
     )
     (tmp_path / "two.json").write_text(json.dumps([fields, fields | {"NORAD_CAT_ID": 48274}]))
     with pytest.raises(
@@ -140,12 +142,17 @@ def test_a_satellite_is_chosen_by_name_or_number(tmp_path):
     )
     for satellite in ("two", "22222"):
         _, said = load_orbit(file, START + timedelta(days=2), satellite)
-        assert said == "SGP4, elements of 22222 TWO of 1.0 d after the middle row"
+        at = START + timedelta(days=3.0)
+        assert said == (
+            f"SGP4, elements of 22222 TWO of {at:%Y-%m-%dT%H:%MZ}, the nearest of 2 sets, 1.0 d "
+            "after the middle row"
+        )
     with pytest.raises(RequestError, match="satellite must name one of the file's by catalogue n"):
         load_orbit(file, START)
     table = tmp_path / "orbit.toml"
     table.write_text(f"orbit = {{ kind = 'sgp4', tle = {list(ISS.tle)} }}\n".replace("'", '"'))
-    assert load_orbit(table, START)[1] == "SGP4, elements of 25544 of 0.0 d after the middle row"
+    said = load_orbit(table, START)[1]
+    assert said == f"SGP4, elements of 25544 of {EPOCH}, 0.0 d after the middle row"
     with pytest.raises(RequestError, match=r"^satellite: must be left out for a table \[orbit\]"):
         load_orbit(table, START, "ISS")
 
@@ -158,7 +165,7 @@ def test_old_elements_are_refused_unless_they_are_wanted(tmp_path, days):
         load_orbit(file, at)
     assert str(refused.value) == (
         "orbit: must have elements within 30 d of the middle row (most_age_days); received SGP4, "
-        f"elements of 25544 ISS of 31.0 d {side} the middle row"
+        f"elements of 25544 ISS of {EPOCH}, 31.0 d {side} the middle row"
     )
     assert load_orbit(file, at, most_age_days=40.0)[1].startswith("SGP4, elements of 25544 ISS")
     assert load_orbit(file, START + timedelta(days=29.9))

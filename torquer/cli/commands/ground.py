@@ -300,7 +300,8 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     Frames may come in any order, from several stations and twice, with counters that begin again:
     each is in an archive once, by its MAC and content. Text in hexadecimal, dumps with
     offsets and KISS frames are read, too. Prints what was found, and for what reasons frames were
-    left out. Exit code 1 where less than half of the bytes, or no packet, was kept. An archive with
+    left out. Exit code 1 where less than half of the bytes, or no packet, was kept; no archive is
+    made for nothing. An archive with
     rows of packets that the software lacks is left as it is: another satellite has another name.
     """
     from torquer.flight.packets.software_file import load_link
@@ -315,6 +316,7 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
             raise ValueError(f"RECORDING: must be a file; received {each}")
     make_writable(how.folder, "--folder")
     path = how.folder / f"{name}.sqlite"
+    is_new, kept = not path.exists(), True
     try:
         archive = Archive(path, link.dictionary)
     except OtherPacketsError as error:
@@ -322,13 +324,17 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     try:
         with _progress(recording.name) as progress:
             found = import_recording(link, recordings, archive, progress)
+        kept = not is_new or found["new"] > 0 or bool(archive.parts())
     finally:
-        archive.close()
+        if kept:
+            archive.close()
+        else:
+            archive.discard()
     if how.json:
-        print(json_text(found | {"archive": str(path)}))
+        print(json_text(found | {"archive": str(path) if kept else None}))
     else:
         _show_import(found)
-        print(f"archive: {path}")
+        print(f"archive: {path if kept else 'none made, as nothing would be in it'}")
     if found["failure"]:
         print_error(found["failure"])
         return FAILED_CODE

@@ -177,6 +177,10 @@ class FileOrbit(OwnFile, Orbit):
         start = parse_utc(start_utc, "start")
         return min(orbits, key=lambda each: abs(each.epoch - start))
 
+    def count_sets(self) -> int:
+        """Sets of elements of the satellite in the file."""
+        return len(self._read())
+
     def _known(self, dut1_s: float) -> _Known:
         return _in_gcrf(_Whole(self._read()), dut1_s, self.file.name)
 

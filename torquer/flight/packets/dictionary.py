@@ -318,6 +318,7 @@ def _with_fields(data: dict, direction: str, common: dict[str, str]) -> dict:
             fields = _copied_fields(packets, fields, place)
         elif isinstance(fields, list):
             tables = TABLES | data.get("labels", {})
+            _check_polynomials(fields, place)
             fields = [_label(f, tables, f"{place}.fields[{i}]") for i, f in enumerate(fields)]
             fields = [_complete(field, of_packet) for field in fields]
             fields = [ACKNOWLEDGE, *fields] if direction == "up" else fields
@@ -349,6 +350,16 @@ def _copied_fields(packets: dict, name: str, place: str):
         raise ValueError(f"{place}.fields: must be a list, or the name of a packet above it; "
                          f"received {quote_value(name)}")  # fmt: skip
     return fields
+
+
+def _check_polynomials(fields: list, place: str) -> None:
+    """ValueError for a polynomial of a file that is empty: in a field that stands for none."""
+    for k, field in enumerate(fields):
+        if isinstance(field, dict) and field.get("polynomial") == []:
+            raise ValueError(
+                f"{place}.fields[{k}].polynomial: must have 3 to 12 coefficients, or be left out; "
+                "received []"
+            )
 
 
 def _label(field, tables: dict, place: str):

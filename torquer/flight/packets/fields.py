@@ -76,10 +76,12 @@ def _numbered(table: Any) -> Any:
     """A table of labels with whole numbers for keys: those of files are texts."""
     if not isinstance(table, Mapping):
         return table
-    found = {}
+    found: dict[int, Any] = {}
     for key, label in table.items():
         if not re.fullmatch(r"-?\d{1,20}", str(key)):
             raise ValueError("must have whole numbers for keys")
+        if int(key) in found:
+            raise ValueError(f"must have the key {int(key)} once, however it is written")
         found[int(key)] = label
     return found
 

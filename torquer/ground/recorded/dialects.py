@@ -57,7 +57,14 @@ def decode(data: Data, link: SpaceLink) -> Decoded:
 
 def name_dialect(data: bytes, link: SpaceLink) -> str:
     """What bytes seem to be that hold no frames of this link; "" if they seem to be nothing."""
-    names = (_other_link(data, link), _other_order(data), _other_frames(data, link))
+    if one := _one_byte(data):
+        return one
+    names = (
+        _other_link(data, link),
+        _other_order(data),
+        _swapped_packets(data),
+        _other_frames(data, link),
+    )
     own = "" if link.link == "space_packets" else name_space_packets(data)
     return next(filter(None, (*names, _addresses(data), own)), "")
 
@@ -80,6 +87,23 @@ def _other_order(data: bytes) -> str:
         swapped = (_turned(data[shift:], size) for shift in range(size))
         if any(_begins(each) > max(as_they_are, 1) for each in swapped):
             return f"bytes are swapped in {what}"
+    return ""
+
+
+def _one_byte(data: bytes) -> str:
+    """Nothing but one byte: of a disk that was full, or a memory that was never written."""
+    if not data or data.count(data[:1]) < len(data):
+        return ""
+    return f"all its bytes are {data[0]:02X}: it holds nothing"
+
+
+def _swapped_packets(data: bytes) -> str:
+    """Space packets that appear once bytes change places."""
+    if name_space_packets(data):
+        return ""
+    for size, what in ((2, "pairs"), (4, "fours")):
+        if name := name_space_packets(_turned(data, size)):
+            return f"bytes are swapped in {what}: without that, {name}"
     return ""
 
 

@@ -43,6 +43,14 @@ class Part(NamedTuple):
     at: int
 
 
+class Missing(NamedTuple):
+    """Counters of frames that are not there: lost, and passed over at so many reboots."""
+
+    lost: int
+    passed_over: int
+    reboots: int
+
+
 class PacketJoiner:
     """Packets of frames that come in any order.
 
@@ -70,6 +78,8 @@ class PacketJoiner:
         self._latest: Part | None = None
         self._order = itertools.count()
         self._numbers: dict[int, set[int]] = defaultdict(set)
+        self._last = (0, 0)
+        self._first_after_reboot: set[tuple[int, int]] = set()
         self._came_twice = False
         self.unclear: set[int] = set()
         self.foreign: list[int] = []
@@ -78,6 +88,7 @@ class PacketJoiner:
         """The packets that are whole within an authentic frame; its parts are kept."""
         spi, number, first, field = data_field(frame)
         order, numbers = next(self._order), self._numbers[spi]
+        self._last = (spi, number)
         self._came_twice = self._came_twice or number in numbers
         numbers.add(number)
         begin = len(field) if first == TM_NO_START else min(first, len(field))
@@ -116,11 +127,25 @@ class PacketJoiner:
             del self._tails[before]
         return found or []
 
-    @property
-    def lost_frames(self) -> int:
-        """How many counters are missing between the first and the last one."""
-        spans = (max(n) - min(n) + 1 - len(n) for n in self._numbers.values() if n)
-        return sum(spans)
+    def note_reboot(self) -> None:
+        """Say that the satellite had just started when it sent the frame that was fed last."""
+        self._first_after_reboot.add(self._last)
+
+    def missing(self) -> Missing:
+        """Which counters are missing between the first and the last one.
+
+        Those before the first frame after a reboot are passed over: the satellite goes on from a
+        counter that it keeps ahead of the frames sent.
+        """
+        lost, passed_over = 0, []
+        for spi, numbers in self._numbers.items():
+            for before, after in itertools.pairwise(sorted(numbers)):
+                gap = after - before - 1
+                if gap and (spi, after) in self._first_after_reboot:
+                    passed_over.append(gap)
+                else:
+                    lost += gap
+        return Missing(lost, sum(passed_over), len(passed_over))
 
     def join(self) -> Iterator[tuple[bytes, int]]:
         """(packet, place of the frame in which it begins) of those that lie across frames.

@@ -20,6 +20,7 @@ import xarray as xr
 from scipy.signal import lfilter
 
 from torquer.ground.telemetry.start import trim_squares
+from torquer.ground.telemetry.undetermined import unknown_directions
 
 #: Beyond this part of outliers there is no answer.
 MOST_OUTLIERS = 0.3
@@ -451,19 +452,6 @@ def _autocorrelation(u, used: float) -> tuple[float, float, float]:
     return float(parts[best]), float(decays[best]), first
 
 
-def unknown_directions(names, covariance) -> tuple[str, ...]:
-    """Directions that are known no better than to their usual size, in words."""
-    values, vectors = np.linalg.eigh(covariance)
-    found = []
-    for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
-        if value < 1.0:
-            break
-        large = np.argsort(-np.abs(vector))[:4]
-        shown = [k for k in large if abs(vector[k]) > 0.3] or [large[0]]
-        found.append(" ".join(f"{vector[k]:+.2f} {names[k]}" for k in shown))
-    return tuple(found)
-
-
 class Choice(NamedTuple):
     """A model that was tried: rms [T] of the rows fitted, and of blocks of time held out."""
 
@@ -516,6 +504,7 @@ def choose(
         found = fit_calibration(every, tried[chosen], near)
     # a bias alone takes up the scale that the rows do not determine
     open_ = (*found.undetermined, *(whole[1].undetermined if chosen == 0 and whole[1:] else ()))
+    open_ = tuple(dict.fromkeys(open_))
     return found._replace(mean_temperature_k=mean_k, undetermined=open_), choices
 
 

@@ -19,6 +19,7 @@ from torquer.ground.telemetry.examine import examine
 from torquer.ground.telemetry.modulus import session_middle
 from torquer.ground.telemetry.orbit import age_days, load_neighbours, load_orbit
 from torquer.ground.telemetry.reading.mapping import load_mapping
+from torquer.ground.telemetry.reading.positions import say_place
 from torquer.ground.telemetry.reading.read import Session, read
 from torquer.ground.telemetry.request import Model, TelemetryRequest
 from torquer.ground.telemetry.vector import MODEL
@@ -84,8 +85,15 @@ def check(
 
 def load_case(files: Path | str | Sequence[Path | str], asked: TelemetryRequest) -> Case:
     """The telemetry of files, with the orbit, filter and scenario that a request names."""
-    session = read(files, None if asked.mapping is None else load_mapping(asked.mapping))
+    mapping = None if asked.mapping is None else load_mapping(asked.mapping)
+    session = read(files, mapping)
     orbit, about = None, "positions of the telemetry"
+    if mapping is not None and mapping.place is not None:
+        if asked.orbit is not None:
+            raise RequestError(
+                "orbit", "must be left out where the mapping states a place; received both"
+            )
+        about = say_place(mapping.place)
     if asked.orbit is not None:
         at = session_middle(session.data)
         orbit, about = load_orbit(asked.orbit, at, asked.satellite, asked.most_age_days)

@@ -37,6 +37,7 @@ from torquer.ground.telemetry.modulus import (
 from torquer.ground.telemetry.reading.read import Finding
 from torquer.ground.telemetry.twin.members import Twin
 from torquer.ground.telemetry.twin.twin import fit_twin
+from torquer.ground.telemetry.undetermined import say_unturned, unturned_axes
 from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
 
@@ -100,6 +101,7 @@ def examine(
         except TooManyOutliers as error:
             mistakes.append(Finding("no calibration", len(t_s), str(error)))
     if calibration is not None:
+        calibration = _with_still_axes(data, field, calibration)
         _note(data, field, calibration, findings)
     made = make_columns(data, environment, field, calibration, given)
     conventions: tuple[Found, ...] = ()
@@ -222,6 +224,21 @@ def _late_part(data, leave_out_first_s, findings):
         data = data.isel(time=late)
         data = data.assign_coords(time=("time", t_s[late] - t_s[late][0], data["time"].attrs))
     return data, data["time"].values
+
+
+def _with_still_axes(data, field, found: Calibration) -> Calibration:
+    """The calibration with its usual sizes as errors along directions where no reading turns to."""
+    rows, _, _ = complete_rows(data, field)
+    still = unturned_axes(rows.m[found.weight > 0.0], found.sigma)
+    if not len(still):
+        return found
+    covariance = found.covariance.copy()
+    for group in ("bias", "scale"):
+        place = [k for k, name in enumerate(found.names) if name in GROUPS[group].names]
+        if place:
+            covariance[np.ix_(place, place)] += GROUPS[group].size ** 2 * still.T @ still
+    open_ = (*say_unturned(still), *found.undetermined)
+    return found._replace(covariance=covariance, undetermined=open_)
 
 
 def _note(data, field, found: Calibration, findings) -> None:

@@ -28,6 +28,10 @@ from torquer.ground.telemetry.vector import MODEL, KnownField, calibrate_vector,
 
 #: A correction may leave the field vector this factor worse by a logged attitude.
 _WORSE_VECTOR = 1.02
+#: What the telemetry must have for a part of a model.
+_NEEDED = {"coils": "dipole_body", "temperature": "temperature"}
+#: The field has one strength where it varies by less than this [T].
+_ONE_STRENGTH_T = 1e-9
 
 
 def choose_calibration(
@@ -48,6 +52,13 @@ def choose_calibration(
     loop = _loop(data, field)
     if groups == MODEL:
         return calibrate_vector(data, field, _needed(vector)), ()
+    for group, name in _NEEDED.items():
+        if groups is not None and group in groups and name not in data:
+            raise RequestError(
+                "model", f"must have {name} in the telemetry to fit {group}; received none"
+            )
+    if groups is not None and _stands_still(data, field):
+        groups = _without_shift(groups)
     if groups is not None and "coils" in groups and loop is not None:
         raise RequestError("model", f"must not fit the coils, as {loop.text}; received coils")
     if loop is not None:
@@ -56,7 +67,7 @@ def choose_calibration(
         return _judged(calibrate(data, field, groups, near), data, vector, findings), ()
     models = MODELS
     if given:  # positions belong to the stamps: a shift of both is not seen well
-        models = tuple(m for m in models if "shift" not in m)
+        models = tuple(dict.fromkeys(tuple(g for g in m if g != "shift") for m in models))
     if loop is not None:
         models = tuple(m for m in models if "coils" not in m)
     found, choices = choose(data, field, models=models, near=near)
@@ -66,6 +77,22 @@ def choose_calibration(
         findings.append(_worse(found, errors, vector, "a smaller model is used"))
         found = calibrate(data, field, smaller, near)
     return _judged(found, data, vector, findings), choices
+
+
+def _stands_still(data, field) -> bool:
+    """Whether the field has one strength throughout, as at a place on the ground."""
+    return bool(np.ptp(field.strength(data["time"].values)[0]) < _ONE_STRENGTH_T)
+
+
+def _without_shift(groups: tuple[str, ...]) -> tuple[str, ...]:
+    """A model without the shift, of which a constant strength says nothing."""
+    if groups[-1] == "shift":
+        raise RequestError(
+            "model",
+            "must not end in a shift in time where the strength of the field is constant, as at a "
+            "place on the ground; received shift",
+        )
+    return tuple(each for each in groups if each != "shift")
 
 
 def _loop(data, field) -> Followed | None:

@@ -105,7 +105,8 @@ def _load(path: Path, at: datetime, satellite: str | None):
         if found.step_s is not None:
             return found, f"positions every {found.step_s:g} s in {path.name}", 0.0
         elements = found.elements(at)
-        return _describe(OrbitFrom(found, at), elements.called, elements.epoch, at)
+        count = found.count_sets()
+        return _describe(OrbitFrom(found, at), elements.called, elements.epoch, at, count)
     if satellite is not None:
         raise RequestError(
             "satellite",
@@ -171,7 +172,10 @@ def _read_orbit(table: dict) -> AnyOrbit:
     return validate_tables(_Tables, {"orbit": table}).orbit
 
 
-def _describe(orbit: Sgp4 | OrbitFrom, called: str, epoch: datetime, at: datetime):
+def _describe(orbit: Sgp4 | OrbitFrom, called: str, epoch: datetime, at: datetime, count: int = 1):
+    """An orbit of elements, what to say of it, their age [days]; `count`: sets in the file."""
     days = (at - epoch) / timedelta(days=1)
     side = "before" if days > 0.0 else "after"
-    return orbit, f"SGP4, elements of {called} of {abs(days):.1f} d {side} the middle row", days
+    chosen = f", the nearest of {count} sets" if count > 1 else ""
+    said = f"SGP4, elements of {called} of {epoch:%Y-%m-%dT%H:%MZ}{chosen}"
+    return orbit, f"{said}, {abs(days):.1f} d {side} the middle row", days

@@ -19,9 +19,9 @@ from torquer.ground.telemetry.calibration import (
     complete_rows,
     covariance_of,
     tukey,
-    unknown_directions,
 )
 from torquer.ground.telemetry.environment import environments_at_rows
+from torquer.ground.telemetry.undetermined import unknown_directions
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 
 #: Group of the parameters, rounds of weights, rows that are needed.

@@ -71,8 +71,8 @@ def _unknown(twin) -> str:
     if not twin.undetermined:
         return "The telemetry determines all of them better than what was known beforehand."
     return (
-        "Of these directions, in parts of what was known beforehand, the telemetry says nothing: "
-        f"{'; '.join(twin.undetermined)}."
+        "Beyond what was known beforehand the telemetry does not determine "
+        f"{'; nor '.join(twin.undetermined)}."
     )
 
 

@@ -14,6 +14,8 @@ from torquer.report.common.scales import clock_for
 
 #: Points that are drawn at most.
 _MOST = 20_000
+#: A line is broken at steps of so many times the usual one; latitudes [deg] that tell an orbit.
+_GAP, _MOVES_DEG = 10.0, 0.1
 
 
 def draw_pictures(found, out: Path) -> dict[str, Path]:
@@ -92,9 +94,12 @@ def _residual(found, path: Path) -> Path:
     t_s = found.data["time"].values[rows]
     clock = clock_for(float(np.ptp(t_s)))
     t = t_s / clock.seconds
-    figure, (strength, over_time, over_orbit) = stack_panels("Strength of the field", 3, 9.0)
+    lat = found.calibrated["Latitude"].values[rows]
+    moves = bool(np.ptp(lat) > _MOVES_DEG)
+    figure, panels = stack_panels("Strength of the field", 2 + moves, 6.1 + 2.9 * moves)
+    strength, over_time = panels[:2]
     strength.plot(t, before * 1e-3, ".", ms=3, color=GREY, label="as measured")
-    strength.plot(t, model * 1e-3, color=BLUE, lw=1.0, label="IGRF")
+    strength.plot(*break_line(t, model * 1e-3), color=BLUE, lw=1.0, label="IGRF")
     _limit(strength, np.append(before, model) * 1e-3)
     strength.set_ylabel("|B| [µT]", fontsize=10)
     over_time.plot(t, before - model, ".", ms=3, color=GREY, label="before")
@@ -108,18 +113,27 @@ def _residual(found, path: Path) -> Path:
         over_time.plot(t[out], shown, "x", ms=6, color=RED, label="outliers", clip_on=False)
     over_time.set_ylabel("residual [nT]", fontsize=10)
     label_time((strength, over_time), clock.unit)
-    lat = found.calibrated["Latitude"].values[rows]
-    north = np.gradient(lat) >= 0.0 if len(lat) > 1 else np.ones(len(lat), bool)
-    residual = after - model
+    if moves:
+        _over_latitude(panels[2], lat, after - model, out, found.calibration is None)
+    return save_figure(figure, path)
+
+
+def break_line(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A line [n] over times [n], with a hole where these have a gap."""
+    steps = np.diff(t)
+    after = 1 + np.flatnonzero(steps > _GAP * np.median(steps)) if len(steps) else np.zeros(0, int)
+    return np.insert(t, after, np.nan), np.insert(values, after, np.nan)
+
+
+def _over_latitude(over_orbit, lat, residual, out, is_raw: bool) -> None:
+    """Residuals [n] nT over the latitude [n] deg, northbound and southbound."""
+    north = np.gradient(lat) >= 0.0
     for half, name, colour in ((north, "northbound", ORANGE), (~north, "southbound", BLUE)):
         shown = half & ~out
         over_orbit.plot(lat[shown], residual[shown], ".", ms=3, color=colour, label=name)
     over_orbit.set_xlabel("latitude [deg]", fontsize=10)
-    over_orbit.set_ylabel(
-        "residual [nT]" if found.calibration is None else "residual after [nT]", fontsize=10
-    )
+    over_orbit.set_ylabel("residual [nT]" if is_raw else "residual after [nT]", fontsize=10)
     legend_at_left(over_orbit, 2)
-    return save_figure(figure, path)
 
 
 def _limit(axes, values) -> None:
@@ -139,13 +153,15 @@ def _ellipsoid(found, path: Path) -> Path:
     cooked = found.calibrated["B_VFM"].values[rows]
     usual = np.nanpercentile(np.abs(np.linalg.norm(raw, axis=1) / model - 1.0)[~out], 90.0)
     gain = max(1.0, float(f"{0.25 / max(usual, 1e-6):.1g}"))
-    figure, panels = stack_panels(f"Length over the model's, departures times {gain:g}", 1, 3.4)
+    circle = "the model's |B|" + (f", departures times {gain:g}" if gain > 1.0 else "")
+    title = "Readings over the model's |B|, near each plane"
+    figure, panels = stack_panels(title, 1, 3.6)
     panels[0].remove()
     axes_of = figure.subplots(1, 3)
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     for axes, (i, k) in zip(axes_of, ((0, 1), (0, 2), (1, 2)), strict=True):
-        axes.plot(np.cos(angle), np.sin(angle), color=GREY, lw=0.8)
-        for values, colour, name in ((raw, ORANGE, "before"), (cooked, BLUE, "after")):
+        axes.plot(np.cos(angle), np.sin(angle), color=GREY, lw=0.8, label=circle)
+        for values, colour, name in ((raw, ORANGE, "before"), (cooked, BLUE, "after calibration")):
             length = np.linalg.norm(values, axis=1)
             drawn = (values / length[:, None]) * (1.0 + gain * (length / model - 1.0))[:, None]
             # rows near the plane: their departure is in it
@@ -153,13 +169,15 @@ def _ellipsoid(found, path: Path) -> Path:
             flat = drawn[near][:, (i, k)]
             long = np.linalg.norm(drawn[near], axis=1) / np.linalg.norm(flat, axis=1)
             axes.plot(*(flat * long[:, None]).T, ".", ms=2.5, color=colour, label=name)
-        axes.set_xlabel("xyz"[i], fontsize=10)
-        axes.set_ylabel("xyz"[k], fontsize=10)
+        axes.set_xlabel(f"{'xyz'[i]} of the body [1]", fontsize=10)
+        axes.set_ylabel(f"{'xyz'[k]} of the body [1]", fontsize=10)
         axes.set_aspect("equal")
         axes.set_xlim(-1.7, 1.7)
         axes.set_ylim(-1.7, 1.7)
-        axes.tick_params(labelsize=8)
-    legend_at_left(axes_of[0], 2)
+        axes.tick_params(labelsize=10)
+    handles, labels = axes_of[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower left", ncols=3, fontsize=10, frameon=False,
+                  markerscale=3.0)  # fmt: skip
     return save_figure(figure, path)
 
 
@@ -172,7 +190,9 @@ def _causes(found, path: Path) -> Path:
     if found.plane is not None:
         said = f"node {found.plane.node_deg:+.0f} deg, another phase"
         rows.append((said, found.plane.residual_nt, found.plane.fits, "second look"))
-    figure, (axes,) = stack_panels("What each cause leaves of |B|", 1, 1.4 + 0.32 * len(rows))
+    figure, (axes,) = stack_panels(
+        "What each cause leaves of |B|", 1, max(3.2, 1.4 + 0.32 * len(rows))
+    )
     for row, (_, residual_nt, fits, _) in enumerate(rows):
         axes.plot(residual_nt, row, "o" if fits else "x", ms=6, color=BLUE if fits else GREY)
     axes.axvline(found.floor_nt, color=ORANGE, lw=1.0, label="a free, smooth field")

@@ -224,6 +224,17 @@ def test_old_elements_accuse_no_zone(days):
     assert found.plane.fits and found.plane.residual_nt < 100.0
 
 
+@pytest.mark.parametrize("seed", [0, 2])
+def test_an_axis_that_stands_still_accuses_no_elements(seed):
+    """A free field leaves microteslas there: what comes near it is no fit."""
+    data, _ = session(seed, rows=400, cadence_s=30.0)
+    b = data["b_measured"].values
+    b[150:, 2] = b[150, 2]
+    found = diagnose(data["time"].values, b, Place(environment()))
+    assert found.verdict == "nothing fits" and found.plane.residual_nt > 3000.0
+    assert not found.plane.fits
+
+
 def test_an_average_over_the_rows_is_told_from_a_late_clock():
     """The case of a mean over 60 s: its noise is averaged, too."""
     data, _ = session(6, rows=7000, cadence_s=1.0, noise=200e-9, rate_deg_s=0.2)

@@ -127,6 +127,51 @@ def test_units_by_the_strength(tmp_path, unit, factor):
     assert f"the unit of b_measured is {unit}, by the size of its numbers" in found.guesses
 
 
+@pytest.mark.parametrize(
+    ("cell", "unit"),
+    [("{:,.0f} nT", "nT"), ("{:.1f}nT", "nT"), ("{:.0f} nanotesla", "nT")],
+)
+@pytest.mark.parametrize("factor", [1.0, 1e-3])
+def test_the_unit_that_cells_state_counts_more_than_their_size(tmp_path, cell, unit, factor):
+    data, _ = session(0, rows=ROWS)
+    rows = [f"{iso(START + timedelta(seconds=31 * k))};" + ";".join(map(cell.format, row))
+            for k, row in enumerate(1e9 * factor * data["b_measured"].values)]  # fmt: skip
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["utc;bx;by;bz", *rows]))
+    found = propose_mapping(path)
+    assert found.mapping.units == {"b_measured": unit}
+    assert not any("the unit of" in each for each in found.guesses)
+    sign = found.mapping.decimal
+    assert any("decimal sign of b_measured" in each for each in found.guesses) == (sign is not None)
+
+
+def test_cells_in_units_of_another_quantity_are_no_field(tmp_path):
+    rows = [f"{iso(START + timedelta(seconds=31 * k))};{k}.5 A;20000.5 A;3.5 A;{k}.1;2e4;3"
+            for k in range(ROWS)]  # fmt: skip
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["utc;mag_sens_x;mag_sens_y;mag_sens_z;bx;by;bz", *rows]))
+    assert propose_mapping(path).mapping.columns["b_measured"] == ["bx", "by", "bz"]
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["year,month,day,hour,minute,second", "YYYY,MM,DD,hh,mi,ss", "Yr,Mon,Day,Hr,Min,Sec",
+     "id,year,month,day,hours,minutes,seconds"],
+)  # fmt: skip
+@pytest.mark.parametrize("second", ["%S", "%S.%f"])
+def test_a_date_with_a_column_for_each_part(tmp_path, head, second):
+    first = "7," if head.startswith("id") else ""
+
+    def stamp(moment):
+        return first + moment.strftime(f"%Y,%m,%d,%H,%M,{second}")
+
+    found = propose_mapping(put(tmp_path, f"{head},mag_x_nT,mag_y_nT,mag_z_nT", stamp))
+    path = tmp_path / "pass.csv"
+    utc = read(path, found.mapping).data["utc"].values
+    assert str(utc[0]).startswith("2012-03-04T10:31:47.000") and len(utc) == ROWS
+    assert found.mapping.columns["b_measured"] == ["mag_x_nT", "mag_y_nT", "mag_z_nT"]
+
+
 OTHERS = [
     ("wx_deg_s,wy_deg_s,wz_deg_s", "1,2,3",
      {"omega_measured": ["wx_deg_s", "wy_deg_s", "wz_deg_s"]}),

@@ -190,6 +190,18 @@ def test_a_unit_row_that_says_another_unit_is_noted(tmp_path):
     assert "units.b_measured is nT, as stated; the file says uT" in [e.text for e in found.findings]
 
 
+def test_cells_with_another_unit_than_the_mapping_are_noted(tmp_path):
+    text = grid(";", number=lambda x: f"{x / 1e3:.4f} uT" if abs(x) > 9e3 else f"{x:.1f}")
+    found = read(put(tmp_path, text), make_mapping(mapping()))
+    np.testing.assert_allclose(1e9 * found.data["b_measured"].values, B_NT, atol=0.06)
+    (finding,) = (each for each in found.findings if each.key == "another unit in the cells")
+    rows = int((np.abs(B_NT) > 9e3).any(axis=1).sum())
+    assert finding.rows == rows
+    assert finding.text == (
+        f"units.b_measured is nT, but cells of {rows} rows say uT, which is used"
+    )
+
+
 def test_a_cut_last_line_of_json_is_left_out(tmp_path):
     lines = [f'{{"time": "{iso(m)}", "x": 1, "y": 2, "z": 3}}' for m in STAMPS]
     found = read(

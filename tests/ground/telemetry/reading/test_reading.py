@@ -264,6 +264,11 @@ def test_a_letter_within_a_word_does_not_name_a_quantity(tmp_path):
     ("text", "message"),
     [
         ("1,2\n3,4\n", "names: must be given for a file without a head"),
+        ("", "FILE: must hold a head and rows; received .*, which holds none"),
+        (
+            "t,x,y,z\n",
+            "FILE: must hold a head and rows; received .*, which holds one line, 't,x,y,z'",
+        ),
         ("a,b\n1,2\n", "time: must be a column of time stamps"),
         ("time,b\n1e9,2\n", "must have columns whose names"),
     ],

@@ -15,6 +15,8 @@ import numpy as np
 SENSOR = np.array([15e3] * 3 + [0.03] * 3 + [0.02] * 3)
 #: Noise of the strength that no magnetometer in orbit falls below [nT].
 LEAST_NT = 5.0
+#: What leaves more [nT] fits nothing, whatever a free field leaves.
+WORST_NT = 3000.0
 #: Residual with which the linear start weighs its prior [nT], and its rounds.
 _FIRST_NT, _ROUNDS = 3000.0, 3
 #: Tukey-like weights of a robust fit: where they have fallen to a quarter, and where rows are cut.

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.ground.telemetry.diagnosis.causes import Place
-from torquer.ground.telemetry.diagnosis.fit import Tried, fit
+from torquer.ground.telemetry.diagnosis.fit import WORST_NT, Tried, fit
 
 #: Nodes and phases that are tried, rows for that, and starts that are refined.
 _NODES, _PHASES, _COARSE, _KEPT = 30, 30, 60, 12
 #: Standard deviation of height, and of its parts once a revolution [km]; rounds of refinement.
 _KM, _ROUNDS = 15.0, 5
-#: It fits where it leaves so many times the floor and so much more [nT].
+#: It fits where it leaves so many times the floor and so much more [nT], and at most `WORST_NT`.
 _FITS, _FITS_NT = 1.5, 10.0
 #: Part of a revolution of rows below which a place is made to fit anything.
 LEAST_REVOLUTIONS = 1.0
@@ -54,7 +54,7 @@ def find_plane(t_s: np.ndarray, m: np.ndarray, place: Place, floor_nt: float) ->
         float(np.degrees((node + np.pi) % (2.0 * np.pi) - np.pi)),
         float((phase + 0.5 * period) % period - 0.5 * period),
         least,
-        least < _FITS * floor_nt + _FITS_NT,
+        least < min(_FITS * floor_nt + _FITS_NT, WORST_NT),
     )
 
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from torquer.ground.telemetry.diagnosis.causes import CAUSES, TIMING
 from torquer.ground.telemetry.diagnosis.evidence import Floor
+from torquer.ground.telemetry.diagnosis.fit import WORST_NT
 from torquer.ground.telemetry.diagnosis.plane import Plane
 
 #: A cause is named if it is so many nats above 'as stated', and rivals are those within so many.
 NAMED_NATS, RIVAL_NATS = 12.0, 6.0
-#: A cause fits if it leaves so many times the floor and so much more [nT], and at most so much.
-_FITS, _FITS_NT, _WORST_NT = 2.0, 30.0, 3000.0
+#: A cause fits if it leaves so many times the floor and so much more [nT], and at most `WORST_NT`.
+_FITS, _FITS_NT = 2.0, 30.0
 #: The stated must be worse by this factor than what is named.
 _WORSE = 1.08
 #: Seconds along the orbit within which clock and track are alike.
@@ -113,7 +114,7 @@ def _times(ranking, best: Ranked, near: tuple[str, ...]) -> tuple[str, ...]:
 def fits(cause: str, residual_nt: float, floor: Floor) -> bool:
     """Whether a residual is near what a free field leaves."""
     most = np.inf if cause == "units" else _FITS * floor.residual_nt + _FITS_NT
-    return bool(residual_nt < min(most, _WORST_NT))
+    return bool(residual_nt < min(most, WORST_NT))
 
 
 def with_lag(found: Diagnosis, nats: float | None) -> Diagnosis:

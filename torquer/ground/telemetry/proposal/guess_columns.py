@@ -150,9 +150,10 @@ class ColumnReading(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Columns and unit."""
+        """Columns, unit, and the decimal sign where the cells leave it open."""
         unit = "" if self.unit is None else f" in {self.unit}"
-        return f"{self.name} is {', '.join(self.columns)}{unit}"
+        sign = "" if self.decimal is None else f" with decimal {self.decimal!r}"
+        return f"{self.name} is {', '.join(self.columns)}{unit}{sign}"
 
 
 def names_field(names: list[str]) -> bool:
@@ -194,8 +195,11 @@ def _score(hint: Hint, stem: str, meaning: str, unit_tells: bool) -> float | Non
 def _readings(table: Table, name: str, members, stated: str, score: float):
     hint = HINTS[name]
     doubtful = bool(re.search(hint.doubtful, f"{members[0].lower()} {_meaning(table, members)}"))
-    for split, decimal, numbers in _numbers(table, name, members):
-        units = [stated] if stated in units_for(name) else list(hint.usual)
+    for split, decimal, numbers, beside in _numbers(table, name, members):
+        said = beside or stated
+        if said not in ("", "1") and said not in units_for(name):
+            continue
+        units = [said] if said in units_for(name) else list(hint.usual)
         units = ["1"] if COLUMNS[name].units == "1" else units
         for k, unit in enumerate(units):
             values = in_si(name, unit, numbers)
@@ -203,13 +207,13 @@ def _readings(table: Table, name: str, members, stated: str, score: float):
                 length = np.linalg.norm(values, axis=1)
             known = length[np.isfinite(length)]
             fits = len(known) > 0 and hint.low <= np.median(known) <= hint.high
-            if not fits and (stated not in units_for(name) or not len(known)):
+            if not fits and (said not in units_for(name) or not len(known)):
                 continue
             yield ColumnReading(
                 name=name,
                 columns=members,
                 unit=None if COLUMNS[name].units == "1" else unit,
-                is_stated=stated in units_for(name),
+                is_stated=said in units_for(name),
                 split=split,
                 decimal=decimal,
                 values=values,
@@ -225,7 +229,8 @@ def _meaning(table: Table, members) -> str:
 
 
 def _numbers(table: Table, name: str, members):
-    """(split, decimal, numbers [n, k]) of columns, each way in which they can be read."""
+    """(split, decimal, numbers [n, k], their unit in the cells or "") of columns, each way in
+    which they can be read."""
     size = COLUMNS[name].size
     if len(members) == size:
         for decimal in (None, ".", ","):
@@ -234,19 +239,20 @@ def _numbers(table: Table, name: str, members):
             except ValueError:
                 continue
             if not any(each.odd.mean() > 0.05 for each in cells):
-                yield None, decimal, _in_one_unit(name, cells)
+                yield None, decimal, *_in_one_unit(name, cells)
                 if decimal is None:
                     return
         return
     for sign in (None, *_SIGNS):
         values, odd = split_cell_numbers(table.data[members[0]], sign, size, _MISSING, None)
         if odd.mean() < 0.05 and np.isfinite(values).any():
-            yield sign, None, values
+            yield sign, None, values, ""
             return
 
 
-def _in_one_unit(name: str, cells: list[NumberCells]) -> np.ndarray:
-    """Numbers [n, k] of cells, those with another unit beside them than the first in its."""
+def _in_one_unit(name: str, cells: list[NumberCells]) -> tuple[np.ndarray, str]:
+    """Numbers [n, k] of cells, those with another unit beside them than the first in its, and that
+    unit: "" if none is beside them, one of another quantity where no other is."""
     numbers = np.stack([each.values for each in cells], axis=1).astype(float)
     beside = [u for each in cells if each.units is not None for u in each.units if u]
     known = [each for each in beside if each in units_for(name)]
@@ -255,7 +261,7 @@ def _in_one_unit(name: str, cells: list[NumberCells]) -> np.ndarray:
             rows = each.units == unit
             factor = in_si(name, unit, np.ones(1)) / in_si(name, known[0], np.ones(1))
             numbers[rows, k] *= factor[0]
-    return numbers
+    return numbers, next(iter([*known, *beside]), "")
 
 
 def temperature_reading(table: Table, field: tuple[str, ...]) -> ColumnReading | None:

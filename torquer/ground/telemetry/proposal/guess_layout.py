@@ -32,7 +32,10 @@ TIME = re.compile(
 )
 _VALUE = re.compile(r"^_?(value|val|data|eng|reading|number)", re.I)
 _NAME = re.compile(r"^_?(name|param|field|channel|metric|tag|mnemonic|signal|key|item)", re.I)
+_UNIT = re.compile(r"^_?(units?|uom|einheit|единиц[аы])$", re.I)
 _LINES = 300
+#: From so many cells on a row may hold a text more than data: a name, a unit, a status.
+_WIDE = 4
 #: Names in a column are as many as its rows divided by this or fewer.
 _REPEATED = 4
 
@@ -81,6 +84,10 @@ def _with_head(lines: list[str], layout: Layout, path: Path, guesses: list[str])
         if (one := _head(head, sign)) is not None
         for k, names in (one,)
     ]
+    if len(head) < 2:
+        raise ValueError(
+            f"FILE: must hold a head and rows; received {path}, which holds {_few(head)}"
+        )
     if not found:
         raise ValueError(
             f"names: must be given for a file without a head that names the columns; received "
@@ -91,6 +98,10 @@ def _with_head(lines: list[str], layout: Layout, path: Path, guesses: list[str])
     if number > 1:
         guesses.append(f"the head is line {number}")
     return layout._replace(separator=sign, wanted=frozenset(each for each in names if each))
+
+
+def _few(lines: list[str]) -> str:
+    return f"one line, {lines[0][:60]!r}" if lines else "none"
 
 
 def _head(lines: list[str], separator: str) -> tuple[int, list[str]] | None:
@@ -104,7 +115,8 @@ def _head(lines: list[str], separator: str) -> tuple[int, list[str]] | None:
             continue
         if not all(re.search(r"[^\W\d]", each) for each in named):
             continue
-        if sum(bool(_DATA.match(cell)) for cell in row) > len(row) // 2:
+        data = sum(bool(_DATA.match(cell)) for cell in row)
+        if 2 * data > len(row) or (len(row) >= _WIDE and 2 * data >= len(row) - 1):
             return above, names
     return None
 
@@ -123,16 +135,18 @@ def _turned(table: Table, keys, guesses, is_field) -> Guessed:
     if set(INFLUX) <= set(data):
         names = data["_field"].dropna().unique().tolist()
         guesses.append("an export of InfluxDB: its columns are what _field holds")
-        return Guessed(pivot(table, ["_time"], *INFLUX[1:], names), keys, guesses)
+        return Guessed(pivot(table, ["_time"], names, *INFLUX[1:]), keys, guesses)
     long = _find_long(data, is_field)
     if long is None:
         return Guessed(table, keys, guesses)
     guesses.append(f"{long.name} holds names, {long.value} a number for each")
-    stamps = [c for c in data if c not in (long.name, long.value)]
+    if long.unit is not None:
+        guesses.append(f"{long.unit} holds the units of the numbers")
+    stamps = [c for c in data if c not in long.columns]
     stamps.sort(key=lambda each: not TIME.search(str(each)))
     names = data[long.name].dropna().unique().tolist()
-    turned = pivot(table, stamps[:1], long.name, long.value, names)
-    return Guessed(turned, keys | {"long": long.model_dump()}, guesses)
+    turned = pivot(table, stamps[:1], names, *long.columns)
+    return Guessed(turned, keys | {"long": long.model_dump(exclude_none=True)}, guesses)
 
 
 def _find_long(data, is_field) -> Long | None:
@@ -147,5 +161,6 @@ def _find_long(data, is_field) -> Long | None:
             continue
         values = [c for c in data if c != column and _VALUE.match(str(c))]
         if values:
-            return Long(name=str(column), value=str(values[0]))
+            unit = next((str(c) for c in data if c != column and _UNIT.match(str(c))), None)
+            return Long(name=str(column), value=str(values[0]), unit=unit)
     return None

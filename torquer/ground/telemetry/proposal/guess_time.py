@@ -52,6 +52,12 @@ _YEAR_DAY = "year_day"
 _MOST = 0.95
 #: Weeks after which the counter of GPS receivers begins again.
 ROLLOVERS = ("1999-08-21T23:59:47Z", "2019-04-06T23:59:42Z")
+#: Names of columns of a date and a time of day in six parts, and the formats of these.
+_PARTS = (
+    r"y(ea)?r|y+", r"mon(th)?|m[mo]?", r"day|dom|d+", r"h(ou)?r|h+", r"min(ute)?|mi|mn|m",
+    r"sec(ond)?|s+",
+)  # fmt: skip
+_OF_PARTS = ("%Y %m %d %H %M %S", "%Y %m %d %H %M %S.%f")
 #: What is said where nothing states the zone.
 UNSTATED_ZONE = "its zone is UTC: CHECK THIS, the stamps state none"
 #: What is added where the name of a column says so.
@@ -217,8 +223,9 @@ def _with_zone(keys: dict, text, score: float, guesses: tuple[str, ...] = ()):
 
 
 def _pairs(table: Table, named: list[str]):
-    """Two or three columns together: date and time, week and seconds, year and day."""
+    """Columns together: date and time, week and seconds, year and day, or a part in each."""
     by = {each.lower(): each for each in named}
+    yield from _in_parts(table)
 
     def one(pattern: str) -> str | None:
         return next((by[each] for each in by if re.search(pattern, each)), None)
@@ -233,6 +240,17 @@ def _pairs(table: Table, named: list[str]):
     year, number = one(r"year|jahr"), one(r"doy|day_?of_?year|yday|day")
     if year and number and year != number:
         yield from _years(year, number, one(r"sod|sec|ms"))
+
+
+def _in_parts(table: Table):
+    """A date and a time of day with a column for each part, in this order."""
+    columns, found = [str(c) for c in table.data], []
+    for words in _PARTS:
+        fits = (c for c in columns if re.fullmatch(rf"({words})s?", c.strip().lower()))
+        found.append(next((c for c in fits if c not in found), None))
+    if None not in found:
+        for form in _OF_PARTS:
+            yield {"time": found, "time_format": form, "zone": "UTC"}, 5.5, (UNSTATED_ZONE,)
 
 
 def _weeks(week: str, second: str):

@@ -246,6 +246,10 @@ def _describe(reading: ColumnReading, table: Table) -> list[str]:
         found = [f"{reading.columns[0]} holds {COLUMNS[name].size} numbers{sign}", *found]
     if reading.unit is not None and not reading.is_stated:
         found.append(f"the unit of {name} is {reading.unit}, by the size of its numbers")
+    if reading.decimal is not None:
+        found.append(
+            f"the decimal sign of {name} is {reading.decimal!r}, by the size of its numbers"
+        )
     if name == "q_measured" and "body" not in table.meanings.get(reading.columns[0], "").lower():
         found.append("q_measured is body to J, scalar last: |B| does not check it")
     return found

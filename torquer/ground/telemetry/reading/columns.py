@@ -57,7 +57,10 @@ class Cells:
         values = np.asarray(mapping.scale.get(name, 1.0)) * values
         values = values + np.asarray(mapping.offset.get(name, 0.0))
         stated = in_si(name, unit, values)
-        return stated if beside is None else _by_cell(name, values, stated, beside)
+        if beside is None:
+            return stated
+        self._compare_cells(name, unit, beside)
+        return _by_cell(name, values, stated, beside)
 
     def _joined(self, name: str, column: str, size: int) -> np.ndarray:
         mapping, sign = self._mapping, self._mapping.split.get(name)
@@ -72,6 +75,18 @@ class Cells:
         if stated in units_for(name) and stated != unit and COLUMNS[name].units != "1":
             text = f"units.{name} is {unit}, as stated; the file says {stated}"
             self.notes.append(Finding("another unit in the file", 0, text))
+
+    def _compare_cells(self, name: str, unit: str, beside: list[np.ndarray | None]) -> None:
+        """Note the rows in which a cell has another unit than the mapping, as its own is used."""
+        columns = [each for each in beside if each is not None]
+        if not columns:
+            return
+        cells = np.stack(columns, axis=1)
+        other = (cells != "") & (cells != unit)
+        if other.any():
+            rows, units = int(other.any(axis=1).sum()), ", ".join(sorted(set(cells[other])))
+            text = f"units.{name} is {unit}, but cells of {rows} rows say {units}, which is used"
+            self.notes.append(Finding("another unit in the cells", rows, text))
 
     def _note_odd(self, column: str, odd: np.ndarray, what: str) -> None:
         rows = np.flatnonzero(odd)

@@ -24,12 +24,20 @@ Names = list[str] | str
 
 
 class Long(Spec):
-    """Of a file with a row for each number: the column with its name, the one with the number."""
+    """Of a file with a row for each number: the column with its name, the one with the number, and
+    the one with its unit."""
 
     name: str
     """Column of the names; `columns` then lists what stands in it."""
     value: str
     """Column of the numbers."""
+    unit: str | None = None
+    """Column of their units, which count as those in cells do."""
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns that are named."""
+        return [each for each in (self.name, self.value, self.unit) if each is not None]
 
 
 class Mapping(Spec):
@@ -63,7 +71,8 @@ class Mapping(Spec):
     """Texts that stand for a number that is missing; a number such as "-9999" stands for any
     spelling of it."""
     long: Long | None = None
-    """Of a file with a row for each number: {name = COLUMN, value = COLUMN}."""
+    """Of a file with a row for each number: {name = COLUMN, value = COLUMN}, and unit = COLUMN
+    where it states units."""
     only: dict[str, str] = Field(default_factory=dict)
     """Rows to be read: those that hold this text in this column, for each column named."""
     packet: str | None = None

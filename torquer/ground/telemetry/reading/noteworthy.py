@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from torquer.ground.telemetry.reading.quantities import ABSURD, COLUMNS, QUANTITIES
+from torquer.ground.telemetry.reading.repeats import describe_repeats, say_span
 from torquer.ground.telemetry.reading.table import Finding
 
 #: A quaternion shorter than this states no attitude.
@@ -42,8 +43,8 @@ def order_rows(utc, values, findings) -> tuple[np.ndarray, dict]:
             Finding(
                 "doubled stamps",
                 len(rows),
-                f"{len(rows)} rows have the stamp of the row before ({int(np.sum(~same))} of them "
-                "with other values): the first of each is used",
+                f"{_count(rows)} the stamp of the row before, {say_span(utc, rows)} "
+                f"({int(np.sum(~same))} of them with other values): the first of each is used",
             )
         )
         utc, values = utc[~doubled], {name: each[~doubled] for name, each in values.items()}
@@ -94,14 +95,16 @@ def describe_stamps(utc: np.ndarray) -> list[Finding]:
     if not len(gaps):
         return []
     longest = gaps[np.argmax(steps[gaps])]
+    count = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}"
     text = (
-        f"{len(gaps)} gaps: steps longer than {_GAP:g} times the cadence of {cadence:.6g} s, the "
+        f"{count}: steps longer than {_GAP:g} times the cadence of {cadence:.6g} s, the "
         f"longest {steps[longest]:.6g} s after {np.datetime_as_string(utc[longest], unit='s')}Z"
     )
     return [Finding("gaps", len(gaps), text)]
 
 
-def describe_values(values: dict[str, np.ndarray]) -> list[Finding]:
+def describe_values(utc: np.ndarray, values: dict[str, np.ndarray]) -> list[Finding]:
+    """What is odd in the numbers of rows at UTC stamps [n] that ascend."""
     found = []
     for name, each in values.items():
         rows = each if each.ndim == 2 else each[:, None]
@@ -115,23 +118,27 @@ def describe_values(values: dict[str, np.ndarray]) -> list[Finding]:
         if np.any(zero):
             text = f"{name}: {int(zero.sum())} rows of zeros"
             found.append(Finding("zeros", int(zero.sum()), text))
-        jumps = _jumps(rows)
+        jumps = _jumps(utc, rows)
         if jumps:
-            text = f"{name}: {jumps} rows jump out of the course of their neighbours"
+            verb = "rows jump" if jumps > 1 else "row jumps"
+            text = f"{name}: {jumps} {verb} out of the course of the rows beside"
             found.append(Finding("jumps", jumps, text))
-        frozen = int(np.sum((np.diff(rows[~missing], axis=0) == 0.0).all(axis=1)))
-        if frozen:
-            text = f"{name}: {frozen} rows repeat the row before, number for number"
-            found.append(Finding("repeated", frozen, text))
+        found += describe_repeats(name, utc[~missing], rows[~missing])
     return found
 
 
-def _jumps(rows: np.ndarray) -> int:
-    """Rows whose second difference is far beyond the usual one, each counted once."""
+def _count(rows) -> str:
+    return f"{len(rows)} rows have" if len(rows) > 1 else "1 row has"
+
+
+def _jumps(utc: np.ndarray, rows: np.ndarray) -> int:
+    """Rows whose second difference is far beyond the usual one, each counted once; not at gaps."""
     if len(rows) < 8:
         return 0
-    bend = np.linalg.norm(rows[1:-1] - 0.5 * (rows[:-2] + rows[2:]), axis=1)
-    usual = np.nanmedian(bend)
+    steps = np.diff(utc)
+    whole = np.maximum(steps[:-1], steps[1:]) <= _GAP * np.median(steps)
+    bend = np.linalg.norm(rows[1:-1] - 0.5 * (rows[:-2] + rows[2:]), axis=1) * whole
+    usual = np.nanmedian(bend[whole]) if whole.any() else 0.0
     before = np.nan_to_num(np.append(0.0, bend[:-1]))
     after = np.nan_to_num(np.append(bend[1:], 0.0))
     peak = (bend > _JUMP * usual) & (bend >= before) & (bend >= after)

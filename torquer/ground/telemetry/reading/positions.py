@@ -9,6 +9,8 @@ import numpy as np
 
 #: The key of a place on the ground.
 PLACE = "place"
+#: Least and greatest height of a place on the ground [m]: below the Dead Sea, above balloons.
+_HEIGHTS_M = (-5e3, 5e4)
 
 
 class Form(NamedTuple):
@@ -52,12 +54,18 @@ FORMS = {
 
 
 def check_place(place) -> None:
-    """ValueError unless it is a latitude, a longitude [deg] and a height [m]."""
-    if abs(place[0]) > 90.0 or abs(place[1]) > 360.0:
+    """ValueError unless it is a latitude, a longitude [deg] and a height [m] of a place."""
+    low, high = _HEIGHTS_M
+    if abs(place[0]) > 90.0 or abs(place[1]) > 360.0 or not low <= place[2] <= high:
         raise ValueError(
-            "must be latitude (within 90 deg), longitude (within 360 deg) and height [m]; "
-            f"received {list(place)}"
+            "must be latitude (within 90 deg), longitude (within 360 deg) and height "
+            f"({low:g} to {high:g} m); received {list(place)}"
         )
+
+
+def say_place(place) -> str:
+    """A place on the ground in words."""
+    return f"a place on the ground, {place[0]:g} {place[1]:g} deg, {place[2]:g} m"
 
 
 def add_position(utc: np.ndarray, values: dict[str, np.ndarray], place=None) -> None:

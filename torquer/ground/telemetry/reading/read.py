@@ -75,7 +75,7 @@ def read(paths, mapping: Mapping | None = None) -> Session:
     add_position(utc, values, None if mapping is None else mapping.place)
     check_quaternions(values, findings)
     data = make_session(utc, values, source=", ".join(each.name for each in map(Path, files)))
-    findings += describe_stamps(utc) + describe_values(values)
+    findings += describe_stamps(utc) + describe_values(utc, values)
     data.attrs["findings"] = json.dumps([each._asdict() for each in findings])
     return Session(data, tuple(findings), all(each.zone_is_stated for each in parts))
 

@@ -84,7 +84,7 @@ def layout_of(mapping: Mapping) -> Layout:
     """How a mapping says that a text is written."""
     columns = [c for each in mapping.columns.values() for c in names_in(each)]
     if mapping.long is not None:
-        columns = [mapping.long.name, mapping.long.value]
+        columns = list(mapping.long.columns)
     return Layout(
         frozenset([*mapping.time_columns, *columns, *mapping.only]),
         mapping.skip,
@@ -107,7 +107,7 @@ def _text(path: Path, mapping: Mapping | None) -> Table:
             table, long = influx, Long(name=INFLUX[1], value=INFLUX[2])
     if long is None:
         return table
-    needed = [*mapping.time_columns, long.name, long.value]
+    needed = [*mapping.time_columns, *long.columns]
     check_columns(table, needed, path)
     if mapping.only:
         table = _only(table, mapping.only)
@@ -115,7 +115,7 @@ def _text(path: Path, mapping: Mapping | None) -> Table:
     known = table.data[long.name].dropna().unique()
     check_names(known, wanted, f"in column {long.name!r}")
     kept = table.data[[*needed, *mapping.only]]
-    return pivot(table._replace(data=kept), mapping.time_columns, long.name, long.value, wanted)
+    return pivot(table._replace(data=kept), mapping.time_columns, wanted, *long.columns)
 
 
 def check_columns(table: Table, wanted, path: Path) -> None:

@@ -266,11 +266,17 @@ def _joined(tables: list[Table]) -> Table:
     return tables[0]._replace(data=data)
 
 
-def pivot(table: Table, stamps: list[str], name: str, value: str, wanted) -> Table:
-    """A table with a row for each number as one with a column for each name in `wanted`."""
+def pivot(
+    table: Table, stamps: list[str], wanted, name: str, value: str, unit: str | None = None
+) -> Table:
+    """A table with a row for each number as one with a column for each name in `wanted`; `unit`:
+    the column of units, which then stand in the cells."""
     import pandas as pd
 
     data = table.data[table.data[name].isin(wanted)].reset_index(drop=True)
+    if unit is not None:
+        said = data[value].astype(str) + " " + data[unit].fillna("").astype(str)
+        data[value] = said.where(data[value].notna(), "")
     at = pd.factorize(pd.MultiIndex.from_frame(data[stamps].astype(str)))[0]
     again = data.groupby([at, data[name]]).cumcount()
     rows = pd.factorize(pd.MultiIndex.from_arrays([at, again]))[0]

@@ -38,6 +38,7 @@ from torquer.ground.telemetry.twin.flights import (
 from torquer.ground.telemetry.twin.legs import Legs
 from torquer.ground.telemetry.twin.members import GAIN, SCALE, Twin, member_tables
 from torquer.ground.telemetry.twin.readings import Readings, first_end, select_readings
+from torquer.ground.telemetry.undetermined import say_direction
 from torquer.maths.geometry.attitudes import rotation_vector, to_body
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
@@ -297,12 +298,10 @@ def _unknown_directions(covariance, prior, place) -> tuple[tuple[str, ...], bool
     together = np.isin(place, [0, 1, 2]) / np.sqrt(3.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(prior, prior))
     unknown = np.sqrt(np.maximum(values, 0.0)) > _NOTHING
-    found = []
-    for vector in vectors.T[unknown]:
-        large = [k for k in np.argsort(-np.abs(vector)) if abs(vector[k]) > 0.3]
-        found.append(" ".join(f"{vector[k]:+.2f} {names[place[k]]}" for k in large))
+    fitted = [names[k] for k in place]
+    found = tuple(say_direction(vector, fitted) for vector in vectors.T[unknown])
     hidden = float(np.linalg.norm(vectors.T[unknown] @ together))
-    return tuple(found), hidden > _NOTHING
+    return found, hidden > _NOTHING
 
 
 def _saturation(scenario: Scenario, window_s: float) -> float:
