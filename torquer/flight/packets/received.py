@@ -43,8 +43,10 @@ class Downlink(AbstractContextManager):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, error: object, *_: object) -> None:
         self._file.close()
+        if error is not None:
+            self._pieces.close()
 
     def take(self, at_s: float, data: bytes) -> None:
         """What came down at a time of the run [s]."""
@@ -53,9 +55,9 @@ class Downlink(AbstractContextManager):
             self._pieces.write(_PIECE.pack(at_s, len(data)))
 
     def frames(self, station: Station) -> Iterator[tuple[float, Frame]]:
-        """All frames with the times of their reception, as a station finds them."""
-        self._pieces.seek(0)
-        with open(self._path, "rb") as file:
+        """All frames with the times of their reception, as a station finds them, once."""
+        with self._pieces, open(self._path, "rb") as file:
+            self._pieces.seek(0)
             while piece := self._pieces.read(_PIECE.size):
                 at_s, size = _PIECE.unpack(piece)
                 for frame in station.receive(file.read(size)):
