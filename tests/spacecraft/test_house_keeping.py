@@ -12,10 +12,11 @@ from torquer.spacecraft.house_keeping import (
     SUNLIGHT_W_M2,
     HouseKeeping,
     absorbed_w,
-    coil_draw,
+    coil_draws,
+    coils_draw,
     device_warmed,
     warmed,
-    wheel_draw,
+    wheels_draw,
 )
 
 MODEL = HouseKeeping(area_m2=2.0, absorptivity=0.5, emissivity=0.9, capacity_j_k=2e4)
@@ -68,25 +69,25 @@ def test_device_is_warmer_by_its_dissipation():
 
 def test_coils_draw_what_their_windings_say():
     winding = {"turns": 100, "area_m2": 0.02, "current_a": 0.5, "resistance_ohm": 40.0}
-    coils = coil_draw(Coils.model_validate({"windings": winding}), MODEL)
-    draw = coils.draw((0.5, -1.0, 7.0))  # of 1 A m^2: half, all, and no more than all
+    coils = coil_draws(Coils.model_validate({"windings": winding}), MODEL)
+    draw = coils_draw(coils, (0.5, -1.0, 7.0))  # of 1 A m^2: half, all, and no more than all
     assert draw.current_a == pytest.approx(0.25 + 0.5 + 0.5)
     assert draw.heat_w == pytest.approx(10.0 * (0.25 + 1.0 + 1.0))
 
 
 def test_coils_without_windings_take_their_power_from_the_supply():
-    stated = coil_draw(Coils(limit_a_m2=3.2, power_at_limit_w=2.4), MODEL)
-    assert stated.draw((3.2, 0.0, 0.0)) == pytest.approx((0.2, 2.4))
-    default = coil_draw(Coils(limit_a_m2=3.2), MODEL)
-    assert default.draw((0.0, -1.6, 0.0)) == pytest.approx((0.5 / 12.0, 0.25))
-    assert default.draw((0.0, 0.0, 0.0)) == (0.0, 0.0)
+    stated = coil_draws(Coils(limit_a_m2=3.2, power_at_limit_w=2.4), MODEL)
+    assert coils_draw(stated, (3.2, 0.0, 0.0)) == pytest.approx((0.2, 2.4))
+    default = coil_draws(Coils(limit_a_m2=3.2), MODEL)
+    assert coils_draw(default, (0.0, -1.6, 0.0)) == pytest.approx((0.5 / 12.0, 0.25))
+    assert coils_draw(default, (0.0, 0.0, 0.0)) == (0.0, 0.0)
 
 
 def test_wheels_draw_mechanical_power_and_losses():
     """100 rad/s at 2 mN m are 0.2 W; energy is conserved, driving and braking."""
-    inertia = np.array([1e-4])
-    drives = wheel_draw(MODEL, inertia, [0.01], [2e-3])
+    inertia = [1e-4]
+    drives = wheels_draw(MODEL, inertia, [0.01], [2e-3])
     electrical = 0.3 + 0.2 / 0.7
     assert drives == pytest.approx((electrical / 12.0, electrical - 0.2))
-    brakes = wheel_draw(MODEL, inertia, [0.01], [-2e-3])
+    brakes = wheels_draw(MODEL, inertia, [0.01], [-2e-3])
     assert brakes == pytest.approx((0.3 / 12.0, 0.3 + 0.2))

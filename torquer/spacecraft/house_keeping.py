@@ -18,7 +18,7 @@ from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.environment.sun import sunlit_fraction_at
 from torquer.environment.table import lookup3
-from torquer.maths.geometry.vec3 import norm
+from torquer.maths.geometry.vec3 import as_vector, norm
 from torquer.spacecraft.actuators.coils import Coils
 
 ZERO_CELSIUS_K = 273.15
@@ -82,21 +82,16 @@ NO_DRAW = Draw(0.0, 0.0)
 
 
 class CoilDraw(NamedTuple):
-    """Coils for `draw`: shares of a dipole vector (n, 3), limits [A m^2], and at these currents
-    [A] and powers [W]; (n,) each."""
+    """A coil for `coils_draw`: shares of a dipole vector, 1 over its limit [1/(A m^2)], and at the
+    limit its current [A] and power [W]. Plain numbers: there are few."""
 
-    shares: np.ndarray
-    limit_a_m2: np.ndarray
-    current_a: np.ndarray
-    power_w: np.ndarray
-
-    def draw(self, dipole_a_m2) -> Draw:
-        """Of a commanded dipole [A m^2, body]: currents of all coils, as far as their limits."""
-        part = np.minimum(np.abs(self.shares @ dipole_a_m2) / self.limit_a_m2, 1.0)
-        return Draw(float(part @ self.current_a), float(part**2 @ self.power_w))
+    share: tuple[float, float, float]
+    per_limit: float
+    current_a: float
+    power_w: float
 
 
-def coil_draw(coils: Coils, model: HouseKeeping) -> CoilDraw:
+def coil_draws(coils: Coils, model: HouseKeeping) -> list[CoilDraw]:
     """Coils as the scenario states them; without windings the current is power over voltage."""
     limits, powers = coils.limits_a_m2(), coils.powers_w()
     if powers is None:
@@ -104,19 +99,32 @@ def coil_draw(coils: Coils, model: HouseKeeping) -> CoilDraw:
     currents = powers / model.voltage_v
     if windings := coils.each_winding():
         currents = np.full(len(limits), [each.current_a for each in windings])
-    return CoilDraw(coils.shares(), limits, currents, powers)
+    rows = zip(coils.shares(), 1.0 / limits, currents, powers, strict=True)
+    return [CoilDraw(as_vector(share), *map(float, numbers)) for share, *numbers in rows]
 
 
-def wheel_draw(model: HouseKeeping, inertia_kg_m2, momenta, torques) -> Draw:
-    """Of wheels with momenta [N m s] relative to the body and motor torques [N m], (n,) each.
+def coils_draw(coils: list[CoilDraw], dipole_a_m2) -> Draw:
+    """Of a commanded dipole [A m^2, body]: currents of all coils, as far as their limits."""
+    current = heat = 0.0
+    for coil in coils:
+        (a, b, c), (x, y, z) = coil.share, dipole_a_m2
+        part = min(abs(a * x + b * y + c * z) * coil.per_limit, 1.0)
+        current += part * coil.current_a
+        heat += part * part * coil.power_w
+    return Draw(current, heat)
+
+
+def wheels_draw(model: HouseKeeping, inertia_kg_m2, momenta, torques) -> Draw:
+    """Of wheels with momenta [N m s] relative to the body and motor torques [N m], one of each.
 
     Braking takes nothing and gives nothing back; what is not mechanical power becomes heat.
     """
-    speeds = np.asarray(momenta) / inertia_kg_m2
-    mechanical = np.asarray(torques) * speeds
-    driven, braked = np.maximum(mechanical, 0.0).sum(), -np.minimum(mechanical, 0.0).sum()
-    power = model.wheel_w * len(speeds) + driven / model.wheel_efficiency
-    return Draw(float(power / model.voltage_v), float(power - driven + braked))
+    driven = braked = 0.0
+    for inertia, momentum, torque in zip(inertia_kg_m2, momenta, torques, strict=True):
+        mechanical = torque * momentum / inertia
+        driven, braked = driven + max(mechanical, 0.0), braked - min(mechanical, 0.0)
+    power = model.wheel_w * len(momenta) + driven / model.wheel_efficiency
+    return Draw(power / model.voltage_v, power - driven + braked)
 
 
 @kernel

@@ -17,10 +17,11 @@ from torquer.spacecraft.house_keeping import (
     Draw,
     HouseKeeping,
     absorbed_w,
-    coil_draw,
+    coil_draws,
+    coils_draw,
     device_warmed,
     warmed,
-    wheel_draw,
+    wheels_draw,
 )
 
 
@@ -40,7 +41,8 @@ class Analogue:
 
     def __init__(self, flight: Flight, craft: Spacecraft, model: HouseKeeping):
         self._flight, self._model = flight, model
-        self._coils = None if craft.coils is None else coil_draw(craft.coils, model)
+        self._coils = [] if craft.coils is None else coil_draws(craft.coils, model)
+        self._inertia = flight.wheel_inertia_kg_m2
         volt = model.voltage_v
         self._sensors = {
             name: Draw(current_a, volt * current_a)
@@ -66,10 +68,9 @@ class Analogue:
 
     def _draw(self, device: str, dipole_a_m2) -> Draw:
         if device == "coils":
-            return NO_DRAW if self._coils is None else self._coils.draw(dipole_a_m2)
+            return coils_draw(self._coils, dipole_a_m2)
         if device == "wheels":
-            inertia = self._flight.wheel_inertia_kg_m2
-            return wheel_draw(self._model, inertia, *self._flight.wheels()) if inertia else NO_DRAW
+            return wheels_draw(self._model, self._inertia, *self._flight.wheels())
         return self._sensors[device]
 
     def _warm(self, t_s: float, heat_w: list[float]) -> None:

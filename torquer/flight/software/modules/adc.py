@@ -49,7 +49,7 @@ class Adc(Module):
 
     name = "adc"
     Settings = AdcSettings
-    period_s = 5.0
+    period_s = 10.0
 
     def __init__(self, settings: AdcSettings):
         super().__init__(settings)

@@ -71,7 +71,6 @@ class SvrSettings(Spec):
             "wheels.lost_x": "wheel_x_lost",
             "wheels.lost_y": "wheel_y_lost",
             "wheels.lost_z": "wheel_z_lost",
-            "adc.beyond": "temperature_beyond",
         }
     )
     """Flag of the mode table that a module's status raises, by `module.key`; those without such a
