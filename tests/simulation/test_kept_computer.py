@@ -207,6 +207,8 @@ DIRECTIONS = st.lists(
             ("command_mode", "control", "slow"), ("command_mode", "clock", "tock"),
             ("hold", "clock", True), ("hold", "clock", False), ("hold", "control", True),
             ("set_parameter", "damping.gain", 3e5), ("restart_computer",),
+            ("calibrate", "magnetometer", (1.0, 0.1, 0, 0, 1.0, 0, 0, 0, -1.0), (1e-6, 0, 0)),
+            ("calibrate", "magnetometer"), ("calibrate_coils", (0.5, 1.0, 2.0)),
         ]),
     ),
     max_size=8,

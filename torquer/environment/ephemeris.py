@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from torquer.base.spec import Spec
+from torquer.base.spec import Spec, unit_vector
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.field import AnyField
 from torquer.environment.field.drift import check_span
@@ -47,6 +47,10 @@ class EphemerisModels(Spec):
     """
     radial_error_m: float = 0.0
     """Distance by which it believes the satellite to be too high."""
+    sun_direction: unit_vector("sun_direction") | None = None
+    """Inertial direction (a vector of any length) in which the computer takes the Sun to stay; left
+    out: that of the environment.
+    """
     clock_error_s: Annotated[float, Field(ge=-86400.0, le=86400.0)] = 0.0
     """Time by which its clock is fast at the start: place, rotation of the Earth and Sun are those
     of a later instant.
@@ -66,8 +70,10 @@ class EphemerisModels(Spec):
     def along(self, truth: OrbitEnvironment) -> "AnyEnvironment":
         """The surroundings as the computer believes them to be: `truth` itself without errors."""
         own = replace(truth, orbit=self._orbit(truth))
-        if self.field is not None:
-            own = replace(own, environment=own.environment.model_copy(update={"field": self.field}))
+        given = {"field": self.field, "sun_direction": self.sun_direction}
+        models = {name: model for name, model in given.items() if model is not None}
+        if models:
+            own = replace(own, environment=own.environment.model_copy(update=models))
         if own == truth and self.clock_error_s == self.clock_drift_ppm == 0.0:
             return truth
         rate = 1.0 + _PER_MILLION * self.clock_drift_ppm

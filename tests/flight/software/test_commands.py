@@ -5,6 +5,7 @@ import zlib
 
 import pytest
 from onboard_ground import Ground, flying, scenario
+from uplink_cases import TLE, in_bytes
 
 from torquer.compile import engine
 from torquer.flight.packets.dictionary import load_dictionary
@@ -16,10 +17,7 @@ from torquer.flight.software.software import load_software
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 UP = load_dictionary("chibis_m").up
 HISTORICAL = {"link": "historical", "modules": {m: {} for m in load_software().modules}}
-TLE = (
-    b"1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927",
-    b"2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537",
-)
+ONE = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 BLOCK = bytes(range(64))
 #: Values of each command that a satellite of the example in automatic operation carries out, or the
 #: reason why it does not.
@@ -44,15 +42,21 @@ VALUES = {
     "set_rates": ((5.0, 2.0, 10.0), Reason.DONE),
     "replay": ((0, 2**32 - 1, 1), Reason.DONE),
     "dump": ((0, 0, 10), Reason.DONE),
-    "set_elements": (TLE, Reason.DONE),
-    "set_model": ((0,), Reason.NOT_AVAILABLE),
+    "set_elements": (in_bytes(TLE), Reason.DONE),
+    "set_model": ((1,), Reason.DONE),
     "change_key": ((1,), Reason.DONE),
     "coils_manual": ((1.0, 2.0, 3.0, 10.0), Reason.DONE),
     "coils_automatic": ((), Reason.DONE),
     "wheels_manual": ((1e-4, 0.0, 0.0, 10.0), Reason.DONE),
     "wheels_automatic": ((), Reason.DONE),
-    "mag_calibration": ((1.0, 2.0, 3.0), Reason.NOT_AVAILABLE),
-    "gyro_calibration": ((1.0, 2.0, 3.0), Reason.NOT_AVAILABLE),
+    "elements_limits": ((500.0, 2.0), Reason.DONE),
+    "mag_calibration": ((1.0, 2.0, 3.0), Reason.DONE),
+    "mag_matrix": (ONE, Reason.DONE),
+    "gyro_calibration": ((1.0, 2.0, 3.0), Reason.DONE),
+    "gyro_matrix": (ONE, Reason.DONE),
+    "sun_calibration": ((0.0, 1.0, 2.0), Reason.DONE),
+    "coils_calibration": ((1.1, 0.9, 1.0), Reason.DONE),
+    "wheels_calibration": ((5, 1.1), Reason.DONE),
     "adc_limits": ((-10.0, 50.0, 1.0), Reason.DONE),
     "update_begin": ((1, 64, zlib.crc32(BLOCK)), Reason.DONE),
     "update_block": ((0, BLOCK), Reason.STATE),

@@ -32,9 +32,7 @@ SOFTWARE = {
 SHORT, LONG = 5, 40
 #: Fields that cannot change in a flight of this satellite: by the beginning of their names, why.
 CONSTANT = {
-    "extended.isolated": "its filters judge no sensor; tests/flight/software/test_named_sensors.py",
-    "stored.isolated": "as extended.isolated",
-    "queues.commands_fill": "commands are executed before this packet is made",
+    "stored.isolated": "no record is stored while a sensor is judged wrong, as extended.isolated is",
     "queues.commands_dropped": "no more commands are handed on than the queues take",
     "queues.acks_dropped": "as queues.commands_dropped",
     "devices.coils_errors": "no poll of the simulated coils fails",

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from onboard_ground import DAY, Ground, flying
+from uplink_cases import TLE as ELEMENTS, in_bytes
 
 from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
@@ -305,10 +306,7 @@ def test_a_wrong_update_is_never_activated(ground):
     assert ground.command("update_begin", 7, 2**31, 0)["code"] == Reason.VALUE
 
 
-TLE = (
-    b"1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927",
-    b"2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537",
-)
+TLE = in_bytes(ELEMENTS)
 
 
 @pytest.mark.verifies("REQ-MOD-001")

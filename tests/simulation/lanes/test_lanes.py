@@ -18,9 +18,9 @@ from torquer.scenario.load import load_scenario, scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import law_in_lanes
 from torquer.simulation.lanes.packing import pack_member
+from torquer.simulation.loop.calibrated import drive_coils_step
 from torquer.simulation.loop.due import attitude_sensor_step, gyro_step, magnetometer_step
 from torquer.simulation.loop.members import END, STREAMS, Many, draw, each
-from torquer.simulation.loop.step import drive_coils_step
 from torquer.simulation.propagate.interval import rk4_phase
 from torquer.simulation.setup.run import prepare
 from torquer.simulation.setup.simulate import simulate

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from slow_cases import slow_after
+from uplink_cases import AHEAD
 
 import torquer
 from torquer.campaign.fly import fly_campaign
@@ -276,3 +277,21 @@ def test_numba_is_not_needed(plain_data, braking):
         env=environment,
     )  # fmt: skip
     assert done.stdout == "True\n", done.stderr
+
+
+@pytest.mark.slow
+def test_a_computer_in_c_is_given_what_the_ground_sends(exports):
+    """Orbit and calibration come in with what it knows, and its dipole is corrected after it."""
+    results = []
+    for computer in (None, exports("chibis_m_day")):
+        scenario = example("chibis_m_day")
+        flight = torquer.Flight(scenario, keeps_computer=True, computer=computer)
+        flight.set_ephemeris(flight.chosen_ephemeris(AHEAD))
+        flight.calibrate("magnetometer", bias=(1e-6, 0.0, 0.0))
+        flight.calibrate("gyro", (1.0, 0.0, 0.1, 0.0, 1.0, 0.0, 0.0, 0.0, 0.9))
+        flight.calibrate_coils((2.0, 1.0, 0.5))
+        for _ in range(300):
+            flight.read()
+            flight.command()
+        results.append(flight.result())
+    assert_same_bits(*results)

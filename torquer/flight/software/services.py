@@ -1,6 +1,6 @@
 """What a module sees of the rest of the software: the `core` of its methods.
 
-A module influences the compiled computer by the four calls of `Computer` only, and actuators by
+A module influences the compiled computer by the calls of `Computer` only, and actuators by
 `take_over`.
 """
 
@@ -46,15 +46,20 @@ def save_settings(memory: Memory, module: str, settings: Spec) -> Reason:
 
 
 class Computer:
-    """The compiled computer as modules may touch it: each call is checked by name."""
+    """The compiled computer as modules may touch it: each call is checked by name and value.
 
-    __slots__ = ("command_mode", "hold", "set_flag", "set_parameter")
+    `wheel_count`: number of the satellite's wheels.
+    """
+
+    __slots__ = (
+        *("command_mode", "hold", "set_flag", "set_parameter", "wheel_count"),
+        *("chosen_ephemeris", "ephemeris_apart", "set_ephemeris"),
+        *("calibrate", "calibrate_coils", "calibrate_tachometers"),
+    )
 
     def __init__(self, flight: Flight):
-        self.set_flag = flight.set_flag
-        self.set_parameter = flight.set_parameter
-        self.command_mode = flight.command_mode
-        self.hold = flight.hold
+        for name in self.__slots__:
+            setattr(self, name, getattr(flight, name))
 
 
 class Services:
@@ -278,8 +283,10 @@ class Services:
 
     def restore_defaults(self, module: str) -> Reason:
         """Give a module its default settings, and keep them."""
-        self.modules[module].settings = self._defaults[module]
-        return save_settings(self.memory, module, self._defaults[module])
+        one = self.modules[module]
+        one.settings = self._defaults[module]
+        code, saved = one.take_up(self), save_settings(self.memory, module, one.settings)
+        return saved if code is Reason.DONE else code
 
     def start(self, module: str) -> None:
         """Start a module: it works from the next control step on."""

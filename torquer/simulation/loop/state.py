@@ -154,7 +154,8 @@ class State(NamedTuple):
     `at`: steps done, 1 while a host is to answer, bits (`READ`) of readings that sensors without
     power do not take; `cells`: one record; `sensors`, `coils`,
     `rotors`: state of each; `held`: present constant and random torque; `coefficients`: present
-    ones of the unmodelled torque [N m]; `rods`: what hysteresis rods remember.
+    ones of the unmodelled torque [N m]; `rods`: what hysteresis rods remember; `calibration`: see
+    `torquer.computer.calibration`.
     """
 
     at: np.ndarray
@@ -166,6 +167,7 @@ class State(NamedTuple):
     coefficients: np.ndarray
     rods: np.ndarray
     allocation: AllocationState
+    calibration: np.ndarray
     board: Board
 
 

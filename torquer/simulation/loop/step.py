@@ -14,6 +14,7 @@ from torquer.computer.allocation import allocate_torque, switch_off_motors
 from torquer.computer.computer import restart
 from torquer.computer.interface import OWN_SENSOR
 from torquer.environment.table import lookup6
+from torquer.simulation.loop.calibrated import drive_coils
 from torquer.simulation.loop.computers import Boards, compute, estimate_for_outside, has_command
 from torquer.simulation.loop.due import BY_READERS, READERS
 from torquer.simulation.loop.members import (
@@ -43,8 +44,6 @@ from torquer.simulation.loop.timetable import (
 from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
 from torquer.spacecraft.actuators.coil_driver import drive_as_given
 from torquer.spacecraft.actuators.coils import (
-    believed_dipole,
-    command_coils,
     fail_coils,
     remaining_and_mean,
     switch_off_coils,
@@ -104,16 +103,6 @@ def coils_off_step(member):
     """Let the coils go to zero."""
     coils = member.constants.coils
     put_goal(member.state.cells, switch_off_coils(coils, member.state.coils))
-
-
-@inlined
-def drive_coils_step(member):
-    """Hand the dipole that is kept to the coils."""
-    state, coils = member.state, member.constants.coils
-    c = state.cells[0]
-    goal = command_coils(coils, (c.dipole_x, c.dipole_y, c.dipole_z), state.coils)
-    put_goal(state.cells, goal)
-    c.set_x, c.set_y, c.set_z = believed_dipole(coils, state.coils)
 
 
 @inlined
@@ -200,7 +189,7 @@ def actuate(address, row, step):
     loop = record_at(address)
     members = loop.members
     if row.actions & COILS_ON:
-        each(members, drive_coils_step)
+        drive_coils(members)
         if loop.plan.plant.coils.driver != 0:
             each(members, coil_driver_step, step)
     elif row.actions & COILS_STAY == 0:

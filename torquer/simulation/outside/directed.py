@@ -78,7 +78,7 @@ class Directed:
             _set_threshold(board, name, names.thresholds[name.removeprefix(MODES)], value)
             return
         first, count = names.parameters[name]
-        board.parameters[first : first + count] = _numbers(name, value, count)
+        board.parameters[first : first + count] = finite_numbers(name, value, count)
 
     def parameter(self, name: str) -> tuple[float, ...]:
         """The numbers of a parameter or threshold, as `set_parameter` takes them."""
@@ -186,7 +186,7 @@ def _begins(board: Board) -> list[np.ndarray]:
 
 def _set_threshold(board: Board, name: str, conditions: list, value) -> None:
     """Set the value with which all conditions of a name compare; hysteresis must stay one."""
-    (limit,) = _numbers(name, value, 1)
+    (limit,) = finite_numbers(name, value, 1)
     for _, condition in conditions:
         back, sign = condition.back, condition.sign
         if back is not None and sign * (limit - back) <= 0.0:
@@ -202,8 +202,8 @@ def _check_truth(name: str, value) -> None:
         raise ValueError(f"{name}: must be True or False; received {value!r}")
 
 
-def _numbers(name: str, value, count: int) -> tuple[float, ...]:
-    """So many finite numbers."""
+def finite_numbers(name: str, value, count: int) -> tuple[float, ...]:
+    """So many finite numbers; ValueError of one line for anything else."""
     must = "a finite number" if count == 1 else f"{count} finite numbers"
     try:
         found = tuple(map(float, value)) if isinstance(value, Iterable) else (float(value),)

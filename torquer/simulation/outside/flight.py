@@ -26,12 +26,19 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import COARSE_STEP, RUNNING, WAITING
 from torquer.simulation.loop.state import CELLS, find_arrays
 from torquer.simulation.loop.step import WORKED
-from torquer.simulation.outside.directed import Directed, computer_names
+from torquer.simulation.outside.directed import computer_names
 from torquer.simulation.outside.host import HostFailed, inputs_from
+from torquer.simulation.outside.uplinked import Uplinked
 from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, whole_run_names
 from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
-from torquer.simulation.setup.run import NoNextPiece, Piece, prepare, record_this_instant
+from torquer.simulation.setup.run import (
+    NoNextPiece,
+    Piece,
+    Uplink,
+    prepare,
+    record_this_instant,
+)
 from torquer.simulation.setup.simulate import RunStopped, check_scenario, flown_by
 from torquer.simulation.setup.stopped import reason
 from torquer.spacecraft.sensors.devices import DEVICES
@@ -51,12 +58,13 @@ class Snapshot(NamedTuple):
     arrays: list[np.ndarray]
     piece: Piece
     relative_error: float
+    uplinked: tuple[Uplink, ...]
     parts: list[xr.Dataset]
     waits: bool
     software: object
 
 
-class Flight(Directed):
+class Flight(Uplinked):
     """The satellite of a scenario, its sensors and actuators; the computer is outside.
 
     `read` gives what the computer knows at a control step, `command` answers it. The scenario's
@@ -67,8 +75,10 @@ class Flight(Directed):
     With `keeps_computer` the scenario's laws and modes do work: `read` gives what the computer
     knows after it has worked, `answer` is the command that it found, and `command()` goes on with
     it. `set_flag`, `set_parameter`, `command_mode` and `hold` direct the computer from its next
-    control step on; `modes` and `parameter` show where it stands. `laws`: laws by the names of the
-    scenario's, which take their place. `computer`: as of `torquer.simulate`, works in their place.
+    control step on; `modes` and `parameter` show where it stands. `set_ephemeris`, `calibrate`,
+    `calibrate_coils` and `calibrate_tachometers` give it what the ground sends up. `laws`: laws by
+    the names of the scenario's, which take their place. `computer`: as of `torquer.simulate`, works
+    in their place.
     """
 
     def __init__(
@@ -159,7 +169,8 @@ class Flight(Directed):
         run = self._run
         arrays = [part.copy() for part in find_arrays((run.state, run.record))]
         parts, kept = list(self._store.parts), copy.deepcopy(software)
-        return Snapshot(arrays, run.piece, run.relative_error, parts, self._waits, kept)
+        of_run = run.piece, run.relative_error, run.uplinked
+        return Snapshot(arrays, *of_run, parts, self._waits, kept)
 
     def restore(self, snapshot: Snapshot) -> object:
         """Go back to a snapshot of this flight; returns a copy of the software's state."""
@@ -167,6 +178,7 @@ class Flight(Directed):
         for part, kept in zip(find_arrays((run.state, run.record)), snapshot.arrays, strict=True):
             part[...] = kept
         run.piece, run.relative_error = snapshot.piece, snapshot.relative_error
+        run.uplinked = snapshot.uplinked
         self._store.parts[:] = snapshot.parts
         self._waits = snapshot.waits
         return copy.deepcopy(snapshot.software)

@@ -18,6 +18,7 @@ from torquer.computer.blocks.block import Block, Logged
 from torquer.computer.computer import Blocks, estimates
 from torquer.computer.interface import SENSORS
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.ephemeris import EphemerisModels
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.maths.geometry.frames import geodetic_from_ecef
 from torquer.scenario.spec import Scenario
@@ -34,7 +35,7 @@ from torquer.simulation.results.variables import (
     read,
 )
 from torquer.simulation.setup.prepare import make_log
-from torquer.simulation.setup.run import Run
+from torquer.simulation.setup.run import Run, Uplink
 from torquer.spacecraft.wheel_array.layout import total_momentum
 
 if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
@@ -187,7 +188,7 @@ def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
         axes = np.array(run.scenario.spacecraft.wheels.array().axes)
         momentum = momentum + total_momentum(axes, data["wheel_momentum"].values)
     sun = sun_direction(environment, t_s, r)
-    return _believed_variables(run.scenario, t_s) | describe({
+    return _believed_variables(run, t_s) | describe({
         "position_inertial": r,
         "velocity_inertial": v,
         "b_inertial": b,
@@ -218,13 +219,20 @@ def _turn(matrices, values) -> np.ndarray:
     return np.einsum("nij,nj->ni", matrices, values)
 
 
-def _believed_variables(scenario: Scenario, t_s) -> dict:
+def _believed_variables(run: Run, t_s) -> dict:
     """Position and field by the models on board, where they are not the truth."""
-    believed = scenario.believed_environment()
-    if believed == scenario.orbit_environment():
+    believed, truth = run.believed(), run.scenario.orbit_environment()
+    if all(environment == truth for _, environment in believed):
         return {}
-    r, v = believed.state(t_s)
-    return describe({"position_believed": r, "b_believed": believed.field(t_s, r, v)})
+    position, field = np.empty((2, len(t_s), 3))
+    ends_s = [from_s for from_s, _ in believed[1:]] + [np.inf]
+    for (from_s, environment), end_s in zip(believed, ends_s, strict=True):
+        rows = (t_s > from_s) & (t_s <= end_s)
+        if not rows.any():
+            continue
+        r, v = environment.state(t_s[rows])
+        position[rows], field[rows] = r, environment.field(t_s[rows], r, v)
+    return describe({"position_believed": position, "b_believed": field})
 
 
 def _totals(run: Run) -> dict:
@@ -263,6 +271,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
         "scenario": run.scenario.model_dump_json(),
         **law_attributes(run),
         **part_attributes(run),
+        **_uplinked_attribute(run),
         "seed": str(run.scenario.seed),
         "how_it_ended": how,
         "ended": ended,
@@ -289,7 +298,8 @@ def digest_result(result: xr.Dataset) -> str:
     digest = hashlib.sha256(np.ascontiguousarray(result["checkpoint"].values).tobytes())
     for name in ("scenario", "laws", "seed", "how_it_ended", "ended", "table_relative_error"):
         digest.update(str(result.attrs[name]).encode())
-    digest.update(str(result.attrs.get("parts", "")).encode())
+    for name in ("parts", "uplinked"):
+        digest.update(str(result.attrs.get(name, "")).encode())
     return digest.hexdigest()
 
 
@@ -322,6 +332,18 @@ def identify_blocks(blocks: Blocks) -> dict[str, dict]:
 def part_attributes(run: Run) -> dict[str, str]:
     """What a result says of the files that give its parts, but for laws: by key, as JSON."""
     return {"parts": json.dumps(run.files)} if run.files else {}
+
+
+def _uplinked_attribute(run: Run) -> dict[str, str]:
+    """Models of the ephemeris that were given in flight: times and models, as JSON."""
+    rows = [(each.from_s, each.models.model_dump(mode="json")) for each in run.uplinked]
+    return {"uplinked": json.dumps(rows)} if rows else {}
+
+
+def uplinked_in(result: xr.Dataset) -> tuple[Uplink, ...]:
+    """Models of the ephemeris that the computer of a result was given in flight."""
+    rows = json.loads(result.attrs.get("uplinked", "[]"))
+    return tuple(Uplink(t_s, EphemerisModels.model_validate(models)) for t_s, models in rows)
 
 
 def _runs_as(run: Run, block: Block) -> str:

@@ -21,6 +21,7 @@ from torquer.simulation.results.dataset import (
     identify_blocks,
     mode_regions,
     modes_recorded,
+    uplinked_in,
     versions,
 )
 from torquer.simulation.results.variables import RECORDED, TORQUE, estimated, inputs, write
@@ -51,6 +52,7 @@ def restore(run: Run, result: xr.Dataset) -> None:
         )
     _restore_state(run, cells)
     run.piece, run.relative_error = None, float(result.attrs["table_relative_error"])
+    run.uplinked = uplinked_in(result)
     run.enter()
     _restore_record(run, result)
 

@@ -45,8 +45,15 @@ class InMemory:
             import xarray as xr
 
             known = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
-            parts = [xr.concat(parts, "time", join="override", combine_attrs="override", **known)]
+            joined = xr.concat(parts, "time", join="override", combine_attrs="override", **known)
+            parts = [_believed_from_the_start(joined)]
         return with_state(parts[0], run, how, ended)
+
+
+def _believed_from_the_start(data: xr.Dataset) -> xr.Dataset:
+    """With the truth where the computer believed in it, before it was told of other models."""
+    pairs = (("position_believed", "position_inertial"), ("b_believed", "b_inertial"))
+    return data.assign({k: data[k].fillna(data[true]) for k, true in pairs if k in data})
 
 
 class InFile:

@@ -16,6 +16,7 @@ from torquer.computer.allocation import (
 from torquer.computer.blocks.block import Block, Logged
 from torquer.computer.blocks.law import Law, as_law
 from torquer.computer.blocks.user import as_spec
+from torquer.computer.calibration import nothing_calibrated
 from torquer.computer.computer import (
     NO_ESTIMATOR,
     OF_LAW,
@@ -368,6 +369,7 @@ def first_state(
         coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
         rods=first_rods(scenario, dynamics, motion[None])[0],
         allocation=allocation,
+        calibration=nothing_calibrated(),
         board=first_board(blocks, modes, plan.computer.estimator, plan.computer.selection),
     )
     return records(state)

@@ -1,5 +1,6 @@
 """A prepared run: constants, tables, state and record; and its way on, step by step."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from torquer.computer.blocks.law import Law
 from torquer.computer.blocks.user import UserBlock
 from torquer.computer.computer import Blocks
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.environment.ephemeris import AnyEnvironment
+from torquer.environment.ephemeris import AnyEnvironment, EphemerisModels
 from torquer.environment.light import Light, shadow_edges
 from torquer.scenario.held import check_judged
 from torquer.scenario.spec import Scenario
@@ -79,6 +80,14 @@ class Piece(NamedTuple):
     has: frozenset[str]
 
 
+class Uplink(NamedTuple):
+    """Models that the computer was given in flight: in use from the first control step after
+    `from_s` [s] on."""
+
+    from_s: float
+    models: EphemerisModels
+
+
 class NoNextPiece(ValueError):
     """The environment of a run cannot be tabulated further."""
 
@@ -90,7 +99,8 @@ class Run:
     `advance_to` moves it on. `record` has the rows of the piece, each at its number modulo the
     length; `relative_error` is the greatest of the tables so far. `keep` is called with the run
     when a piece is complete and another follows. `is_at_end`: the piece is complete, has
-    been kept, and no other can follow.
+    been kept, and no other can follow. `uplinked`: models of the ephemeris that the computer was
+    given in flight, the latest last.
     """
 
     scenario: Scenario
@@ -109,6 +119,7 @@ class Run:
     library: Library | None = None
     files: dict[str, dict[str, str]] = field(default_factory=dict)
     is_at_end: bool = False
+    uplinked: tuple[Uplink, ...] = ()
     _ready: "_Ready | None" = None
 
     @property
@@ -149,14 +160,43 @@ class Run:
     def _next_piece(self, first: int, last: int) -> Piece:
         """The piece of the steps first..last-1; `NoNextPiece` for a later one that is not there."""
         if self.piece is None:
-            return tabulate_piece(self.scenario, self.plan, first, last)
+            return self._tabulate(first, last)
         self._ready = None  # two pieces' tables need not be in memory at once
         self.piece = self.piece._replace(tables=None, moving=None)
         try:
             check_unchanged(self.files, describe_files(self.scenario), AS_BEGUN)
-            return tabulate_piece(self.scenario, self.plan, first, last)
+            return self._tabulate(first, last)
         except ValueError as error:
             raise NoNextPiece(str(error)) from None
+
+    def _tabulate(self, first: int, last: int) -> Piece:
+        believed = self.believed()[-1][1] if self.uplinked else None
+        return tabulate_piece(self.scenario, self.plan, first, last, believed)
+
+    def believed(self) -> list[tuple[float, AnyEnvironment]]:
+        """What the computer has believed of its surroundings, and after which time [s]."""
+        truth, stated = make_environments(self.scenario)
+        later = [(each.from_s, each.models.along(truth)) for each in self.uplinked]
+        return [(-math.inf, stated), *later]
+
+    def take_up(self, models: EphemerisModels, from_s: float) -> None:
+        """Let the ephemeris on board come from these models after a time [s].
+
+        ValueError for models that do not hold until the end; nothing is changed then.
+        """
+        before, piece = self.uplinked, self.piece
+        earlier = tuple(each for each in before if each.from_s < from_s)
+        was = earlier[-1].models if earlier else self.scenario.control.ephemeris
+        self.uplinked = earlier if models == was else (*earlier, Uplink(from_s, models))
+        try:
+            believed, end_s = self.believed()[-1][1], self.steps * self.plan.step_s
+            believed.check_dates(from_s, end_s)
+            believed.state(np.array([from_s, end_s]))
+            self.piece = self._tabulate(piece.first, piece.last)
+        except ValueError:
+            self.uplinked = before
+            raise
+        self.relative_error = max(self.relative_error, self.piece.relative_error)
 
     def make_ready(self) -> None:
         """Make tables, and compile what is not in the cache: up to a minute before the first step.
@@ -310,12 +350,15 @@ def describe_files(scenario: Scenario) -> dict[str, dict[str, str]]:
     return {key: part.described() for key, part in parts.items()}
 
 
-def tabulate_piece(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
-    """Tables for the steps first..last-1."""
-    environment, believed = make_environments(scenario)
+def tabulate_piece(
+    scenario: Scenario, plan: Plan, first: int, last: int, uplinked: AnyEnvironment | None = None
+) -> Piece:
+    """Tables for the steps first..last-1; `uplinked`: what the computer believes, if others."""
+    environment, stated = make_environments(scenario)
+    believed = stated if uplinked is None else uplinked
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
     orbit = environment.orbit_table(duration_s, plan.step_s, start_s)
-    needed = _tables_needed(scenario, plan)
+    needed = _tables_needed(scenario, plan, believed)
     sun = environment.sun_table(duration_s, start_s) if "sun" in needed else orbit.table
     moon = environment.moon_table(duration_s, start_s) if "moon" in needed else orbit.table
     air = environment.air_table(duration_s, start_s) if "air" in needed else ()
@@ -349,14 +392,14 @@ def _check_shared(piece: Piece, run: Run) -> None:
             "of its computer; "
             f"received steps {piece.first} to {piece.last} of {piece.step_s:g} s"
         )
-    needed = _tables_needed(run.scenario, run.plan)
+    needed = _tables_needed(run.scenario, run.plan, own[1])
     if not needed <= piece.has or (needed ^ piece.has) - {"sun", "moon", "ephemeris"}:
         raise ValueError(
             "piece: must have the Sun, the Moon and the air that this run needs; received others"
         )
 
 
-def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
+def _tables_needed(scenario: Scenario, plan: Plan, believed: AnyEnvironment) -> frozenset[str]:
     """What is read besides the orbit's table: Sun, Moon, air, light that pushes, the place on the
     orbit, an ephemeris that is not the truth."""
     light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
@@ -366,7 +409,7 @@ def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
     moon = _looks_for("by_moon", scenario, plan)
     air = bool(scenario.spacecraft.aerodynamics) or "air" in of_own
     angle = bool(scenario.acting_torques())
-    own = plan.needs_ephemeris and scenario.believed_environment() != scenario.orbit_environment()
+    own = plan.needs_ephemeris and believed != scenario.orbit_environment()
     needed = {"sun": sun, "moon": moon, "air": air, "light": light, "orbit angle": angle}
     needed["ephemeris"] = own
     return frozenset(name for name, wanted in needed.items() if wanted)

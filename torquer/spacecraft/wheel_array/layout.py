@@ -15,6 +15,8 @@ Limit = Annotated[float, Field(gt=0.0)]
 #: Limits of an array: least, greatest, and greatest ratio. Beyond, their cubes leave the range of
 #: floats, and weak wheels vanish in the rounding of strong ones.
 LEAST, MOST, MOST_UNEQUAL = 1e-12, 1e12, 1e6
+#: Wheels of an array at most.
+MOST_WHEELS = 12
 
 
 def checked_axes(value):
@@ -35,7 +37,9 @@ class WheelArray(Spec):
     """
 
     axes: Annotated[
-        tuple[Vector, ...], Field(min_length=3, max_length=12), AfterValidator(checked_axes)
+        tuple[Vector, ...],
+        Field(min_length=3, max_length=MOST_WHEELS),
+        AfterValidator(checked_axes),
     ]
     momentum_limit_n_m_s: Limit | tuple[Limit, ...]
     torque_limit_n_m: Limit | tuple[Limit, ...] | None = None

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.modules.module import Module
+from torquer.flight.software.modules.module import Supplier
 
 
 class ManualSettings(Spec):
@@ -19,7 +19,7 @@ class ManualSettings(Spec):
     """Longest manual command."""
 
 
-class Actuator(Module):
+class Actuator(Supplier):
     """An actuator that the ground can command for a while in place of the laws.
 
     `command`: what it takes, as `Services.take_over` names it.
@@ -76,11 +76,37 @@ class Actuator(Module):
         }
 
 
+#: A factor of a calibration.
+Factor = Annotated[float, Field(ge=0.1, le=10.0)]
+_ONE = (1.0, 1.0, 1.0)
+
+
+class CoilSettings(ManualSettings):
+    """Settings of the coils' driver."""
+
+    factors: tuple[Factor, Factor, Factor] = _ONE
+    """By what the dipole is multiplied on its way to the coils, for each body axis."""
+
+
 class Coils(Actuator):
-    """Magnetic coils."""
+    """Magnetic coils; telemetry has the dipole that was asked for, not what drives the coils."""
 
     name = "coils"
+    Settings = CoilSettings
     command = "dipole_a_m2"
+
+    @property
+    def supplies(self) -> bool:
+        """Whether there is a calibration."""
+        return self.settings.factors != _ONE
+
+    def supply(self, computer) -> None:
+        """Give the computer the factors."""
+        computer.calibrate_coils(self.settings.factors)
+
+    def on_coils_calibration(self, core, values) -> Reason:
+        """Factors of the commanded dipole, one for each body axis."""
+        return self.change(core, factors=tuple(values))
 
     def on_coils_manual(self, core, values) -> Reason:
         """A dipole [A m^2] for a time."""

@@ -1,19 +1,43 @@
 """Drivers of the sensors: polls, errors, and whether a device is lost.
 
-A driver does not touch readings: the compiled computer takes them as they are. It notes what the
-polls show, for the supervisor.
+A driver notes what the polls show, for the supervisor. Its calibration is the compiled computer's:
+that corrects readings as they come in, so that estimators, laws and telemetry have corrected ones.
 """
 
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import Field
+import numpy as np
+from pydantic import AfterValidator, Field
 
-from torquer.base.spec import Spec
+from torquer.base.spec import Spec, Vector
+from torquer.computer.calibration import IDENTITY, NO_BIAS
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.modules.module import Module
+from torquer.flight.software.modules.module import Supplier
+from torquer.maths.geometry.quaternion import from_rotation_vector, to_dcm
+
+#: A calibration's matrix changes a reading's size by no more than this, either way.
+_MOST = 10.0
+
+
+def _checked_matrix(numbers: tuple[float, ...]) -> tuple[float, ...]:
+    """A matrix that can be one of a calibration."""
+    possible = all(abs(each) <= _MOST for each in numbers)
+    size = abs(float(np.linalg.det(np.reshape(numbers, (3, 3))))) if possible else 0.0
+    if not 1.0 / _MOST <= size <= _MOST:
+        raise ValueError(
+            f"matrix: must have numbers of at most {_MOST:g} and a determinant of "
+            f"{1.0 / _MOST:g} to {_MOST:g}; received {numbers}"
+        )
+    return numbers
+
+
+#: Type of a matrix of a calibration, row by row.
+Matrix = Annotated[
+    tuple[float, ...], Field(min_length=9, max_length=9), AfterValidator(_checked_matrix)
+]
 
 
 class PollSettings(Spec):
@@ -25,7 +49,7 @@ class PollSettings(Spec):
     """Failed polls in a row after which the sensor is lost; as many good ones bring it back."""
 
 
-class Sensor(Module):
+class Sensor(Supplier):
     """Polls a sensor: the age of its reading, and whether it can be one.
 
     `reading`, `taken`: its fields in the inputs and in their times; `greatest`: magnitude [SI]
@@ -46,7 +70,8 @@ class Sensor(Module):
         self.is_powered = True
 
     def start(self, core) -> None:
-        """Its power is as the driver has it: on after a boot."""
+        """Its power is as the driver has it, on after a boot; the calibration is handed over."""
+        super().start(core)
         core.silence(self.device, not self.is_powered)
 
     def step(self, core) -> None:
@@ -92,33 +117,99 @@ class Sensor(Module):
         }
 
 
-class Mag(Sensor):
+class CalibratedSettings(PollSettings):
+    """Settings of a sensor whose readings are corrected: a matrix times reading less bias."""
+
+    bias: Vector = NO_BIAS
+    """What is subtracted from readings, body axes, in the unit of the command."""
+    matrix: Matrix = IDENTITY
+    """What readings less the bias are multiplied by, row by row."""
+
+
+class CalibratedSensor(Sensor):
+    """A sensor with a bias and a matrix; `unit`: of the bias.
+
+    Filters that estimate a bias themselves estimate what is left of it.
+    """
+
+    Settings = CalibratedSettings
+    unit: ClassVar[float]
+
+    @property
+    def supplies(self) -> bool:
+        """Whether there is a calibration."""
+        return (self.settings.matrix, self.settings.bias) != (IDENTITY, NO_BIAS)
+
+    def supply(self, computer) -> None:
+        """Give the computer matrix and bias."""
+        bias = [self.unit * each for each in self.settings.bias]
+        computer.calibrate(self.device, self.settings.matrix, bias)
+
+    def calibrate(self, core, bias) -> Reason:
+        """Another bias; VALUE for one that no reading can have."""
+        if not math.hypot(*bias) * self.unit <= self.greatest:
+            return Reason.VALUE
+        return self.change(core, bias=tuple(bias))
+
+
+class Mag(CalibratedSensor):
     """Magnetometer."""
 
-    name = "mag"
+    name, device, unit = "mag", "magnetometer", 1e-9
     reading, taken, greatest = "b_body_t", "magnetometer_s", 2e-4
-    device = "magnetometer"
 
     def on_mag_calibration(self, core, values) -> Reason:
-        """The computer takes readings as they are: it has no place for a calibration."""
-        return Reason.NOT_AVAILABLE
+        """A bias [nT] to be subtracted from readings."""
+        return self.calibrate(core, values)
+
+    def on_mag_matrix(self, core, values) -> Reason:
+        """A matrix for readings less the bias, row by row."""
+        return self.change(core, matrix=tuple(values))
 
 
-class Gyro(Sensor):
+class Gyro(CalibratedSensor):
     """Gyro."""
 
-    name = "gyro"
+    name, device, unit = "gyro", "gyro", math.radians(1.0)
     reading, taken, greatest = "omega_body_rad_s", "gyro_s", 10.0
-    device = "gyro"
 
     def on_gyro_calibration(self, core, values) -> Reason:
-        """The filters estimate the bias themselves: there is no place for another."""
-        return Reason.NOT_AVAILABLE
+        """A bias [deg/s] to be subtracted from readings."""
+        return self.calibrate(core, values)
+
+    def on_gyro_matrix(self, core, values) -> Reason:
+        """A matrix for readings less the bias, row by row."""
+        return self.change(core, matrix=tuple(values))
+
+
+class SunSettings(PollSettings):
+    """Settings of the Sun sensors."""
+
+    rotation_deg: Vector = NO_BIAS
+    """Rotation vector by which readings are turned, body axes."""
 
 
 class Sun(Sensor):
     """Sun sensors; that none sees the Sun is a reading, too."""
 
     name = "sun"
+    Settings = SunSettings
     reading, taken, greatest = "sun_body", "sun_sensors_s", 1.01
     device = "sun_sensors"
+
+    @property
+    def supplies(self) -> bool:
+        """Whether readings are turned."""
+        return self.settings.rotation_deg != NO_BIAS
+
+    def supply(self, computer) -> None:
+        """Give the computer the rotation."""
+        turn = from_rotation_vector(tuple(map(math.radians, self.settings.rotation_deg)))
+        rows = to_dcm(turn) if self.supplies else (IDENTITY,)
+        computer.calibrate(self.device, tuple(x for row in rows for x in row))
+
+    def on_sun_calibration(self, core, values) -> Reason:
+        """A rotation vector [deg] by which readings are turned."""
+        if not math.hypot(*values) <= 180.0:
+            return Reason.VALUE
+        return self.change(core, rotation_deg=tuple(values))

@@ -12,8 +12,9 @@ from typing import Any, ClassVar
 from pydantic import ValidationError
 
 from torquer.base.spec import Spec
+from torquer.environment.chosen_models import NoSuchModel
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.services import Services, save_settings
+from torquer.flight.software.services import Computer, Services, save_settings
 
 
 class NoSettings(Spec):
@@ -49,10 +50,51 @@ class Module:
         """What telemetry reports of the module: numbers by name."""
         return {}
 
+    def take_up(self, core: Services) -> Reason:
+        """Act on settings that have been changed; another answer than DONE: they do not hold."""
+        return Reason.DONE
+
     def change(self, core: Services, **settings: Any) -> Reason:
         """Change settings and keep them in the non-volatile memory; VALUE if they do not fit."""
+        before = self.settings
         try:
             self.settings = self.settings.model_copy(update=settings)
         except ValidationError:
             return Reason.VALUE
+        code = self.take_up(core)
+        if code is not Reason.DONE:
+            self.settings = before
+            return code
         return save_settings(core.memory, self.name, self.settings)
+
+
+class Supplier(Module):
+    """A module with data of the ground for the compiled computer.
+
+    It hands them over when it starts, and when they change: from then on they are in use.
+    """
+
+    @property
+    def supplies(self) -> bool:
+        """Whether there is anything that the computer has not had from the beginning."""
+        return False
+
+    def supply(self, computer: Computer) -> None:
+        """Give the computer what there is; `NoSuchModel` or another ValueError for what it
+        refuses, and then nothing has changed."""
+
+    def start(self, core: Services) -> None:
+        """Hand over what the memory has kept; an event if the computer refuses it."""
+        code = self.take_up(core) if self.supplies else Reason.DONE
+        if code is not Reason.DONE:
+            core.report(self.name, code)
+
+    def take_up(self, core: Services) -> Reason:
+        """NOT_AVAILABLE for what the computer lacks, VALUE for what cannot be."""
+        try:
+            self.supply(core.computer)
+        except NoSuchModel:
+            return Reason.NOT_AVAILABLE if self.supplies else Reason.DONE
+        except ValueError:
+            return Reason.VALUE
+        return Reason.DONE

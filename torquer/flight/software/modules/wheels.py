@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from torquer.flight.packets.reasons import Reason
-from torquer.flight.software.modules.actuators import Actuator, ManualSettings
+from torquer.flight.software.modules.actuators import Actuator, Factor, ManualSettings
 from torquer.flight.software.modules.telemetry import bits
 
 #: Part of an axis that wheels must have to make a torque about it.
@@ -37,6 +37,8 @@ class WheelSettings(ManualSettings):
     """Windows in a row without following after which a wheel is lost."""
     report_s: float = Field(default=60.0, ge=0.0)
     """Time between two packets on the wheels; 0: none."""
+    tachometers: tuple[Factor, ...] = ()
+    """By what the readings of the tachometers are multiplied, one for each wheel; none: by 1."""
 
 
 class Wheels(Actuator):
@@ -66,6 +68,7 @@ class Wheels(Actuator):
 
         The first packet comes after the first period.
         """
+        super().start(core)
         count = len(core.wheel_axes)
         if len(self.lost) != count:
             self.lost, self.switched_off = [False] * count, [False] * count
@@ -115,6 +118,26 @@ class Wheels(Actuator):
         self.is_powered, self.first = on, None
         core.silence("tachometers", not on)
         return self._end_manual(core)
+
+    @property
+    def supplies(self) -> bool:
+        """Whether there is a calibration."""
+        return bool(self.settings.tachometers)
+
+    def supply(self, computer) -> None:
+        """Give the computer the tachometers' factors."""
+        computer.calibrate_tachometers(self.settings.tachometers or (1.0,) * computer.wheel_count)
+
+    def on_wheels_calibration(self, core, values) -> Reason:
+        """A factor of the readings of one wheel's tachometer."""
+        wheel, factor = values
+        factors = list(self.settings.tachometers or (1.0,) * core.computer.wheel_count)
+        if not factors:
+            return Reason.NOT_AVAILABLE
+        if wheel >= len(factors):
+            return Reason.VALUE
+        factors[wheel] = factor
+        return self.change(core, tachometers=tuple(factors))
 
     def on_wheels_manual(self, core, values) -> Reason:
         """A torque on the body [N m] for a time."""
