@@ -12,7 +12,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.base.spec import Spec
-from torquer.compile.engine import kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.interface import Estimate
 from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale
@@ -26,9 +26,18 @@ class RateFromFieldParameters(NamedTuple):
     interval: float
 
 
+@inlined
+def turn_between(before, after, interval_s):
+    """omega = a/dt (B2 x B1)/|B2 x B1|, a the angle from one direction in the body to the next."""
+    normal, along = cross(after, before), dot(after, before)
+    sine = norm(normal)
+    rate = math.atan2(sine, along) / interval_s
+    return scale(rate / sine, normal) if sine > 0.0 else (0.0, 0.0, 0.0)
+
+
 @kernel
 def rate_from_field(inputs, parameters, memory):
-    """omega = a/dt (B2 x B1)/|B2 x B1|, a the angle from one reading to the next.
+    """The turn from one reading to the next.
 
     Not known before the second reading, nor where the field is zero or not of finite numbers.
     """
@@ -39,10 +48,7 @@ def rate_from_field(inputs, parameters, memory):
     # the half of a microsecond keeps rounding of the times from skipping a reading
     elif t_s > memory.t_s and t_s - memory.t_s > parameters.interval - 5e-7:
         before = read_vector(memory.b_body_t)
-        normal, along = cross(b, before), dot(b, before)
-        sine = norm(normal)
-        rate = math.atan2(sine, along) / (t_s - memory.t_s)
-        omega = scale(rate / sine, normal) if sine > 0.0 else (0.0, 0.0, 0.0)
+        omega = turn_between(before, b, t_s - memory.t_s)
         if not 0.0 < dot(b, b) * dot(before, before) < math.inf:
             omega = (math.nan, math.nan, math.nan)
         put_vector(memory.omega_body_rad_s, omega)
