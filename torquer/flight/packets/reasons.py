@@ -66,6 +66,7 @@ class Reason(IntEnum):
     COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number", _HIGH
     WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number", _HIGH
     ACTUATORS_CHANGED = 55, "another configuration of actuators", _INFO
+    SPUN_UP = 60, "the satellite spins faster and faster: its coils are off for a while", _HIGH
 
 
 #: Reason codes by why a link rejects a packet.
