@@ -12,10 +12,10 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.base.spec import Spec
-from torquer.compile.engine import inlined, kernel
+from torquer.compile.engine import kernel
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.interface import Estimate
-from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale
+from torquer.maths.geometry.vec3 import dot, put_vector, read_vector, turn_between
 
 _UNKNOWN = (math.nan, math.nan, math.nan)
 
@@ -24,15 +24,6 @@ class RateFromFieldParameters(NamedTuple):
     """Least time between the two readings [s]."""
 
     interval: float
-
-
-@inlined
-def turn_between(before, after, interval_s):
-    """omega = a/dt (B2 x B1)/|B2 x B1|, a the angle from one direction in the body to the next."""
-    normal, along = cross(after, before), dot(after, before)
-    sine = norm(normal)
-    rate = math.atan2(sine, along) / interval_s
-    return scale(rate / sine, normal) if sine > 0.0 else (0.0, 0.0, 0.0)
 
 
 @kernel

@@ -10,9 +10,8 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined
-from torquer.computer.estimation.rate_from_field import turn_between
 from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS
-from torquer.maths.geometry.vec3 import dot, put_row, unit
+from torquer.maths.geometry.vec3 import dot, put_row, turn_between, unit
 
 #: Time [s] over which a turn is averaged, the least for which it must have been seen, longest
 #: interval of two readings, and age at which it is not known any more.
