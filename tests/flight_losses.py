@@ -144,6 +144,8 @@ What each guard reads, and what it does not see:
   without which science is reached.
 - *End of B-dot*: the rate by the field, while the magnetometer is not suspected. Not seen: a spin
   about the field, for minutes.
+- *Spin*: whatever turns, gyro, field or Sun, whichever is suspected. Not seen: a dipole that is
+  stuck on.
 - *Wrong side of the Sun*: the Sun sensors alone; S-dot reversed for ten minutes does no harm.
 """.splitlines()
 

@@ -72,6 +72,8 @@ NOT_RUN = {
     ("my-wheels-died", 0): "hours: every law flies dozens of designs",
     ("my-wheels-died", 1): "hours: 90 000 flights of a day",
     ("my-wheels-died", 2): "the output of the block before",
+    ("safe-mode", 4): "minutes: tests/campaign/test_pairs.py flies some of them",
+    ("safe-mode", 5): "the output of the block before",
 }
 
 # Commands that go on until the page ends, and what they print once they are ready.

@@ -83,6 +83,7 @@ def test_guards_are_the_regions_that_only_watch(safe_mode):
         "coil_x",
         "coil_y",
         "coil_z",
+        "spin",
     ]
     free = without_guards(safe_mode).control.modes
     assert free.regions["main"] == safe_mode.control.modes.regions["main"]

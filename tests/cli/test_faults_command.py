@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from torquer.compile import engine
+from torquer.flight.software.faults import load_faults
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: A safe mode whose law, guards and conditions share one gyro.
@@ -43,6 +44,27 @@ def test_no_satellite_lost(call, tmp_path, strict_json):
     assert data["worst_file"] == str(tmp_path / "worst.toml")
 
 
+def test_pairs(call, tmp_path, strict_json):
+    options = ("--pairs", 3, "--only", "gyro", "--hours", 4, "--seed", 3, "--out", tmp_path)
+    code, said, _ = call("faults", SAFE_MODE, *options, "--json")
+    data = strict_json(said)
+    assert code == (1 if data["counts"]["lost_unnoticed"] else 0)
+    assert (data["pairs"], data["seed"], data["flight_s"]) == (3, 3, 14400.0)
+    assert data["worst_file"] == str(tmp_path / "worst.toml")
+    files = {"pairs.md", "pairs.json", "worst.toml", "worst-faults.toml"}
+    assert {file.name for file in tmp_path.iterdir()} == files
+    pair = data["worst"]["faults"]
+    assert load_faults(tmp_path / "worst-faults.toml").model_dump(exclude_unset=True)["faults"] == (
+        *pair,
+    )
+    code, said, _ = call("faults", SAFE_MODE, *options)
+    assert "3 pairs: " in said and "Lost unnoticed, the coils left to work: " in said
+    _, said, _ = call(
+        "run", tmp_path / "worst.toml", "--out", tmp_path / "again", "--no-report", "--json"
+    )
+    assert strict_json(said)["final_rate_deg_s"] <= data["worst"]["rate_deg_s"] + 1e-9
+
+
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
@@ -51,6 +73,8 @@ def test_no_satellite_lost(call, tmp_path, strict_json):
         (("--hours", "0"), "--hours: must be a positive number; received 0"),
         (("--seed=-1",), "--seed: must be 0 or more; received -1"),
         (("--workers", "0"), "--workers: must be 1 or more; received 0"),
+        (("--pairs", "0"), "--pairs: must be 1 or more; received 0"),
+        (("--pairs", "2", "--only", "gyro zeros"), "--only: must leave two faults or more for"),
     ],
 )
 def test_mistakes(call, tmp_path, options, expected):

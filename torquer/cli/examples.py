@@ -67,6 +67,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "faults": (
         "torquer faults examples/safe_mode.toml --out runs/faults",
         "torquer faults examples/safe_mode.toml --only gyro --at-h 10",
+        "torquer faults examples/safe_mode.toml --pairs 100 --seed 3",
     ),
     "fly": (
         "torquer fly examples/chibis_m_day.toml --ticks 20000",

@@ -92,6 +92,29 @@ def test_the_guard_does_not_trip_on_sound_coils(angle):
     assert rates_deg_s(result)[-1] < 1.0
 
 
+@pytest.mark.parametrize("angle", range(0, 360, 60))
+def test_the_last_guard_does_not_trip_on_sound_coils(angle):
+    """Nor where only the field is left to show the rate."""
+    gyro = '{ kind = "zeros", from_s = 100 }' if angle % 120 else ""
+    result = flown(DAMPING + GUARD.format("spin_guard"), angle=angle, gyro=gyro, revolutions=3)
+    assert entered_s(result, "guard", 2) == np.inf
+    assert rates_deg_s(result)[-1] < 1.0
+    assert entered_s(result, "guard", 1) < 3.0 * 5740.0
+
+
+def test_the_last_guard_tries_coils_of_the_wrong_sign_less_and_less():
+    """After one hour and after two more; each attempt costs what it allows."""
+    guarded = flown(DAMPING + GUARD.format("spin_guard"), polarity="[-1, -1, 1]")
+    off, rates = guarded.mode_guard.values == 2, rates_deg_s(guarded)
+    t = guarded.time.values
+    tripped_s, back_s = (t[np.flatnonzero(np.diff(off.astype(int)) == way) + 1] for way in (1, -1))
+    assert len(back_s) >= 3 and not guarded.dipole_body.values[1:][off[1:] & off[:-1]].any()
+    expected = [3600.0, 7200.0, 14400.0]
+    assert back_s[:3] - tripped_s[:3] == pytest.approx(expected, abs=20.0)
+    assert rates[t < back_s[0]].max() < rates[0] + 4.5
+    assert rates.max() < rates[0] + 4.5 + 1.5 * len(back_s)
+
+
 def test_growth_guard_misses_one_coil_of_the_wrong_sign():
     """The two others brake as much as it drives: the rate stays, and the guard sees nothing."""
     result = flown(DAMPING + GUARD.format("rate_growth_guard"), polarity="[1, -1, 1]")

@@ -28,10 +28,12 @@ STATES = {"a": {"transitions": [{"to": "b", "at_most_s": 5.0}]}, "b": {}}
 
 def value(name, inputs, index=0, flown=None, **keys):
     """A signal in its own unit."""
-    flown = flown or Flown(**{"axis": AXIS, "target": TARGET, "inertia_kg_m2": J,
-                              "attitude": {"euler_deg": EULER}, "noise": NOISE,
-                              "flags": ["raised"], **keys},
-                           states=STATES)  # fmt: skip
+    if flown is None:
+        flown = Flown(**{"axis": AXIS, "target": TARGET, "inertia_kg_m2": J,
+                         "attitude": {"euler_deg": EULER}, "noise": NOISE,
+                         "flags": ["raised"], **keys},
+                      states=STATES)  # fmt: skip
+        flown.state.checks["turning"] = (9.0, 30.0, *Z, *OMEGA, np.dot(OMEGA, OMEGA))
     flown.state.flags[:1] = 1.0
     found = signal_value(NUMBER_OF[name], flown.table, flown.state, record_of(inputs), index)
     return found / UNITS[SIGNALS[name].unit]
@@ -80,6 +82,7 @@ EXPECTED = {
     "sensor_suspected": 0.0,
     "coil_suspected": 0.0,
     "coils_reversed": 0.0,
+    "turn_deg_s": math.degrees(math.hypot(*OMEGA)),
     "flag": 1.0,
     "time_s": 10.0,
     "time_in_state_s": math.inf,

@@ -32,7 +32,7 @@ SOFTWARE = {
 SHORT, LONG = 5, 40
 #: Fields that cannot change in a flight of this satellite: by the beginning of their names, why.
 CONSTANT = {
-    "stored.isolated": "no record is stored while a sensor is judged wrong, as extended.isolated is",
+    "stored.isolated": "no record is stored while a sensor is judged wrong",
     "queues.commands_dropped": "no more commands are handed on than the queues take",
     "queues.acks_dropped": "as queues.commands_dropped",
     "devices.coils_errors": "no poll of the simulated coils fails",

@@ -500,3 +500,21 @@ def test_mode_table_states_come_at_once_and_every_minute():
     name, _, values = next(p for p in reversed(ground.packets) if p[0] == "modes")
     assert (name, shown(values)[place]) == ("modes", 1)
     assert ground.core.services.cdh.dropped["ground"] == 0
+
+
+def test_coils_that_spun_the_satellite_up_are_an_event_and_a_flag(ground):
+    """The last guard's state is told once; the flag stays while the coils are off."""
+    computer = ground.core.services.computer
+
+    def told(state):
+        computer.command_mode("spin", state)
+        found = ground.tick(times=12)
+        codes = [v["code"] for name, _, v in found if name == "event"]
+        return codes.count(Reason.SPUN_UP), bool(last_sent(found, "extended")["flags"] & 16)
+
+    assert told("slow") == (0, False)
+    assert told("coils_off") == (1, True)
+    assert not any(ground.core.services.commanded[0])
+    assert told("coils_off") == (0, True)
+    assert told("tried") == (0, False)
+    assert told("coils_off") == (1, True)

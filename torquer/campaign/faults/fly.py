@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import xarray as xr
 
@@ -29,6 +29,9 @@ from torquer.campaign.faults.verdict import (
 )
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.simulate import RunStopped, simulate
+
+P = TypeVar("P")
+R = TypeVar("R")
 
 
 class Row(NamedTuple):
@@ -91,20 +94,15 @@ def fly_faults(
     last two. ValueError for `only` that names no fault, a time after the end, and a flight without
     a fault that stops early.
     """
-    if workers is not None:
-        at_least(1).check("workers", workers)
+    _check_workers(workers)
     faults = choose_faults(find_faults(scenario), only)
     guards, goals = guarding_regions(scenario.control.modes), find_goals(scenario)
     sides = {True: scenario, False: without_guards(scenario)} if guards else {True: scenario}
-    results = {guarded: simulate_or_stop(each) for guarded, each in sides.items()}
-    nominal = {guarded: keep_flight(result) for guarded, result in results.items()}
-    if nominal[True].ended:
-        raise ValueError(
-            "scenario: must fly to its end without a fault; received one that ended: "
-            f"{nominal[True].ended}"
-        )
-    given = [strike_at(results[True], each) for each in at_s]
-    strikes = given or strikes_in(results[True])
+    result = fly_nominal(scenario)
+    nominal = {True: keep_flight(result)}
+    if guards:
+        nominal[False] = keep_flight(simulate_or_stop(sides[False]))
+    strikes = [strike_at(result, each) for each in at_s] or strikes_in(result)
     places, quiet = [*product(faults, strikes)], _quiet(nominal[True], scenario, guards)
 
     def fly(place: tuple[Fault, Strike]) -> list[Row]:
@@ -118,18 +116,46 @@ def fly_faults(
                 return [found[0]._replace(guarded=each) for each in sides]
         return found
 
-    rows: list[Row] = []
+    rows = [row for found in fly_all(fly, places, workers, progress) for row in found]
+    verdict = judge(nominal[True], nominal[True], goals)
+    return FaultCampaign(scenario, goals, guards, nominal[True], verdict, strikes, faults, rows)
+
+
+def fly_nominal(scenario: Scenario) -> xr.Dataset:
+    """The flight without a fault; ValueError if it ends early."""
+    result = simulate_or_stop(scenario)
+    ended = keep_flight(result).ended
+    if ended:
+        raise ValueError(
+            f"scenario: must fly to its end without a fault; received one that ended: {ended}"
+        )
+    return result
+
+
+def _check_workers(workers: int | None) -> None:
+    if workers is not None:
+        at_least(1).check("workers", workers)
+
+
+def fly_all(
+    fly: Callable[[P], R],
+    places: Sequence[P],
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[R]:
+    """The results of flights, in order, several at once; all stop with the first that fails."""
+    _check_workers(workers)
+    found: list[R] = []
     with ThreadPoolExecutor(cores() if workers is None else workers) as pool:
         try:
-            for done, found in enumerate(pool.map(fly, places), 1):
-                rows += found
+            for each in pool.map(fly, places):
+                found.append(each)
                 if progress:
-                    progress(done / len(places))
+                    progress(len(found) / len(places))
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-    verdict = judge(nominal[True], nominal[True], goals)
-    return FaultCampaign(scenario, goals, guards, nominal[True], verdict, strikes, faults, rows)
+    return found
 
 
 def _quiet(flight: Flown, scenario: Scenario, guards: list[str]) -> bool:

@@ -15,7 +15,7 @@ from torquer.base.spec import Spec
 from torquer.compile.engine import kernel
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.interface import Estimate
-from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale
+from torquer.maths.geometry.vec3 import dot, put_vector, read_vector, turn_between
 
 _UNKNOWN = (math.nan, math.nan, math.nan)
 
@@ -28,7 +28,7 @@ class RateFromFieldParameters(NamedTuple):
 
 @kernel
 def rate_from_field(inputs, parameters, memory):
-    """omega = a/dt (B2 x B1)/|B2 x B1|, a the angle from one reading to the next.
+    """The turn from one reading to the next.
 
     Not known before the second reading, nor where the field is zero or not of finite numbers.
     """
@@ -39,10 +39,7 @@ def rate_from_field(inputs, parameters, memory):
     # the half of a microsecond keeps rounding of the times from skipping a reading
     elif t_s > memory.t_s and t_s - memory.t_s > parameters.interval - 5e-7:
         before = read_vector(memory.b_body_t)
-        normal, along = cross(b, before), dot(b, before)
-        sine = norm(normal)
-        rate = math.atan2(sine, along) / (t_s - memory.t_s)
-        omega = scale(rate / sine, normal) if sine > 0.0 else (0.0, 0.0, 0.0)
+        omega = turn_between(before, b, t_s - memory.t_s)
         if not 0.0 < dot(b, b) * dot(before, before) < math.inf:
             omega = (math.nan, math.nan, math.nan)
         put_vector(memory.omega_body_rad_s, omega)

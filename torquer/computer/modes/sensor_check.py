@@ -31,6 +31,7 @@ from torquer.computer.inputs import read_inputs
 from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.computer.modes.coil_check import follow_coils, forget_coils, has_field_reversed
 from torquer.computer.modes.sensor_alone import fails_by_itself
+from torquer.computer.modes.turning import follow_turning
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
 from torquer.maths.geometry.vec3 import add, dot, norm, put_vector, read_vector, scale, unit
 
@@ -297,6 +298,7 @@ def check_sensors(table, state, k):
         kind, oldest_s = table.kinds[i], table.oldest_s[i]
         if fails_by_itself(sensors[i], i, kind, k, now.first_s, oldest_s):
             sensors[i].failed_s = t_s
+    follow_turning(now, sensors, inputs)
     if follow_gyro(now, sensors[GYRO], inputs):
         compare_turns(now, sensors, noise, inputs)
     else:

@@ -17,6 +17,7 @@ from torquer.computer.interface import MAGNETOMETER
 from torquer.computer.laws.pointing import deviation, reference_motion, short_way
 from torquer.computer.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
 from torquer.computer.modes.sensor_check import SUSPECTED_S, is_field_doubtful
+from torquer.computer.modes.turning import fastest_turn
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import add, cross, dot, norm, sym_vec
 
@@ -239,6 +240,15 @@ def coils_reversed(table, state, k, index):
 
 
 @inlined
+def turn(table, state, k, index):
+    """Rate by whatever still turns with the satellite: the fastest of gyro, field and Sun.
+
+    Wrong signs and swapped axes do not change it, whichever sensor is suspected.
+    """
+    return fastest_turn(state.checks[0], k.t_s)
+
+
+@inlined
 def flag(table, state, k, index):
     """1 while the flag is raised from outside, by flight software or by command, else 0."""
     return state.flags[index]
@@ -332,6 +342,10 @@ SIGNALS = {
     "coils_reversed": Signal(
         coils_reversed, "yes/no", ("noise", "inertia_kg_m2"), reads=_EPHEMERIS,
         observes=("coils", "magnetometer", "gyro"),
+    ),
+    "turn_deg_s": Signal(
+        turn, "deg/s", ("noise", "inertia_kg_m2"), reads=_EPHEMERIS,
+        observes=("gyro", "magnetometer", "sun_sensors"),
     ),
     "time_s": Signal(time, "s"),
     "time_in_state_s": Signal(time_in_state, "s"),

@@ -247,7 +247,9 @@ class Region(Spec):
 
 
 class SensorNoise(Spec):
-    """What 'sensor_suspected', 'coil_suspected' and 'coils_reversed' assume of the sensors."""
+    """What checks of the sensors assume of them: 'sensor_suspected', 'coil_suspected',
+    'coils_reversed', 'turn_deg_s'.
+    """
 
     assumes: ClassVar = (
         Assumed("magnetometer_noise_nt", "magnetometer", "noise"),
@@ -292,7 +294,7 @@ class Modes(Spec):
     """Wanted attitude, as laws that hold one have it; signals refer to it."""
     noise: SensorNoise | None = None
     """Noise of the sensors; if it is given, sensors and coils are checked, as the signals
-    'sensor_suspected', 'coil_suspected' and 'coils_reversed' report.
+    'sensor_suspected', 'coil_suspected', 'coils_reversed' and 'turn_deg_s' report.
     """
     flags: tuple[str, ...] = ()
     """Flags that software outside raises, by names of your choice; the signal 'flag' is 1 while one

@@ -21,6 +21,7 @@ from torquer.computer.modes.coil_check import COILS_NOW, first_coils
 from torquer.computer.modes.sensor_alone import SENSOR_NOW
 from torquer.computer.modes.sensor_check import SENSORS_NOW, check_sensors, first_sensors
 from torquer.computer.modes.signals import signal_value
+from torquer.computer.modes.turning import TURNING_NOW, first_turning
 
 
 def _record(integers: str, numbers: str = "") -> np.dtype:
@@ -59,7 +60,7 @@ TRANSITION_NOW = _record("", "true_since_s")
 CONDITION_NOW = _record("", "latched at_entry threshold back")
 CLOCK = _record("", "evaluated_s")
 #: What the checks of sensors and coils remember.
-CHECKS_NOW = np.dtype([*SENSORS_NOW, *COILS_NOW])
+CHECKS_NOW = np.dtype([*SENSORS_NOW, *COILS_NOW, *TURNING_NOW])
 
 NEVER_S = -math.inf
 #: Three-valued logic: the least of several is their conjunction.
@@ -151,6 +152,7 @@ def first_state(table: ModeTable, initial, flags: int = 0) -> ModeState:
     checks = np.zeros(int(table.is_checked), CHECKS_NOW)
     first_sensors(checks)
     first_coils(checks)
+    first_turning(checks)
     return ModeState(
         regions,
         states,

@@ -72,6 +72,7 @@ class Reason(IntEnum):
     KEY_CLOSED = 56, "a key is refused: its counter is lost; argument: the key's index", _HIGH
     COUNTER_NOT_KEPT = 57, "refused: the counter could not be stored; argument: key's index", _HIGH
     KEY_CHANGED = 58, "commands have a new key; argument: its number", _INFO
+    SPUN_UP = 60, "the satellite spins faster and faster: its coils are off for a while", _HIGH
     OVER_CURRENT = 61, "a device draws too much and was switched off; argument: its id", _HIGH
     TEMPERATURE = 62, "a temperature beyond its limits; argument: id of the device", _MEDIUM
     POWER_CHANGED = 63, "a power switch; argument: id of the device, plus 256 if it is on", _INFO

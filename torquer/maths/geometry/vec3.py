@@ -94,6 +94,15 @@ def is_finite(a):
 
 
 @inlined
+def turn_between(before, after, interval_s):
+    """omega = a/dt (v2 x v1)/|v2 x v1|, a the angle from one direction in the body to the next."""
+    normal, along = cross(after, before), dot(after, before)
+    sine = norm(normal)
+    rate = math.atan2(sine, along) / interval_s
+    return scale(rate / sine, normal) if sine > 0.0 else (0.0, 0.0, 0.0)
+
+
+@inlined
 def unit(a):
     """Vector of length one along a (not a number for a zero vector)."""
     return scale(1.0 / norm(a), a)

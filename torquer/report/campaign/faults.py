@@ -1,5 +1,6 @@
 """The table of a fault campaign as Markdown, and its picture: faults over strikes, by verdict."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -37,11 +38,15 @@ def markdown(found: FaultCampaign) -> str:
         "",
         f"Without a fault: {verdict}. {'. '.join(counts_in_words(found))}.",
         "",
-        _line(head),
-        _line(["---" if name in WORDS else "--:" for name in head]),
-        *map(_line, rows),
+        *markdown_table(head, rows, WORDS),
     ]
     return "\n".join(lines) + "\n"
+
+
+def markdown_table(head: list[str], rows: list[list[str]], words: Sequence[str]) -> list[str]:
+    """The lines of a table; `words`: heads of the columns that hold words."""
+    rule = ["---" if name in words else "--:" for name in head]
+    return [_line(each) for each in (head, rule, *rows)]
 
 
 def _line(cells: list[str]) -> str:

@@ -125,8 +125,10 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, local, length_s, 
     """Motion after an interval with wheels, in steps.
 
     A step ends where a rotor stops, starts or reaches its limit. Not a number where they vanish.
+    After a step that was too short to count, no change is foreseen: the body may turn a rotor away
+    from its limit as fast as its motor drives it there. `part_to_change` finds one that passes.
     """
-    t, shorter = 0.0, math.inf
+    t, shorter, foreseen = 0.0, math.inf, True
     for _ in range(MOST_STEPS):
         if t == length_s:
             return x
@@ -137,7 +139,8 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, local, length_s, 
         now = with_turning(smooth, turning)
         left = length_s - t
         wanted = left / math.ceil(left / min(cells.next_step_s, integrator.longest_s))
-        h = min(wanted, time_to_change(turning), shorter)
+        change_s = time_to_change(turning) if foreseen else math.inf
+        h = min(wanted, change_s, shorter)
         y, end, error = attempt(now, local, t, x, h)
         ratio = _ratio(integrator, x, h, error)
         if ratio <= 1.0:
@@ -150,6 +153,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, local, length_s, 
             end_turning(turning, wheels.state, h, y.omega)
             t = length_s if h >= left else t + h
             x, local, shorter = y, end, math.inf
+            foreseen = h != change_s or h > LEAST_STEP_S
             _count(cells, h, error)
             grown = h * _growth(ratio)
             cells.next_step_s = grown if h == wanted else max(cells.next_step_s, grown)

@@ -33,6 +33,9 @@ class StbSettings(Spec):
     """Mode in telemetry by the state of that region."""
     actuators: str = "actuators"
     """Region whose state, stb_00 to stb_tw, shows which actuators are in use, if there is one."""
+    spin_guard: str = "spin"
+    """Region made with the preset 'spin_guard', if there is one: while it is in 'coils_off', the
+    coils are off, since the satellite has been spun up."""
     idle_after_s: float = Field(default=30.0, gt=0.0)
     """Without that region: time without a command after which an actuator is not in use."""
 
@@ -45,7 +48,7 @@ class Stb(Module):
 
     def __init__(self, settings: StbSettings):
         super().__init__(settings)
-        self.mode = self.works = self.actuators = 0
+        self.mode = self.works = self.actuators = self.spun_up = 0
         self.dipole_s = self.torque_s = -1e9
         self._numbers: dict[str, int] = {}
         self._actuators: dict[str, int] = {}
@@ -57,7 +60,7 @@ class Stb(Module):
         self._actuators = {label.lower(): number for number, label in enumerate(labels)}
 
     def step(self, core) -> None:
-        """Note mode and actuators; a change of the actuators is an event."""
+        """Note mode, actuators and a spin-up; a change of actuators and a spin-up are events."""
         dipole, torque = core.commanded
         if dipole[0] or dipole[1] or dipole[2]:
             self.dipole_s = core.t_s
@@ -65,6 +68,10 @@ class Stb(Module):
             self.torque_s = core.t_s
         now = core.modes
         self.mode = self._numbers.get(now.get(self.settings.region, ""), 0)
+        spun_up = int(now.get(self.settings.spin_guard) == "coils_off")
+        if spun_up > self.spun_up:
+            core.report("stb", Reason.SPUN_UP)
+        self.spun_up = spun_up
         since = core.t_s - self.settings.idle_after_s
         coils, wheels = self.dipole_s > since, self.torque_s > since
         self.works = int(coils or wheels)
@@ -78,5 +85,10 @@ class Stb(Module):
         self.actuators = actuators
 
     def status(self) -> dict[str, float]:
-        """Mode, whether an actuator works, actuators in use."""
-        return {"mode": self.mode, "works": self.works, "actuators": self.actuators}
+        """Mode, whether an actuator works, actuators in use, whether a spin-up keeps coils off."""
+        return {
+            "mode": self.mode,
+            "works": self.works,
+            "actuators": self.actuators,
+            "spun_up": self.spun_up,
+        }

@@ -39,6 +39,7 @@ def extended_values(core) -> tuple:
     sun = inputs.sun_body
     in_view = 8 if sun[0] or sun[1] or sun[2] else 0
     flags = aos.get("sunlit", 0) + 2 * aos.get("works", 0) + 4 * stb.get("works", 0) + in_view
+    flags += 16 * stb.get("spun_up", 0)
     b, gyro, e = inputs.b_body_t, inputs.omega_body_rad_s, inputs.estimate
     return (
         aos.get("mode", 0),
