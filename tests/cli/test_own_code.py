@@ -175,6 +175,53 @@ def test_a_complete_run_of_other_code_is_not_shown_as_this_one(call, tmp_path, k
     assert "must be the one with which the run began; " in err and "edited since\n" in err
 
 
+def takes_software() -> list[str]:
+    """Commands one of whose arguments is a software file."""
+    return [
+        words
+        for words in all_commands()
+        if any(re.fullmatch(r"(--)?software", name.lower()) for name in arguments(words))
+    ]
+
+
+#: How the software file is given, and what else, to get as far as its modules.
+WITH_SOFTWARE = {
+    "fly": (str(ROOT / "examples/chibis_m_day.toml"), "--ticks", "1", "--software"),
+    "ground": ("--link", "tcp:127.0.0.1:9", "--no-browser", "--port", "0", "--software"),
+    "ground import": ("{folder}/own.py", "--folder", "{folder}", "--software"),
+    "packets": (),
+}
+#: Commands that need no module, and execute none.
+NEVER = ("ground", "ground import")
+
+
+def software_that_executes(folder):
+    """A software file with a module whose file leaves a trace when it is executed."""
+    (folder / "own.py").write_text(f"open({str(folder / 'executed')!r}, 'w').close()\n")
+    made = folder / "software.toml"
+    made.write_text('[modules.own]\nfile = "own.py"\nclass = "Own"\n')
+    return made
+
+
+def test_the_commands_that_take_software_are_known():
+    assert set(takes_software()) == set(WITH_SOFTWARE)
+
+
+@pytest.mark.parametrize("words", sorted(set(WITH_SOFTWARE) - set(NEVER)))
+def test_modules_of_a_software_file_are_not_executed(call, tmp_path, words):
+    before = (each.format(folder=tmp_path) for each in WITH_SOFTWARE[words])
+    args = (*words.split(), *before, software_that_executes(tmp_path), "--no-user-code")
+    code, _, err = call(*args)
+    assert code == 2 and "modules.own.file: must not be given with --no-user-code" in err
+    assert not (tmp_path / "executed").exists()
+
+
+def test_import_executes_no_module(call, tmp_path):
+    before = (each.format(folder=tmp_path) for each in WITH_SOFTWARE["ground import"])
+    call("ground", "import", *before, software_that_executes(tmp_path))
+    assert not (tmp_path / "executed").exists()
+
+
 @pytest.mark.parametrize("key", KEYS)
 def test_the_scenarios_of_a_ground_file_are_refused_too(call, planted, tmp_path, key):
     planted(key)

@@ -77,6 +77,14 @@ def check_files(files: dict[str, Path], beside: Path, whose: str, code: CodeOpti
             )
 
 
+def check_software(software: Path | None, code: CodeOptions) -> None:
+    """ValueError for a software file whose modules may not be executed."""
+    from torquer.flight.packets.software_file import code_in
+
+    if software is not None:
+        check_files(code_in(software), software, "software file's", code)
+
+
 def check_computer(computer: Path | None, code: CodeOptions) -> None:
     """ValueError for an exported computer, which is executed, where no code is allowed."""
     if computer is not None and code.no_user_code:

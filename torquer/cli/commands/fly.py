@@ -13,7 +13,13 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, positive
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
-from torquer.cli.loading import check_computer, check_files, find_code, load_checked
+from torquer.cli.loading import (
+    check_computer,
+    check_files,
+    check_software,
+    find_code,
+    load_checked,
+)
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.process import FAILED_CODE, SIGNAL_CODE, leave_or_raise
@@ -122,8 +128,7 @@ def fly(
         )
     check_computer(how.computer, code)
     loaded = load_checked(scenario, code)
-    if how.software is not None:
-        check_files(code_in(how.software), how.software, "software file's", code)
+    check_software(how.software, code)
     faults = load_faults(how.faults) if how.faults else FaultsFile()
     flown = with_device_faults(loaded, faults)
     out = how.out or Path("runs") / f"{flown.name}-flight"

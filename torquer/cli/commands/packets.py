@@ -8,8 +8,8 @@ from cyclopts import App, Parameter
 
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
-from torquer.cli.loading import load_given
-from torquer.cli.options import Json
+from torquer.cli.loading import check_software, load_given
+from torquer.cli.options import CodeOptions, Json
 from torquer.cli.output import make_writable, print_note, writing_to
 from torquer.simulation.results.file import put
 
@@ -26,6 +26,7 @@ def packets(
     ] = None,
     out: Annotated[Path | None, Parameter(help="Folder for the descriptions [not made].")] = None,
     json: Json = False,
+    code: CodeOptions = CodeOptions(),
 ) -> int:
     """List the packets of SOFTWARE [that of Chibis-M] with their ids and sizes.
 
@@ -34,6 +35,7 @@ def packets(
     cannot state a packet is not written, and a line says why. Bits that stand for one of several
     sensors have names only with --scenario.
     """
+    check_software(software, code)
     link = _load_link(software).for_satellite(load_given(scenario))
     dictionary = link.dictionary
     written = [] if out is None else _describe(link, out)
