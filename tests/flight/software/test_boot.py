@@ -206,3 +206,27 @@ def test_the_run_goes_on_to_its_end_after_a_reboot():
     while core.tick() is not None:
         ticks += 1
     assert ticks == 120 and core.flight.done
+
+
+@pytest.mark.verifies("REQ-MEM-004")
+@pytest.mark.parametrize("damage", ["damaged", "lost"])
+def test_each_file_of_the_memory_is_missed(damage):
+    """Both copies of each file in turn, those that only the ground's commands make included."""
+    memory = Memory()
+    ground = flying(1500.0, memory=memory)
+    ground.tick(times=130)  # records are stored
+    for name, values in (("elements_limits", (500.0, 2.0)), ("mag_calibration", (1.0, 2.0, 3.0))):
+        assert ground.command(name, *values)["code"] == Reason.DONE
+    snapshot, names = ground.core.snapshot(), memory.names()
+    assert {"plan", "strikes", "settings.mag", "variables", "errors"} < set(names)
+    for name in names:
+        ground.core.restore(snapshot)
+        fresh = Ground(ground.core)
+        for files in memory.places.values():
+            content = files.pop(name)
+            if damage == "damaged":
+                files[name] = content[:-1] + bytes([content[-1] ^ 1])
+        ground.core.reboot(Cause.FAULT)
+        fresh.tick(times=60)
+        told = {Reason.FILE_MISSING, Reason.FILE_DAMAGED}
+        assert told & set(codes(fresh, "fs")), name

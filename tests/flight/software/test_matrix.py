@@ -41,7 +41,7 @@ CONSTANT = {
     "wheels.speed_7": "it has six wheels",
     "wheels.motor_6": "it has six wheels",
     "wheels.motor_7": "it has six wheels",
-    **{f"modes.state_{k}": "it has no such region" for k in range(13, 32)},
+    **{f"modes.state_{k}": "it has no such region" for k in range(14, 32)},
 }
 
 

@@ -406,14 +406,29 @@ def test_healthy_wheels_are_never_lost(settled):
 
 
 def test_the_ground_queue_overflows_without_harm(ground):
-    """Commands at once of which thirty are rejected: lost events are counted and reported."""
+    """More packets in a step than the queue holds: the oldest are dropped, counted, reported."""
+    for k in range(30):
+        ground.core.services.send("parameter", (k, 1.0))
+    ground.tick(times=30)
+    assert ground.core.is_running and ground.core.state.cdh.dropped["ground"] >= 20
+    assert 0 not in [v["index"] for v in ground.named("parameter")]
+
+
+def test_many_rejected_commands_are_all_answered_and_reported(ground):
     count = ground.core.state.modules["com"].settings.waiting + 30
     frames = b"".join(ground.frame("report_status", 3) for _ in range(count))
     ground.tick(frames, 60)
-    assert ground.core.is_running
-    dropped = ground.core.state.cdh.dropped
-    assert dropped["svr"] == 0 and dropped["acks"] == 0 and dropped["ground"] > 0
+    assert not any(n for name, n in ground.core.state.cdh.dropped.items() if name != "state")
     assert len(ground.named("acknowledgement")) == count
+    full = [v for v in ground.named("event") if v["code"] == Reason.QUEUE_FULL]
+    assert len(full) == 30
+
+
+@pytest.mark.verifies("REQ-CDH-002")
+def test_a_queue_that_drops_says_so(ground):
+    for k in range(30):
+        ground.core.services.send("parameter", (k, 1.0))
+    ground.tick(times=30)
     assert Reason.QUEUE_FULL in [v["code"] for v in ground.named("event") if v["module_id"] == 6]
 
 

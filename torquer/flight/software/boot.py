@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.clock import Clock
 from torquer.flight.software.containment import Unmade
+from torquer.flight.software.log import Log
 from torquer.flight.software.memory import Memory, unseal
 from torquer.flight.software.modules.clk import TIME
 from torquer.flight.software.modules.svr import ERRORS
@@ -59,7 +60,7 @@ def _nothing(core: AnyCore) -> None:
 
 def _read_variables(core: AnyCore) -> None:
     """Global variables: the counter of reboots goes on; from zero if it cannot be read."""
-    data = core.memory.read(VARIABLES) if VARIABLES in core.memory.names() else None
+    data = core.memory.read(VARIABLES)
     valid = data is not None and len(data) == _VARIABLES.size
     reboots, reserve = _VARIABLES.unpack(data) if data is not None and valid else (0, 0)
     state = core.state
@@ -100,8 +101,8 @@ def _mount(core: AnyCore) -> None:
         for name in memory.names():
             if name in main and name in reserve and unseal(name, reserve[name]):
                 main.pop(name)
-    memory.mend()
-    core.state.log.restore(memory.read(ERRORS) if ERRORS in memory.names() else None)
+    memory.mend(tells=not core.state.from_reserve)
+    core.state.log.restore(memory.read(ERRORS))
     core.services.report("svr", Reason.BOOTED, core.state.reboots)
     if core.state.strikes.from_reserve:
         core.services.report("svr", Reason.FROM_RESERVE)
@@ -239,3 +240,5 @@ def deliver(core: AnyCore, now_ms: int) -> None:
     core.memory.write(TIME, Clock(now_ms=now_ms).save())
     core.memory.write(STRIKES, NO_STRIKES.save())
     core.memory.write(PLAN, b"")
+    core.memory.write(VARIABLES, variables(0))
+    core.memory.write(ERRORS, Log().save())

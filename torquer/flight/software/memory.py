@@ -26,6 +26,8 @@ _MARK = b"TQM1"
 _NAME = re.compile(r"[a-z0-9_][a-z0-9_.-]{0,63}")
 _IN_WORDS = "of at most 64 of a-z, 0-9 and '_.-', the first no '.' or '-'"
 _REPORTS = 64
+#: File that holds the names of all others, one a line: a file whose copies are both gone is missed.
+INDEX = "index"
 #: Numbers of the writing of copies that do not count.
 _DAMAGED, _MISSING = -1, -2
 
@@ -104,6 +106,7 @@ class Memory:
         self.counts: Counter[Reason] = Counter()
         self._reports: deque[Report] = deque(maxlen=_REPORTS)
         self._writings: dict[str, int] = {}
+        self._index: set[str] | None = None
         self.places: dict[str, MutableMapping[str, bytes]] = {"main": {}, "reserve": {}}
         if folder is not None:
             self.places = {place: self._mount(Path(folder), place) for place in self.places}
@@ -126,14 +129,14 @@ class Memory:
 
         Reported: FILE_NOT_WRITTEN, for each file system (`main/NAME`).
         """
-        return bool(self._put_all(name, data))
+        return bool(self._replace(name, data))
 
     def advance(self, name: str, data: bytes) -> bool:
         """As `write`, of what must never go back: a file system that refuses loses its old copy.
 
         Otherwise the old copy would count again where the new one is damaged later.
         """
-        taken = self._put_all(name, data)
+        taken = self._replace(name, data)
         if taken:
             self._drop(name, [place for place in self.places if place not in taken])
         return bool(taken)
@@ -141,25 +144,34 @@ class Memory:
     def remove(self, name: str) -> None:
         """Remove a file, as far as the file systems let it."""
         self._drop(name, list(self.places))
+        self._note(self._known() - {name})
 
-    def mend(self) -> None:
+    def mend(self, tells: bool = True) -> None:
         """Write again each file of which a copy is missing, damaged or old; at boot.
 
-        Reported: FILE_REPAIRED, and what `read` and `write` report.
+        Reported: FILE_MISSING for a file of which no copy is left; what `read` and `write` report
+        and, if it `tells`, FILE_REPAIRED.
         """
+        names = set(self.names())
+        if names and self.read(INDEX) is None:
+            self._note(names)
+        for name in sorted(self._known() - names):
+            self._report(Reason.FILE_MISSING, name)
         for name in self.names():
             main, reserve = self._copies(name)
-            data = self.read(name) if main != reserve else None
-            if data is not None and self.write(name, data):
+            if main == reserve:
+                continue
+            data = self.read(name) if tells else max(main, reserve, key=itemgetter(0))[1]
+            if data is not None and self.write(name, data) and tells:
                 self._report(Reason.FILE_REPAIRED, name)
 
     def names(self) -> list[str]:
-        """Names of all files, sorted, damaged ones included."""
+        """Names of all files but the index, sorted, damaged ones included."""
         found: set[str] = set()
         for files in self.places.values():
             with contextlib.suppress(OSError):
                 found.update(files)
-        return sorted(found)
+        return sorted(found - {INDEX})
 
     def take_reports(self) -> list[Report]:
         """What went wrong since the last call, oldest first; the last 64 if there is more."""
@@ -181,6 +193,7 @@ class Memory:
         self.counts = Counter(snapshot["counts"])
         self._reports = deque(snapshot["reports"], maxlen=_REPORTS)
         self._writings.clear()
+        self._index = None
 
     def _mount(self, folder: Path, place: str) -> Folder:
         mounted = Folder(folder / place)
@@ -203,6 +216,24 @@ class Memory:
             return _MISSING, None
         except OSError:
             return _DAMAGED, None
+
+    def _replace(self, name: str, data: bytes) -> list[str]:
+        """As `_put_all`, and the index with a new name."""
+        taken = self._put_all(name, data)
+        if taken and name not in self._known():
+            self._note(self._known() | {name})
+        return taken
+
+    def _known(self) -> set[str]:
+        """The names in the index; without one those that there are."""
+        if self._index is None:
+            data = max(self._copies(INDEX), key=itemgetter(0))[1]
+            self._index = set(self.names() if data is None else data.decode().split())
+        return self._index
+
+    def _note(self, names: set[str]) -> None:
+        self._index = names
+        self._put_all(INDEX, "\n".join(sorted(names)).encode())
 
     def _put_all(self, name: str, data: bytes) -> list[str]:
         """The file systems that have taken a new content of a file."""

@@ -201,12 +201,18 @@ class Services:
         return packet in self.dictionary.down
 
     def report(self, module: str, code: Reason, argument: int = 0) -> None:
-        """Enter an event into the error log, and send it to the ground."""
-        number = self.dictionary.modules[module]
-        entry = self.log.add(self.clock.now_ms, number, code, argument)
+        """Enter an event into the error log, from which COM sends it to the ground."""
+        self.log.add(self.clock.now_ms, self.dictionary.modules[module], code, argument)
         if module in self._state.slots:
             self._state.slots[module].note(code)
-        self.send("event", (entry.module, entry.code, entry.argument, entry.time_ms), ALARM)
+
+    def event_frames(self) -> list[bytes]:
+        """The frames of the events since the last call: the log holds more than a queue does."""
+        news = self.log.take_news()
+        return [
+            self.frame("event", (each.module, each.code, each.argument, each.time_ms), ALARM)
+            for each in (news if self.sends("event") else ())
+        ]
 
     def acknowledge(self, command: Telecommand, code: Reason) -> None:
         """Answer a command of the ground that asks for it."""

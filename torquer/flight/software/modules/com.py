@@ -248,12 +248,13 @@ class Com(Module):
         self._reject(core, asked, code)
 
     def _send(self, core) -> None:
-        """Acknowledgements first, then what waits for the ground."""
+        """Acknowledgements first, then events, then what waits for the ground."""
         take, waiting = core.cdh.take, core.cdh.queues
         answers, self.answers = self.answers, []
         while waiting["acks"]:
             answers.append(take("acks"))
         frames = [core.answer_frame(answer, self.received) for answer in answers]
+        frames += core.event_frames()
         for each in self.listed[:_PLAN_AT_ONCE]:
             frames.append(core.frame("plan", each))
         del self.listed[:_PLAN_AT_ONCE]

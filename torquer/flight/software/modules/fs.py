@@ -18,8 +18,8 @@ from torquer.flight.software.modules.module import Module
 
 #: Number and CRC-32 of the update that the next boot is to use.
 ACTIVE = "active"
-#: Events in a step: fewer than the ground queue holds.
-_AT_ONCE = 2
+#: Events in a step: a part of what the log holds.
+_AT_ONCE = 16
 _MARK = struct.Struct("<HI")
 
 
