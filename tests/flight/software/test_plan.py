@@ -202,3 +202,16 @@ def test_a_lost_clock_drops_no_command_of_the_plan(ground):
     assert now_s(ground) < 1000 and ground.core.services.status("com")["delayed"] == 1
     ground.tick(ground.frame("set_clock", (begin + 100) * 1e3), 40)
     assert [v["code"] for v in ground.named("acknowledgement") if v["request"] == 1][-1] == 0
+
+
+@pytest.mark.verifies("REQ-COM-010")
+def test_commands_planned_for_the_second_of_a_reboot_are_executed_after_it(ground):
+    """More than the queues take, too: what has not been handed on is still in the memory."""
+    at = now_s(ground) + 20
+    frames = ground.frame("reboot", 0, time_s=at, request=1)
+    for k in range(30):
+        frames += ground.frame("shift_clock", 10 * k, time_s=at, request=2 + k)
+    found = ground.tick(frames, 120)
+    done = [request for request, code in answers(found) if code == Reason.DONE]
+    assert done == list(range(1, 32))
+    assert sorted(shifts(ground)) == [10 * k for k in range(30)]

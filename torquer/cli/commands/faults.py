@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Annotated
 
-from torquer.base.limits import at_least, positive
+from torquer.base.limits import at_least, positive, within
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
 from torquer.cli.loading import find_code, load_usable
@@ -25,7 +25,7 @@ class FaultOptions:
     """Hours after the start at which faults strike, the first ones of pairs [in each mode; of pairs
     any time in the first half]; may be repeated.
     """
-    pairs: Annotated[int | None, at_least(1)] = None
+    pairs: Annotated[int | None, within(1, 1_000_000)] = None
     """Fly so many pairs of faults, drawn by the seed, in place of single ones."""
     hours: Annotated[float | None, positive()] = None
     """Length of each flight in hours [SCENARIO's]."""

@@ -209,6 +209,11 @@ def _write(flight: _Flight, tables: dict, name: str, out: Path) -> str:
 def _prepare(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     software = load_software(how.software)
     memory = Memory(how.memory)
+    if memory.counts:
+        raise ValueError(
+            "--memory: must be a folder in which main/ and reserve/ can be made; received "
+            f"{how.memory}"
+        )
     before = memory.snapshot()["files"]
     check_faults(faults, software.modules)
     core = _make_core(scenario, software, memory, how.computer)
@@ -356,12 +361,15 @@ def _load_session(path: Path, code: CodeOptions) -> Session:
 def replay(session: Path, *, code: CodeOptions = CodeOptions(), json: Json = False) -> int:
     """Fly SESSION again; exit code 1 unless the same bytes come down."""
     recorded, recorder = _load_session(session, code), Replayed()
+    if not recorded.digests:
+        raise ValueError(f"SESSION: must hold a digest to be compared with; received {session}")
     with show_progress(session.stem) as progress:
         for tick in replay_session(recorded):
             recorder.note(tick.downlink)
             if progress and tick.number % 64 == 0:
                 progress(tick.number / max(recorded.ticks, 1))
     same = recorder.list_digests() == recorded.digests
+    same = same and recorder.downlink_bytes == recorded.downlink_bytes
     if json:
         print(json_text({"same": same, "ticks": recorder.ticks, "digest": recorder.digest()}))
     elif same:

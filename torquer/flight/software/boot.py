@@ -16,6 +16,7 @@ from torquer.flight.software.containment import Unmade
 from torquer.flight.software.log import Log
 from torquer.flight.software.memory import Memory, unseal
 from torquer.flight.software.modules.clk import TIME
+from torquer.flight.software.modules.module import Module
 from torquer.flight.software.modules.svr import ERRORS
 from torquer.flight.software.plan import PLAN
 from torquer.flight.software.services import Services, save_settings, settings_file
@@ -123,13 +124,16 @@ def _load_modules(core: AnyCore) -> None:
         if strikes.uses_defaults(name) and not strikes.all_defaults:
             core.services.report(name, Reason.DEFAULTS_USED)
         settings = one.settings if found is None else found
-        core.state.add(_make(core, name, settings), one.period_s, is_default=found is None)
+        core.state.add(name, _make(core, name, settings), one.period_s, is_default=found is None)
 
 
 def _make(core: AnyCore, name: str, settings):
     """A module; in place of one that cannot be made one that does not start."""
     try:
-        return core.software.modules[name].make(settings)
+        made = core.software.modules[name].make(settings)
+        if not isinstance(made, Module):
+            raise TypeError(f"must make a Module; received {type(made).__name__}")
+        return made
     except BaseException as error:
         core.keep(name, error)
         return Unmade(name, settings, error)
@@ -143,7 +147,9 @@ def _settings(core: AnyCore, name: str):
     data = core.memory.read(settings_file(name))
     try:
         return type(defaults).model_validate_json(data or b"")
-    except ValueError:
+    except BaseException as error:  # a validator of the user's may raise anything
+        if not isinstance(error, ValueError):
+            core.keep(name, error)
         is_there = data is not None or settings_file(name) in core.memory.names()
         code = Reason.SETTINGS_DAMAGED if is_there else Reason.SETTINGS_MISSING
         core.services.report(name, code)

@@ -23,8 +23,11 @@ def brief(error: BaseException) -> str:
 
 
 def where(error: BaseException) -> str:
-    """File and line in which it was raised."""
-    place = traceback.extract_tb(error.__traceback__)[-1]
+    """File and line in which it was raised, as far as it says so."""
+    try:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+    except BaseException:
+        return "in an unknown place"
     return f"{Path(place.filename).name}, line {place.lineno}"
 
 

@@ -191,17 +191,17 @@ class Core:
         try:
             slot.module.step(core)
         except BaseException as error:
-            self.keep(slot.module.name, error)
-            core.count_failure(slot.module.name)
+            self.keep(slot.name, error)
+            core.count_failure(slot.name)
         else:
             slot.steps += 1
             slot.fed_s = core.t_s
         if self.state.reboot is not None and not is_asked:  # by the module, not by the ground
-            core.keep_strikes(core.strikes.against([slot.module.name]))
+            core.keep_strikes(core.strikes.against([slot.name]))
 
     def _execute(self, slot: Slot) -> None:
         """The commands that wait for a module, each with its answer."""
-        core, name = self.services, slot.module.name
+        core, name = self.services, slot.name
         command: Telecommand
         while (command := core.cdh.take(name)) is not None:
             try:

@@ -181,7 +181,7 @@ class Memory:
 
     def snapshot(self) -> dict:
         """All files as they are, damaged ones too, counts and reports: plain data for `restore`."""
-        files = {place: dict(files) for place, files in self.places.items()}
+        files = {place: dict(_readable(files)) for place, files in self.places.items()}
         return {"files": files, "counts": dict(self.counts), "reports": list(self._reports)}
 
     def restore(self, snapshot: Mapping) -> None:
@@ -259,3 +259,13 @@ class Memory:
     def _report(self, code: Reason, name: str) -> None:
         self.counts[code] += 1
         self._reports.append(Report(code, name))
+
+
+def _readable(files: MutableMapping[str, bytes]) -> Iterator[tuple[str, bytes]]:
+    """Names and contents of the files of a file system, as far as it lets them be read."""
+    names: list[str] = []
+    with contextlib.suppress(OSError):
+        names = list(files)
+    for name in names:
+        with contextlib.suppress(OSError, KeyError):
+            yield name, files[name]

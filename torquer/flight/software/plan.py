@@ -44,9 +44,12 @@ class Plan:
     def take(
         self, wanted: Callable[[Telecommand], bool], memory: Memory, dictionary: Dictionary
     ) -> list[Telecommand]:
-        """Take out the commands that are wanted; none if the memory did not take that."""
-        taken = [command for command in self.commands if wanted(command)]
-        left = [command for command in self.commands if not wanted(command)]
+        """Take out the commands that are wanted, asked in their order; none if the memory did not
+        take that."""
+        taken: list[Telecommand] = []
+        left: list[Telecommand] = []
+        for command in self.commands:
+            (taken if wanted(command) else left).append(command)
         return taken if taken and self._keep(left, memory, dictionary) else []
 
     def restore(self, memory: Memory, dictionary: Dictionary) -> bool:

@@ -10,14 +10,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from torquer.base.spec import Spec
-from torquer.flight.packets.frames import ALARM, INFO, Downlink
+from torquer.flight.packets.frames import ALARM, HEADER_BYTES, INFO, Downlink
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.software.house_keeping import Analogue, Measured
 from torquer.flight.software.link import Historical, Protected, new_link
 from torquer.flight.software.memory import Memory
 from torquer.flight.software.modules.telemetry import DEVICES
-from torquer.flight.software.state import AnyModule, Cause, State, Telecommand
+from torquer.flight.software.state import AnyModule, Cause, State, Telecommand, as_numbers
 from torquer.flight.software.strikes import REQUIRED, STRIKES, Strikes
 from torquer.simulation.outside.flight import three_numbers
 
@@ -27,11 +27,19 @@ if TYPE_CHECKING:
     from torquer.simulation.outside.flight import Flight
 
 
+#: Bytes of the longest frame: PUS adds headers of its own to what the link takes.
+_LONGEST = 65000
+
+
 def _bytes(data) -> bytes:
     """Bytes that a module hands over, checked where its own step answers for them."""
     if not isinstance(data, bytes | bytearray):
         raise TypeError(f"must be bytes; received {type(data).__name__}")
     return bytes(data)
+
+
+def _is_frame(data) -> bool:
+    return isinstance(data, bytes) and HEADER_BYTES <= len(data) <= _LONGEST
 
 
 def settings_file(module: str) -> str:
@@ -137,9 +145,10 @@ class Services:
 
     # devices
 
-    def silence(self, sensor: str, on: bool) -> None:
-        """Take the power of a sensor, by its name in the scenario, or give it back."""
-        self._flight.silence(sensor, on)
+    def silence(self, sensor: str, on: bool) -> bool:
+        """Take the power of a sensor, by its name in the scenario, or give it back; False for one
+        that the satellite does not have."""
+        return self._flight.silence(sensor, on)
 
     def units(self, sensor: str) -> tuple[int, ...]:
         """Places in `inputs.units` of several devices of a kind."""
@@ -189,8 +198,11 @@ class Services:
 
     def put_frame(self, frame: bytes) -> bool:
         """Put a frame into the ground queue; False if another one was dropped. TypeError for what
-        are no bytes."""
-        return self.cdh.put("ground", _bytes(frame))
+        are no bytes, ValueError for more or fewer than a frame has."""
+        data = _bytes(frame)
+        if not _is_frame(data):
+            raise ValueError(f"must have {HEADER_BYTES} to {_LONGEST} bytes; received {len(data)}")
+        return self.cdh.put("ground", data)
 
     def send(self, packet: str, values: Sequence, status: int = INFO) -> bool:
         """Put a packet of the downlink into the ground queue; False if another was dropped."""
@@ -219,11 +231,27 @@ class Services:
         if command.acknowledge:
             self.cdh.put("acks", command.answer(code))
 
-    def answer_frame(self, answer: tuple, counter: int) -> bytes:
-        """The frame of an acknowledgement (`Telecommand.answer`), as far as the packet goes."""
-        *known, request = answer
-        values = (*known, counter, request)
-        return self.frame("acknowledgement", values[: self._answers])
+    def answer_frames(self, answers: Sequence[tuple], counter: int) -> list[bytes]:
+        """The frames of acknowledgements (`Telecommand.answer`), as far as the packet goes.
+
+        An element of the queue that is none, which a module of the user's put there, is left out.
+        """
+        found = []
+        for answer in answers if self._answers else ():
+            try:
+                *known, request = answer
+                values = (*known, counter, request)
+                found.append(self.frame("acknowledgement", values[: self._answers]))
+            except (TypeError, ValueError):
+                self.report("com", Reason.VALUE)
+        return found
+
+    def whole_frames(self, frames: Sequence) -> list[bytes]:
+        """Those of the frames that are some; an event for others, which are dropped."""
+        found = [each for each in frames if _is_frame(each)]
+        if len(found) < len(frames):
+            self.report("com", Reason.VALUE, len(frames) - len(found))
+        return found
 
     def new_link(self) -> Historical | Protected:
         """The link to the ground, with an empty stream."""
@@ -243,9 +271,12 @@ class Services:
 
     def status(self, module: str) -> Mapping[str, float]:
         """What a module reports in telemetry; empty for one that does not fly."""
-        found = self.modules.get(module)
+        slot = self._state.slots.get(module)
+        if slot is None:
+            return {}
         try:
-            return {} if found is None else found.status()
+            status = slot.module.status()
+            return as_numbers(status) if slot.is_own else status
         except BaseException:  # of its code, which is not to end the telemetry of all
             self.count_failure(module)
             return {}
@@ -347,6 +378,11 @@ class Services:
     def reboots(self) -> int:
         """Number of reboots so far."""
         return self._state.reboots
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether the computer starts again at the end of this control step."""
+        return self._state.reboot is not None
 
     def feed_hardware(self) -> None:
         """Reset the timer of the hardware watchdog."""

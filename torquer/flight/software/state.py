@@ -14,7 +14,7 @@ from torquer.flight.software.queues import Cdh
 from torquer.flight.software.strikes import NO_STRIKES, Strikes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
 #: Sizes of the queues that no module owns: acknowledgements, frames for the ground, state vectors.
 QUEUES = {"acks": ANSWERS, "ground": 10, "state": 3}
@@ -36,6 +36,11 @@ class AnyModule(Protocol):
     def stop(self, core: Any) -> None: ...
     def take_up(self, core: Any) -> Reason: ...
     def status(self) -> dict[str, float]: ...
+
+
+def as_numbers(status: Mapping) -> dict[str, float]:
+    """What a module reports of itself, as numbers; an exception of any kind for anything else."""
+    return {str(key): float(value) for key, value in status.items()}
 
 
 class Telecommand(NamedTuple):
@@ -72,13 +77,17 @@ class Cause(IntEnum):
 class Slot:
     """A module in the schedule, and what telemetry counts of it.
 
+    `name`: by which it flies, whatever it calls itself; `is_own`: of the user's code;
     `commands`: its queue; `period_ms`: of its steps; `due_ms`: when it steps next [ms of the run];
     `fed_s`: its last whole step; `failures`: steps that an error ended; `is_off`: kept off, for the
     resets that it has caused.
     """
 
-    def __init__(self, module: AnyModule, period_ms: int, commands: deque, is_default: bool):
-        self.module, self.commands = module, commands
+    def __init__(
+        self, name: str, module: AnyModule, period_ms: int, commands: deque, is_default: bool
+    ):
+        self.name, self.module, self.commands = name, module, commands
+        self.is_own = not type(module).__module__.startswith("torquer.flight.software.")
         self.period_ms, self.is_default = period_ms, is_default
         self.runs = self.is_off = False
         self.due_ms, self.fed_s = 0, 0.0
@@ -130,11 +139,11 @@ class State:
         self.strikes, self.forgiven_s = strikes, 0.0
         self.reboot: Cause | None = None
 
-    def add(self, module: AnyModule, period_s: float, is_default: bool) -> None:
+    def add(self, name: str, module: AnyModule, period_s: float, is_default: bool) -> None:
         """Take a module into the schedule."""
-        self.modules[module.name] = module
-        self.slots[module.name] = Slot(
-            module, round(period_s * 1e3), self.cdh.queues[module.name], is_default
+        self.modules[name] = module
+        self.slots[name] = Slot(
+            name, module, round(period_s * 1e3), self.cdh.queues[name], is_default
         )
 
     def receive(self, data: bytes) -> None:

@@ -142,8 +142,11 @@ class Directed:
         return tuple(each.row - len(SENSORS) for each in flown
                      if each.device.kind == sensor and each.row >= len(SENSORS))  # fmt: skip
 
-    def silence(self, sensor: str, on: bool = True) -> None:
-        """Take the power of a sensor, of all of its kind: it is not read, its last reading ages."""
+    def silence(self, sensor: str, on: bool = True) -> bool:
+        """Take the power of a sensor, of all of its kind: it is not read, its last reading ages.
+
+        False for a sensor that the satellite does not have.
+        """
         check_choice("sensor", SENSORS, sensor)
         _check_truth("on", on)
         found = {each.row for each in self._run.scenario.spacecraft.flown().values()
@@ -151,6 +154,7 @@ class Directed:
         bits = sum(READ << row for row in found | {NUMBERS[sensor]})
         at = self._run.state.at
         at[2] = at[2] | bits if on else at[2] & ~bits
+        return bool(found)
 
     def surroundings(self) -> tuple[float, float]:
         """In truth: visible part of the Sun's disc, distance from the Earth's centre [m]."""

@@ -63,8 +63,11 @@ class Actuator(Supplier):
 
     def power(self, core, on: bool) -> Reason:
         """Switch the power: without it nothing is commanded."""
-        self.is_powered = on
-        return self.automatic(core)
+        before, self.is_powered = self.is_powered, on
+        code = self.automatic(core)
+        if code is not Reason.DONE:
+            self.is_powered = before
+        return code
 
     def status(self) -> dict[str, float]:
         """Polls and failed ones since the boot, power, whether it is under manual control."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from pydantic import Field
 
@@ -27,6 +27,8 @@ from torquer.flight.software.modules.module import Module
 from torquer.flight.software.plan import Plan
 from torquer.flight.software.state import COMMANDS, Telecommand
 
+#: The command after which the computer starts again.
+REBOOT = "reboot"
 #: Packets on the plan in a step, so that a long one leaves room for the rest.
 _PLAN_AT_ONCE = 10
 
@@ -80,10 +82,11 @@ class Com(Module):
             self._receive(core, self.link.silence(core.memory))
         for code, argument in self.link.take_events():
             core.report("com", code, argument)
-        if self.plan.commands:
-            self._release(core)
-        if self.waiting:
-            self._hand_on(core)
+        if not core.is_ending:  # what is handed on now would be lost
+            if self.plan.commands:
+                self._release(core)
+            if self.waiting:
+                self._hand_on(core)
         self._send(core)
 
     def on_change_key(self, core, values) -> Reason:
@@ -186,7 +189,8 @@ class Com(Module):
         return now_s - command.time_s > self.settings.oldest_command_s
 
     def _release(self, core) -> None:
-        """Take commands out of the plan whose time has come: those that can be executed, in order.
+        """Take commands out of the plan whose time has come, in order, as many as can be executed
+        now: what waits here a reboot would lose.
 
         A clock that has been set in between may have left their times behind, or out of reach; one
         that has only lost its time has not. Of a memory that takes no change, nothing is released:
@@ -198,9 +202,15 @@ class Com(Module):
         times = self.plan.commands[0].time_s, self.plan.commands[-1].time_s
         if times[0] > now_s and times[1] <= latest_s:
             return
-        for command in self.plan.take(
-            lambda each: not now_s < each.time_s <= latest_s, core.memory, core.dictionary
-        ):
+        room = _Room(core, self.waiting)
+
+        def is_due(each: Telecommand) -> bool:
+            if now_s < each.time_s <= latest_s:
+                return False
+            in_time = each.time_s <= now_s and not self._is_late(each, now_s)
+            return not in_time or room.takes(each)
+
+        for command in self.plan.take(is_due, core.memory, core.dictionary):
             if self._is_late(command, now_s) or command.time_s > latest_s:
                 code = Reason.TIME if command.time_s > now_s else Reason.LATE
                 self._reject(core, command, code)
@@ -212,17 +222,12 @@ class Com(Module):
 
     def _hand_on(self, core) -> None:
         """Into the queues of modules, as many as these and the answers have room for."""
-        answers = ANSWERS - len(core.cdh.queues["acks"])
-        room = {name: COMMANDS - len(core.cdh.queues[name]) for name in core.modules}
-        handed: Counter[str] = Counter()
-        left = []
+        room, left = _Room(core), []
         for command in self.waiting:
             module = _module(core, command)
             if not core.is_running(module):
                 self._reject(core, command, Reason.STATE)
-            elif handed[module] < room[module] and answers >= command.acknowledge:
-                handed[module] += 1
-                answers -= command.acknowledge
+            elif room.takes(command):
                 core.cdh.put(module, command)
             else:
                 left.append(command)
@@ -253,17 +258,44 @@ class Com(Module):
         answers, self.answers = self.answers, []
         while waiting["acks"]:
             answers.append(take("acks"))
-        frames = [core.answer_frame(answer, self.received) for answer in answers]
+        frames = core.answer_frames(answers, self.received)
         frames += core.event_frames()
         for each in self.listed[:_PLAN_AT_ONCE]:
             frames.append(core.frame("plan", each))
         del self.listed[:_PLAN_AT_ONCE]
         while waiting["ground"]:
             frames.append(take("ground"))
+        frames = core.whole_frames(frames)
         if frames or self.link.waiting:
             for sent in self.link.wrapped(frames, core.memory, core.clock.now_s):
                 self.sent_bytes += len(sent)
                 core.transmit(sent)
+
+
+class _Room:
+    """What the queues of modules and of answers can still take in this step.
+
+    After a reboot by command nothing more is handed on: it would be lost. `first`: commands that go
+    before those that are asked for.
+    """
+
+    def __init__(self, core, first: Sequence[Telecommand] = ()):
+        self._core, self._ends = core, False
+        self._answers = ANSWERS - len(core.cdh.queues["acks"])
+        self._taken: Counter[str] = Counter()
+        for command in first:
+            self.takes(command)
+
+    def takes(self, command: Telecommand) -> bool:
+        """Whether there is room for one more, which then has it."""
+        module = _module(self._core, command)
+        free = COMMANDS - len(self._core.cdh.queues[module]) - self._taken[module]
+        if self._ends or free <= 0 or self._answers < command.acknowledge:
+            return False
+        self._taken[module] += 1
+        self._answers -= command.acknowledge
+        self._ends = command.packet == REBOOT
+        return True
 
 
 def _module(core, command: Telecommand) -> str:

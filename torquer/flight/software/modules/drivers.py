@@ -103,8 +103,9 @@ class Sensor(Supplier):
 
     def power(self, core, on: bool) -> Reason:
         """Switch the power: without it there are no new readings."""
+        if not core.silence(self.device, not on):
+            return Reason.NOT_AVAILABLE
         self.is_powered, self.in_row = on, 0
-        core.silence(self.device, not on)
         return Reason.DONE
 
     def status(self) -> dict[str, float]:

@@ -115,6 +115,8 @@ class Wheels(Actuator):
 
     def power(self, core, on: bool) -> Reason:
         """Switch the power of all: without it there are no motors and no tachometers."""
+        if not self.lost:
+            return Reason.NOT_AVAILABLE
         self.is_powered, self.first = on, None
         core.silence("tachometers", not on)
         return self._end_manual(core)
@@ -141,6 +143,8 @@ class Wheels(Actuator):
 
     def on_wheels_manual(self, core, values) -> Reason:
         """A torque on the body [N m] for a time."""
+        if self.lost and not any(self._in_use()):
+            return Reason.STATE
         if self.alone is not None:
             self._end_manual(core)
         return self.manual(core, values)

@@ -1,0 +1,124 @@
+"""What a module of the user's reports, hands over or is, ends no flight and blames nobody else."""
+
+from dataclasses import replace
+
+import pytest
+from onboard_ground import Ground, scenario
+
+from torquer.base.spec import Spec
+from torquer.compile import engine
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.software.core import Core
+from torquer.flight.software.modules.drivers import Mag
+from torquer.flight.software.software import load_software
+from torquer.flight.software.state import Cause
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+SOFTWARE = load_software()
+
+
+class Evil:
+    """Neither a number nor a truth."""
+
+    def __bool__(self):
+        raise RuntimeError("no truth")
+
+
+def flown(cls, name="mag", duration_s=400.0, reboot=False):
+    """The day with a module of the user's in place of one of ours; its ground."""
+    made = SOFTWARE.modules[name]._replace(make=cls)
+    software = replace(SOFTWARE, modules=SOFTWARE.modules | {name: made})
+    ground = Ground(Core(scenario(duration_s), software))
+    ground.tick(times=20)
+    if reboot:
+        ground.core.reboot(Cause.FAULT)
+    ground.tick(times=10**6)
+    return ground
+
+
+@pytest.mark.verifies("REQ-COR-005")
+@pytest.mark.parametrize(
+    "status",
+    [None, [], "power", {"power": "on"}, {"power": None}, {"lost": Evil()}, {"lost": float("nan")}],
+    ids=str,
+)
+def test_a_status_that_is_none_blames_its_own_module(status):
+    class Own(Mag):
+        def status(self):
+            return status
+
+    ground = flown(Own)
+    core = ground.core
+    assert core.state.reboots == 0 and core.services.kept_off() == []
+    assert ground.named("devices") and ground.named("settings")
+    if not isinstance(status, dict) or "nan" not in str(status):
+        assert core.state.slots["mag"].failures > 0
+    assert core.state.slots["svr"].failures == 0
+
+
+@pytest.mark.verifies("REQ-COR-005")
+@pytest.mark.parametrize("frame", [b"", b"z" * 100_000, "text", None])
+@pytest.mark.parametrize("how", ["put_frame", "ground", "acks"])
+def test_frames_that_are_none_do_not_silence_the_satellite(how, frame):
+    class Own(Mag):
+        def step(self, core):
+            super().step(core)
+            if how == "put_frame":
+                core.put_frame(frame)
+            else:
+                core.cdh.put(how, frame)
+
+    ground = flown(Own)
+    assert ground.core.state.slots["com"].failures == 0
+    assert "com" not in ground.core.services.kept_off()
+    assert len(ground.named("extended")) > 100
+
+
+class Odd(BaseException):
+    """An exception that does not say where it was raised."""
+
+    @property
+    def __traceback__(self):
+        return None
+
+
+class Raising(Spec):
+    """Settings whose validator raises what is no ValueError."""
+
+    oldest_s: float = 30.0
+
+    @classmethod
+    def model_validate_json(cls, data, **keys):
+        raise SystemExit(3)
+
+
+def _renamed(self, settings):
+    Mag.__init__(self, settings)
+    self.name = "other"
+
+
+DEFECTS = {
+    "name in step": {"step": lambda self, core: setattr(self, "name", "x") or 1 / 0},
+    "name in constructor": {"__init__": _renamed},
+    "no module": {"__new__": lambda cls, settings: 5},
+    "odd exception": {"step": lambda self, core: (_ for _ in ()).throw(Odd())},
+}
+
+
+@pytest.mark.verifies("REQ-COR-005")
+@pytest.mark.parametrize("defect", sorted(DEFECTS))
+def test_no_module_ends_the_flight(defect):
+    ground = flown(type("Own", (Mag,), DEFECTS[defect]), reboot=True)
+    assert ground.core.is_running and ground.core.flight.done
+
+
+@pytest.mark.verifies("REQ-COR-005", "REQ-BOO-003")
+def test_a_validator_that_raises_anything_costs_the_settings_only():
+    own = SOFTWARE.modules["mag"]._replace(settings=Raising())
+    software = replace(SOFTWARE, modules=SOFTWARE.modules | {"mag": own})
+    core = Core(scenario(120.0), software)
+    ground = Ground(core)
+    ground.tick(times=100)
+    assert core.is_running
+    codes = [v["code"] for v in ground.named("event")]
+    assert Reason.SETTINGS_DAMAGED in codes
