@@ -113,6 +113,7 @@ TOML = {
     ("flight-software", 4): ("shows", "examples/software/faults.toml"),
     ("flight-software", 12): ("shows", "examples/software/coil_energy.toml"),
     ("flight-software", 13): ("shows", "examples/software/my_software.toml"),
+    ("flight-software", 16): ("shows", "examples/software/uplinked.toml"),
     ("ground", 2): ("shows", "examples/software/ground.toml"),
     ("modes", 0): ("writes", "my_satellite.toml"),
     ("modes", 3): ("ends", "my_satellite.toml"),

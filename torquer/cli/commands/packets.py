@@ -8,7 +8,7 @@ from cyclopts import App, Parameter
 
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
-from torquer.cli.loading import check_software, load_given
+from torquer.cli.loading import check_software, load_checked
 from torquer.cli.options import CodeOptions, Json
 from torquer.cli.output import make_writable, print_note, writing_to
 from torquer.simulation.results.file import put
@@ -36,7 +36,8 @@ def packets(
     sensors have names only with --scenario.
     """
     check_software(software, code)
-    link = _load_link(software).for_satellite(load_given(scenario))
+    satellite = None if scenario is None else load_checked(scenario, code)
+    link = _load_link(software).for_satellite(satellite)
     dictionary = link.dictionary
     written = [] if out is None else _describe(link, out)
     rows = [
