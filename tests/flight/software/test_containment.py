@@ -40,7 +40,7 @@ def flown(cls, name="mag", duration_s=400.0, reboot=False):
 @pytest.mark.parametrize(
     "status",
     [None, [], "power", {"power": "on"}, {"power": None}, {"lost": Evil()}, {"lost": float("nan")}],
-    ids=str,
+    ids=["none", "list", "text", "a word", "no value", "no truth", "nan"],
 )
 def test_a_status_that_is_none_blames_its_own_module(status):
     class Own(Mag):
@@ -57,7 +57,9 @@ def test_a_status_that_is_none_blames_its_own_module(status):
 
 
 @pytest.mark.verifies("REQ-COR-005")
-@pytest.mark.parametrize("frame", [b"", b"z" * 100_000, "text", None])
+@pytest.mark.parametrize(
+    "frame", [b"", b"z" * 100_000, "text", None], ids=["empty", "long", "text", "none"]
+)
 @pytest.mark.parametrize("how", ["put_frame", "ground", "acks"])
 def test_frames_that_are_none_do_not_silence_the_satellite(how, frame):
     class Own(Mag):
