@@ -73,7 +73,7 @@ def test_pairs(call, tmp_path, strict_json):
         (("--hours", "0"), "--hours: must be a positive number; received 0"),
         (("--seed=-1",), "--seed: must be 0 or more; received -1"),
         (("--workers", "0"), "--workers: must be 1 or more; received 0"),
-        (("--pairs", "0"), "--pairs: must be 1 or more; received 0"),
+        (("--pairs", "0"), "--pairs: must lie within 1..1e+06; received 0"),
         (("--pairs", "2", "--only", "gyro zeros"), "--only: must leave two faults or more for"),
     ],
 )
