@@ -204,6 +204,20 @@ def test_a_lost_clock_drops_no_command_of_the_plan(ground):
     assert [v["code"] for v in ground.named("acknowledgement") if v["request"] == 1][-1] == 0
 
 
+def test_a_plan_of_other_software_is_refused_when_it_is_due():
+    """The memory goes on with software in which the module does not fly."""
+    memory = Memory()
+    first = flying(300.0, memory=memory)
+    first.tick(times=2)
+    first.tick(first.frame("set_model", 1, time_s=now_s(first) + 30, request=3), 2)
+    second = flying(300.0, software={"modules": {"tm": {}, "clk": {}}}, memory=memory)
+    second.core.state.clock.set(first.core.state.clock.now_ms)
+    found = second.tick(times=60)
+    assert answers(found) == [(3, Reason.STATE)]
+    assert second.core.state.slots["com"].failures == 0
+    assert second.core.services.status("com")["delayed"] == 0
+
+
 @pytest.mark.verifies("REQ-COM-010")
 def test_commands_planned_for_the_second_of_a_reboot_are_executed_after_it(ground):
     """More than the queues take, too: what has not been handed on is still in the memory."""

@@ -294,8 +294,9 @@ class Services:
         return next((name for name in self.modules if ids[name] == number), None)
 
     def is_running(self, module: str) -> bool:
-        """Whether a module is started."""
-        return self._state.slots[module].runs
+        """Whether a module is started; False for one that does not fly."""
+        slot = self._state.slots.get(module)
+        return slot is not None and slot.runs
 
     def account(self, module: str) -> tuple:
         """Values of the packet `module_status`."""

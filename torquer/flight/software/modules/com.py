@@ -208,7 +208,8 @@ class Com(Module):
             if now_s < each.time_s <= latest_s:
                 return False
             in_time = each.time_s <= now_s and not self._is_late(each, now_s)
-            return not in_time or room.takes(each)
+            can_go = in_time and core.is_running(_module(core, each))
+            return not can_go or room.takes(each)
 
         for command in self.plan.take(is_due, core.memory, core.dictionary):
             if self._is_late(command, now_s) or command.time_s > latest_s:
