@@ -76,6 +76,25 @@ def test_frames_that_are_none_do_not_silence_the_satellite(how, frame):
     assert len(ground.named("extended")) > 100
 
 
+@pytest.mark.verifies("REQ-COR-005")
+def test_a_power_switch_that_fails_blames_its_own_module():
+    """The driver of currents switches devices off; what a switch raises is not its error."""
+
+    class Own(Mag):
+        def power(self, core, on):
+            raise SystemExit(1)
+
+    low = SOFTWARE.modules["adc"]
+    low = low._replace(settings=low.settings.model_copy(update={"current_max": 1e-6}))
+    own = SOFTWARE.modules["mag"]._replace(make=Own)
+    software = replace(SOFTWARE, modules=SOFTWARE.modules | {"adc": low, "mag": own})
+    ground = Ground(Core(scenario(400.0), software))
+    ground.tick(times=10**6)
+    slots = ground.core.state.slots
+    assert slots["mag"].failures > 0 and slots["adc"].failures == 0
+    assert Reason.OVER_CURRENT in [v["code"] for v in ground.named("event")]
+
+
 class Odd(BaseException):
     """An exception that does not say where it was raised."""
 

@@ -150,6 +150,20 @@ class Services:
         that the satellite does not have."""
         return self._flight.silence(sensor, on)
 
+    def power(self, module: str, on: bool) -> Reason:
+        """Switch the power of a driver's device; NOT_AVAILABLE for a module without one.
+
+        FAILED if its code ends with an error, which is counted against it.
+        """
+        switch = getattr(self.modules.get(module), "power", None)
+        if switch is None:
+            return Reason.NOT_AVAILABLE
+        try:
+            return Reason(switch(self, on))
+        except BaseException:
+            self.count_failure(module)
+            return Reason.FAILED
+
     def units(self, sensor: str) -> tuple[int, ...]:
         """Places in `inputs.units` of several devices of a kind."""
         return self._flight.units(sensor)

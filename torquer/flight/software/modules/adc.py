@@ -16,9 +16,6 @@ from torquer.flight.software.modules.module import Module
 from torquer.flight.software.modules.telemetry import DEVICES, bits
 from torquer.spacecraft.house_keeping import HouseKeeping
 
-#: Events in a step: fewer than the ground queue holds.
-_AT_ONCE = 3
-
 
 class AdcSettings(Spec):
     """Limits of temperatures and currents."""
@@ -57,7 +54,6 @@ class Adc(Module):
         self.measured: Measured | None = None
         self.over: set[str] = set()
         self.beyond: set[int] = set()
-        self.waiting: list[tuple[Reason, int]] = []
 
     def start(self, core) -> None:
         """The first packet comes after the first period."""
@@ -68,9 +64,6 @@ class Adc(Module):
         self.measured = measured = core.measure()
         self._watch_currents(core, measured.currents_a)
         self._watch_temperatures(core, measured.temperatures_c)
-        for code, number in self.waiting[:_AT_ONCE]:
-            core.report(self.name, code, number)
-        del self.waiting[:_AT_ONCE]
         if self.settings.report_s and core.t_s >= self.due_s and core.sends("housekeeping"):
             self.due_s = core.t_s + self.settings.report_s
             core.send("housekeeping", self.values(measured))
@@ -106,8 +99,8 @@ class Adc(Module):
                 self.over.discard(device)
             if current_a > self.settings.current_max and device in core.modules:
                 self.over.add(device)
-                core.modules[device].power(core, False)
-                self.waiting.append((Reason.OVER_CURRENT, core.dictionary.modules[device]))
+                core.power(device, False)
+                core.report(self.name, Reason.OVER_CURRENT, core.dictionary.modules[device])
 
     def _watch_temperatures(self, core, temperatures_c) -> None:
         """Note each temperature that leaves its limits, or comes back."""
@@ -116,5 +109,5 @@ class Adc(Module):
         modules = core.dictionary.modules
         for number in sorted(beyond - self.beyond):
             device = DEVICES[number - 1] if number else self.name
-            self.waiting.append((Reason.TEMPERATURE, modules.get(device, 0)))
+            core.report(self.name, Reason.TEMPERATURE, modules.get(device, 0))
         self.beyond = beyond

@@ -273,10 +273,7 @@ class Svr(Module):
         name = core.module_of(device)
         if name is None or on not in _ON:
             return Reason.VALUE
-        switch = getattr(core.modules[name], "power", None)
-        if switch is None:
-            return Reason.NOT_AVAILABLE
-        code = switch(core, _ON[on])
+        code = core.power(name, _ON[on])
         if code is Reason.DONE:
             core.report("svr", Reason.POWER_CHANGED, device | on << 8)
         return code
