@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from onboard_ground import Ground, flying, scenario
 from slow_cases import slow_after
+from spoiled_memory import spoil
 
 from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
@@ -222,10 +223,7 @@ def test_each_file_of_the_memory_is_missed(damage):
     for name in names:
         ground.core.restore(snapshot)
         fresh = Ground(ground.core)
-        for files in memory.places.values():
-            content = files.pop(name)
-            if damage == "damaged":
-                files[name] = content[:-1] + bytes([content[-1] ^ 1])
+        spoil(memory, damage, name)
         ground.core.reboot(Cause.FAULT)
         fresh.tick(times=60)
         told = {Reason.FILE_MISSING, Reason.FILE_DAMAGED}

@@ -4,6 +4,7 @@ import hashlib
 
 import pytest
 from onboard_ground import Ground, scenario
+from spoiled_memory import PLACES, Full, ReadOnly, spoil
 
 from torquer.compile import engine
 from torquer.flight.packets.frames import Uplink
@@ -21,23 +22,8 @@ from torquer.scenario.explain import ScenarioError
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: Control steps of a boot.
 BOOT = 14
-PLACES = ("main", "reserve")
 #: Of HMAC.
 _PADS = (0x36, 0x5C)
-
-
-class Full(dict):
-    """A file system that takes no more files."""
-
-    def __setitem__(self, name, content):
-        raise OSError(28, "No space left on device")
-
-
-class ReadOnly(Full):
-    """One that does not let any go either."""
-
-    def __delitem__(self, name):
-        raise OSError(30, "Read-only file system")
 
 
 @pytest.fixture(scope="module")
@@ -91,19 +77,6 @@ def executed(ground, frames):
     return answers(ground).count(Reason.DONE)
 
 
-def spoil(ground, how, name, places):
-    files = ground.core.memory.places
-    for place in places:
-        if how == "lost":
-            files[place].pop(name)
-        elif how == "damaged":
-            files[place][name] = files[place][name][:-1] + b"\x7f"
-        elif how == "torn":
-            files[place][name] = files[place][name][:-3]
-        else:
-            files[place] = how(files[place])
-
-
 def recovers(ground, number=1):
     """Whether the recovery key brings commands back, and what was recorded is still refused."""
     answer = ground.command("change_key", number)
@@ -118,7 +91,7 @@ def recovers(ground, number=1):
 @pytest.mark.parametrize("name", [COMMANDS, RECOVERY, TELEMETRY])
 def test_one_copy_less_costs_nothing_but_is_noticed(ground, recorded, how, name):
     for place, code in (("main", Reason.RESERVE_USED), ("reserve", Reason.FILE_REPAIRED)):
-        spoil(ground, how, name, [place])
+        spoil(ground.core.memory, how, name, [place])
         reboot(ground)
         ground.tick(times=6)
         assert code in events(ground) and Reason.KEY_CLOSED not in events(ground)
@@ -129,7 +102,7 @@ def test_one_copy_less_costs_nothing_but_is_noticed(ground, recorded, how, name)
 @pytest.mark.verifies("REQ-LNK-005")
 @pytest.mark.parametrize("how", ["damaged", "lost", "torn"])
 def test_a_lost_counter_closes_the_key_until_the_recovery_key_gives_another(ground, recorded, how):
-    spoil(ground, how, COMMANDS, PLACES)
+    spoil(ground.core.memory, how, COMMANDS, PLACES)
     reboot(ground)
     assert Reason.KEY_CLOSED in events(ground)
     fresh = [ground.frame("report_status", 1) for _ in range(3)]
@@ -151,7 +124,7 @@ def test_the_recovery_counter_is_found_in_the_other_file(ground, recorded, how):
     ground.tick(change, 4)
     ground.use_key(1)
     assert executed(ground, [ground.frame("report_status", 1)]) == 1
-    spoil(ground, how, RECOVERY, PLACES)
+    spoil(ground.core.memory, how, RECOVERY, PLACES)
     reboot(ground)
     ground.tick(times=6)
     assert events(ground) & {Reason.FILE_MISSING, Reason.FILE_DAMAGED}
@@ -166,7 +139,7 @@ def test_without_either_file_nothing_is_accepted_any_more(ground, recorded):
     change = ground.frame("change_key", 1)
     ground.tick(change, 4)
     for name in (COMMANDS, RECOVERY):
-        spoil(ground, "lost", name, PLACES)
+        spoil(ground.core.memory, "lost", name, PLACES)
     for _ in range(2):
         reboot(ground)
         closed = [v for v in ground.named("event") if v["code"] == Reason.KEY_CLOSED]
@@ -180,7 +153,7 @@ def test_without_either_file_nothing_is_accepted_any_more(ground, recorded):
 def test_a_counter_that_cannot_be_stored_refuses_the_command_and_closes_the_key(
     ground, recorded, how
 ):
-    spoil(ground, how, "", PLACES)
+    spoil(ground.core.memory, how, "", PLACES)
     fresh = [ground.frame("report_status", 1) for _ in range(4)]
     assert executed(ground, fresh) == 0
     assert {Reason.COUNTER_NOT_KEPT, Reason.KEY_CLOSED} <= events(ground)
@@ -202,11 +175,11 @@ def test_a_counter_that_cannot_be_stored_refuses_the_command_and_closes_the_key(
 @pytest.mark.parametrize("how", ["damaged", "lost", "torn"])
 def test_a_copy_that_could_not_be_replaced_never_counts_again(ground, full, other, how):
     """One file system takes no more files; later the only new copy is lost."""
-    spoil(ground, Full, "", [full])
+    spoil(ground.core.memory, Full, "", [full])
     frames = [ground.frame("report_status", 1) for _ in range(3)]
     assert executed(ground, frames) == 3
     ground.core.memory.places[full] = dict(ground.core.memory.places[full])
-    spoil(ground, how, COMMANDS, [other])
+    spoil(ground.core.memory, how, COMMANDS, [other])
     reboot(ground)
     assert Reason.KEY_CLOSED in events(ground)
     assert executed(ground, frames) == 0

@@ -2,6 +2,7 @@
 
 import pytest
 from onboard_ground import Ground, flying
+from spoiled_memory import spoil
 
 from torquer.compile import engine
 from torquer.flight.packets.frames import last_second, seconds_late
@@ -181,11 +182,7 @@ def test_a_plan_that_cannot_be_read_is_reported(damage):
     ground = flying(300.0, memory=memory)
     ground.tick(times=2)
     planned(ground, 100)
-    for files in memory.places.values():
-        if damage == "lost":
-            del files[PLAN]
-        else:
-            files[PLAN] = files[PLAN][:-1] + b"!"
+    spoil(memory, damage, PLAN)
     ground.core.reboot(Cause.FAULT)
     ground.tick(times=30)
     assert Reason.PLAN_LOST in [v["code"] for v in ground.named("event")]

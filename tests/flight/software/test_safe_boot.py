@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from onboard_ground import ALL_MODES, Ground, scenario
 from slow_cases import slow_after
+from spoiled_memory import Full, spoil
 
 from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
@@ -163,19 +164,11 @@ def test_it_stays_off_over_reboots_of_every_kind(cause):
     assert ground.core.state.reboots == (OFF if cause is Cause.POWER_ON else OFF + 1)
 
 
-class Full(dict):
-    """A file system that takes nothing any more."""
-
-    def __setitem__(self, name, content):
-        raise OSError(28, "No space left on device")
-
-
 @pytest.mark.verifies("REQ-BOO-006")
 def test_a_memory_that_takes_nothing_makes_no_loop():
     """The strikes are in the memory of the processor as well."""
     core = Core(scenario(4000.0, ALL_MODES), with_defect("sun", "step raises"))
-    for place, files in core.memory.places.items():
-        core.memory.places[place] = Full(files)
+    spoil(core.memory, Full, "")
     Ground(core).tick(times=10**6)
     assert core.services.kept_off() == ["sun"]
 
@@ -185,11 +178,7 @@ def test_strikes_that_cannot_be_read_are_noticed(damage):
     memory = Memory()
     ground = Ground(Core(scenario(300.0), memory=memory))
     ground.tick(times=5)
-    for files in memory.places.values():
-        if damage == "lost":
-            del files[STRIKES]
-        else:
-            files[STRIKES] = files[STRIKES][:-1] + b"!"
+    spoil(memory, damage, STRIKES)
     ground.core.reboot(Cause.FAULT)
     ground.tick(times=60)
     code = Reason.FILE_MISSING if damage == "lost" else Reason.FILE_DAMAGED
