@@ -250,12 +250,22 @@ def check_installed(command: str, modules: Sequence[str]) -> None:
         )
 
 
-def show_address(address: str, no_browser: bool) -> None:
-    """Print the address of a page, and open it in a browser."""
+def show_address(server, folder: Path, no_browser: bool, *more: str) -> None:
+    """Print the address of a page, with further lines, and open it in a browser.
+
+    The browser gets a private file in `folder` that leads to the page: whoever lists the processes
+    of this machine sees no token.
+    """
     import threading
     import webbrowser
 
-    print(f"{address}\nCtrl-C ends it", flush=True)
-    if not no_browser:
-        # it may wait for a browser to end, as it does for those in a terminal
-        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+    print(server.address, *more, "Ctrl-C ends it", sep="\n", flush=True)
+    if no_browser:
+        return
+    try:
+        opener = server.write_opener(folder).as_uri()
+    except OSError as error:
+        print_note(f"no browser is opened: {folder} takes no private file ({error.strerror})")
+        return
+    # it may wait for a browser to end, as it does for those in a terminal
+    threading.Thread(target=webbrowser.open, args=(opener,), daemon=True).start()

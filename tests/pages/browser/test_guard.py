@@ -1,21 +1,31 @@
 """Who may ask: every request without a token, with a foreign Origin or Host is refused."""
 
 import asyncio
+import json
+import os
+import stat
 
 import pytest
 
 from torquer.pages.browser.guard import Guard
+from torquer.pages.browser.login import Login
 
-PORT, TOKEN = 8421, "a-token-of-this-run"
+PORT, TOKEN, WATCHER = 8421, "a-token-of-this-run", "a-token-to-watch"
 HOST, ORIGIN = (b"host", b"127.0.0.1:8421"), (b"origin", b"http://127.0.0.1:8421")
 COOKIE = (b"cookie", b"other=1; torquer_8421=a-token-of-this-run")
 BEARER = (b"authorization", b"Bearer a-token-of-this-run")
+WATCHING = {
+    "cookie": (b"cookie", b"torquer_8421=a-token-to-watch"),
+    "header": (b"authorization", b"Bearer a-token-to-watch"),
+}
 
 
 class Served:
     """What one request leads to."""
 
-    def __init__(self, *headers, kind="http", path="/api/satellites", query=b"", method="GET"):
+    def __init__(
+        self, *headers, kind="http", path="/api/satellites", query=b"", method="GET", login=None
+    ):
         self.messages, self.refused, self.reached = [], [], False
         scope = {
             "type": kind,
@@ -24,11 +34,15 @@ class Served:
             "headers": list(headers),
             "method": method,
         }
-        guard = Guard(self._application, TOKEN, PORT, self.refused.append)
+        if kind == "websocket":
+            del scope["method"]
+        guard = Guard(
+            self._application, TOKEN, PORT, self.refused.append, watcher=WATCHER, login=login
+        )
         asyncio.run(guard(scope, self._receive, self._send))
 
     async def _application(self, scope, receive, send):
-        self.reached = True
+        self.reached, self.role = True, scope["role"]
         if scope["type"] == "http":
             await send({"type": "http.response.start", "status": 200, "headers": []})
             await send({"type": "http.response.body", "body": b"inside"})
@@ -110,6 +124,73 @@ def test_token_address_becomes_a_cookie_and_a_tokenless_address():
     cookie = served.header(b"set-cookie").decode()
     assert cookie.startswith(f"torquer_{PORT}={TOKEN};")
     assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
+
+
+@pytest.mark.parametrize("proof", WATCHING)
+def test_who_watches_reads_and_changes_nothing(proof):
+    for method in ("GET", "HEAD"):
+        served = Served(HOST, WATCHING[proof], method=method)
+        assert served.reached and served.role == "watch"
+    for method in ("POST", "PUT", "PATCH", "DELETE", "OPTIONS", "get", "ANYTHING", ""):
+        served = Served(HOST, WATCHING[proof], ORIGIN, method=method)
+        assert (served.reached, served.status) == (False, 403), method
+        (line,) = json.loads(served.messages[1]["body"]).values()
+        assert line == "role: must be command to change anything; received watch"
+
+
+def test_who_watches_follows_what_comes():
+    assert Served(HOST, WATCHING["cookie"], ORIGIN, kind="websocket").role == "watch"
+    assert Served(HOST, COOKIE, ORIGIN, kind="websocket").role == "command"
+    assert not Served(HOST, WATCHING["header"], ORIGIN, kind="websocket").reached
+
+
+def test_the_address_to_watch_sets_the_cookie_to_watch():
+    served = Served(HOST, path="/", query=b"token=" + WATCHER.encode())
+    cookie = served.header(b"set-cookie").decode()
+    assert served.status == 303 and WATCHER in cookie and TOKEN not in cookie
+
+
+def test_a_guard_without_a_second_token_has_no_watchers():
+    guard = Guard(None, TOKEN, PORT, print)
+    assert [guard._role(given) for given in (b"", WATCHER.encode(), TOKEN.encode())] == [
+        *("", "", "command")
+    ]
+
+
+def code_in(path):
+    return path.read_text().split("?code=")[1].split('"')[0].encode()
+
+
+def test_a_code_opens_once_and_leads_on_to_the_page(tmp_path):
+    login = Login()
+    path = login.write_file(tmp_path, "http://127.0.0.1:8421/")
+    if os.name == "posix":
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert TOKEN not in path.read_text()
+    code = b"code=" + code_in(path)
+    for other in ({"path": "/api/satellites"}, {"method": "POST"}, {"kind": "websocket"}):
+        assert not Served(HOST, ORIGIN, query=code, login=login, **({"path": "/"} | other)).reached
+    assert Served(ORIGIN, path="/", query=code, login=login).status == 403  # of another host
+    served = Served(HOST, path="/", query=code, login=login)
+    assert served.status == 200 and TOKEN in served.header(b"set-cookie").decode()
+    page = served.messages[1]["body"].decode()
+    assert "url=/" in page and TOKEN not in page and not path.exists()
+    assert Served(HOST, path="/", query=code, login=login).status == 403
+
+
+def test_a_code_is_void_after_a_minute_or_when_the_server_ends(tmp_path, monkeypatch):
+    clock = 1000.0
+    monkeypatch.setattr("torquer.pages.browser.login.time.monotonic", lambda: clock)
+    login = Login()
+    first = code_in(login.write_file(tmp_path, "http://127.0.0.1:8421/"))
+    path = login.write_file(tmp_path, "http://127.0.0.1:8421/")
+    second = code_in(path)
+    assert not login.redeem(first) and not login.redeem(b"")
+    clock += 61.0
+    assert not login.redeem(second)
+    third = code_in(login.write_file(tmp_path, "http://127.0.0.1:8421/"))
+    login.close()
+    assert not login.redeem(third) and not login.redeem(b"") and not path.exists()
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def board(
     with compiling_shown():
         server.board.make_ready()
     server.serve(
-        lambda: show_address(server.address, how.no_browser),
+        lambda: show_address(server, Path(), how.no_browser),
         lambda what: print_note(f"request refused: {what}"),
     )
     return 0

@@ -1,17 +1,22 @@
-"""Who may ask: a token, our own Host and Origin, for HTTP and websockets alike.
+"""Who may ask what: tokens, our own Host and Origin, for HTTP and websockets alike.
 
 The server listens on this machine only, but any page that a browser here shows can send requests to
 it, and a name in the internet can be made to lead here. So each request needs the token, which
-other pages do not know, a Host that is ours, and no foreign Origin. Plain ASGI, since middleware
-for HTTP would let websockets pass.
+other pages do not know, a Host that is ours, and no foreign Origin. Of the two tokens one is that
+of the role that commands; with the other one, whoever watches changes nothing: a method that is not
+for reading is refused, whatever the route. Plain ASGI, since middleware for HTTP would let
+websockets pass.
 """
 
 from __future__ import annotations
 
+import json
 import secrets
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs
+
+from torquer.pages.browser.login import Login
 
 #: What a page may load: its own files; plots set styles.
 POLICY = (
@@ -25,11 +30,21 @@ _HEADERS = [
 ]
 #: Close code of a refused websocket.
 _REFUSED = 4403
+#: Roles: who asks with which token. `scope["role"]` tells the application.
+COMMAND, WATCH = "command", "watch"
+#: Methods that change nothing.
+_READS = ("GET", "HEAD")
+#: What those who watch are told.
+_ONLY_WATCHES = f"role: must be {COMMAND} to change anything; received {WATCH}"
+#: To the page, from within the browser: a page of somebody else, or a file, that leads here has the
+#: browser keep a strict cookie back.
+_ONWARD = b'<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0; url=/">'
 
 
 class Guard:
     """ASGI application around another one; `refused(what)` is called for each refusal.
 
+    `token`: of who commands, `watcher`: of who only watches; `login`: of the browser we open;
     `policy`: what the page may load; `command`: the one that printed the address with the token.
     """
 
@@ -41,8 +56,11 @@ class Guard:
         refused: Callable[[str], None],
         policy: str = POLICY,
         command: str = "torquer",
+        watcher: str = "",
+        login: Login | None = None,
     ):
         self._app, self._token, self._refused, self._command = app, token, refused, command
+        self._watcher, self._login = watcher, login or Login()
         self._headers = [(b"content-security-policy", policy.encode()), *_HEADERS]
         hosts = (f"127.0.0.1:{port}", f"localhost:{port}")
         self._hosts = {host.encode() for host in hosts}
@@ -59,7 +77,7 @@ class Guard:
         if reason:
             self._refused(f"{reason} ({scope['type']}, {scope['path']})")
             await self._refuse(scope, receive, send, reason)
-        elif scope["type"] == "http" and self._in_query(scope):
+        elif scope["entry"]:
             await self._welcome(scope, send)
         else:
             await self._app(scope, receive, self._with_headers(send))
@@ -73,40 +91,61 @@ class Guard:
             return "foreign origin"
         if scope["type"] == "websocket" and origin is None:
             return "no origin"
-        by_cookie = self._is_token(_read_cookie(headers, self._cookie))
+        scope["entry"] = self._entry(scope)
+        by_cookie = self._role(_read_cookie(headers, self._cookie))
         scheme, _, given = headers.get(b"authorization", b"").partition(b" ")
-        by_header = scheme.lower() == b"bearer" and self._is_token(given)
+        by_header = self._role(given) if scheme.lower() == b"bearer" else ""
         if scope["type"] == "websocket":
-            return "" if by_cookie else "wrong token"
-        return "" if by_cookie or by_header or self._in_query(scope) else "wrong token"
+            role = by_cookie
+        else:
+            role = self._role(scope["entry"]) or by_header or by_cookie
+        if role == WATCH and scope["type"] == "http" and scope["method"] not in _READS:
+            return _ONLY_WATCHES
+        scope["role"] = role
+        return "" if role else "wrong token"
 
-    def _in_query(self, scope) -> bool:
-        """Whether the address of the page has the token, as only the first one does."""
+    def _entry(self, scope) -> bytes:
+        """The token that the address of the page has, or whose code, as only the first one does."""
+        if scope["type"] != "http" or scope["path"] != "/" or scope["method"] != "GET":
+            return b""
         query = parse_qs(scope["query_string"])
         given = query.get(b"token", [b""])[0]
-        return scope["path"] == "/" and scope["method"] == "GET" and self._is_token(given)
+        if self._role(given):
+            return given
+        is_code = self._login.redeem(query.get(b"code", [b""])[0])
+        return self._token.encode() if is_code else b""
 
-    def _is_token(self, given: bytes) -> bool:
-        return secrets.compare_digest(given, self._token.encode())
+    def _role(self, given: bytes) -> str:
+        """The role of who has a token; "" of one that is none."""
+        for role, token in ((COMMAND, self._token), (WATCH, self._watcher)):
+            if token and secrets.compare_digest(given, token.encode()):
+                return role
+        return ""
 
     async def _welcome(self, scope, send) -> None:
         """Move the token from the address, which is shown and kept, into a cookie."""
-        rest = [
-            part for part in scope["query_string"].split(b"&") if not part.startswith(b"token=")
-        ]
+        kept = (b"token=", b"code=")
+        rest = [part for part in scope["query_string"].split(b"&") if not part.startswith(kept)]
         place = b"/" + (b"?" + b"&".join(rest) if rest else b"")
-        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Strict"
-        headers = [(b"location", place), (b"set-cookie", cookie.encode())]
-        await self._answer(send, 303, b"", headers)
+        cookie = f"{self._cookie}={scope['entry'].decode()}; Path=/; HttpOnly; SameSite=Strict"
+        headers = [(b"set-cookie", cookie.encode())]
+        if b"code" in parse_qs(scope["query_string"]):
+            html = (b"content-type", b"text/html; charset=utf-8")
+            await self._answer(send, 200, _ONWARD, [*headers, html])
+        else:
+            await self._answer(send, 303, b"", [(b"location", place), *headers])
 
     async def _refuse(self, scope, receive, send, reason: str) -> None:
         if scope["type"] == "websocket":
             await receive()
             await send({"type": "websocket.close", "code": _REFUSED, "reason": reason})
             return
-        text = f"{reason}: open the address that `{self._command}` printed\n"
-        plain = (b"content-type", b"text/plain; charset=utf-8")
-        await self._answer(send, 403, text.encode(), [plain])
+        if reason == _ONLY_WATCHES:
+            text, kind = json.dumps({"error": reason}), b"application/json"
+        else:
+            text = f"{reason}: open the address that `{self._command}` printed\n"
+            kind = b"text/plain; charset=utf-8"
+        await self._answer(send, 403, text.encode(), [(b"content-type", kind)])
 
     async def _answer(self, send, status: int, body: bytes, headers: list) -> None:
         headers = [*headers, (b"content-length", str(len(body)).encode()), *self._headers]

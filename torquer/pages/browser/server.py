@@ -8,10 +8,12 @@ import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import uvicorn
 
 from torquer.pages.browser.guard import Guard
+from torquer.pages.browser.login import Login
 from torquer.simulation.setup.signals import ALL
 
 HOST = "127.0.0.1"
@@ -43,15 +45,19 @@ class _Server(uvicorn.Server):
 class LocalServer:
     """Serves an application at `address`, which has the token that opens it.
 
+    `watch_address` has the token of those who change nothing.
     `port` 0: any free one; ValueError for one that is taken. The port is held from the start;
     `serve_application` answers, `close` gives it back.
     """
 
     def __init__(self, port: int):
-        self.token = secrets.token_urlsafe(32)
+        self.token, self.watcher = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
+        self._login = Login()
         self._socket = _listening(port)
         self.port = self._socket.getsockname()[1]
-        self.address = f"http://{HOST}:{self.port}/?token={self.token}"
+        self._base = f"http://{HOST}:{self.port}/"
+        self.address = f"{self._base}?token={self.token}"
+        self.watch_address = f"{self._base}?token={self.watcher}"
         self._server: _Server | None = None
         self._stopped = False
 
@@ -68,7 +74,8 @@ class LocalServer:
         `policy`: what its page may load; `command`: the one that printed the address. `ending` is
         called when the end begins: requests that are open some seconds later are cut off.
         """
-        guarded = Guard(app, self.token, self.port, refused, policy, command)
+        who = self.watcher, self._login
+        guarded = Guard(app, self.token, self.port, refused, policy, command, *who)
         self._server = _Server(
             uvicorn.Config(
                 guarded,
@@ -85,6 +92,13 @@ class LocalServer:
         with _ended_by_signals(self.stop):
             self._server.run(sockets=[self._socket])
 
+    def write_opener(self, folder: Path) -> Path:
+        """A file in a folder, for its owner only, that opens the page once within a minute.
+
+        It goes when it has been used, and with `close`; OSError where it cannot be written.
+        """
+        return self._login.write_file(folder, self._base)
+
     def stop(self) -> None:
         """End serving; at once if it is called again."""
         if self._server is not None:
@@ -94,6 +108,7 @@ class LocalServer:
 
     def close(self) -> None:
         """Give the port back."""
+        self._login.close()
         self._socket.close()
 
 
