@@ -313,3 +313,20 @@ def test_a_ground_that_restarts(bench, tmp_path):
         assert states == {done: "executed", sent: "sent", late: "cancelled", waiting: "cancelled"}
         assert again.send(NOW + 10**6) == {}, "nothing is sent that nobody has asked for now"
         assert again.answer(frames[sent])["state"] == "executed"
+
+
+def test_a_command_is_executed_at_a_time(bench):
+    number = bench.order(at="2010-01-01T00:03:20.5Z")
+    assert bench.send()[number].time_s == 201
+    assert bench.commands.shown(number)["execute_ms"] == EPOCH_MS + 201_000
+    unknown = bench.order(at="2010-01-01T00:03:20Z", clock=None)
+    assert bench.send()[unknown].time_s == 200
+
+
+@pytest.mark.parametrize("clock", [CLOCK, 2**53])
+@pytest.mark.parametrize("at_s", [0.0, 1e6])
+def test_a_time_that_is_over_gets_one_line(bench, clock, at_s):
+    at = "2010-01-01T00:01:40Z"
+    with pytest.raises(ScenarioError, match="at: must be after the satellite's clock") as refused:
+        bench.order(at=at, clock=clock, at_s=at_s)
+    assert "\n" not in str(refused.value)

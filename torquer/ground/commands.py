@@ -16,11 +16,13 @@ are never on their way at once. Nor do more commands wait for an answer than a s
 from __future__ import annotations
 
 import json
-import math
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from torquer.base.time import utc_text
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import ANSWERS, Sent, command_numbers
 from torquer.flight.packets.dictionary import Dictionary
@@ -40,7 +42,8 @@ MOST_OPEN = 1000
 CANCEL = "plan_cancel"
 WAITING, SENT, RECEIVED = "waiting", "sent", "received"
 EXECUTED, REFUSED, UNANSWERED, CANCELLED = "executed", "refused", "unanswered", "cancelled"
-_COLUMNS = (
+#: Columns of a command, as `as_shown` takes them.
+COLUMNS = (
     *("id", "made_ms", "made_by", "command", "values", "execute_s", "state"),
     *("sent_ms", "received_ms", "answered_ms", "reason"),
 )
@@ -92,7 +95,7 @@ class Commands:
         if len(self._open) + len(commands) > MOST_OPEN:
             raise ScenarioError(f"command: must wait until fewer than {MOST_OPEN} are on their way")
         for sent in commands:
-            _execution_time_s(sent, clock_ms)
+            execution_time_s(sent, clock_ms)
             command_numbers(sent, self._dictionary, self._names)
 
     def order(self, sent: Sent, by: str, now_ms: int, clock_ms: int | None) -> dict:
@@ -103,7 +106,7 @@ class Commands:
         """
         self.check([sent], clock_ms)
         numbers = command_numbers(sent, self._dictionary, self._names)
-        execute_s = _execution_time_s(sent, clock_ms)
+        execute_s = execution_time_s(sent, clock_ms)
         packet = self._dictionary.up[sent.command].id
         row = {
             "made_ms": now_ms,
@@ -156,7 +159,9 @@ class Commands:
         each = self._open.get(number)
         if each is not None and each.state == WAITING:
             del self._open[number]
-            return self._change(number, state=CANCELLED, reason="cancelled before it was sent")
+            return self._change(
+                number, state=CANCELLED, reason=f"cancelled before it was sent, by {by}"
+            )
         can_reach = self._has_numbers and CANCEL in self._dictionary.up
         if each is not None and each.state == RECEIVED and can_reach:
             order = Sent(at_s=0.0, command=CANCEL, values={"request": each.key[0]})
@@ -210,8 +215,8 @@ class Commands:
 
     def shown(self, number: int) -> dict:
         """A command as users see it."""
-        statement = f"SELECT {quote_names(_COLUMNS)} FROM _commands WHERE id = ?"
-        return _as_shown(self._archive.read(statement, number)[0])
+        statement = f"SELECT {quote_names(COLUMNS)} FROM _commands WHERE id = ?"
+        return as_shown(self._archive.read(statement, number)[0])
 
     def _request(self, number: int) -> int:
         """The number of a command in answers, by that in the archive."""
@@ -253,8 +258,8 @@ class Commands:
 
 def list_commands(db: sqlite3.Connection, size: int) -> list[dict]:
     """The last commands of an archive, newest first."""
-    statement = f"SELECT {quote_names(_COLUMNS)} FROM _commands ORDER BY id DESC LIMIT ?"
-    return [_as_shown(row) for row in db.execute(statement, (size,))]
+    statement = f"SELECT {quote_names(COLUMNS)} FROM _commands ORDER BY id DESC LIMIT ?"
+    return [as_shown(row) for row in db.execute(statement, (size,))]
 
 
 def has_answers(dictionary: Dictionary, also: Sequence[str] = ()) -> bool:
@@ -267,8 +272,9 @@ def _as_request(number: int) -> int:
     return (number - 1) % LAST_REQUEST + 1
 
 
-def _as_shown(row: tuple) -> dict:
-    found = dict(zip(_COLUMNS, row, strict=True))
+def as_shown(row: tuple) -> dict:
+    """A row of `COLUMNS` as users see it."""
+    found = dict(zip(COLUMNS, row, strict=True))
     execute_s = found.pop("execute_s")
     return found | {
         "request": _as_request(found["id"]),
@@ -277,16 +283,23 @@ def _as_shown(row: tuple) -> dict:
     }
 
 
-def _execution_time_s(sent: Sent, clock_ms: int | None) -> int:
+def execution_time_s(sent: Sent, clock_ms: int | None) -> int:
     """Execution time [s since 2010-01-01], 0: at once."""
-    if sent.delay_s is None:
-        return 0
-    if clock_ms is None:
+    if sent.delay_s is not None and clock_ms is None:
         raise ScenarioError(
             f"delay_s: must be left out until telemetry shows the satellite's clock; received "
             f"{sent.delay_s:g}"
         )
-    return math.ceil((clock_ms - EPOCH_MS) / 1e3 + sent.at_s + sent.delay_s)
+    if clock_ms is None:
+        return sent.execute_s(0.0)
+    sent_s = (clock_ms - EPOCH_MS) / 1e3 + sent.at_s
+    if sent.at is not None and sent.execute_s(sent_s) <= sent_s:
+        clock = np.datetime64(clock_ms // 1000, "s")  # whatever it is: a date, and no error
+        raise ScenarioError(
+            f"at: must be after the satellite's clock, {clock}Z, and after at_s; received "
+            f"{utc_text(sent.at)}"
+        )
+    return sent.execute_s(sent_s)
 
 
 def _is_late(each: _Open, now_ms: int, clock_ms: int | None) -> bool:

@@ -4,7 +4,7 @@
 at_s = 600                 # time of the run at which it is sent
 command = "set_mode"
 values = { region = "stabilisation", state = "science" }
-delay_s = 60               # executed so long after it is sent
+delay_s = 60               # executed so long after it is sent; or at = 2012-03-04T12:00:00Z
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
 from torquer.base.spec import Spec
+from torquer.base.time import parse_utc, utc_text
 from torquer.computer.names import Names
 from torquer.flight.packets.bits import from_words
 from torquer.flight.packets.dictionary import Dictionary, Field as PacketField, Packet
@@ -29,6 +30,21 @@ from torquer.scenario.toml_text import parse_toml, read_text
 
 #: Answers to commands that wait on board until they are sent down: a further one drops the oldest.
 ANSWERS = 10
+#: Last year in which all seconds since 2010 fit into a header.
+_LAST_YEAR = 2145
+
+
+def _checked_at(value) -> datetime | None:
+    """An execution time that a header can hold."""
+    if value is None:
+        return None
+    try:
+        at = parse_utc(value, "at")
+    except OverflowError:  # a zone beyond the first or the last day of the calendar
+        at = None
+    if at is None or not at > EPOCH or at.year > _LAST_YEAR:
+        raise ValueError(f"at: must lie within the years 2010 to {_LAST_YEAR}; received {value}")
+    return at
 
 
 class Sent(Spec):
@@ -44,8 +60,26 @@ class Sent(Spec):
     """
     delay_s: float | None = Field(default=None, gt=0.0)
     """Time after which it is executed; left out: at once."""
+    at: Annotated[
+        datetime | None,
+        BeforeValidator(_checked_at),
+        PlainSerializer(lambda at: at and utc_text(at), when_used="json"),
+    ] = None
+    """Time of its execution, by the satellite's clock, with its zone; in place of delay_s."""
     acknowledge: bool = True
     """Whether an acknowledgement is asked for."""
+
+    @model_validator(mode="after")
+    def _has_one_time(self) -> Self:
+        if self.at is not None and self.delay_s is not None:
+            raise ValueError("at: must not be given with delay_s; received both")
+        return self
+
+    def execute_s(self, sent_s: float) -> int:
+        """Execution time [s since 2010], 0: at once; `sent_s`: time of sending, likewise."""
+        if self.at is not None:
+            return math.ceil((self.at - EPOCH).total_seconds())
+        return 0 if self.delay_s is None else math.ceil(sent_s + self.delay_s)
 
 
 class ScriptFile(Spec):
@@ -74,7 +108,7 @@ def make_frames(
     ]
     frames = []
     for i, (sent, numbers) in enumerate(sorted(found, key=lambda pair: pair[0].at_s)):
-        due_s = 0.0 if sent.delay_s is None else math.ceil(start_s + sent.at_s + sent.delay_s)
+        due_s = sent.execute_s(start_s + sent.at_s)
         request = i % LAST_REQUEST + 1
         frames.append((sent.at_s, maker.frame(sent.command, due_s, numbers, request)))
     return frames
