@@ -70,7 +70,7 @@ class Client:
     def __init__(self, ground):
         parts = urlsplit(ground.address)
         self.base, self.port = f"{parts.scheme}://{parts.netloc}", parts.port
-        self.token = parse_qs(parts.query)["token"][0]
+        self.token, self.watcher = parse_qs(parts.query)["token"][0], ground.watcher
         self._open = urllib.request.build_opener(urllib.request.ProxyHandler({})).open
 
     def raw(self, path, body=None, **headers):

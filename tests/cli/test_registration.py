@@ -63,7 +63,7 @@ def loaded(*words: str) -> set[str]:
         (["field", "--help"], set()),
         (["design"], set()),
         (["version", "--help"], {"about"}),
-        (["ground", "send", "--help"], {"ground"}),
+        (["ground", "send", "--help"], {"ground", "ground_orders"}),
     ],
 )
 def test_help_imports_only_what_it_describes(words, files):

@@ -5,7 +5,12 @@ import sys
 from contextlib import suppress
 
 from cyclopts import CycloptsError
-from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, UnusedCliTokensError
+from cyclopts.exceptions import (
+    CoercionError,
+    MissingArgumentError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
 
 from torquer.base.limits import RequestError
 from torquer.base.strict_json import json_text
@@ -47,9 +52,17 @@ def in_words(error: Exception) -> str:
         return f"{name}: must be a known option{hint}"
     if isinstance(error, RequestError):
         return error.spelled(option)
+    if isinstance(error, CoercionError) and error.msg and not _is_named(error):
+        name = error.argument.name.lstrip("-").upper() if error.argument else "argument"
+        return f"{name}: {error}"
     if isinstance(error, MissingArgumentError):
         return _with_units(str(error))
     return str(error) or repr(error)
+
+
+def _is_named(error: CoercionError) -> bool:
+    """Whether the message of an error names the option."""
+    return error.token is not None and error.token.keyword is not None
 
 
 def _with_units(text: str) -> str:

@@ -121,6 +121,16 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "ground plan": ("torquer ground plan", "torquer ground plan --json"),
     "ground cancel": ("torquer ground cancel 17",),
+    "ground stack": (
+        "torquer ground stack load examples/software/commissioning.toml --as Ada",
+        "torquer ground stack next --as Ada",
+        "torquer ground stack run",
+        "torquer ground stack save examples/software/commissioning.toml",
+    ),
+    "ground history": (
+        "torquer ground history --state refused",
+        "torquer ground history --by Ada --start 2026-03-04T00:00:00Z --csv",
+    ),
     "init": (
         "torquer init my_satellite",
         "torquer init my_satellite --example wheels_in_flight",

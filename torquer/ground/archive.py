@@ -11,7 +11,8 @@ _status       of the frame: 0 INFO, 1 ALARM, 2 STOP
 Numbers that were not known on board are NULL, bytes are hexadecimal digits. A whole number that is
 too large for SQLite (2^63 and above) is a text of its 20 digits. Tables that begin with
 `_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`,
-`_parts` (of packets that lie across frames, whose other frame no recording has had yet).
+`_stack` (a row a step, in place 0 the command stack itself), `_parts` (of packets that lie across
+frames, whose other frame no recording has had yet).
 
 One process writes; any number read at the same time. What has been committed outlives the process.
 """
@@ -53,6 +54,9 @@ CREATE TABLE IF NOT EXISTS _commands (
   "values" TEXT NOT NULL, acknowledge INTEGER NOT NULL, packet INTEGER NOT NULL,
   execute_s INTEGER NOT NULL, state TEXT NOT NULL,
   sent_ms INTEGER, received_ms INTEGER, answered_ms INTEGER, reason TEXT NOT NULL DEFAULT '');
+CREATE TABLE IF NOT EXISTS _stack (
+  place INTEGER PRIMARY KEY, what TEXT NOT NULL, state TEXT NOT NULL, command INTEGER,
+  reason TEXT NOT NULL DEFAULT '');
 CREATE TABLE IF NOT EXISTS _parts (
   is_tail INTEGER NOT NULL, spi INTEGER NOT NULL, number INTEGER NOT NULL, data BLOB NOT NULL,
   time_s INTEGER, ends INTEGER NOT NULL);

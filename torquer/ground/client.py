@@ -6,10 +6,10 @@ import urllib.error
 import urllib.request
 from collections.abc import Sequence
 from pathlib import Path
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote, urlsplit
 
 from torquer.base.limits import RequestError
-from torquer.ground.archive import EPOCH_MS
+from torquer.ground.authors import OPERATOR, fault_of
 
 #: File in the folder by which commands on this machine find the server: its address and token.
 SERVER = "server.json"
@@ -22,8 +22,8 @@ _LISTED = 2000
 class RunningGround:
     """The ground that runs in a folder, `runs/ground` unless `torquer ground` was told another.
 
-    RequestError for a folder without one, and for a satellite that it does not serve; ValueError
-    with its line for what it refuses.
+    `operator`: the name that is stated with commands. RequestError for a folder without a ground,
+    and for a satellite that it does not serve; ValueError with its line for what it refuses.
 
         ground = RunningGround(Path("runs/ground"))
         order = {"command": "report_status", "values": {"module_id": 1}}
@@ -31,7 +31,10 @@ class RunningGround:
         sent["state"]                     # "executed"
     """
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, operator: str | None = None):
+        if operator is not None and (fault := fault_of(operator)):
+            raise RequestError("as", fault)
+        self._operator = operator
         try:
             known = json.loads((folder / SERVER).read_text(encoding="utf-8"))
             parts = urlsplit(known["address"])
@@ -71,22 +74,54 @@ class RunningGround:
         return self._answered(key, [{"command": changed["command"]}], [changed])[0]
 
     def plan(self, satellite: str | None = None) -> list[dict]:
-        """The commands that wait on board, by their execution time, as the satellite lists them.
+        """The plan, by execution time, once the satellite has listed what waits on board.
 
-        `request`: the number by which `plan_cancel` names one; `id`, `command`, `values`: of the
-        command here, None of one that another ground has sent. RequestError if it does not answer.
+        `mark`: how it differs from what is known here, as `torquer.ground.plan` says; `request`:
+        the number by which `plan_cancel` names one; `id`, `command`, `values`: of the command here,
+        `id` None of one that another ground has sent. RequestError if it does not answer.
         """
         key = self.satellite(satellite)
         (asked,) = self.send([{"command": "plan_list"}], key)
-        end_s, rows = time.monotonic() + _PATIENCE_S, []
+        end_s = time.monotonic() + _PATIENCE_S
         while asked["state"] == "executed" and time.monotonic() < end_s:
-            since = f"start={asked['sent_ms']}&by=received&size={_LISTED}"
-            rows = [values for *_, values in self._get(f"/api/{key}/history/plan?{since}")]
-            if rows and len(rows) >= rows[0][0]:
-                sent = self._get(f"/api/{key}/sent?size={_LISTED}")  # newest first
-                return [_planned(row, sent) for row in sorted(rows, key=_place) if row[0]]
+            plan = self._get(f"/api/{key}/plan")
+            if plan["is_complete"] and plan["reported_ms"] >= asked["sent_ms"]:
+                return plan["entries"]
             time.sleep(_LOOK_S)
         raise RequestError("satellite", f"must list its plan; plan_list is {asked['state']}")
+
+    def stack(self, satellite: str | None = None) -> dict:
+        """The command stack of a satellite, None if there is none, and the names of saved ones."""
+        return self._get(f"/api/{self.satellite(satellite)}/stack")
+
+    def load_stack(
+        self, text: str | None = None, name: str = "", satellite: str | None = None
+    ) -> dict:
+        """Load a TOML text as the stack, or without one the saved stack of a name; it is held."""
+        data = {"name": name} if text is None else {"name": name, "text": text}
+        return self._post(f"/api/{self.satellite(satellite)}/stack", data)
+
+    def act_on_stack(self, action: str, satellite: str | None = None) -> dict:
+        """Send the next step (`next`), `skip` it, `run`, `hold` or `abort` the stack."""
+        key = self.satellite(satellite)
+        stack = self._get(f"/api/{key}/stack")["stack"] or {"id": 0, "next": None}
+        data = {"stack": stack["id"], "place": stack["next"]}
+        return self._post(f"/api/{key}/stack/{action}", data)
+
+    def saved_stack(self, name: str, satellite: str | None = None) -> str:
+        """The text of a saved stack."""
+        return self._get(self._saved(name, satellite))["text"]
+
+    def save_stack(self, name: str, text: str, satellite: str | None = None) -> None:
+        """Keep a text, which is checked, under a name."""
+        self._post(self._saved(name, satellite), {"text": text}, "PUT")
+
+    def delete_stack(self, name: str, satellite: str | None = None) -> None:
+        """Forget a saved stack."""
+        self._post(self._saved(name, satellite), {}, "DELETE")
+
+    def _saved(self, name: str, satellite: str | None) -> str:
+        return f"/api/{self.satellite(satellite)}/stacks/{quote(name, safe='')}"
 
     def satellite(self, name: str | None = None) -> str:
         """A satellite by its short name, or the only one."""
@@ -117,9 +152,12 @@ class RunningGround:
     def _get(self, path: str):
         return self._ask(urllib.request.Request(self._base + path))
 
-    def _post(self, path: str, data: dict):
-        body = json.dumps(data).encode()
-        return self._ask(urllib.request.Request(self._base + path, body, method="POST"))
+    def _post(self, path: str, data: dict, method: str = "POST"):
+        request = urllib.request.Request(self._base + path, json.dumps(data).encode())
+        request.method = method
+        if self._operator:
+            request.add_header(OPERATOR, quote(self._operator))
+        return self._ask(request)
 
     def _ask(self, request: urllib.request.Request):
         request.add_header("Authorization", f"Bearer {self._token}")
@@ -133,19 +171,6 @@ class RunningGround:
         except OSError as error:
             why = getattr(error, "reason", error)
             raise RequestError("folder", f"must be that of a running ground; {why}") from None
-
-
-def _place(row: Sequence) -> int:
-    """Place of a command in the plan."""
-    return row[1]
-
-
-def _planned(row: Sequence, sent: Sequence[dict]) -> dict:
-    """A packet on the plan, with the command that was sent with its number."""
-    _, _, request, _, _, execute_s = row
-    ours = next((each for each in sent if each["request"] == request), {})
-    known = {name: ours.get(name) for name in ("id", "command", "values")}
-    return {"request": request, "execute_ms": EPOCH_MS + 1000 * execute_s} | known
 
 
 def _describe_answer(answer: str) -> str:

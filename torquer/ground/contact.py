@@ -22,6 +22,8 @@ from torquer.ground.history import ground_entry, has_events, satellite_entry
 from torquer.ground.live import Live
 from torquer.ground.recording import Judge
 from torquer.ground.satellite_clock import SatelliteClock
+from torquer.ground.stack import Stack
+from torquer.ground.stack_file import SavedStacks
 
 #: Time between two looks at a link on which nothing comes [s].
 PAUSE_S = 0.005
@@ -69,6 +71,8 @@ class Contact:
         self.archive = Archive(folder / f"{satellite.key}.sqlite", self.dictionary)
         self.commands = Commands(self.archive, self.dictionary, satellite.names)
         self.clock = SatelliteClock()
+        self.saved_stacks = SavedStacks(folder / "stacks" / satellite.key)
+        self.stack = Stack(self, lambda stack: live.message("stack", self.key, stack))
         self.link: Link = connect(satellite.link, self.dictionary)
         self._station, self._frames = Station(satellite.software), 0
         self._judge = Judge(self._station, self.dictionary)

@@ -10,6 +10,7 @@ from cyclopts import App
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
+from torquer.cli.commands.ground_orders import FOLDER, As, history, in_words, ms_of, stack
 from torquer.cli.examples import show_examples
 from torquer.cli.loading import load_checked, load_given
 from torquer.cli.options import CodeOptions, Json, options
@@ -26,7 +27,8 @@ from torquer.cli.output import (
 from torquer.cli.process import FAILED_CODE
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
-FOLDER = Path("runs/ground")
+for _name, _command in (("stack", stack), ("history", history)):
+    app.command(_command, help_epilogue=show_examples(f"ground {_name}"))
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
 #: The port of the page unless another is given.
@@ -71,7 +73,8 @@ def serve(
     """Receive, archive and show telemetry, and send commands, until Ctrl-C.
 
     FILE names satellites with their links, software files and scenarios; or give --link. The page
-    is served to this machine only, to whoever has the address that is printed.
+    is served to this machine only, to whoever has an address that is printed: with the first one
+    satellites are commanded, with the second one they are watched.
     """
     check_installed("ground", _SERVER_NEEDS)
     from torquer.ground.contact import Counters
@@ -84,7 +87,8 @@ def serve(
         ground = Ground(satellites, how.folder, how.port or 0, counters)
         for each in satellites:
             _note_on_protection(each)
-        ground.serve(lambda: show_address(ground.address, how.no_browser))
+        watch = f"{ground.watch_address}  (watch only)"
+        ground.serve(lambda: show_address(ground, how.folder, how.no_browser, watch))
     if ground.failed is not None:
         print_error(f"the ground has ended: {ground.failed}")
         return FAILED_CODE
@@ -154,6 +158,8 @@ class SendOptions:
     """Ask for no answer."""
     no_wait: bool = False
     """Do not wait for the answer."""
+    operator: As = None
+    """Your name, stated with what you order; nothing proves it."""
     folder: Path = FOLDER
     """Folder of the ground's archives."""
     json: Json = False
@@ -173,7 +179,7 @@ def send(name: str | None = None, /, *values: str, how: SendOptions = SendOption
             f"NAME: must be given, or --file; received {'neither' if name is None else 'both'}"
         )
     orders = _orders(name, values, how)
-    found = RunningGround(how.folder).send(orders, how.satellite, not how.no_wait)
+    found = RunningGround(how.folder, how.operator).send(orders, how.satellite, not how.no_wait)
     if how.json:
         print(json_text(found))
     else:
@@ -189,6 +195,8 @@ class PlanOptions:
 
     satellite: str | None = None
     """Short name of the satellite, where the ground serves several."""
+    operator: As = None
+    """Your name, stated with what you order; nothing proves it."""
     folder: Path = FOLDER
     """Folder of the ground's archives."""
     json: Json = False
@@ -198,20 +206,21 @@ class PlanOptions:
 def plan(*, how: PlanOptions = PlanOptions()) -> int:
     """List the commands that wait on board for their execution time, by asking the satellite.
 
-    Each with its number here, by which `torquer ground cancel` takes it out.
+    Each with its number here, by which `torquer ground cancel` takes it out, and how the list
+    differs from what is known here: on board only, on ground only, or as it was sent.
     """
     from torquer.ground.client import RunningGround
 
-    found = RunningGround(how.folder).plan(how.satellite)
+    found = RunningGround(how.folder, how.operator).plan(how.satellite)
     if how.json:
         print(json_text(found))
         return 0
     for each in found:
         at = datetime.fromtimestamp(each["execute_ms"] * 1e-3, UTC)
-        what = f"of another ground, request {each['request']}"
+        what = f"{each['command'] or 'of another dictionary'}, request {each['request']}"
         if each["id"] is not None:
-            what = f"{each['id']} {_in_words(each)}"
-        print(harmless(f"{at:%Y-%m-%dT%H:%M:%SZ}  {what}"))
+            what = f"{each['id']} {in_words(each)}"
+        print(harmless(f"{at:%Y-%m-%dT%H:%M:%SZ}  {what}: {each['mark']}"))
     if not found:
         print_note("no command waits on board")
     return 0
@@ -225,7 +234,9 @@ def cancel(number: int, /, *, how: PlanOptions = PlanOptions()) -> int:
     """
     from torquer.ground.client import RunningGround
 
-    found = RunningGround(how.folder).cancel(number, how.satellite)
+    if not 1 <= number < 2**53:
+        raise ValueError(f"NUMBER: must be that of a command, from 1 on; received {number}")
+    found = RunningGround(how.folder, how.operator).cancel(number, how.satellite)
     if how.json:
         print(json_text(found))
     else:
@@ -270,12 +281,7 @@ def _key_and_value(text: str) -> tuple[str, Any]:
 def _show_commands(commands: list[dict]) -> None:
     for each in commands:
         reason = f" ({each['reason']})" if each["reason"] else ""
-        print(harmless(f"{each['id']} {_in_words(each)}: {each['state']}{reason}"))
-
-
-def _in_words(command: dict) -> str:
-    values = "".join(f" {key}={value}" for key, value in command["values"].items())
-    return f"{command['command']}{values}"
+        print(harmless(f"{each['id']} {in_words(each)}: {each['state']}{reason}"))
 
 
 @options
@@ -382,7 +388,7 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
         check_installed("ground", ("pyarrow",))
     from torquer.ground.export import export_archive
 
-    start_ms, end_ms = _ms("--start", how.start), _ms("--end", how.end)
+    start_ms, end_ms = ms_of("--start", how.start), ms_of("--end", how.end)
     if start_ms is not None and end_ms is not None and start_ms > end_ms:
         raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
@@ -407,18 +413,3 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
 
 def _progress(name: str):
     return moving_bar(name, ("completed",), total=1.0)
-
-
-def _ms(option: str, text: str | None) -> int | None:
-    """Milliseconds since 1970 of a date with a zone."""
-    if text is None:
-        return None
-    try:
-        at = datetime.fromisoformat(text)
-    except ValueError:
-        at = None
-    if at is None or at.tzinfo is None:
-        raise ValueError(
-            f"{option}: must be a time with a zone, such as 2012-01-01T00:00:00Z; received {text}"
-        )
-    return round(at.timestamp() * 1e3)

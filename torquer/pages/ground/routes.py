@@ -29,8 +29,10 @@ from torquer.ground.bins import points
 from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
 from torquer.ground.live import Listener, Live
+from torquer.ground.plan import has_plan
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
+from torquer.pages.ground.orders_routes import made_by, orders_routes
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
@@ -71,6 +73,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/modes", routes.modes),
             Route(f"{one}/scene", routes.scene),
             Route(f"{one}/orbit", routes.orbit),
+            *orders_routes(contacts),
             WebSocketRoute("/api/live", routes.live),
             serve_files(WEB),
         ],
@@ -149,7 +152,7 @@ class _Routes:
         """Send a command, or all of a list or none."""
         contact = self._contact(request)
         data = await json_object(request, "command", _MOST_BYTES)
-        by = _by(request)
+        by = made_by(request)
         if "commands" in data:
             listed = data["commands"] if isinstance(data["commands"], list) else [None]
             return JSONResponse(contact.order([*map(_as_sent, listed)], by))
@@ -158,7 +161,7 @@ class _Routes:
     async def cancel(self, request: Request) -> Response:
         """Cancel a command that waits, here or on board."""
         contact, number = self._contact(request), request.path_params["number"]
-        return JSONResponse(contact.cancel(min(number, _LAST_MS), _by(request)))
+        return JSONResponse(contact.cancel(min(number, _LAST_MS), made_by(request)))
 
     async def modes(self, request: Request) -> Response:
         """The mode table and its diagram."""
@@ -255,6 +258,7 @@ def _describe(contact: Contact) -> dict:
             "modes": bool(regions) and "modes" in dictionary.down,
             "scene": scenario is not None,
             "orbit": scenario is not None,
+            "plan": has_plan(dictionary),
         },
         "packets": described["packets"],
     }
@@ -295,10 +299,6 @@ def _as_sent(data) -> Sent:
     if not isinstance(data, dict):
         raise ScenarioError(f"command: must be an object; received {quote_value(data)}")
     return validate_tables(Sent, {"at_s": 0.0} | data)
-
-
-def _by(request: Request) -> str:
-    return "command line" if "authorization" in request.headers else "page"
 
 
 def _whole(text: str) -> int | str:

@@ -7,7 +7,7 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from pathlib import Path
 
 from torquer.ground.client import SERVER
@@ -64,17 +64,18 @@ class Ground(LocalServer):
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app):
-        tasks = [asyncio.create_task(self._serve(each)) for each in self.contacts.values()]
+        served = (each for c in self.contacts.values() for each in (c.serve, c.stack.serve))
+        tasks = [asyncio.create_task(self._serve(each)) for each in served]
         self._ready()
         yield
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def _serve(self, contact: Contact) -> None:
-        """Serve a satellite; what ends it must be seen, and ends the others too."""
+    async def _serve(self, serve: Callable[[], Awaitable[None]]) -> None:
+        """Serve a satellite or its stack; what ends it must be seen, and ends the others too."""
         try:
-            await contact.serve()
+            await serve()
         except Exception as error:
             self.failed = error
             self.stop()

@@ -1,0 +1,87 @@
+"""What became of commands: found by command, state, author and span, as JSON or CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sqlite3
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from typing import Literal
+
+from pydantic import Field
+
+from torquer.base.spec import Spec
+from torquer.ground.archive import quote_names
+from torquer.ground.commands import COLUMNS, as_shown
+
+#: Columns of a table of commands; times are those of the ground but for `execute`, the satellite's.
+TIMES = ("made", "sent", "received", "answered", "execute")
+_FIELDS = ("id", "request", "command", "values", "state", "reason", "made_by")
+_LAST_MS = 2**53
+#: What begins a formula where spreadsheets read text.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+State = Literal["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"]
+
+
+class Wanted(Spec):
+    """Which commands; what is left out is any."""
+
+    command: str = Field(default="", max_length=100)
+    """Name of the command, or a part of it."""
+    state: State | None = None
+    """What became of it."""
+    by: str = Field(default="", max_length=100)
+    """Part of who ordered it, as stated."""
+    start: int = Field(default=0, ge=-_LAST_MS, le=_LAST_MS)
+    """First time at which it was made [ms since 1970]."""
+    end: int = Field(default=_LAST_MS, ge=-_LAST_MS, le=_LAST_MS)
+    """Last time at which it was made [ms since 1970]."""
+    before: int = Field(default=_LAST_MS, ge=0, le=_LAST_MS)
+    """Number that its own must be below: for the next ones of a long list."""
+    size: int = Field(default=1000, ge=1, le=100_000)
+    """How many at most, the last ones."""
+
+
+def find_commands(db: sqlite3.Connection, wanted: Wanted) -> list[dict]:
+    """Commands of an archive as users see them, newest first."""
+    rows = db.execute(
+        f"SELECT {quote_names(COLUMNS)} FROM _commands WHERE instr(lower(command), lower(?)) "
+        "AND instr(lower(made_by), lower(?)) AND (? IS NULL OR state = ?) "
+        "AND made_ms BETWEEN ? AND ? AND id < ? ORDER BY id DESC LIMIT ?",
+        (
+            *(wanted.command, wanted.by, wanted.state, wanted.state),
+            *(wanted.start, wanted.end, wanted.before, wanted.size),
+        ),
+    )
+    return [as_shown(row) for row in rows]
+
+
+def commands_csv(commands: Iterable[dict]) -> str:
+    """A table of commands as CSV, times as ISO 8601; no cell is a formula."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*_FIELDS, *TIMES])
+    for each in commands:
+        cells = [each[name] for name in _FIELDS] + [iso(each[f"{name}_ms"]) for name in TIMES]
+        writer.writerow([_cell(value) for value in cells])
+    return text.getvalue()
+
+
+def iso(time_ms: int | None) -> str:
+    """A time as ISO 8601, to the millisecond; "" for none."""
+    if time_ms is None:
+        return ""
+    try:
+        at = datetime.fromtimestamp(time_ms // 1000, UTC)
+    except (ValueError, OverflowError, OSError):
+        return str(time_ms)
+    return f"{at:%Y-%m-%dT%H:%M:%S}.{time_ms % 1000:03d}Z"
+
+
+def _cell(value) -> str | int:
+    if isinstance(value, int):
+        return value
+    text = json.dumps(value) if isinstance(value, dict) else str(value)
+    return f"'{text}" if text.startswith(_FORMULA) else text
