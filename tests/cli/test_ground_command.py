@@ -96,6 +96,131 @@ def test_a_plan_of_two_commands_at_one_second_is_listed_and_cancelled(call, fold
 
 
 @flies
+def test_a_plan_tells_what_differs_from_the_ground(call, folder):
+    sends = ("send", "report_status", "module_id=3", "--folder", folder)
+    code, out, _ = call(*sends, "--delay-s", 2500, "--as", "Ada", "--json")
+    (ours,) = json.loads(out)
+    assert (code, ours["made_by"]) == (0, "Ada (stated), command line")
+    _, out, _ = call("plan", "--json", "--folder", folder)
+    marks = {each["id"]: each["mark"] for each in json.loads(out)}
+    assert marks[ours["id"]] == "as sent"
+    with closing(sqlite3.connect(folder / "chibis.sqlite")) as db:  # as if another had sent it
+        db.execute("UPDATE _commands SET command = 'power' WHERE id = ?", (ours["id"],))
+        db.commit()
+    _, out, _ = call("plan", "--folder", folder)
+    assert f"report_status, request {ours['request']}: on board only" in out
+    assert f"{ours['id']} power module_id=3: on ground only" in out
+    assert call("send", "plan_cancel", f"request={ours['request']}", "--folder", folder)[0] == 0
+
+
+@flies
+def test_a_stack_is_loaded_stepped_and_run(call, folder, tmp_path):
+    stack = ("stack", "--folder", folder)
+    code, out, err = call(*stack)
+    assert code == 0 and (out, err) == ("", "note: no stack was loaded\n")
+    file = tmp_path / "wrong.toml"
+    file.write_text('[[commands]]\ncommand = "report_statu"\n[[commands]]\ncommand = "reboot"\n')
+    code, out, err = call("stack", "load", file, "--folder", folder)
+    assert (code, out) == (2, "") and "commands[0].command: must be one of" in err
+    assert "commands[1].values.kind: must be given" in err and err.count("\n") == 2
+    example = "examples/software/commissioning.toml"
+    code, out, _ = call("stack", "load", example, "--folder", folder, "--as", "Ада")
+    assert code == 0 and "stack commissioning: held (loaded)" in out and "> 1 # Is everybody" in out
+    assert call("stack", "next", "--folder", folder, "--as", "Ада")[0] == 0
+    code, out, _ = call("stack", "next", "--folder", folder, "--as", "Ада")
+    assert code == 0 and "> 3 report_status module_id=3: ready" in out
+    code, out, _ = call("stack", "skip", "--folder", folder)
+    assert code == 0 and "3 report_status module_id=3: skipped (skipped by command line)" in out
+    code, out, _ = call("stack", "run", "--folder", folder, "--as", "Ben")
+    assert code == 0 and "stack commissioning: over" in out and "received" in out.split("\n")[5]
+    code, out, _ = call("history", "--folder", folder, "--json")
+    made = [each["made_by"] for each in json.loads(out) if "stack" in each["made_by"]]
+    begin = [f"{name} (stated), command line, stack 1 step {n}"
+             for name, n in (("Ада", 2), ("Ben", 4), ("Ben", 5))]  # fmt: skip
+    assert made == begin
+    code, _, err = call("stack", "next", "--folder", folder)
+    assert code == 2 and "stack: must be loaded; received one that is over" in err
+
+
+@flies
+def test_a_stack_that_fails_is_held_and_aborted(call, folder, tmp_path):
+    file = tmp_path / "fails.toml"
+    one = '[[commands]]\ncommand = "{}"\nvalues = {{ {} }}\n'
+    mode = one.format("set_mode", 'region = "stabilisation", state = "science"')
+    file.write_text(mode + one.format("report_status", "module_id = 1"))
+    assert call("stack", "load", file, "--folder", folder)[0] == 0
+    code, out, _ = call("stack", "run", "--folder", folder)
+    assert code == 1 and "stack fails: held (step 1, command " in out
+    assert "failed" in out and "refused (not possible in this mode)" in out
+    code, out, err = call("stack", "load", file, "--folder", folder)
+    assert code == 2 and "stack: must be over or aborted" in err
+    code, out, _ = call("stack", "abort", "--folder", folder, "--json")
+    assert code == 0 and json.loads(out)["stack"]["state"] == "aborted"
+
+
+@flies
+def test_stacks_are_saved_on_the_ground(call, folder, tmp_path):
+    example = "examples/software/commissioning.toml"
+    name = ("--name", "morning", "--folder", folder)
+    assert call("stack", "save", example, *name)[0] == 0
+    assert call("stack", "list", "--folder", folder)[1] == "morning\n"
+    with open(example, encoding="utf-8") as file:
+        assert call("stack", "text", "morning", "--folder", folder)[1] == file.read()
+    code, out, _ = call("stack", "load", "morning", "--folder", folder)
+    assert code == 0 and "stack morning: held" in out
+    assert call("stack", "abort", "--folder", folder)[0] == 0
+    assert call("stack", "delete", "morning", "--folder", folder)[0] == 0
+    assert call("stack", "list", "--folder", folder)[1] == ""
+    for action in ("load", "text", "delete"):
+        code, _, err = call("stack", action, "morning", "--folder", folder)
+        assert code == 2 and "name: must be one of nothing is saved; received morning" in err
+
+
+@flies
+def test_the_history_is_filtered_and_written_as_csv(call, folder):
+    call("send", "get_parameter", "index=0", "--as", "Zoe", "--folder", folder)
+    _, out, _ = call("history", "--by", "zoe", "--folder", folder)
+    assert "get_parameter index=0: executed, Zoe (stated), command line\n" in out
+    _, out, _ = call("history", "--by", "zoe", "--csv", "--folder", folder)
+    head, *rows = out.splitlines()
+    assert head.startswith("id,request,command,values,state,reason,made_by,made,sent,")
+    assert len(rows) == 1 and "Zoe (stated)" in rows[0] and rows[0].endswith("Z,")
+    _, out, err = call("history", "--by", "zoe", "--state", "refused", "--folder", folder)
+    assert (out, err) == ("", "note: there are no such commands\n")
+    _, out, _ = call("history", "--end", "2012-01-01T00:00:00Z", "--json", "--folder", folder)
+    assert json.loads(out) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("cancel", "x"), "NUMBER: must be a whole number; received x"),
+        (("cancel", "1.5"), "NUMBER: must be a whole number; received 1.5"),
+        (("cancel", "-1"), "NUMBER: must be that of a command, from 1 on; received -1"),
+        (("cancel", "0"), "NUMBER: must be that of a command, from 1 on; received 0"),
+        (("cancel", "9" * 20), "NUMBER: must be that of a command, from 1 on; received 99"),
+        (("cancel",), "NUMBER"),
+        (("stack", "fire"), '"fire" for ACTION'),
+        (("stack", "load"), "WHAT: must be given with load; received nothing"),
+        (("stack", "run", "x"), "WHAT: must be left out with run; received x"),
+        (("stack", "run", "--as", ""), "--as: must be 1 to 40 printable characters"),
+        (("send", "x", "--as", "a\nb"), "--as: must be 1 to 40 printable characters"),
+        (("stack",), "--folder: must be that of a running ground"),
+        (("history",), "--satellite: must be one of none in"),
+        (("history", "--csv", "--json"), "--csv: must not be given with --json"),
+        (("history", "--start", "x"), "--start: must be a time with a zone"),
+        (("history", "--size", "0"), "--size: must lie within 1..100000"),
+        (("history", "--state", "lost"), '"lost" for --state'),
+    ],
+)
+def test_wrong_orders_get_one_line(call, tmp_path, arguments, message):
+    words = arguments if "--as" in arguments else (*arguments, "--folder", tmp_path)
+    code, out, err = call(*words)
+    assert code == 2 and (not out or "--json" in arguments)
+    assert message in err and err.startswith("error: ") and err.count("error:") == 1
+
+
+@flies
 def test_send_a_file(call, folder, tmp_path):
     file = tmp_path / "commands.toml"
     one = '[[commands]]\nat_s = {}\ncommand = "get_parameter"\nvalues = {{ index = {} }}\n'

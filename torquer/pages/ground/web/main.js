@@ -10,6 +10,7 @@ import { Telemetry } from "./mct/telemetry.js";
 import { latencyMeter } from "./measure.js";
 import { get } from "./net/api.js";
 import { Live } from "./net/live.js";
+import { askRole } from "./net/role.js";
 import { Rows } from "./net/rows.js";
 import { satellitesOf } from "./satellites.js";
 import { installViews } from "./views/all.js";
@@ -18,7 +19,8 @@ import { installViews } from "./views/all.js";
 const ASSETS = "/vendor/openmct/";
 
 async function start() {
-  const satellites = satellitesOf(await get("/api/satellites"));
+  const [described] = await Promise.all([get("/api/satellites"), askRole()]);
+  const satellites = satellitesOf(described);
   if (!satellites.size) throw new Error("The server knows no satellite.");
   const live = new Live();
   const rows = new Rows(live);

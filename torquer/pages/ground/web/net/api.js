@@ -1,5 +1,8 @@
 // Requests to the server; all of them go to the page's own origin.
 
+/** Where the browser keeps the name that the user states. */
+export const OPERATOR = "torquer.operator";
+
 /** Refusal by the server, with its reason in one line. */
 export class ServerError extends Error {}
 
@@ -13,9 +16,13 @@ export async function get(path, parameters = {}, signal = undefined) {
   return answer(await fetch(query ? `${path}?${query}` : path, { signal }));
 }
 
-export async function post(path, body) {
+/** A request that changes something, with the name that the user states. */
+export async function post(path, body, method = "POST") {
   const headers = { "Content-Type": "application/json" };
-  return answer(await fetch(path, { method: "POST", headers, body: JSON.stringify(body) }));
+  const stated = localStorage.getItem(OPERATOR);
+  // Headers are of ASCII only.
+  if (stated) headers["Torquer-Operator"] = encodeURIComponent(stated);
+  return answer(await fetch(path, { method, headers, body: JSON.stringify(body) }));
 }
 
 /** For requests that nobody waits for: when `signal` says that a view is closed, they may fail. */

@@ -2,10 +2,13 @@
 
 import { h } from "../dom.js";
 import { TYPES } from "../mct/objects.js";
+import { showCommandHistory } from "./command_history.js";
 import { showCommands } from "./commands.js";
 import { showLog } from "./log.js";
 import { showModes } from "./modes.js";
 import { showPacket } from "./packet.js";
+import { showPlan } from "./plan.js";
+import { showStack } from "./stack.js";
 import { showState } from "./state.js";
 
 /** 3D needs three.js, which is loaded only where it is shown. */
@@ -16,6 +19,9 @@ const VIEWS = [
   { type: TYPES.attitude, name: "Attitude 3D", cssClass: "icon-object", show: showAttitude },
   { type: TYPES.modes, name: "Modes", cssClass: "icon-layers", show: showModes },
   { type: TYPES.commands, name: "Commands", cssClass: "icon-play", show: showCommands },
+  { type: TYPES.stack, name: "Command stack", cssClass: "icon-list-view", show: showStack },
+  { type: TYPES.plan, name: "Plan", cssClass: "icon-timeline", show: showPlan },
+  { type: TYPES.history, name: "History", cssClass: "icon-history", show: showCommandHistory },
   { type: TYPES.log, name: "Log", cssClass: "icon-notebook", show: showLog },
   { type: TYPES.state, name: "State", cssClass: "icon-info", show: showState },
   { type: TYPES.packet, name: "Values", cssClass: "icon-list-view", show: showPacket },

@@ -2,7 +2,9 @@
 
 import { h } from "../dom.js";
 import { post, route } from "../net/api.js";
+import { mayCommand } from "../net/role.js";
 import { inputOf } from "./fields.js";
+import { operatorLine } from "./operator.js";
 
 export class CommandForm {
   #satellite;
@@ -43,7 +45,12 @@ export class CommandForm {
       h("p", { class: "t-note" }, command.description),
       ...this.#inputs.map(({ element }) => element),
       this.#execution(),
-      h("button", { class: "t-send", type: "submit" }, `Send ${command.name}`),
+      operatorLine(),
+      h(
+        "button",
+        { class: "t-send", type: "submit", disabled: !mayCommand() },
+        `Send ${command.name}`,
+      ),
       this.#error,
     );
   }
@@ -59,6 +66,7 @@ export class CommandForm {
 
   async #submit(event) {
     event.preventDefault();
+    if (!mayCommand()) return;
     this.#error.textContent = "";
     try {
       const values = Object.fromEntries(this.#inputs.map((one) => [one.name, one.value()]));

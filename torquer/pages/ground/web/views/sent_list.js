@@ -2,6 +2,7 @@
 
 import { h, oncePerFrame, utc, utcToday } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
+import { mayCommand } from "../net/role.js";
 
 /** Most commands shown: the last ones. */
 const MOST = 200;
@@ -78,7 +79,9 @@ function progress({ sent_ms, received_ms, answered_ms, state }) {
 
 function lineOf(command, cancel) {
   const { id, state, made_ms, sent_ms, answered_ms } = command;
-  const button = WAITS.includes(state) && h("button", { type: "button", onclick: cancel }, "Cancel");
+  const canCancel = mayCommand() && WAITS.includes(state);
+  const how = { type: "button", class: "t-button", onclick: cancel };
+  const button = canCancel && h("button", how, "Cancel");
   const stateCell = h("td", { class: "t-sent__state" }, stateInWords(command), " ", button || "");
   return h(
     "tr",
@@ -98,7 +101,7 @@ function stateInWords({ state, reason, execute_ms, answered_ms }) {
   return isDelayed ? `${state}, to be executed ${utc(execute_ms)} on board` : state;
 }
 
-const valuesInWords = (values) =>
+export const valuesInWords = (values) =>
   Object.entries(values ?? {})
     .map(([name, value]) => `${name} = ${Array.isArray(value) ? value.join(", ") : value}`)
     .join("; ");
