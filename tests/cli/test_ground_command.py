@@ -209,7 +209,7 @@ def test_the_history_is_filtered_and_written_as_csv(call, folder):
         (("history",), "--satellite: must be one of none in"),
         (("history", "--csv", "--json"), "--csv: must not be given with --json"),
         (("history", "--start", "x"), "--start: must be a time with a zone"),
-        (("history", "--size", "0"), "--size: must lie within 1..100000"),
+        (("history", "--size", "0"), "--size: must lie within 1..20000"),
         (("history", "--state", "lost"), '"lost" for --state'),
     ],
 )

@@ -20,6 +20,8 @@ from torquer.ground.commands import COLUMNS, as_shown
 TIMES = ("made", "sent", "received", "answered", "execute")
 _FIELDS = ("id", "request", "command", "values", "state", "reason", "made_by")
 _LAST_MS = 2**53
+#: Most commands of one answer: more would keep a ground busy for seconds.
+MOST = 20_000
 #: What begins a formula where spreadsheets read text.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 State = Literal["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"]
@@ -40,7 +42,7 @@ class Wanted(Spec):
     """Last time at which it was made [ms since 1970]."""
     before: int = Field(default=_LAST_MS, ge=0, le=_LAST_MS)
     """Number that its own must be below: for the next ones of a long list."""
-    size: int = Field(default=1000, ge=1, le=100_000)
+    size: int = Field(default=1000, ge=1, le=MOST)
     """How many at most, the last ones."""
 
 
@@ -77,7 +79,7 @@ def iso(time_ms: int | None) -> str:
         at = datetime.fromtimestamp(time_ms // 1000, UTC)
     except (ValueError, OverflowError, OSError):
         return str(time_ms)
-    return f"{at:%Y-%m-%dT%H:%M:%S}.{time_ms % 1000:03d}Z"
+    return f"{at.isoformat()[:19]}.{time_ms % 1000:03d}Z"
 
 
 def _cell(value) -> str | int:

@@ -151,7 +151,7 @@ class HistoryOptions:
     """Made from this time on, ISO 8601 with a zone [all]."""
     end: str | None = None
     """Made up to this time, ISO 8601 with a zone [all]."""
-    size: Annotated[int | None, within(1, 100_000)] = 100
+    size: Annotated[int | None, within(1, 20_000)] = 100
     """How many at most: the last ones."""
     folder: Path = FOLDER
     """Folder of the ground's archives."""

@@ -6,6 +6,8 @@ import { valuesInWords } from "./sent_list.js";
 
 /** Commands of a page; more are asked for. */
 const PAGE = 200;
+/** Most commands of a file; the span narrows what is in it. */
+const MOST = 20_000;
 const STATES = ["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"];
 const TITLES = ["No.", "Command", "Values", "State", "Made (UTC)", "Sent", "Received", "Answered"];
 const LAST = ["Execution (on board)", "By (as stated)"];
@@ -125,9 +127,9 @@ class CommandHistory {
     this.#body.replaceChildren(...this.#commands.map(lineOf));
   }
 
-  /** Saves all that are asked for, not only those that are shown. */
+  /** Saves the last ones that are asked for, not only those that are shown. */
   #save(format) {
-    const query = new URLSearchParams({ ...this.#wanted(), size: 100_000, format });
+    const query = new URLSearchParams({ ...this.#wanted(), size: MOST, format });
     const name = `${this.#context.satellite.key}-commands.${format}`;
     h("a", { href: `${this.#path}?${query}`, download: name }).click();
   }
