@@ -11,6 +11,7 @@ import os
 import secrets
 import time
 from pathlib import Path
+from urllib.parse import urlsplit
 
 #: How long a code opens [s].
 _VALID_S = 60.0
@@ -40,7 +41,8 @@ class Login:
         The code in it takes the place of one before.
         """
         self.close()
-        path = (folder / "open_in_browser.html").resolve()
+        port = urlsplit(address).port  # several pages may be opened from one folder
+        path = (folder / f"open_in_browser_{port}.html").resolve()
         path.unlink(missing_ok=True)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         self._file, self._code = path, secrets.token_urlsafe(32)
