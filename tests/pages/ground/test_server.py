@@ -18,6 +18,7 @@ from torquer.flight.packets.protected import TelemetrySender
 from torquer.flight.packets.software_file import load_link
 from torquer.ground import live
 from torquer.ground.archive import EPOCH_MS, Row
+from torquer.ground.client import RunningGround
 from torquer.ground.contact import Counters
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
@@ -430,6 +431,24 @@ def test_pus_is_no_different(tmp_path):
         assert client.ends(number)["state"] == "received"
         until(lambda: client.ends(number)["state"] == "executed")
         assert client.value("value", packet="parameter")[3] == 2
+
+
+def test_the_plan_of_pus_is_matched_by_command_and_time(tmp_path):
+    """It names telecommands by numbers that the ground does not keep."""
+    own = software(tmp_path, link="pus")
+    folder = tmp_path / "a"
+    with flying(own) as flight, serving(folder, chibis=table(flight.address, own)) as client:
+        client.value("omega_x")
+        body = {"command": "get_parameter", "values": {"index": 0}, "delay_s": 3000}
+        _, answer, _ = client.raw("/api/chibis/commands", json.dumps(body).encode())
+        number = json.loads(answer)["id"]
+        assert client.ends(number)["state"] == "received"
+        ground = RunningGround(folder)
+        (entry,) = ground.plan()
+        assert (entry["id"], entry["mark"]) == (number, "as sent")
+        assert entry["request"] > 65_535
+        assert ground.cancel(number)["state"] == "executed"
+        assert ground.plan() == []
 
 
 @pytest.mark.parametrize("address", ["udp:127.0.0.1:0", "can:virtual:ground_and_satellite"])
