@@ -22,6 +22,7 @@ class Context {
   lineTo(...at) { note("line")(...at); }
   stroke() { note("stroke")(); }
   fill() { note("fill")(); }
+  fillRect(...at) { note("dot")(...at); }
 }
 const made = new Context();
 globalThis.HTMLCanvasElement = class {
@@ -62,4 +63,5 @@ def test_lines_are_interrupted_and_infinities_marked():
         ["fill"],
         ["mark", 7, 100],
         ["fill"],
+        ["dot", 4, 5, 4, 4],
     ]

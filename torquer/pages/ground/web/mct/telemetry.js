@@ -50,10 +50,9 @@ export class Telemetry {
       return rows.map((row) => frameDatum(row, numbers));
     }
     const points = await history(satellite, packet, number, parameters, options.signal);
-    const rows = options.strategy === "minmax" ? fromFirstKnown(points) : points;
-    return rows
-      .filter(([, , value], i) => !repeatsUnknown(value, rows[i - 1]?.[2]))
-      .map(([time, received, value, quality]) => numberDatum({ time, received, quality }, value));
+    const isPlot = options.strategy === "minmax";
+    const rows = isPlot ? withOrigin(oneOfEachRun(points), options) : points;
+    return rows.map(([time, received, value, quality]) => numberDatum({ time, received, quality }, value));
   }
 
   #subscribe(object, callback) {
@@ -65,7 +64,7 @@ export class Telemetry {
     const hand = (row) => {
       if (this.#isBehindFixedSpan(row)) return;
       const value = row.values[place];
-      if (isNumber(object) && repeatsUnknown(value, last)) return;
+      if (isNumber(object) && !isPlace(value) && last !== undefined && !isPlace(last)) return;
       last = value;
       callback(isNumber(object) ? numberDatum(row, value) : frameDatum(row, numbers));
       this.#latency?.(row.received);
@@ -119,14 +118,34 @@ function parametersOf({ start, end, domain, strategy, size }) {
   return { ...span, by, latest: 1, size: Math.min(rows, MOST_ROWS) };
 }
 
-/** Plots count from their first value: nothing would be seen if that were not finite. */
-function fromFirstKnown(points) {
-  const first = points.findIndex(([, , value]) => value !== null && Math.abs(value) !== Infinity);
-  return first < 0 ? [] : points.slice(first);
+/** How far before a plot its origin is, in widths of the plot. */
+const AWAY = 100;
+
+/**
+ * Plots count from their first value: nothing would be seen if that were not finite. Then they get
+ * a point far outside, from which no line leads to what is not finite.
+ */
+function withOrigin(points, { start, end }) {
+  if (!points.length || isPlace(points[0][2])) return points;
+  const first = points.find(([, , value]) => isPlace(value));
+  const shift = AWAY * (end - start);
+  const origin = points[0].map((one, i) => (i < 2 && one !== null ? Math.floor(one - shift) : one));
+  origin[2] = first ? first[2] : 0;
+  return [origin, ...points];
 }
 
-/** One unknown number interrupts a line; of more Open MCT would complain, each time. */
-const repeatsUnknown = (value, before) => value === null && before === null;
+const isPlace = (value) => value !== null && Math.abs(value) !== Infinity;
+
+/** Of places side by side that are not finite plots keep one: an infinity rather than a gap. */
+function oneOfEachRun(points) {
+  const kept = [];
+  for (const point of points) {
+    const last = kept.at(-1);
+    if (!last || isPlace(point[2]) || isPlace(last[2])) kept.push(point);
+    else if (last[2] === null) kept[kept.length - 1] = point;
+  }
+  return kept;
+}
 
 /** Unknown numbers are left out: Open MCT would draw null as zero. */
 const datum = ({ time, received, quality }) => ({
