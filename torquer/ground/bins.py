@@ -93,7 +93,7 @@ def points(
     if len(rows) <= size:
         groups = [[Point(*row)] for row in rows]
         at = np.array([row[TIMES[by] == "_received_ms"] for row in rows], np.int64)
-        wide = np.diff(at) > _GAP * _usual(np.diff(at))
+        wide = np.diff(at) > _GAP * usual_steps(np.diff(at))
         return _with_gaps(groups, np.diff(at), wide, most_gaps)
     return _with_gaps(*_binned(source, start_ms, end_ms, size), most_gaps)
 
@@ -193,7 +193,7 @@ def _with_gaps(
     return found
 
 
-def _usual(steps: np.ndarray) -> np.ndarray:
+def usual_steps(steps: np.ndarray) -> np.ndarray:
     """The usual step about each: satellites send now more, now less often."""
     some = steps[steps > 0]
     if len(some) < 2:

@@ -11,6 +11,7 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
+from torquer.cli.ground_options import FOLDER, date_ms
 from torquer.cli.loading import load_checked, load_given
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
@@ -26,7 +27,6 @@ from torquer.cli.output import (
 from torquer.cli.process import FAILED_CODE
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
-FOLDER = Path("runs/ground")
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
 #: The port of the page unless another is given.
@@ -382,7 +382,7 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
         check_installed("ground", ("pyarrow",))
     from torquer.ground.export import export_archive
 
-    start_ms, end_ms = _ms("--start", how.start), _ms("--end", how.end)
+    start_ms, end_ms = date_ms("--start", how.start), date_ms("--end", how.end)
     if start_ms is not None and end_ms is not None and start_ms > end_ms:
         raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
@@ -409,16 +409,6 @@ def _progress(name: str):
     return moving_bar(name, ("completed",), total=1.0)
 
 
-def _ms(option: str, text: str | None) -> int | None:
-    """Milliseconds since 1970 of a date with a zone."""
-    if text is None:
-        return None
-    try:
-        at = datetime.fromisoformat(text)
-    except ValueError:
-        at = None
-    if at is None or at.tzinfo is None:
-        raise ValueError(
-            f"{option}: must be a time with a zone, such as 2012-01-01T00:00:00Z; received {text}"
-        )
-    return round(at.timestamp() * 1e3)
+for _name in ("at", "gaps"):
+    _epilogue = show_examples(f"ground {_name}")
+    app.command(f"torquer.cli.commands.ground_history:{_name}", name=_name, help_epilogue=_epilogue)
