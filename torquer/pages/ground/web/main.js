@@ -2,6 +2,7 @@
 
 import { h } from "./dom.js";
 import { askAgain, followOpenSatellite, installTime } from "./mct/clocks.js";
+import { installExport } from "./mct/export.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
@@ -32,8 +33,9 @@ async function start() {
   installFormats(openmct, satellites);
   installObjects(openmct, satellites);
   new Telemetry(openmct, satellites, rows, latencyMeter()).install();
+  installExport(openmct, satellites);
   installViews(openmct, { satellites, live, rows });
-  installIndicators(openmct, satellites, live);
+  installIndicators(openmct, satellites, live, rows);
   followOpenSatellite(openmct, satellites);
   live.on("again", () => askAgain(openmct));
 

@@ -2,6 +2,7 @@
 
 import { bitsFormat } from "../bits.js";
 import { QUALITIES } from "../net/rows.js";
+import { comparison } from "./comparison.js";
 
 export const NAMESPACE = "torquer";
 export const TYPES = {
@@ -10,6 +11,9 @@ export const TYPES = {
   modes: "torquer.modes",
   commands: "torquer.commands",
   log: "torquer.log",
+  past: "torquer.past",
+  gaps: "torquer.gaps",
+  satellites: "torquer.satellites",
   state: "torquer.state",
   packet: "torquer.packet",
   number: "torquer.number",
@@ -35,10 +39,17 @@ class Objects {
 
   constructor(satellites) {
     for (const satellite of satellites.values()) this.#addSatellite(satellite);
+    const how = { numberKey, types: TYPES, identifier, namespace: NAMESPACE };
+    for (const one of comparison(satellites, how)) this.#add(...one);
   }
 
   get(key) {
     return this.#objects.get(key);
+  }
+
+  /** Keys of the objects at the top of the tree. */
+  get roots() {
+    return [...this.#objects].filter(([, { location }]) => location === "ROOT").map(([key]) => key);
   }
 
   #add(parent, key, content) {
@@ -70,6 +81,8 @@ class Objects {
       has.modes ? view("modes", "Modes") : null,
       view("commands", "Commands"),
       view("log", "Log"),
+      view("past", "Past"),
+      view("gaps", "Gaps"),
     ].filter(Boolean);
   }
 
@@ -230,6 +243,9 @@ const KINDS = {
   [TYPES.modes]: ["Modes", "icon-layers"],
   [TYPES.commands]: ["Commands", "icon-play"],
   [TYPES.log]: ["Log", "icon-notebook"],
+  [TYPES.past]: ["Past", "icon-clock"],
+  [TYPES.gaps]: ["Gaps", "icon-brackets"],
+  [TYPES.satellites]: ["Satellites", "icon-layout"],
   [TYPES.state]: ["State", "icon-info"],
   [TYPES.packet]: ["Packet", "icon-database"],
   [TYPES.number]: ["Number", "icon-telemetry"],
@@ -240,6 +256,5 @@ export function installObjects(openmct, satellites) {
   for (const [type, [name, cssClass]] of Object.entries(KINDS))
     openmct.types.addType(type, { name, cssClass, creatable: false });
   openmct.objects.addProvider(NAMESPACE, { get: async ({ key }) => objects.get(key) });
-  for (const key of satellites.keys())
-    openmct.objects.addRoot(identifier(key), openmct.priority.HIGH);
+  for (const key of objects.roots) openmct.objects.addRoot(identifier(key), openmct.priority.HIGH);
 }

@@ -3,9 +3,12 @@
 import { h } from "../dom.js";
 import { TYPES } from "../mct/objects.js";
 import { showCommands } from "./commands.js";
+import { showGaps } from "./gaps.js";
 import { showLog } from "./log.js";
 import { showModes } from "./modes.js";
 import { showPacket } from "./packet.js";
+import { showPast } from "./past.js";
+import { showSatellites } from "./satellites.js";
 import { showState } from "./state.js";
 
 /** 3D needs three.js, which is loaded only where it is shown. */
@@ -17,6 +20,9 @@ const VIEWS = [
   { type: TYPES.modes, name: "Modes", cssClass: "icon-layers", show: showModes },
   { type: TYPES.commands, name: "Commands", cssClass: "icon-play", show: showCommands },
   { type: TYPES.log, name: "Log", cssClass: "icon-notebook", show: showLog },
+  { type: TYPES.past, name: "Past", cssClass: "icon-clock", show: showPast },
+  { type: TYPES.gaps, name: "Gaps", cssClass: "icon-brackets", show: showGaps },
+  { type: TYPES.satellites, name: "Side by side", cssClass: "icon-layout", show: showSatellites },
   { type: TYPES.state, name: "State", cssClass: "icon-info", show: showState },
   { type: TYPES.packet, name: "Values", cssClass: "icon-list-view", show: showPacket },
 ];

@@ -1,7 +1,8 @@
 // The log of satellite and ground: history, and what comes.
 
-import { h, oncePerFrame, utc } from "../dom.js";
+import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, route } from "../net/api.js";
+import { inZone } from "../times.js";
 
 /** Most entries shown; older ones are found with a fixed time span. */
 const MOST = 500;
@@ -98,8 +99,8 @@ class Log {
 
 function lineOf({ received_ms, time_ms, source, severity, text }) {
   // The ground has no on-board time of its own.
-  const onBoard = source === "satellite" ? utc(time_ms) : "";
-  const cells = [utc(received_ms), onBoard, source, severity, text];
+  const onBoard = source === "satellite" ? inZone(time_ms) : "";
+  const cells = [inZone(received_ms), onBoard, source, severity, text];
   return h(
     "tr",
     { "data-severity": severity },

@@ -1,11 +1,12 @@
 // Commands that were sent, with what became of each, live.
 
-import { h, oncePerFrame, utc, utcToday } from "../dom.js";
+import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
+import { inZone, inZoneToday } from "../times.js";
 
 /** Most commands shown: the last ones. */
 const MOST = 200;
-const TITLES = ["No.", "Command", "Values", "State", "Made (UTC)", "Sent", "Answered", "By"];
+const TITLES = ["No.", "Command", "Values", "State", "Made", "Sent", "Answered", "By"];
 
 export class SentList {
   #context;
@@ -87,7 +88,7 @@ function lineOf(command, cancel) {
     h("td", {}, command.command),
     h("td", { class: "t-sent__values" }, valuesInWords(command.values)),
     stateCell,
-    [made_ms, sent_ms, answered_ms].map((time) => h("td", { title: utc(time) }, utcToday(time))),
+    [made_ms, sent_ms, answered_ms].map((time) => h("td", { title: inZone(time) }, inZoneToday(time))),
     h("td", {}, command.by ?? command.made_by ?? ""),
   );
 }
@@ -95,7 +96,7 @@ function lineOf(command, cancel) {
 function stateInWords({ state, reason, execute_ms, answered_ms }) {
   if (reason) return `${state}: ${reason}`;
   const isDelayed = execute_ms && !answered_ms;
-  return isDelayed ? `${state}, to be executed ${utc(execute_ms)} on board` : state;
+  return isDelayed ? `${state}, to be executed ${inZone(execute_ms)} on board` : state;
 }
 
 const valuesInWords = (values) =>
