@@ -19,12 +19,12 @@ class Log {
   #entries = new Map();
   #least = h(
     "select",
-    { onchange: () => this.#draw() },
+    { "aria-label": "Severity", onchange: () => this.#draw() },
     h("option", { value: 0 }, "all entries"),
     h("option", { value: 1 }, "warnings and alarms"),
     h("option", { value: 2 }, "alarms"),
   );
-  #text = h("input", { type: "search", placeholder: "text", oninput: () => this.#draw() });
+  #text = h("input", { type: "search", placeholder: "text", "aria-label": "Text", oninput: () => this.#draw() });
   #span = h("span", { class: "t-note" });
   #body = h("tbody");
 
@@ -34,7 +34,7 @@ class Log {
       "div",
       { class: "t-log" },
       h("div", { class: "t-bar" }, this.#least, this.#text, this.#span),
-      h("div", { class: "t-scroll" }, this.#table()),
+      h("div", { class: "t-scroll", tabindex: 0 }, this.#table()),
     );
     this.redraw = oncePerFrame(() => this.#draw(), context.signal);
   }

@@ -22,7 +22,7 @@ export class SentList {
     );
     this.element = h(
       "section",
-      { class: "t-sent t-scroll" },
+      { class: "t-sent t-scroll", tabindex: 0 },
       h("table", { class: "t-table" }, h("thead", {}, head), this.#body),
     );
     this.redraw = oncePerFrame(() => this.#draw(), context.signal);
