@@ -5,10 +5,15 @@ from contextlib import closing
 
 import pytest
 from made_archive import CHIBIS, archive_of, row
+from onboard_ground import flying
 
+from torquer.compile import engine
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.packets.software_file import load_link
 from torquer.ground import gaps as gaps_
-from torquer.ground.archive import EPOCH_MS, read_only
+from torquer.ground.archive import EPOCH_MS, Archive, read_only
 from torquer.ground.gaps import SPAN_MS, can_fill, fill, find_gaps
+from torquer.ground.recording import import_recording
 
 
 def found(path, *asked):
@@ -86,3 +91,32 @@ def test_orders_name_whole_seconds_around_a_gap():
     assert fill(0, 2**60).values == {"from_s": 0, "to_s": 2**32 - 1, "every": 1}
     assert can_fill(CHIBIS)
     assert not can_fill(CHIBIS.model_copy(update={"up": {}}))
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="a flight: minutes without JIT")
+@pytest.mark.verifies("REQ-TM-002")
+def test_a_gap_is_filled_by_the_record_each_row_once_though_it_is_asked_for_twice(tmp_path):
+    """What came down in half a minute is lost; its record is ordered, twice, and comes."""
+    tm = {"store_s": 1.0, "in_file": 5, "files": 100}
+    ground = flying(400.0, software={"modules": {"tm": {"settings": tm}}})
+    ground.tick(times=120)
+    del ground.sent[60:90]
+    link = load_link(None)
+    with closing(Archive(tmp_path / "sat.sqlite", link.dictionary)) as archive:
+
+        def kept():
+            """Gaps of the main packet, and the record, once all that came down is archived."""
+            (tmp_path / "pass.bin").write_bytes(b"".join(ground.sent))
+            import_recording(link, tmp_path / "pass.bin", archive)
+            gaps = found(tmp_path / "sat.sqlite", ["extended"])
+            return gaps, archive.read("SELECT on_board_ms FROM stored ORDER BY _time_ms")
+
+        (gap,), rows = kept()
+        assert (gap.missing, gap.stored, rows) == (30, 0, [])
+        for _ in range(2):
+            order = fill(gap.start_ms, gap.end_ms)
+            answer = ground.command("replay", *order.values.values(), times=20)
+            assert answer["code"] == Reason.DONE
+            (after,), rows = kept()
+            assert after.stored == 30 and len(rows) == len({*rows}) == 32
+    assert len(ground.named("stored")) == 64

@@ -8,6 +8,7 @@ const TITLES = ["Packet", "From (on board)", "To (on board)", "Missing", "Stored
 /** The packet of which the satellite has a record, and the one in which it comes. */
 const MAIN = "extended";
 const STORED = "stored";
+const REPLAY = "replay";
 /** Rows of a record come many at once [ms]. */
 const PAUSE_MS = 2000;
 
@@ -20,7 +21,9 @@ export function showGaps(element, context) {
 class Gaps {
   #context;
   #waits = false;
+  /** Orders by the gap that they are for, and the last news of commands by their numbers. */
   #orders = new Map();
+  #states = new Map();
   #note = h("p", { class: "t-note", role: "status" });
   #failure = h("p", { class: "t-failure", role: "alert" });
   #body = h("tbody");
@@ -83,31 +86,39 @@ class Gaps {
 
   #button({ start_ms, end_ms }) {
     const key = `${start_ms}-${end_ms}`;
-    const known = this.#orders.get(key);
-    const state = h("span", { role: "status" }, known?.state ?? "");
-    if (known) known.element = state;
+    const state = h("span", { role: "status" });
+    const order = this.#orders.get(key) ?? { id: null };
+    order.element = state;
+    this.#orders.set(key, order);
     const onclick = async () => {
       try {
-        const { id, state: text } = await post(route(this.#context.satellite.key, "gaps"), {
-          start: start_ms,
-          end: end_ms,
-        });
-        state.textContent = ` no. ${id}: ${text}`;
-        this.#orders.set(key, { id, state: state.textContent, element: state });
+        const path = route(this.#context.satellite.key, "gaps");
+        const ordered = await post(path, { start: start_ms, end: end_ms });
+        order.id = ordered.id;
+        // News of the command may have come before the answer to the request.
+        if (!this.#states.has(order.id)) this.#states.set(order.id, ordered);
         this.#failure.textContent = "";
       } catch (error) {
         this.#failure.textContent = error.message;
       }
+      this.#showOrder(order);
     };
-    return h("span", {}, h("button", { type: "button", class: "t-button", onclick }, "Ask for it"), state); // prettier-ignore
+    const button = h("button", { type: "button", class: "t-button", onclick }, "Ask for it");
+    this.#showOrder(order);
+    return h("span", {}, button, state);
   }
 
   #answered(commands) {
-    for (const { satellite, id, state, reason } of commands)
-      for (const order of this.#orders.values())
-        if (satellite === this.#context.satellite.key && order.id === id) {
-          order.state = ` no. ${id}: ${state}${reason ? ` (${reason})` : ""}`;
-          order.element.textContent = order.state;
-        }
+    const { key } = this.#context.satellite;
+    for (const one of commands)
+      if (one.satellite === key && one.command === REPLAY) this.#states.set(one.id, one);
+    for (const order of this.#orders.values()) this.#showOrder(order);
+  }
+
+  #showOrder({ id, element }) {
+    const known = this.#states.get(id);
+    if (!known) return;
+    const reason = known.reason ? ` (${known.reason})` : "";
+    element.textContent = ` no. ${id}: ${known.state}${reason}`;
   }
 }

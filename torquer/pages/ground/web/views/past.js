@@ -38,7 +38,7 @@ class Past {
   #context;
   #asked = 0;
   #shown = new AbortController();
-  #at = h("input", { type: "datetime-local", step: 1, "aria-label": "Instant, UTC" });
+  #at = h("input", { type: "datetime-local", step: 1 });
   #by = h(
     "select",
     { "aria-label": "Which time" },
