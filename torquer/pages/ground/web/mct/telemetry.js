@@ -3,6 +3,7 @@
 import { frames, history } from "../net/rows.js";
 import { isBeyond } from "../satellites.js";
 import { TYPES } from "./objects.js";
+import { isPlace, oneOfEachRun, withOrigin } from "./places.js";
 
 /** Most rows of a request that is not thinned, for tables. */
 const MOST_ROWS = 10_000;
@@ -116,35 +117,6 @@ function parametersOf({ start, end, domain, strategy, size }) {
   if (strategy === "minmax") return { ...span, by, size: size ?? 1000 };
   const rows = strategy === "latest" ? (size ?? 1) : (size ?? MOST_ROWS);
   return { ...span, by, latest: 1, size: Math.min(rows, MOST_ROWS) };
-}
-
-/** How far before a plot its origin is, in widths of the plot. */
-const AWAY = 100;
-
-/**
- * Plots count from their first value: nothing would be seen if that were not finite. Then they get
- * a point far outside, from which no line leads to what is not finite.
- */
-function withOrigin(points, { start, end }) {
-  if (!points.length || isPlace(points[0][2])) return points;
-  const first = points.find(([, , value]) => isPlace(value));
-  const shift = AWAY * (end - start);
-  const origin = points[0].map((one, i) => (i < 2 && one !== null ? Math.floor(one - shift) : one));
-  origin[2] = first ? first[2] : 0;
-  return [origin, ...points];
-}
-
-const isPlace = (value) => value !== null && Math.abs(value) !== Infinity;
-
-/** Of places side by side that are not finite plots keep one: an infinity rather than a gap. */
-function oneOfEachRun(points) {
-  const kept = [];
-  for (const point of points) {
-    const last = kept.at(-1);
-    if (!last || isPlace(point[2]) || isPlace(last[2])) kept.push(point);
-    else if (last[2] === null) kept[kept.length - 1] = point;
-  }
-  return kept;
 }
 
 /** Unknown numbers are left out: Open MCT would draw null as zero. */
