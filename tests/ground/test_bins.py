@@ -132,3 +132,53 @@ def test_infinities_travel_by_name():
     text = json_text([1.5, math.nan, math.inf, -math.inf], None, INFINITIES)
     assert json.loads(text) == [1.5, None, "Infinity", "-Infinity"]
     assert json.loads(json_text([math.inf, math.nan], None)) == [None, None]
+
+
+YEAR_MS = 365 * 86_400_000
+
+
+@pytest.mark.parametrize("by", ["time", "received"])
+@pytest.mark.parametrize("step_ms", [1, 1000, 3_600_000])
+def test_regular_rows_have_no_gaps_however_their_extremes_lie(tmp_path, step_ms, by):
+    waves = [(k * step_ms, math.sin(k)) for k in range(10_000)]
+    found = history(tmp_path / "sat.sqlite", waves, *FOREVER, 500, by)
+    assert len(found) == 500 and all(point.rows for point in found)
+
+
+def test_a_pass_a_day_for_ten_years_is_seen_as_passes_once_they_can_be_told_apart(tmp_path):
+    passes = [(day * 86_400_000 + 10_000 * k, float(k)) for day in range(3650) for k in range(4)]
+    path = tmp_path / "sat.sqlite"
+    assert all(point.rows for point in history(path, passes, *FOREVER, 1000))
+    with closing(read_only(path)) as db:
+        month = points(db, "extended", "omega_x", 0, 30 * 86_400_000 - 1, 1000)
+    assert sum(point.rows == 0 for point in month) == 29
+
+
+def test_a_lone_row_before_a_short_pass_is_a_year_away_from_it(tmp_path):
+    for lone in (0, 2 * YEAR_MS):
+        times = sorted([lone, *(YEAR_MS + 1000 * k for k in range(3))])
+        path = tmp_path / f"{lone}.sqlite"
+        found = history(path, [(time, 1.0) for time in times], *FOREVER, 100)
+        assert [p.rows for p in found] == ([1, 0, 1, 1, 1] if lone == 0 else [1, 1, 1, 0, 1])
+
+
+@pytest.mark.parametrize("value", [None, math.inf, -math.inf])
+def test_what_is_nowhere_finite_is_told_in_every_bin(tmp_path, value):
+    found = history(tmp_path / "sat.sqlite", [(k, value) for k in range(5000)], *FOREVER, 100)
+    assert {point.value for point in found} == {value} and len(found) >= 25
+    (one,) = history(tmp_path / "one.sqlite", [(7, value)], *FOREVER, 2)
+    assert (one.value, one.rows) == (value, 1)
+
+
+def test_rows_that_were_received_in_another_order_come_in_that_of_reception(tmp_path):
+    path, names = tmp_path / "sat.sqlite", CHIBIS.down["extended"].names
+    with closing(Archive(path, CHIBIS)) as archive:
+        archive.put(
+            Row("extended", 10_000 - k, k, 2, 0, k, (None,) * PLACE + (math.sin(k),)
+                + (None,) * (len(names) - PLACE - 1))
+            for k in range(10_000)
+        )  # fmt: skip
+    with closing(read_only(path)) as db:
+        found = points(db, "extended", "omega_x", *FOREVER, 100, "received")
+    received = [point.received_ms for point in found]
+    assert received == sorted(received) and len(found) == 100

@@ -105,10 +105,18 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer ground --link tcp:127.0.0.1:7070 --scenario examples/chibis_m_day.toml",
         "torquer ground examples/software/ground.toml --port 0 --no-browser",
     ),
+    "ground at": (
+        "torquer ground at 2012-01-25T12:00:00Z",
+        "torquer ground at 2026-11-27T08:00:00Z --by received --json",
+    ),
     "ground export": (
         "torquer ground export runs/ground/satellite.sqlite --out runs/export",
         "torquer ground export runs/ground/satellite.sqlite --format csv --packet extended "
         "--start 2012-03-04T12:00:00Z",
+    ),
+    "ground gaps": (
+        "torquer ground gaps --packet extended",
+        "torquer ground gaps --packet extended --fill",
     ),
     "ground import": (
         "torquer ground import runs/chibis_m_day-flight/downlink.bin",

@@ -40,7 +40,9 @@ if TYPE_CHECKING:
         load_ground as load_ground,
         make_satellite as make_satellite,
     )
+    from torquer.ground.gaps import Gap as Gap, find_gaps as find_gaps
     from torquer.ground.live import Live as Live
+    from torquer.ground.past import last_known as last_known
     from torquer.ground.recording import import_recording as import_recording
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -53,6 +53,12 @@ class _Source(NamedTuple):
             f'SELECT {what} FROM "{self.packet}" WHERE {self.at} BETWEEN ? AND ? {where}', values
         ).fetchall()
 
+    def place(self, point: Point) -> tuple[int, int]:
+        """What puts points in order: the time that is asked for, then on-board time."""
+        if self.at == TIMES["received"]:
+            return point.received_ms or 0, point.time_ms
+        return point.time_ms, 0
+
     def edge(self, order: str, start_ms: int, end_ms: int) -> int | None:
         """The first (ASC) or last (DESC) time of an interval; None if there is none."""
         found = self.select(self.at, f"ORDER BY {self.at} {order} LIMIT 1", start_ms, end_ms)
@@ -83,21 +89,38 @@ def points(
         f"ORDER BY {source.at} LIMIT ?",
         *(start_ms, end_ms, size + 1),
     )
+    most_gaps = max(1, int(_GAPS * size))
     if len(rows) <= size:
-        found = [Point(*row) for row in rows]
-    else:
-        found = _binned(source, start_ms, end_ms, size)
-    return _with_gaps(found, TIMES[by] == "_received_ms", max(1, int(_GAPS * size)))
+        groups = [[Point(*row)] for row in rows]
+        at = np.array([row[TIMES[by] == "_received_ms"] for row in rows], np.int64)
+        wide = np.diff(at) > _GAP * usual_steps(np.diff(at))
+        return _with_gaps(groups, np.diff(at), wide, most_gaps)
+    return _with_gaps(*_binned(source, start_ms, end_ms, size), most_gaps)
 
 
-def _binned(source: _Source, start_ms: int, end_ms: int, size: int) -> list[Point]:
+def _binned(
+    source: _Source, start_ms: int, end_ms: int, size: int
+) -> tuple[list[list[Point]], np.ndarray, np.ndarray]:
+    """Points of each bin; from the last row of each to the next one [ms]; whether it is a gap.
+
+    A gap is longer than the usual times between rows, and than the bins beside it: others would
+    not be seen.
+    """
     infinite = f"AND {source.value} IN ({_INFINITE}, -{_INFINITE})"
     has_infinite = source.select("1", f"{infinite} LIMIT 1", start_ms, end_ms)
     ends = _ends_and_infinities if has_infinite else _ends
-    found: list[Point] = []
-    for first, last in _bins(source, start_ms, end_ms, size // (4 if has_infinite else 2)):
-        found += sorted(ends(source, first, last), key=lambda point: point.time_ms)
-    return found
+    groups, edges = [], []
+    for first, end in _bins(source, start_ms, end_ms, size // (4 if has_infinite else 2)):
+        groups.append(sorted(ends(source, first, end), key=source.place))
+        edges.append(source.tight(first, end))
+    firsts, lasts = np.array(edges, np.int64).T
+    steps, spans = firsts[1:] - lasts[:-1], lasts - firsts
+    counts = np.array([group[0].rows for group in groups])
+    usual = spans / np.maximum(counts - 1, 1)
+    known = usual[spans > 0]
+    usual[spans == 0] = np.quantile(known, 0.5, method="lower") if len(known) else np.inf
+    least = np.maximum(_GAP * usual, spans)
+    return groups, steps, steps > np.maximum(least[1:], least[:-1])
 
 
 def _bins(source: _Source, start_ms: int, end_ms: int, most: int) -> list[tuple[int, int]]:
@@ -156,25 +179,31 @@ def _ends_and_infinities(source: _Source, first: int, last: int) -> set[Point]:
     return found
 
 
-def _with_gaps(found: list[Point], by_reception: bool, most: int) -> list[Point]:
-    """Points with one that stands for no row in each of the widest gaps."""
-    at = [(p.received_ms or 0) if by_reception else p.time_ms for p in found]
-    steps = np.diff(np.array(at, np.int64))
-    wide = np.flatnonzero(steps > _GAP * _usual(steps))
-    widest = wide[np.argsort(-steps[wide], kind="stable")][:most]
-    for k in sorted(widest.tolist(), reverse=True):
-        found.insert(k + 1, _gap(found[k], found[k + 1]))
+def _with_gaps(
+    groups: list[list[Point]], steps: np.ndarray, wide: np.ndarray, most: int
+) -> list[Point]:
+    """Points with one that stands for no row in each of the widest gaps between groups."""
+    at = np.flatnonzero(wide)
+    widest = {*at[np.argsort(-steps[at], kind="stable")][:most].tolist()}
+    found: list[Point] = []
+    for k, group in enumerate(groups):
+        found += group
+        if k in widest:
+            found.append(_gap(group[-1], groups[k + 1][0]))
     return found
 
 
-def _usual(steps: np.ndarray) -> np.ndarray:
+def usual_steps(steps: np.ndarray) -> np.ndarray:
     """The usual step about each: satellites send now more, now less often."""
     some = steps[steps > 0]
     if len(some) < 2:
         return np.full(len(steps), np.inf)
-    around = np.pad(steps, _ABOUT, "reflect" if len(steps) > _ABOUT else "edge")
-    windows = np.lib.stride_tricks.sliding_window_view(around, 2 * _ABOUT + 1)
-    return np.maximum(np.median(windows, axis=1), np.median(some))
+    # at the ends the steps are mirrored: a step that stands alone there is not usual
+    about = min(_ABOUT, len(steps) - 1)
+    around = np.pad(steps, about, "reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(around, 2 * about + 1)
+    middle = np.quantile(some, 0.5, method="lower")
+    return np.maximum(np.median(windows, axis=1), middle)
 
 
 def _gap(before: Point, after: Point) -> Point:

@@ -8,7 +8,6 @@ with unit and description. Times are ms since 1970, UTC, in CSV ISO 8601; CSV ha
 
 from __future__ import annotations
 
-import csv
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -19,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.ground.columns import Column, as_numbers, fitting
+from torquer.ground.pieces import csv_bytes, parquet_bytes
 from torquer.ground.rescue import Losses, Rescue, Table
 
 #: Rows that are written at a time.
@@ -114,36 +114,6 @@ def _export(work: _Work, name: str, out: Path, format: _Format) -> list[tuple[Pa
         return found
 
 
-def _write_csv(path: Path, about: dict, columns: list[Column], parts: Iterable) -> int:
-    count = 0
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(map(_title, columns))
-        for part in parts:
-            texts = [
-                _dates(values) if "calendar" in column.attributes else values
-                for column, values in zip(columns, part, strict=True)
-            ]
-            writer.writerows(zip(*texts, strict=True))
-            count += len(part[0])
-    return count
-
-
-def _title(column: Column) -> str:
-    """Name and unit of a column."""
-    unit = column.attributes.get("units", "1")
-    return (
-        column.name if unit == "1" or "calendar" in column.attributes else f"{column.name} [{unit}]"
-    )
-
-
-def _dates(values: list) -> list[str | None]:
-    """Times in ISO 8601 with ms, UTC."""
-    known = np.array([0 if v is None else v for v in values], "datetime64[ms]")
-    texts = np.datetime_as_string(known, unit="ms").tolist()
-    return [None if v is None else f"{t}Z" for v, t in zip(values, texts, strict=True)]
-
-
 def _write_netcdf(path: Path, about: dict, columns: list[Column], parts: Iterable) -> int:
     import h5netcdf
 
@@ -180,27 +150,23 @@ def _fill(column: Column, values: list) -> np.ndarray:
     return np.array([column.fill if v is None else v for v in values], dtype=column.type)
 
 
-def _write_parquet(path: Path, about: dict, columns: list[Column], parts: Iterable) -> int:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+def _writer(pieces_of: Callable[[dict, list[Column], Iterable], Iterator[bytes]]):
+    """What writes the pieces of a packet into a file, and counts its rows."""
 
-    schema = pa.schema([_arrow_field(pa, column) for column in columns], metadata=about)
-    count = 0
-    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
-        for part in parts:
-            arrays = [*map(pa.array, part, schema.types)]
-            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
-            count += len(part[0])
-    return count
+    def write(path: Path, about: dict, columns: list[Column], parts: Iterable) -> int:
+        count = 0
 
+        def counted() -> Iterator:
+            nonlocal count
+            for part in parts:
+                count += len(part[0])
+                yield part
 
-def _arrow_field(pa, column: Column):
-    if "calendar" in column.attributes:
-        kind = pa.timestamp("ms", "UTC")
-    else:
-        kind = pa.string() if column.type == "str" else pa.from_numpy_dtype(column.type)
-    about = {key: str(value) for key, value in column.attributes.items()}
-    return pa.field(column.name, kind, metadata=about)
+        with path.open("wb") as file:
+            file.writelines(pieces_of(about, columns, counted()))
+        return count
+
+    return write
 
 
 class _Format(NamedTuple):
@@ -215,7 +181,7 @@ class _Format(NamedTuple):
 
 
 FORMATS = {
-    "csv": _Format(_write_csv, "csv", False),
+    "csv": _Format(_writer(csv_bytes), "csv", False),
     "netcdf": _Format(_write_netcdf, "nc", True),
-    "parquet": _Format(_write_parquet, "parquet", False),
+    "parquet": _Format(_writer(parquet_bytes), "parquet", False),
 }

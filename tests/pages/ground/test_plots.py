@@ -22,6 +22,7 @@ class Context {
   lineTo(...at) { note("line")(...at); }
   stroke() { note("stroke")(); }
   fill() { note("fill")(); }
+  fillRect(...at) { note("dot")(...at); }
 }
 const made = new Context();
 globalThis.HTMLCanvasElement = class {
@@ -62,4 +63,36 @@ def test_lines_are_interrupted_and_infinities_marked():
         ["fill"],
         ["mark", 7, 100],
         ["fill"],
+        ["dot", 4, 5, 4, 4],
     ]
+
+
+HANDED = """
+const points = JSON.parse(process.argv[1]).map(([at, value]) => [at, at, numberOf(value), 2]);
+const shown = withOrigin(oneOfEachRun(points), { start: 0, end: 100 });
+console.log(JSON.stringify(shown.map(([at, , value]) => [at, String(value)])));
+"""
+NUMBER_OF = "const numberOf = (value) => (typeof value === 'string' ? Number(value) : value);"
+
+
+@pytest.mark.skipif(NODE is None, reason="no Node.js")
+@pytest.mark.parametrize(
+    ("points", "handed"),
+    [
+        ([], []),
+        ([[1, 5], [2, None], [3, 6]], [[1, "5"], [2, "null"], [3, "6"]]),
+        # of a run an infinity rather than a gap
+        ([[1, 5], [2, None], [3, "Infinity"], [4, 6]], [[1, "5"], [3, "Infinity"], [4, "6"]]),
+        ([[1, 5], [2, "-Infinity"], [3, None], [4, 6]], [[1, "5"], [2, "-Infinity"], [4, "6"]]),
+        # an origin far away, where a history does not begin with a number
+        ([[1, "Infinity"], [2, 7]], [[-9999, "7"], [1, "Infinity"], [2, "7"]]),
+        ([[1, "Infinity"], [2, "Infinity"]], [[-9999, "0"], [1, "Infinity"]]),
+        ([[1, None], [2, 7]], [[-9999, "7"], [1, "null"], [2, "7"]]),
+    ],
+)
+def test_what_plots_are_handed_of_values_that_are_not_finite(points, handed):
+    code = NUMBER_OF + (WEB / "mct" / "places.js").read_text(encoding="utf-8") + HANDED
+    call = [NODE, "--input-type=module", "-e", code, json.dumps(points)]
+    done = subprocess.run(call, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == handed

@@ -10,8 +10,9 @@ from cyclopts import App
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.ground_orders import FOLDER, As, history, in_words, ms_of, stack
+from torquer.cli.commands.ground_orders import As, in_words
 from torquer.cli.examples import show_examples
+from torquer.cli.ground_options import FOLDER, date_ms
 from torquer.cli.loading import load_checked, load_given
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
@@ -27,8 +28,6 @@ from torquer.cli.output import (
 from torquer.cli.process import FAILED_CODE
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
-for _name, _command in (("stack", stack), ("history", history)):
-    app.command(_command, help_epilogue=show_examples(f"ground {_name}"))
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
 #: The port of the page unless another is given.
@@ -388,7 +387,7 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
         check_installed("ground", ("pyarrow",))
     from torquer.ground.export import export_archive
 
-    start_ms, end_ms = ms_of("--start", how.start), ms_of("--end", how.end)
+    start_ms, end_ms = date_ms("--start", how.start), date_ms("--end", how.end)
     if start_ms is not None and end_ms is not None and start_ms > end_ms:
         raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
@@ -413,3 +412,14 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
 
 def _progress(name: str):
     return moving_bar(name, ("completed",), total=1.0)
+
+
+#: Commands that have files of their own, by these files.
+_OTHERS = {"ground_history": ("at", "gaps"), "ground_orders": ("history", "stack")}
+for _file, _names in _OTHERS.items():
+    for _name in _names:
+        _place, _epilogue = (
+            f"torquer.cli.commands.{_file}:{_name}",
+            show_examples(f"ground {_name}"),
+        )
+        app.command(_place, name=_name, help_epilogue=_epilogue)

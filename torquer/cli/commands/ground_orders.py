@@ -8,11 +8,11 @@ from cyclopts import Parameter
 
 from torquer.base.limits import within
 from torquer.base.strict_json import json_text
+from torquer.cli.ground_options import FOLDER, date_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
 
-FOLDER = Path("runs/ground")
 #: A name that is stated with commands.
 As = Annotated[str | None, Parameter(name="--as")]
 #: What is done with the stack of a satellite, and with those that are saved.
@@ -172,7 +172,7 @@ def history(*, how: HistoryOptions = HistoryOptions()) -> int:
 
     if how.csv and how.json:
         raise ValueError("--csv: must not be given with --json; received both")
-    span = {"start": ms_of("--start", how.start), "end": ms_of("--end", how.end)}
+    span = {"start": date_ms("--start", how.start), "end": date_ms("--end", how.end)}
     wanted = Wanted(
         command=how.command,
         state=how.state,
@@ -206,20 +206,3 @@ def _archive(how: HistoryOptions) -> Path:
             f"{name or 'nothing'}"
         )
     return how.folder / f"{name}.sqlite"
-
-
-def ms_of(option: str, text: str | None) -> int | None:
-    """Milliseconds since 1970 of a date with a zone; ValueError with one line for anything else."""
-    from datetime import datetime
-
-    if text is None:
-        return None
-    try:
-        at = datetime.fromisoformat(text)
-    except ValueError:
-        at = None
-    if at is None or at.tzinfo is None:
-        raise ValueError(
-            f"{option}: must be a time with a zone, such as 2012-01-01T00:00:00Z; received {text}"
-        )
-    return round(at.timestamp() * 1e3)

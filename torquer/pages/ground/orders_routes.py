@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import closing
-from urllib.parse import unquote
 
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -18,12 +17,12 @@ from starlette.routing import Route
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.flight.packets.mistakes import quote_value
 from torquer.ground.archive import read_only
-from torquer.ground.authors import OPERATOR, fault_of
 from torquer.ground.command_history import Wanted, commands_csv, find_commands
 from torquer.ground.contact import Contact
 from torquer.ground.plan import compare_plan, has_plan
 from torquer.ground.stack_file import MOST_BYTES, check_stack, checked_name, read_stack
 from torquer.pages.browser.files import json_object
+from torquer.pages.ground.asked import contact_of, made_by
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 #: Most bytes of a stack as JSON, which may write six for one.
@@ -44,18 +43,6 @@ def orders_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         Route(f"{one}/stacks/{{name}}", routes.save, methods=["PUT"]),
         Route(f"{one}/stacks/{{name}}", routes.delete, methods=["DELETE"]),
     ]
-
-
-def made_by(request: Request) -> str:
-    """Who orders: from where, and the name that was stated; `ScenarioError` for what is none."""
-    place = "command line" if "authorization" in request.headers else "page"
-    stated = request.headers.get(OPERATOR, "")
-    if not stated:
-        return place
-    name = unquote(stated)
-    if fault := fault_of(name):
-        raise ScenarioError(f"operator: {fault}")
-    return f"{name.strip()} (stated), {place}"
 
 
 async def _role(request: Request) -> Response:
@@ -143,10 +130,7 @@ class _Routes:
         return JSONResponse({"name": name})
 
     def _contact(self, request: Request) -> Contact:
-        found = self._contacts.get(request.path_params["satellite"])
-        if found is None:
-            raise HTTPException(404)
-        return found
+        return contact_of(self._contacts, request)
 
     def _checked(self, contact: Contact, text: str, is_now: bool = True):
         """The stack of a text; times are checked by the clock of now, or not at all."""

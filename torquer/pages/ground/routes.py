@@ -32,7 +32,9 @@ from torquer.ground.live import Listener, Live
 from torquer.ground.plan import has_plan
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
-from torquer.pages.ground.orders_routes import made_by, orders_routes
+from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of
+from torquer.pages.ground.history_routes import history_routes
+from torquer.pages.ground.orders_routes import orders_routes
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
@@ -74,6 +76,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/scene", routes.scene),
             Route(f"{one}/orbit", routes.orbit),
             *orders_routes(contacts),
+            *history_routes(contacts),
             WebSocketRoute("/api/live", routes.live),
             serve_files(WEB),
         ],
@@ -95,7 +98,7 @@ class _Routes:
     async def frames(self, request: Request) -> Response:
         """Last rows of a packet."""
         contact, span = self._asked(request)
-        packet = _packet(contact, request)
+        packet = packet_of(contact, request)
 
         def found(db):
             ends, names = (span.start, span.end), packet.names
@@ -107,7 +110,7 @@ class _Routes:
     async def history(self, request: Request) -> Response:
         """Rows of one number."""
         contact, span = self._asked(request)
-        packet, number = _packet(contact, request), request.path_params["number"]
+        packet, number = packet_of(contact, request), request.path_params["number"]
         if number not in packet.names:
             raise HTTPException(404)
 
@@ -205,10 +208,7 @@ class _Routes:
             self._live.listeners.discard(listener)
 
     def _contact(self, request: Request) -> Contact:
-        found = self._contacts.get(request.path_params["satellite"])
-        if found is None:
-            raise HTTPException(404)
-        return found
+        return contact_of(self._contacts, request)
 
     def _scenario(self, request: Request):
         scenario = self._contact(request).satellite.scenario
@@ -217,8 +217,7 @@ class _Routes:
         return scenario
 
     def _asked(self, request: Request) -> tuple[Contact, _Span]:
-        given = {key: _whole(value) for key, value in request.query_params.items()}
-        return self._contact(request), validate_tables(_Span, given)
+        return self._contact(request), validate_tables(_Span, query_of(request))
 
     async def _read(self, contact: Contact, ask) -> Response:
         def answer() -> str:
@@ -228,13 +227,6 @@ class _Routes:
 
         text = await run_in_threadpool(answer)
         return Response(text, media_type="application/json")
-
-
-def _packet(contact: Contact, request: Request) -> Packet:
-    found = contact.dictionary.down.get(request.path_params["packet"])
-    if found is None:
-        raise HTTPException(404)
-    return found
 
 
 def _describe(contact: Contact) -> dict:
@@ -299,10 +291,6 @@ def _as_sent(data) -> Sent:
     if not isinstance(data, dict):
         raise ScenarioError(f"command: must be an object; received {quote_value(data)}")
     return validate_tables(Sent, {"at_s": 0.0} | data)
-
-
-def _whole(text: str) -> int | str:
-    return int(text) if text.lstrip("-").isdecimal() and len(text) < 20 else text
 
 
 async def _refused(request: Request, error: Exception) -> Response:

@@ -2,8 +2,10 @@
 
 import { h } from "./dom.js";
 import { askAgain, followOpenSatellite, installTime } from "./mct/clocks.js";
+import { installExport } from "./mct/export.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
+import { foldTree, paneParameters } from "./mct/narrow.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
 import { drawPlotsIn2D } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
@@ -34,9 +36,11 @@ async function start() {
   installFormats(openmct, satellites);
   installObjects(openmct, satellites);
   new Telemetry(openmct, satellites, rows, latencyMeter()).install();
+  installExport(openmct, satellites);
   installViews(openmct, { satellites, live, rows });
-  installIndicators(openmct, satellites, live);
+  installIndicators(openmct, satellites, live, rows);
   followOpenSatellite(openmct, satellites);
+  foldTree(openmct);
   live.on("again", () => askAgain(openmct));
 
   repairAddress(openmct, satellites);
@@ -52,7 +56,7 @@ function repairAddress(openmct, satellites) {
   const isKnown = !clock || clock === "fixed" || openmct.time.clocks.has(clock);
   if (path.length > 2 && isKnown) return;
   const [first] = satellites.values();
-  location.hash = path.length > 2 ? path : `${overviewPath(first)}?hideInspector=true`;
+  location.hash = path.length > 2 ? path : `${overviewPath(first)}?${paneParameters()}`;
 }
 
 /** Shows the views of the first satellite in the tree, until the user folds and unfolds it. */

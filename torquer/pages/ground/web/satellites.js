@@ -5,7 +5,10 @@ const LONGEST_VECTOR = 4;
 
 /** Map of satellites by key. */
 export function satellitesOf(described) {
-  return new Map(described.map((one) => [one.key, satellite(one)]));
+  const names = described.map(({ name }) => name);
+  const isShared = (name) => names.indexOf(name) !== names.lastIndexOf(name);
+  const named = ({ key, name }) => (isShared(name) ? `${name} (${key})` : name);
+  return new Map(described.map((one) => [one.key, satellite({ ...one, name: named(one) })]));
 }
 
 function satellite({ key, name, clock_ms, has, packets }) {

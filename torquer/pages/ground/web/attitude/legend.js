@@ -1,7 +1,8 @@
 // What the arrows are, with their magnitudes, apart by telemetry and model.
 
-import { h, number, utc } from "../dom.js";
+import { h, number } from "../dom.js";
 import { QUALITIES } from "../net/rows.js";
+import { inZone } from "../times.js";
 import { COLOURS } from "./colours.js";
 
 const TELEMETRY = {
@@ -47,7 +48,7 @@ export class Legend {
 
   show(row, found, isOld) {
     this.element.classList.toggle("is-old", isOld);
-    this.#time.textContent = row ? `${utc(row.time)} UTC on board, ${QUALITIES[row.quality]}` : "";
+    this.#time.textContent = row ? `${inZone(row.time)} on board, ${QUALITIES[row.quality]}` : "";
     for (const what of Object.keys(TELEMETRY))
       this.#telemetry[what].textContent = inWords(what, found[what], this.#units[what]);
   }

@@ -51,7 +51,7 @@ class AttitudeView {
       { class: "t-attitude" },
       box,
       this.#banner,
-      h("aside", { class: "t-attitude__legend" }, this.#choices(satellite), this.#legend.element),
+      h("div", { class: "t-attitude__legend", tabindex: 0 }, this.#choices(satellite), this.#legend.element),
     );
   }
 
@@ -71,7 +71,7 @@ class AttitudeView {
     const options = Object.entries(FRAMES).filter(([frame]) => frame !== "orbital" || has.orbit);
     const frame = h(
       "select",
-      { onchange: () => this.#stage?.follow(frame.value) },
+      { "aria-label": "Axes of the view", onchange: () => this.#stage?.follow(frame.value) },
       options.map(([value, text]) => h("option", { value }, `view fixed to ${text}`)),
     );
     this.#stage?.follow(frame.value);

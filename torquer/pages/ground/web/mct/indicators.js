@@ -1,13 +1,19 @@
 // The status line: a satellite each, with its link, counts and on-board time.
 
-import { every, h, utc } from "../dom.js";
+import { clockInWords } from "../clock_words.js";
+import { every, h } from "../dom.js";
+import { SatelliteClock } from "../net/satellite_clock.js";
+import { inZone, zoneSwitch } from "../times.js";
+import { askAgain } from "./clocks.js";
 
 /** Counts that the status line shows where the server gives them, with their words. */
 const COUNTS = { frames: "frames", rejected: "rejected", lost_bytes: "bytes lost" };
 
-export function installIndicators(openmct, satellites, live) {
+export function installIndicators(openmct, satellites, live, rows) {
+  const element = zoneSwitch(() => askAgain(openmct));
+  openmct.indicators.add({ element, key: "torquer.zone", priority: openmct.priority.DEFAULT });
   for (const satellite of satellites.values()) {
-    const indicator = new Indicator(satellite);
+    const indicator = new Indicator(satellite, new SatelliteClock(satellite, rows));
     openmct.indicators.add({
       element: indicator.element,
       key: `torquer.flight.link.${satellite.key}`,
@@ -27,11 +33,13 @@ export function installIndicators(openmct, satellites, live) {
 class Indicator {
   #link = null;
   #hasServer = false;
+  #clock;
   #state = h("span", { class: "t-link__state" });
   #counts = h("span", { class: "t-link__counts" });
   #time = h("span", { class: "t-link__time" });
 
-  constructor({ name }) {
+  constructor({ name }, clock) {
+    this.#clock = clock;
     const title = h("span", { class: "t-link__name" }, name);
     this.element = h("div", { class: "t-link" }, title, this.#state, this.#counts, this.#time);
   }
@@ -50,7 +58,8 @@ class Indicator {
     this.element.dataset.state = state;
     this.#state.textContent = text;
     this.#counts.textContent = countsInWords(this.#link);
-    this.#time.textContent = `${utc(time)} UTC on board`;
+    const about = [`${inZone(time)} on board`, ...clockInWords(this.#clock)];
+    this.#time.textContent = about.join("; ");
     this.element.title = this.#link?.address ?? "";
   }
 

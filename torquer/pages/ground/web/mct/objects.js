@@ -2,6 +2,7 @@
 
 import { bitsFormat } from "../bits.js";
 import { QUALITIES } from "../net/rows.js";
+import { comparison } from "./comparison.js";
 
 export const NAMESPACE = "torquer";
 export const TYPES = {
@@ -13,6 +14,9 @@ export const TYPES = {
   plan: "torquer.plan",
   history: "torquer.history",
   log: "torquer.log",
+  past: "torquer.past",
+  gaps: "torquer.gaps",
+  satellites: "torquer.satellites",
   state: "torquer.state",
   packet: "torquer.packet",
   number: "torquer.number",
@@ -38,10 +42,17 @@ class Objects {
 
   constructor(satellites) {
     for (const satellite of satellites.values()) this.#addSatellite(satellite);
+    const how = { numberKey, types: TYPES, identifier, namespace: NAMESPACE };
+    for (const one of comparison(satellites, how)) this.#add(...one);
   }
 
   get(key) {
     return this.#objects.get(key);
+  }
+
+  /** Keys of the objects at the top of the tree. */
+  get roots() {
+    return [...this.#objects].filter(([, { location }]) => location === "ROOT").map(([key]) => key);
   }
 
   #add(parent, key, content) {
@@ -76,6 +87,8 @@ class Objects {
       has.plan ? view("plan", "Plan") : null,
       view("history", "Command history"),
       view("log", "Log"),
+      view("past", "Past"),
+      view("gaps", "Gaps"),
     ].filter(Boolean);
   }
 
@@ -239,6 +252,9 @@ const KINDS = {
   [TYPES.plan]: ["Plan", "icon-timeline"],
   [TYPES.history]: ["Command history", "icon-history"],
   [TYPES.log]: ["Log", "icon-notebook"],
+  [TYPES.past]: ["Past", "icon-clock"],
+  [TYPES.gaps]: ["Gaps", "icon-brackets"],
+  [TYPES.satellites]: ["Satellites", "icon-layout"],
   [TYPES.state]: ["State", "icon-info"],
   [TYPES.packet]: ["Packet", "icon-database"],
   [TYPES.number]: ["Number", "icon-telemetry"],
@@ -249,6 +265,5 @@ export function installObjects(openmct, satellites) {
   for (const [type, [name, cssClass]] of Object.entries(KINDS))
     openmct.types.addType(type, { name, cssClass, creatable: false });
   openmct.objects.addProvider(NAMESPACE, { get: async ({ key }) => objects.get(key) });
-  for (const key of satellites.keys())
-    openmct.objects.addRoot(identifier(key), openmct.priority.HIGH);
+  for (const key of objects.roots) openmct.objects.addRoot(identifier(key), openmct.priority.HIGH);
 }

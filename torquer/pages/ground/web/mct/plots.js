@@ -1,7 +1,9 @@
-// How plots are drawn: lines with gaps, marks for what is infinite.
+// How plots are drawn: lines with gaps, marks for what is infinite and what stands alone.
 
 /** Half the width of a mark at the edge, and its height [px]. */
 const MARK = { half: 4, height: 7 };
+/** Width of the mark of a place that no line leads to [px]. */
+const DOT = 4;
 
 /**
  * Lets plots be drawn in 2D: WebGL draws lines through what is not finite as the graphics card
@@ -25,29 +27,47 @@ export function drawPlotsIn2D() {
 
 /**
  * Interrupts the lines of a context where a place is not finite, which 2D would leave out. Above
- * and below, where it is infinite, a triangle at the edge points to it.
+ * and below, where it is infinite, a triangle at the edge points to it. A place between two
+ * interruptions, of which no line would be drawn, is a dot.
  */
 function interruptLines(context) {
   const { moveTo, lineTo, stroke } = context;
   let isInterrupted = false;
   let infinite = [];
+  let lone = null;
+  let dots = [];
   const isPlace = (x, y) => {
     if (Number.isFinite(x) && Math.abs(y) === Infinity) infinite.push([x, y]);
     return Number.isFinite(x) && Number.isFinite(y);
   };
+  const begin = (x, y) => {
+    moveTo.call(context, x, y);
+    lone = [x, y];
+  };
+  const end = () => {
+    if (lone) dots.push(lone);
+    lone = null;
+  };
   context.moveTo = (x, y) => {
+    end();
     isInterrupted = !isPlace(x, y);
-    if (!isInterrupted) moveTo.call(context, x, y);
+    if (!isInterrupted) begin(x, y);
   };
   context.lineTo = (x, y) => {
     const isThere = isPlace(x, y);
-    if (isThere) (isInterrupted ? moveTo : lineTo).call(context, x, y);
+    if (isThere && isInterrupted) begin(x, y);
+    else if (isThere) lineTo.call(context, x, y);
+    if (isThere && !isInterrupted) lone = null;
+    if (!isThere) end();
     isInterrupted = !isThere;
   };
   context.stroke = (...path) => {
+    end();
     stroke.apply(context, path);
     for (const [x, y] of infinite) context.fill(triangle(x, y < 0 ? 0 : context.canvas.height));
+    for (const [x, y] of dots) context.fillRect(x - DOT / 2, y - DOT / 2, DOT, DOT);
     infinite = [];
+    dots = [];
   };
 }
 

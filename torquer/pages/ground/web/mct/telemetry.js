@@ -3,6 +3,7 @@
 import { frames, history } from "../net/rows.js";
 import { isBeyond } from "../satellites.js";
 import { TYPES } from "./objects.js";
+import { isPlace, oneOfEachRun, withOrigin } from "./places.js";
 
 /** Most rows of a request that is not thinned, for tables. */
 const MOST_ROWS = 10_000;
@@ -50,10 +51,9 @@ export class Telemetry {
       return rows.map((row) => frameDatum(row, numbers));
     }
     const points = await history(satellite, packet, number, parameters, options.signal);
-    const rows = options.strategy === "minmax" ? fromFirstKnown(points) : points;
-    return rows
-      .filter(([, , value], i) => !repeatsUnknown(value, rows[i - 1]?.[2]))
-      .map(([time, received, value, quality]) => numberDatum({ time, received, quality }, value));
+    const isPlot = options.strategy === "minmax";
+    const rows = isPlot ? withOrigin(oneOfEachRun(points), options) : points;
+    return rows.map(([time, received, value, quality]) => numberDatum({ time, received, quality }, value));
   }
 
   #subscribe(object, callback) {
@@ -65,7 +65,7 @@ export class Telemetry {
     const hand = (row) => {
       if (this.#isBehindFixedSpan(row)) return;
       const value = row.values[place];
-      if (isNumber(object) && repeatsUnknown(value, last)) return;
+      if (isNumber(object) && !isPlace(value) && last !== undefined && !isPlace(last)) return;
       last = value;
       callback(isNumber(object) ? numberDatum(row, value) : frameDatum(row, numbers));
       this.#latency?.(row.received);
@@ -118,15 +118,6 @@ function parametersOf({ start, end, domain, strategy, size }) {
   const rows = strategy === "latest" ? (size ?? 1) : (size ?? MOST_ROWS);
   return { ...span, by, latest: 1, size: Math.min(rows, MOST_ROWS) };
 }
-
-/** Plots count from their first value: nothing would be seen if that were not finite. */
-function fromFirstKnown(points) {
-  const first = points.findIndex(([, , value]) => value !== null && Math.abs(value) !== Infinity);
-  return first < 0 ? [] : points.slice(first);
-}
-
-/** One unknown number interrupts a line; of more Open MCT would complain, each time. */
-const repeatsUnknown = (value, before) => value === null && before === null;
 
 /** Unknown numbers are left out: Open MCT would draw null as zero. */
 const datum = ({ time, received, quality }) => ({

@@ -9,7 +9,7 @@ export const QUALITIES = ["suspect", "unchecked", "authentic"];
 export class Rows {
   #live;
   #listeners = new Map();
-  #firsts = [];
+  #firsts = new Set();
   #newest = new Map();
 
   constructor(live) {
@@ -20,8 +20,9 @@ export class Rows {
   }
 
   /** Calls `listener` with the rows of a message, of all satellites, before anybody else. */
-  first(listener) {
-    this.#firsts.push(listener);
+  first(listener, signal = undefined) {
+    this.#firsts.add(listener);
+    signal?.addEventListener("abort", () => this.#firsts.delete(listener));
   }
 
   /** Calls `listener` with every new row of a packet; `arrived`: when, by `performance.now()`. */
@@ -62,7 +63,7 @@ export class Rows {
 
 /** Infinities come by name: JSON has no numbers for them. */
 const INFINITIES = new Map(["Infinity", "-Infinity"].map((name) => [name, Number(name)]));
-const numberOf = (value) => INFINITIES.get(value) ?? value;
+export const numberOf = (value) => INFINITIES.get(value) ?? value;
 
 function rowOf([satellite, packet, time, received, quality, sent]) {
   const values = sent.map(numberOf);

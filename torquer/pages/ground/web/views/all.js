@@ -4,9 +4,12 @@ import { h } from "../dom.js";
 import { TYPES } from "../mct/objects.js";
 import { showCommandHistory } from "./command_history.js";
 import { showCommands } from "./commands.js";
+import { showGaps } from "./gaps.js";
 import { showLog } from "./log.js";
 import { showModes } from "./modes.js";
 import { showPacket } from "./packet.js";
+import { showPast } from "./past.js";
+import { showSatellites } from "./satellites.js";
 import { showPlan } from "./plan.js";
 import { showStack } from "./stack.js";
 import { showState } from "./state.js";
@@ -23,6 +26,9 @@ const VIEWS = [
   { type: TYPES.plan, name: "Plan", cssClass: "icon-timeline", show: showPlan },
   { type: TYPES.history, name: "History", cssClass: "icon-history", show: showCommandHistory },
   { type: TYPES.log, name: "Log", cssClass: "icon-notebook", show: showLog },
+  { type: TYPES.past, name: "Past", cssClass: "icon-clock", show: showPast },
+  { type: TYPES.gaps, name: "Gaps", cssClass: "icon-brackets", show: showGaps },
+  { type: TYPES.satellites, name: "Side by side", cssClass: "icon-layout", show: showSatellites },
   { type: TYPES.state, name: "State", cssClass: "icon-info", show: showState },
   { type: TYPES.packet, name: "Values", cssClass: "icon-list-view", show: showPacket },
 ];

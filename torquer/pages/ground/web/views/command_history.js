@@ -1,15 +1,16 @@
 // The history of commands: who, when, what became of each; filtered, and as a file.
 
-import { h, oncePerFrame, utc } from "../dom.js";
+import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, route } from "../net/api.js";
 import { valuesInWords } from "./sent_list.js";
+import { inZone } from "../times.js";
 
 /** Commands of a page; more are asked for. */
 const PAGE = 200;
 /** Most commands of a file; the span narrows what is in it. */
 const MOST = 20_000;
 const STATES = ["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"];
-const TITLES = ["No.", "Command", "Values", "State", "Made (UTC)", "Sent", "Received", "Answered"];
+const TITLES = ["No.", "Command", "Values", "State", "Made", "Sent", "Received", "Answered"];
 const LAST = ["Execution (on board)", "By (as stated)"];
 
 export function showCommandHistory(element, context) {
@@ -154,8 +155,8 @@ function lineOf(command) {
     h("td", {}, command.command),
     h("td", { class: "t-sent__values" }, valuesInWords(values)),
     h("td", { class: "t-sent__state" }, reason ? `${state}: ${reason}` : state),
-    times.map((key) => h("td", {}, utc(command[key]))),
-    h("td", {}, utc(execute_ms)),
+    times.map((key) => h("td", {}, inZone(command[key]))),
+    h("td", {}, inZone(execute_ms)),
     h("td", {}, made_by),
   );
 }

@@ -18,7 +18,7 @@ export async function showCommands(element, context) {
 /** Commands by module, with a search. */
 class CommandList {
   #entries;
-  #search = h("input", { type: "search", placeholder: "search", oninput: () => this.#filter() });
+  #search = h("input", { type: "search", placeholder: "search", "aria-label": "Search", oninput: () => this.#filter() });
 
   constructor(commands, chosen) {
     this.#entries = commands.map((command) => this.#entry(command, chosen));
@@ -37,7 +37,7 @@ class CommandList {
       "nav",
       { class: "t-commands__list", "aria-label": "Commands" },
       this.#search,
-      h("div", { class: "t-scroll" }, groups),
+      h("div", { class: "t-scroll", tabindex: 0 }, groups),
     );
   }
 

@@ -1,7 +1,8 @@
 // The log of satellite and ground: history, and what comes.
 
-import { h, oncePerFrame, utc } from "../dom.js";
+import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, route } from "../net/api.js";
+import { inZone } from "../times.js";
 
 /** Most entries shown; older ones are found with a fixed time span. */
 const MOST = 500;
@@ -18,12 +19,12 @@ class Log {
   #entries = new Map();
   #least = h(
     "select",
-    { onchange: () => this.#draw() },
+    { "aria-label": "Severity", onchange: () => this.#draw() },
     h("option", { value: 0 }, "all entries"),
     h("option", { value: 1 }, "warnings and alarms"),
     h("option", { value: 2 }, "alarms"),
   );
-  #text = h("input", { type: "search", placeholder: "text", oninput: () => this.#draw() });
+  #text = h("input", { type: "search", placeholder: "text", "aria-label": "Text", oninput: () => this.#draw() });
   #span = h("span", { class: "t-note" });
   #body = h("tbody");
 
@@ -33,7 +34,7 @@ class Log {
       "div",
       { class: "t-log" },
       h("div", { class: "t-bar" }, this.#least, this.#text, this.#span),
-      h("div", { class: "t-scroll" }, this.#table()),
+      h("div", { class: "t-scroll", tabindex: 0 }, this.#table()),
     );
     this.redraw = oncePerFrame(() => this.#draw(), context.signal);
   }
@@ -98,8 +99,8 @@ class Log {
 
 function lineOf({ received_ms, time_ms, source, severity, text }) {
   // The ground has no on-board time of its own.
-  const onBoard = source === "satellite" ? utc(time_ms) : "";
-  const cells = [utc(received_ms), onBoard, source, severity, text];
+  const onBoard = source === "satellite" ? inZone(time_ms) : "";
+  const cells = [inZone(received_ms), onBoard, source, severity, text];
   return h(
     "tr",
     { "data-severity": severity },

@@ -22,13 +22,13 @@ export async function showModes(element, context) {
       "div",
       { class: "t-modes" },
       h(
-        "aside",
-        { class: "t-modes__list t-scroll" },
+        "div",
+        { class: "t-modes__list t-scroll", tabindex: 0 },
         h("p", { class: "t-note" }, "A click on a region shows its present state."),
         list.element,
         h("label", { class: "t-modes__fit" }, fit, " fit to the width"),
       ),
-      h("div", { class: "t-modes__diagram t-scroll" }, diagram.element),
+      h("div", { class: "t-modes__diagram t-scroll", tabindex: 0 }, diagram.element),
     ),
   );
   await followStates(regions, context, (states) => {

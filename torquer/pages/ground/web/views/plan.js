@@ -1,11 +1,12 @@
 // The time-tagged plan: what waits on board by the satellite's report, beside what is known here.
 
-import { every, h, oncePerFrame, utc } from "../dom.js";
+import { every, h, oncePerFrame } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
 import { operatorLine, orderButton } from "./operator.js";
 import { valuesInWords } from "./sent_list.js";
+import { inZone } from "../times.js";
 
-const EXECUTION = "Execution (on board, UTC)";
+const EXECUTION = "Execution (on board)";
 const TITLES = ["Plan", "Command", EXECUTION, "", "Values", "No.", "On the ground", "By"];
 /** States in which a command of the ground can be cancelled. */
 const WAITS = ["waiting", "received"];
@@ -86,7 +87,7 @@ class PlanView {
       { "data-mark": mark },
       h("td", { class: "t-plan__mark" }, mark),
       h("td", {}, command ?? "not in the dictionary"),
-      h("td", { class: "t-plan__time" }, utc(execute_ms)),
+      h("td", { class: "t-plan__time" }, inZone(execute_ms)),
       h("td", {}, this.#cancelOf(entry) ?? ""),
       rest.map((cell) => h("td", {}, cell)),
     );

@@ -29,8 +29,8 @@ export class RegionList {
     const row = ({ name }, i) => {
       const state = h("td", { class: "t-regions__state is-unknown" }, "unknown");
       this.#states.push(state);
-      const onclick = chosen && (() => chosen(i));
-      return h("tr", { "data-region": name, onclick }, h("th", { scope: "row" }, name), state);
+      const label = chosen && h("button", { type: "button", onclick: () => chosen(i) }, name);
+      return h("tr", { "data-region": name }, h("th", { scope: "row" }, label ?? name), state);
     };
     const className = `t-table t-regions ${chosen ? "t-regions--active" : ""}`;
     this.element = h("table", { class: className }, h("tbody", {}, regions.map(row)));

@@ -1,12 +1,13 @@
 // Commands that were sent, with what became of each, live.
 
-import { h, oncePerFrame, utc, utcToday } from "../dom.js";
+import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
 import { mayCommand } from "../net/role.js";
+import { inZone, inZoneToday } from "../times.js";
 
 /** Most commands shown: the last ones. */
 const MOST = 200;
-const TITLES = ["No.", "Command", "Values", "State", "Made (UTC)", "Sent", "Answered", "By"];
+const TITLES = ["No.", "Command", "Values", "State", "Made", "Sent", "Answered", "By"];
 
 export class SentList {
   #context;
@@ -22,7 +23,7 @@ export class SentList {
     );
     this.element = h(
       "section",
-      { class: "t-sent t-scroll" },
+      { class: "t-sent t-scroll", tabindex: 0 },
       h("table", { class: "t-table" }, h("thead", {}, head), this.#body),
     );
     this.redraw = oncePerFrame(() => this.#draw(), context.signal);
@@ -90,7 +91,7 @@ function lineOf(command, cancel) {
     h("td", {}, command.command),
     h("td", { class: "t-sent__values" }, valuesInWords(command.values)),
     stateCell,
-    [made_ms, sent_ms, answered_ms].map((time) => h("td", { title: utc(time) }, utcToday(time))),
+    [made_ms, sent_ms, answered_ms].map((time) => h("td", { title: inZone(time) }, inZoneToday(time))),
     h("td", {}, command.by ?? command.made_by ?? ""),
   );
 }
@@ -98,7 +99,7 @@ function lineOf(command, cancel) {
 function stateInWords({ state, reason, execute_ms, answered_ms }) {
   if (reason) return `${state}: ${reason}`;
   const isDelayed = execute_ms && !answered_ms;
-  return isDelayed ? `${state}, to be executed ${utc(execute_ms)} on board` : state;
+  return isDelayed ? `${state}, to be executed ${inZone(execute_ms)} on board` : state;
 }
 
 export const valuesInWords = (values) =>

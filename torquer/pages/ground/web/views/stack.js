@@ -1,10 +1,11 @@
 // The command stack: loaded from a file, the editor or what is saved, then stepped or run.
 
-import { every, h, oncePerFrame, utc } from "../dom.js";
+import { every, h, oncePerFrame } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
 import { mayCommand } from "../net/role.js";
 import { operatorLine, orderButton } from "./operator.js";
 import { valuesInWords } from "./sent_list.js";
+import { inZone } from "../times.js";
 
 const EXAMPLE = `[[commands]]
 comment = "is everybody there?"
@@ -226,7 +227,7 @@ function stackInWords({ id, name, state, reason, pause_s, loaded_by, loaded_ms, 
   const gone = steps.filter((step) => step.state !== "ready").length;
   const pause = pause_s > 0 ? `, pauses ${Math.ceil(pause_s)} s` : "";
   const now = `${name || `Stack ${id}`}: ${state}${reason ? ` (${reason})` : ""}${pause}`;
-  const from = `loaded ${utc(loaded_ms)} UTC by ${loaded_by}`;
+  const from = `loaded ${inZone(loaded_ms)} by ${loaded_by}`;
   return `${now}; ${gone} of ${steps.length} steps; ${from}`;
 }
 

@@ -10,7 +10,7 @@ const MAIN = "extended";
 export function showState(element, context) {
   const { satellite } = context;
   const [modes, values] = [h("section"), h("section")];
-  element.append(h("div", { class: "t-scroll" }, modes, values));
+  element.append(h("div", { class: "t-scroll", tabindex: 0 }, modes, values));
   return Promise.all([
     satellite.has.modes ? showRegions(modes, context) : null,
     showNumbers(values, context),

@@ -1,9 +1,10 @@
 // A table of the newest values of a packet.
 
 import { bitsInWords } from "../bits.js";
-import { h, number, oncePerFrame, utc } from "../dom.js";
+import { h, number, oncePerFrame } from "../dom.js";
 import { QUALITIES } from "../net/rows.js";
 import { isBeyond } from "../satellites.js";
+import { inZone } from "../times.js";
 
 /** Text of a value: its label, the names of its bits, or its number. */
 export function valueInWords(one, value) {
@@ -44,8 +45,8 @@ export function showValues(element, { satellite, rows, signal }, packet, numbers
 }
 
 function frameInWords(packet, { time, received, quality }) {
-  const when = received === null ? "from a recording" : `received ${utc(received)}`;
-  return `${packet.name}: ${utc(time)} UTC on board, ${when}, ${QUALITIES[quality]}`;
+  const when = received === null ? "from a recording" : `received ${inZone(received)}`;
+  return `${packet.name}: ${inZone(time)} on board, ${when}, ${QUALITIES[quality]}`;
 }
 
 class ValueRow {

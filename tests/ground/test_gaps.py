@@ -1,0 +1,122 @@
+"""Gaps in what is archived, and the orders by which the satellite sends what it stored of them."""
+
+import random
+from contextlib import closing
+
+import pytest
+from made_archive import CHIBIS, archive_of, row
+from onboard_ground import flying
+
+from torquer.compile import engine
+from torquer.flight.packets.reasons import Reason
+from torquer.flight.packets.software_file import load_link
+from torquer.ground import gaps as gaps_
+from torquer.ground.archive import EPOCH_MS, Archive, read_only
+from torquer.ground.gaps import SPAN_MS, can_fill, fill, find_gaps
+from torquer.ground.recording import import_recording
+
+
+def found(path, *asked):
+    with closing(read_only(path)) as db:
+        return find_gaps(db, CHIBIS, *asked)
+
+
+def extended(times_ms):
+    return [row("extended", time_ms) for time_ms in times_ms]
+
+
+@pytest.fixture(params=[100_000, 40], ids=["at once", "in parts"])
+def parts(request, monkeypatch):
+    monkeypatch.setattr(gaps_, "_PART", request.param)
+
+
+@pytest.mark.usefixtures("parts")
+@pytest.mark.parametrize("lost", [[37], [37, 38], [*range(120, 180)]])
+def test_missing_rows_are_a_gap(tmp_path, lost):
+    times = [1000 * k for k in range(300) if k not in lost]
+    (gap,) = found(archive_of(tmp_path / "sat.sqlite", extended(times)))
+    assert (gap.packet, gap.every_ms, gap.missing, gap.stored) == ("extended", 1000, len(lost), 0)
+    assert (gap.start_ms, gap.end_ms) == (1000 * (lost[0] - 1), 1000 * (lost[-1] + 1))
+
+
+def test_another_period_and_jitter_are_none(tmp_path):
+    draw = random.Random(3)
+    fast = [1000 * k + draw.randrange(200) for k in range(100)]
+    slow = [100_000 + 30_000 * k for k in range(100)]
+    assert found(archive_of(tmp_path / "sat.sqlite", extended(fast + slow))) == []
+
+
+def test_packets_that_come_as_it_happens_have_no_gaps(tmp_path):
+    draw, at = random.Random(5), [0]
+    for _ in range(200):
+        at.append(at[-1] + round(1000 * 10 ** draw.uniform(0, 4)))
+    rows = [row("event", time_ms) for time_ms in at]
+    assert found(archive_of(tmp_path / "sat.sqlite", rows)) == []
+
+
+def test_few_rows_and_none_have_no_period(tmp_path):
+    times = [0, 1000, 2000, 9000]
+    assert found(archive_of(tmp_path / "few.sqlite", extended(times))) == []
+    assert found(archive_of(tmp_path / "none.sqlite", [])) == []
+
+
+def test_what_has_been_stored_on_board_and_come_since_is_counted(tmp_path):
+    times = [1000 * k for k in range(300) if not 100 <= k < 200]
+    stored = [row("stored", 1000 * k) for k in range(0, 300, 10)]
+    (gap,) = found(archive_of(tmp_path / "sat.sqlite", extended(times) + stored))
+    assert (gap.missing, gap.stored) == (100, 10)
+
+
+def test_the_last_week_is_looked_at_unless_more_is_asked_for(tmp_path):
+    late = 3 * SPAN_MS
+    times = [*range(0, 60_000, 1000), *range(90_000, 150_000, 1000)]
+    path = archive_of(tmp_path / "sat.sqlite", extended(times + [late + t for t in times]))
+    assert [gap.start_ms for gap in found(path)] == [late + 59_000]
+    everything = found(path, ["extended"], 0)
+    assert [gap.start_ms for gap in everything] == [59_000, 149_000, late + 59_000]
+    assert found(path, ["extended"], 0, late - 1)[0].start_ms == 59_000
+    assert found(path, ["beacon"], 0) == []
+
+
+def test_the_latest_gaps_are_listed(tmp_path, monkeypatch):
+    monkeypatch.setattr(gaps_, "MOST", 3)
+    times = [1000 * k for k in range(1000) if k % 100 != 99]
+    listed = found(archive_of(tmp_path / "sat.sqlite", extended(times)))
+    assert [gap.end_ms for gap in listed] == [700_000, 800_000, 900_000]
+
+
+def test_orders_name_whole_seconds_around_a_gap():
+    sent = fill(EPOCH_MS + 1500, EPOCH_MS + 2500)
+    assert (sent.command, sent.values) == ("replay", {"from_s": 1, "to_s": 3, "every": 1})
+    assert fill(0, 2**60).values == {"from_s": 0, "to_s": 2**32 - 1, "every": 1}
+    assert can_fill(CHIBIS)
+    assert not can_fill(CHIBIS.model_copy(update={"up": {}}))
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="a flight: minutes without JIT")
+@pytest.mark.verifies("REQ-TM-002")
+def test_a_gap_is_filled_by_the_record_each_row_once_though_it_is_asked_for_twice(tmp_path):
+    """What came down in half a minute is lost; its record is ordered, twice, and comes."""
+    tm = {"store_s": 1.0, "in_file": 5, "files": 100}
+    ground = flying(400.0, software={"modules": {"tm": {"settings": tm}}})
+    ground.tick(times=120)
+    del ground.sent[60:90]
+    link = load_link(None)
+    with closing(Archive(tmp_path / "sat.sqlite", link.dictionary)) as archive:
+
+        def kept():
+            """Gaps of the main packet, and the record, once all that came down is archived."""
+            (tmp_path / "pass.bin").write_bytes(b"".join(ground.sent))
+            import_recording(link, tmp_path / "pass.bin", archive)
+            gaps = found(tmp_path / "sat.sqlite", ["extended"])
+            return gaps, archive.read("SELECT on_board_ms FROM stored ORDER BY _time_ms")
+
+        (gap,), rows = kept()
+        assert (gap.missing, gap.stored, rows) == (30, 0, [])
+        for _ in range(2):
+            order = fill(gap.start_ms, gap.end_ms)
+            answer = ground.command("replay", *order.values.values(), times=20)
+            assert answer["code"] == Reason.DONE
+            (after,), rows = kept()
+            assert after.stored == 30 and len(rows) == len({*rows}) == 32
+    assert len(ground.named("stored")) == 64

@@ -1,0 +1,127 @@
+"""Gaps of the telemetry that is archived, and the orders that have a satellite send what it stored.
+
+A packet that comes in a period lacks rows where two are farther apart than is usual about them. The
+satellite keeps a record of its main packet; replayed, it comes as a packet of its own, each row
+once whatever is asked for twice.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.flight.packets.commands import Sent
+from torquer.flight.packets.dictionary import Dictionary
+from torquer.ground.archive import EPOCH_MS, RECORDED, ArchiveError
+from torquer.ground.bins import usual_steps
+
+#: The command by which the satellite sends its record, its fields, and the packet in which it does.
+REPLAY, _FIELDS, STORED = "replay", ("from_s", "to_s", "every"), "stored"
+#: The packet of which the record is.
+MAIN = "extended"
+#: Rows are missing where the next one comes later than so many usual times between two.
+_GAP = 1.5
+#: Share of steps that must be close to the usual one, and how close, in a packet with a period.
+_REGULAR, _CLOSE = 0.5, 0.2
+#: Fewest rows of which a period is told, and rows that are looked at at a time.
+_FEWEST, _PART = 10, 100_000
+#: Most gaps that are listed, the latest; time before the last row that is looked at [ms].
+MOST, SPAN_MS = 200, 7 * 86_400_000
+
+
+class Gap(NamedTuple):
+    """Rows that are missing between two; times are on-board, in ms since 1970.
+
+    `stored`: rows of the satellite's record in between that have come since.
+    """
+
+    packet: str
+    start_ms: int
+    end_ms: int
+    every_ms: int
+    missing: int
+    stored: int
+
+
+def find_gaps(
+    db: sqlite3.Connection,
+    dictionary: Dictionary,
+    packets: Iterable[str] | None = None,
+    start_ms: int | None = None,
+    end_ms: int | None = None,
+) -> list[Gap]:
+    """The latest gaps of packets with a period, by time: of all, within a week before their end.
+
+    ArchiveError for an archive that cannot be read.
+    """
+    wanted = [*dictionary.down] if packets is None else [*packets]
+    found: list[Gap] = []
+    try:
+        for packet in wanted:
+            if packets is not None or packet not in RECORDED:
+                found += _of_packet(db, packet, start_ms, end_ms)
+        found = sorted(found, key=lambda gap: (gap.start_ms, gap.packet))[-MOST:]
+        if STORED not in dictionary.down:
+            return found
+        return [gap._replace(stored=_count_stored(db, gap)) for gap in found]
+    except sqlite3.Error as error:
+        line = " ".join(str(error).split())
+        raise ArchiveError(f"archive: must be readable; received {line}") from None
+
+
+def _of_packet(
+    db: sqlite3.Connection, packet: str, start_ms: int | None, end_ms: int | None
+) -> list[Gap]:
+    end_ms = 2**62 if end_ms is None else end_ms
+    if start_ms is None:
+        last = f'SELECT max(_time_ms) FROM "{packet}" WHERE _time_ms <= ?'
+        ((last_ms,),) = db.execute(last, (end_ms,))
+        start_ms = end_ms if last_ms is None else last_ms - SPAN_MS
+    found: list[Gap] = []
+    for at in _times(db, packet, start_ms, end_ms):
+        steps = np.diff(at)
+        usual = usual_steps(steps)
+        if len(at) < _FEWEST or np.mean(np.abs(steps - usual) < _CLOSE * usual) < _REGULAR:
+            continue
+        for k in np.flatnonzero(steps > _GAP * usual).tolist():
+            every_ms, step = int(usual[k]), int(steps[k])
+            missing = round(step / every_ms) - 1
+            found.append(Gap(packet, int(at[k]), int(at[k + 1]), every_ms, missing, 0))
+        found = found[-MOST:]
+    return found
+
+
+def _times(db: sqlite3.Connection, packet: str, start_ms: int, end_ms: int) -> Iterator[np.ndarray]:
+    """Times of rows, some at a time; each part begins with the last one of the part before."""
+    rows = db.execute(
+        f'SELECT DISTINCT _time_ms FROM "{packet}" WHERE _time_ms BETWEEN ? AND ? '
+        "ORDER BY _time_ms",
+        (start_ms, end_ms),
+    )
+    before: list[int] = []
+    while part := [time_ms for (time_ms,) in rows.fetchmany(_PART)]:
+        yield np.array(before + part, np.int64)
+        before = part[-1:]
+
+
+def _count_stored(db: sqlite3.Connection, gap: Gap) -> int:
+    between = f"SELECT count(*) FROM {STORED} WHERE _time_ms > ? AND _time_ms < ?"
+    ((count,),) = db.execute(between, (gap.start_ms, gap.end_ms))
+    return count
+
+
+def can_fill(dictionary: Dictionary) -> bool:
+    """Whether the satellite has a record, and a command that has it sent."""
+    command = dictionary.up.get(REPLAY)
+    return command is not None and set(_FIELDS) <= set(command.names) and STORED in dictionary.down
+
+
+def fill(start_ms: int, end_ms: int) -> Sent:
+    """The order to send what is stored of an interval of on-board time."""
+    seconds = (start_ms - EPOCH_MS) // 1000, -((EPOCH_MS - end_ms) // 1000)
+    from_s, to_s = (min(max(each, 0), 2**32 - 1) for each in seconds)
+    values = {"from_s": from_s, "to_s": to_s, "every": 1}
+    return Sent(at_s=0.0, command=REPLAY, values=values)

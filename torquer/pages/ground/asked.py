@@ -1,0 +1,54 @@
+"""What a request names: a satellite, a packet, numbers of its query, who orders.
+
+404 for what is not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from urllib.parse import unquote
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+
+from torquer.flight.packets.dictionary import Packet
+from torquer.ground.authors import OPERATOR, fault_of
+from torquer.ground.contact import Contact
+from torquer.scenario.explain import ScenarioError
+
+
+def contact_of(contacts: Mapping[str, Contact], request: Request) -> Contact:
+    """The satellite of a path."""
+    found = contacts.get(request.path_params["satellite"])
+    if found is None:
+        raise HTTPException(404)
+    return found
+
+
+def packet_of(contact: Contact, request: Request) -> Packet:
+    """The packet of a path."""
+    found = contact.dictionary.down.get(request.path_params["packet"])
+    if found is None:
+        raise HTTPException(404)
+    return found
+
+
+def query_of(request: Request) -> dict[str, int | str]:
+    """The query, in which digits are numbers."""
+    return {key: _whole(value) for key, value in request.query_params.items()}
+
+
+def _whole(text: str) -> int | str:
+    return int(text) if text.lstrip("-").isdecimal() and len(text) < 20 else text
+
+
+def made_by(request: Request) -> str:
+    """Who orders: from where, and the name that was stated; `ScenarioError` for what is none."""
+    place = "command line" if "authorization" in request.headers else "page"
+    stated = request.headers.get(OPERATOR, "")
+    if not stated:
+        return place
+    name = unquote(stated)
+    if fault := fault_of(name):
+        raise ScenarioError(f"operator: {fault}")
+    return f"{name.strip()} (stated), {place}"
