@@ -104,7 +104,7 @@ def test_regions_are_checked_once_they_are_known(tmp_path):
 def test_limits_in_words():
     house = {field.name: field for field in CHIBIS.down["extended"].fields}
     words = {name: alarm_in_words(field.limits, field.alarm) for name, field in house.items()}
-    assert words["omega"] == "-30 to 30; alarm -60 to 60; 3 samples"
+    assert words["omega"] == "-30 to 30; alarm beyond -60 to 60; 3 samples"
     assert words["flags"] == "alarm coils_off" and words["torque"] == ""
     assert words["omega_orbital"] == "3 samples; extended.stb_mode SCIENCE: -0.4 to 0.4"
 

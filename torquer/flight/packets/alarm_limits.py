@@ -141,7 +141,7 @@ def check_modes(
 
 
 def alarm_in_words(limits: Ends | None, alarm: AlarmKeys | None) -> str:
-    """Limits in a line: `-30 to 30; alarm -60 to 60; 3 samples; SCIENCE: -1 to 1`."""
+    """Limits in a line: `-30 to 30; alarm beyond -60 to 60; 3 samples; SCIENCE: -1 to 1`."""
     critical, values = (alarm.critical, alarm.values) if alarm else (None, {})
     parts = _parts(limits, critical, values)
     if alarm and alarm.samples > 1:
@@ -161,5 +161,5 @@ def _parts(
 ) -> list[str]:
     parts = ["{:g} to {:g}".format(*limits)] if limits else []
     if critical:
-        parts.append("alarm {:g} to {:g}".format(*critical))
+        parts.append("alarm beyond {:g} to {:g}".format(*critical))
     return parts + [f"{severity} {name}" for name, severity in values.items()]

@@ -204,7 +204,6 @@ class Dictionary(Fixed):
                 raise ValueError(
                     f"up.{packet.name}.module: must be one of {known}; received {received}"
                 )
-        self.check_alarms()
         return self
 
     def check_alarms(self, regions: Mapping[str, Iterable[str]] | None = None) -> None:
@@ -266,6 +265,7 @@ def load_dictionary(source: str | Path, extra: tuple = ()) -> Dictionary:
             found = _join(found, data)
             found |= {key: _with_fields(found, key, common) for key in ("down", "up")}
             dictionary = Dictionary.model_validate(found)
+            dictionary.check_alarms()
         except ValidationError as error:
             lines = dict.fromkeys(map(describe_mistake, error.errors()))
             raise DictionaryError("\n".join(f"{path.name}: {line}" for line in lines)) from None

@@ -28,9 +28,11 @@ from torquer.ground.archive import read_only
 from torquer.ground.bins import points
 from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
+from torquer.ground.limits import describe_limits
 from torquer.ground.live import Listener, Live
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
+from torquer.pages.ground.alarm_routes import alarm_routes
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
@@ -71,6 +73,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/modes", routes.modes),
             Route(f"{one}/scene", routes.scene),
             Route(f"{one}/orbit", routes.orbit),
+            *alarm_routes(contacts, _by),
             WebSocketRoute("/api/live", routes.live),
             serve_files(WEB),
         ],
@@ -257,6 +260,7 @@ def _describe(contact: Contact) -> dict:
             "orbit": scenario is not None,
         },
         "packets": described["packets"],
+        "limits": describe_limits(contact.alarms.limits),
     }
 
 

@@ -10,6 +10,7 @@ export const TYPES = {
   modes: "torquer.modes",
   commands: "torquer.commands",
   log: "torquer.log",
+  alarms: "torquer.alarms",
   state: "torquer.state",
   packet: "torquer.packet",
   number: "torquer.number",
@@ -35,6 +36,7 @@ class Objects {
 
   constructor(satellites) {
     for (const satellite of satellites.values()) this.#addSatellite(satellite);
+    this.#add(null, ALARMS, { name: "All alarms", type: TYPES.alarms });
   }
 
   get(key) {
@@ -70,6 +72,7 @@ class Objects {
       has.modes ? view("modes", "Modes") : null,
       view("commands", "Commands"),
       view("log", "Log"),
+      view("alarms", "Alarms"),
     ].filter(Boolean);
   }
 
@@ -194,7 +197,8 @@ function qualityColumn() {
 /** How a plot draws a number; limits that several numbers share are drawn once. */
 function series(key, { limits }, place) {
   const color = AXIS_COLOURS[place];
-  return { identifier: identifier(key), color, limitLines: Boolean(limits) && place % 3 === 0 };
+  const hasLines = Boolean(limits?.limits || limits?.critical);
+  return { identifier: identifier(key), color, limitLines: hasLines && place % 3 === 0 };
 }
 
 function plotsOfOverview(satellite) {
@@ -224,12 +228,17 @@ function column(size, keys) {
 export const overviewPath = (satellite) =>
   `#/browse/${NAMESPACE}:${satellite.key}/${NAMESPACE}:${satellite.key}.view.overview`;
 
+/** The alarms of all satellites, and their address within the page. */
+const ALARMS = "alarms";
+export const ALARMS_PATH = `#/browse/${NAMESPACE}:${ALARMS}?hideInspector=true`;
+
 /** Types of objects with names and icons of their own. */
 const KINDS = {
   [TYPES.attitude]: ["Attitude 3D", "icon-object"],
   [TYPES.modes]: ["Modes", "icon-layers"],
   [TYPES.commands]: ["Commands", "icon-play"],
   [TYPES.log]: ["Log", "icon-notebook"],
+  [TYPES.alarms]: ["Alarms", "icon-bell"],
   [TYPES.state]: ["State", "icon-info"],
   [TYPES.packet]: ["Packet", "icon-database"],
   [TYPES.number]: ["Number", "icon-telemetry"],
@@ -242,4 +251,5 @@ export function installObjects(openmct, satellites) {
   openmct.objects.addProvider(NAMESPACE, { get: async ({ key }) => objects.get(key) });
   for (const key of satellites.keys())
     openmct.objects.addRoot(identifier(key), openmct.priority.HIGH);
+  openmct.objects.addRoot(identifier(ALARMS), openmct.priority.DEFAULT);
 }

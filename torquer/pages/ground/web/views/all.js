@@ -2,6 +2,7 @@
 
 import { h } from "../dom.js";
 import { TYPES } from "../mct/objects.js";
+import { showAlarms } from "./alarms.js";
 import { showCommands } from "./commands.js";
 import { showLog } from "./log.js";
 import { showModes } from "./modes.js";
@@ -17,6 +18,7 @@ const VIEWS = [
   { type: TYPES.modes, name: "Modes", cssClass: "icon-layers", show: showModes },
   { type: TYPES.commands, name: "Commands", cssClass: "icon-play", show: showCommands },
   { type: TYPES.log, name: "Log", cssClass: "icon-notebook", show: showLog },
+  { type: TYPES.alarms, name: "Alarms", cssClass: "icon-bell", show: showAlarms },
   { type: TYPES.state, name: "State", cssClass: "icon-info", show: showState },
   { type: TYPES.packet, name: "Values", cssClass: "icon-list-view", show: showPacket },
 ];
