@@ -105,6 +105,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer ground --link tcp:127.0.0.1:7070 --scenario examples/chibis_m_day.toml",
         "torquer ground examples/software/ground.toml --port 0 --no-browser",
     ),
+    "ground alarms": ("torquer ground alarms", "torquer ground alarms --log --json"),
     "ground export": (
         "torquer ground export runs/ground/satellite.sqlite --out runs/export",
         "torquer ground export runs/ground/satellite.sqlite --format csv --packet extended "

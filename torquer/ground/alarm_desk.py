@@ -21,7 +21,7 @@ from torquer.ground.alarms import Alarms
 from torquer.ground.archive import RECORDED, SUSPECT, Archive, ArchiveError, Row, read_only
 from torquer.ground.history import latest
 from torquer.ground.limits import Limits
-from torquer.ground.violations import stored_alarms, stored_violations
+from torquer.ground.violations import describe, stored_alarms, stored_violations
 
 #: Rows of earlier times that go on for so long are a clock that was set back [s].
 _SET_BACK_S = 10.0
@@ -234,16 +234,6 @@ class AlarmDesk:
             for time_ms, _, _, *values in latest(db, packet, names, *ends, 1, "received"):
                 self._newest[packet] = time_ms, 0
                 self._modes |= self.limits.modes_in(packet, values)
-
-
-def describe(key: str, alarm: Alarm | None, shelf: Shelf | None) -> dict[str, Any]:
-    """An alarm as it is told; one that is over, and on no shelf, has its key only."""
-    found: dict[str, Any] = {"key": key}
-    if alarm is not None:
-        found |= asdict(alarm) | {"state": alarm.state}
-    if shelf is not None:
-        found["shelf"] = asdict(shelf)
-    return found
 
 
 def _stored(what: Alarm | Shelf | None) -> str | None:

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator
-from typing import Any
+from contextlib import closing
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
 from torquer.ground.alarm import Alarm, Shelf
+from torquer.ground.archive import ArchiveError, read_only
+
+_LAST_MS = 2**53
 
 #: Columns of the out-of-limits log: fields of `Violation`.
 COLUMNS = (
@@ -17,6 +23,38 @@ COLUMNS = (
 )  # fmt: skip
 _NAMES = ", ".join(f'"{name}"' for name in COLUMNS)
 _ALARM, _SHELF = TypeAdapter(Alarm | None), TypeAdapter(Shelf | None)
+
+
+class AlarmRecord(NamedTuple):
+    """What an archive has of alarms: those that are there with their shelves, and violations."""
+
+    alarms: list[dict[str, Any]]
+    violations: list[dict[str, Any]]
+
+
+def read_alarms(
+    archive: Path | str, start_ms: int = -_LAST_MS, end_ms: int = _LAST_MS, size: int = 1000
+) -> AlarmRecord:
+    """Alarms and the last violations of an archive, also while it is written (a second late).
+
+    `ArchiveError` with one line for a file that is none.
+    """
+    with closing(read_only(archive)) as db:
+        try:
+            alarms = [describe(*each) for each in stored_alarms(db)]
+            return AlarmRecord(alarms, stored_violations(db, start_ms, end_ms, size))
+        except sqlite3.Error as error:
+            raise ArchiveError(f"archive: must be readable; received {archive}: {error}") from None
+
+
+def describe(key: str, alarm: Alarm | None, shelf: Shelf | None) -> dict[str, Any]:
+    """An alarm as it is told; one that is over, and on no shelf, has its key only."""
+    found: dict[str, Any] = {"key": key}
+    if alarm is not None:
+        found |= asdict(alarm) | {"state": alarm.state}
+    if shelf is not None:
+        found["shelf"] = asdict(shelf)
+    return found
 
 
 def stored_alarms(db: sqlite3.Connection) -> Iterator[tuple[str, Alarm | None, Shelf | None]]:
@@ -30,8 +68,8 @@ def stored_alarms(db: sqlite3.Connection) -> Iterator[tuple[str, Alarm | None, S
 
 def stored_violations(
     db: sqlite3.Connection,
-    start_ms: int = -(2**53),
-    end_ms: int = 2**53,
+    start_ms: int = -_LAST_MS,
+    end_ms: int = _LAST_MS,
     size: int = 1000,
     lasting: bool = False,
 ) -> list[dict[str, Any]]:
