@@ -4,6 +4,7 @@ import itertools
 import math
 import sqlite3
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -13,7 +14,10 @@ from torquer.flight.packets.dictionary import load_dictionary
 from torquer.ground.alarm import Now
 from torquer.ground.alarm_desk import AlarmDesk
 from torquer.ground.archive import AUTHENTIC, SUSPECT, Archive, Row, read_only
+from torquer.ground.file import SatelliteTable, make_satellite
+from torquer.ground.limits import Limits
 from torquer.ground.violations import stored_violations
+from torquer.scenario.explain import ScenarioError
 
 BAD_ALARM = 'alarm = { values = { BAD = "alarm" } }'
 ANY_WARNING = 'alarm = { values = { hot = "alarm", any = "warning" } }'
@@ -275,3 +279,31 @@ def test_messages_are_numbered_and_say_what_is_over(ground):
         "counts": ground.shown[-1]["counts"],
         "alarms": [],
     }
+
+
+def test_a_region_that_the_satellite_does_not_have_gets_one_line(tmp_path):
+    by_mode = '{ mode = "stabilisaton", states = ["science"], limits = [0, 1] }'
+    added = (
+        '[down.more]\nid = 90\ndescription = "d"\nfields = [{ name = "a", type = "u8", '
+        f'description = "x", alarm = {{ by_mode = [{by_mode}] }} }}]\n'
+    )
+    (tmp_path / "more.toml").write_text(added, encoding="utf-8")
+    shipped = Path("torquer/flight/software/chibis_m.toml").read_text(encoding="utf-8")
+    software = tmp_path / "software.toml"
+    software.write_text('packets = ["more.toml"]\n' + shipped, encoding="utf-8")
+    asked = SatelliteTable(
+        link="tcp:127.0.0.1:1", software=software, scenario=Path("examples/chibis_m_day.toml")
+    )
+    with pytest.raises(
+        ScenarioError, match=r"software: down\.more\.fields.*'stabilisaton'"
+    ) as error:
+        make_satellite("sat", asked)
+    assert len(str(error.value).splitlines()) == 1
+    (tmp_path / "more.toml").write_text(added.replace("saton", "sation"), encoding="utf-8")
+    found = make_satellite("sat", asked)
+    limits = Limits(found.software.dictionary, found.names)
+    (point,) = limits.points["more"]
+    place = list(found.names.regions).index("stabilisation")
+    state = list(found.names.regions["stabilisation"][1]).index("science")
+    assert point.judge(2, {f"modes.state_{place}": state}).mode == "stabilisation science"
+    assert point.judge(2, {f"modes.state_{place}": state + 1}).condition == "in order"

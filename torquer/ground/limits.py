@@ -80,7 +80,7 @@ def _judge(field: Field, beyond: Beyond, value, mode: str) -> Verdict:
     for condition, ends in ((ALARM, beyond.critical), (WARNING, beyond.limits)):
         if ends and not ends[0] <= value <= ends[1]:
             side, end = ("above", ends[1]) if value > ends[1] else ("below", ends[0])
-            limit = f"{side} {end:g} {field.unit}".rstrip()
+            limit = f"{side} {end:.12g} {field.unit}".rstrip()
             return Verdict(condition, frozenset({side}), limit, mode)
     found = _values(field, beyond.values, int(value)) if beyond.values else {}
     if not found:

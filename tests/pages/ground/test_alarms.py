@@ -3,6 +3,8 @@
 import csv
 import io
 import json
+import shutil
+import subprocess
 from contextlib import closing
 
 import pytest
@@ -12,12 +14,16 @@ pytest.importorskip("uvicorn")
 from ground_flight import serving, table, until
 from watched_page import CHROMIUM, browser_context, watched_page
 
+from torquer.computer.names import Names
 from torquer.flight.link import open_link
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.protected import TelemetrySender
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import load_link
+from torquer.ground.limits import Limits, describe_limits
+from torquer.pages.ground.routes import WEB
 
+NODE = shutil.which("node")
 PATIENCE_MS = 40_000
 CURRENT, SWITCHED_OFF = "housekeeping.coils_current", "housekeeping.switched_off"
 
@@ -196,6 +202,46 @@ def test_the_log_is_searched_and_taken_as_a_file(fed):
 # In a browser
 
 
+@pytest.mark.skipif(NODE is None, reason="no Node.js")
+def test_page_and_ground_judge_alike(tmp_path):
+    """Values at, within and beyond all limits that are shipped, in each mode."""
+    limits = Limits(load_link().dictionary, Names({}, (), {}, {}, ()))
+    cases, verdicts = [], []
+    for point in (each for packet in limits.points.values() for each in packet):
+        field = point.field
+        stated = [point.own, *(each.beyond for each in point.by_mode)]
+        ends = [x for each in stated for pair in (each.limits, each.critical) if pair for x in pair]
+        numbers = [y for x in ends for y in (x, x - 0.5, x + 0.5)] + [*range(40)]
+        for modes in ({}, {"extended.stb_mode": 1}, {"extended.stb_mode": 3}):
+            found = [point.judge(number, modes) for number in numbers]
+            verdicts += [[v.condition, "" if v.limit.startswith("is") else v.limit] for v in found]
+            described = describe_limits(limits)[point.rule.key]
+            names = {"labels": [*field.texts.items()], "bits": field.bits}
+            cases.append([described, names, numbers, [*modes.items()], field.unit])
+    code = (
+        'import { readFileSync } from "node:fs";\n'
+        + (WEB / "limits.js").read_text(encoding="utf-8")
+        + """
+      const cases = JSON.parse(readFileSync(process.argv[2]));
+      const found = cases.flatMap(([limits, { labels, bits }, numbers, modes, unit]) => {
+        const names = labels.length ? { labels: new Map(labels) } : bits.length ? { bits } : {};
+        return numbers.map((value) => {
+          const beyond = judge({ limits, ...names }, value, new Map(modes));
+          const words = beyond?.side ? `${beyond.words} ${unit}`.trimEnd() : "";
+          return [beyond?.severity ?? "in order", words];
+        });
+      });
+      console.log(JSON.stringify(found));
+    """
+    )
+    (tmp_path / "cases.json").write_text(json.dumps(cases), encoding="utf-8")
+    call = [NODE, "--input-type=module", "-", tmp_path / "cases.json"]
+    done = subprocess.run(call, input=code, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == verdicts
+    assert {condition for condition, _ in verdicts} == {"in order", "warning", "alarm"}
+
+
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 def test_the_list_by_keyboard_alone(fed):
     sync_api = pytest.importorskip("playwright.sync_api")
@@ -246,6 +292,29 @@ def test_the_list_by_keyboard_alone(fed):
         satellite.send("housekeeping", coils_current=2.5, switched_off=3)
         expect(page.locator(f"tr[data-key='{CURRENT}']")).to_contain_text("above 2 A")
         expect(indicator).to_have_text("◆ 1 alarm")
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+def test_without_a_connection_alarms_are_unknown(fed):
+    sync_api = pytest.importorskip("playwright.sync_api")
+    satellite, client = fed
+    with (
+        browser_context(1280, 800, PATIENCE_MS) as context,
+        watched_page(context, "400 (Bad Request)") as page,
+    ):
+        sockets = []
+        page.route_web_socket(
+            "**/api/live", lambda each: sockets.append(each) or each.connect_to_server()
+        )
+        page.goto(f"{client.base}/?token={client.token}")
+        indicator = page.locator(".t-alarms__indicator")
+        sync_api.expect(indicator).to_have_text("no alarms")
+        page.route("**/api/sat/alarms", lambda route: route.fulfill(status=400, json={}))
+        sockets[0].close()
+        sync_api.expect(indicator).to_have_text("? alarms unknown")
+        page.unroute("**/api/sat/alarms")
+        satellite.send("housekeeping", coils_current=1.7)
+        sync_api.expect(indicator).to_have_text("▲ 1 warning")
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")

@@ -159,7 +159,7 @@ def _parts(
     critical: Ends | None,
     values: Mapping[str, str],
 ) -> list[str]:
-    parts = ["{:g} to {:g}".format(*limits)] if limits else []
+    parts = ["{:.12g} to {:.12g}".format(*limits)] if limits else []
     if critical:
-        parts.append("alarm beyond {:g} to {:g}".format(*critical))
+        parts.append("alarm beyond {:.12g} to {:.12g}".format(*critical))
     return parts + [f"{severity} {name}" for name, severity in values.items()]

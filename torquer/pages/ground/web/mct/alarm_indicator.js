@@ -17,13 +17,14 @@ export function installAlarmIndicator(openmct, alarms) {
   });
   const draw = () => {
     const counts = alarms.counts();
-    const words = countsInWords(counts);
-    element.dataset.severity = counts.alarm ? "alarm" : counts.warning ? "warning" : "none";
-    if (text.textContent === words) return;
-    text.textContent = words;
+    const words = alarms.isKnown ? countsInWords(counts) : "? alarms unknown";
+    const worst = counts.alarm ? "alarm" : counts.warning ? "warning" : "none";
+    element.dataset.severity = alarms.isKnown ? worst : "warning";
     button.title = `${words}, not acknowledged; ${counts.shelved} shelved`;
     button.setAttribute("aria-label", `Alarms: ${button.title}`);
-    spoken.textContent = `${words} not acknowledged`;
+    if (text.textContent === words) return;
+    text.textContent = words;
+    spoken.textContent = alarms.isKnown ? `${words} not acknowledged` : words;
   };
   alarms.listen(draw);
   draw();

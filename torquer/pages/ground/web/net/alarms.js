@@ -10,6 +10,7 @@ export class AlarmStore {
   #known = new Map();
   #listeners = new Set();
   #asked = new Set();
+  #missed = new Set();
 
   constructor(satellites, live) {
     this.#satellites = satellites;
@@ -17,6 +18,12 @@ export class AlarmStore {
       this.#known.set(key, { version: null, counts: NONE, alarms: new Map() });
     live.on("alarms", (messages) => messages.forEach((message) => this.#take(message)));
     live.on("again", () => this.askAll());
+    live.on("connected", (isConnected) => isConnected || this.#forget());
+  }
+
+  /** Whether the alarms are those of now: without a connection nobody knows. */
+  get isKnown() {
+    return [...this.#known.values()].every(({ version }) => version !== null);
   }
 
   askAll() {
@@ -61,7 +68,10 @@ export class AlarmStore {
   }
 
   #ask(satellite) {
-    if (this.#asked.has(satellite)) return;
+    if (this.#asked.has(satellite)) {
+      this.#missed.add(satellite);
+      return;
+    }
     this.#asked.add(satellite);
     const { signal } = new AbortController();
     const asked = get(route(satellite, "alarms"))
@@ -71,8 +81,17 @@ export class AlarmStore {
         Object.assign(known, { ...found, alarms: new Map(alarms) });
         this.#tell(known.alarms.values());
       })
-      .finally(() => this.#asked.delete(satellite));
+      .finally(() => {
+        this.#asked.delete(satellite);
+        // What has changed since the answer was made may not be in it.
+        if (this.#missed.delete(satellite)) this.#ask(satellite);
+      });
     inBackground(asked, signal);
+  }
+
+  #forget() {
+    for (const known of this.#known.values()) known.version = null;
+    this.#tell([]);
   }
 
   #take({ satellite, version, counts, alarms }) {

@@ -28,7 +28,7 @@ class AlarmList {
   #context;
   #lines = new Map();
   #body = h("tbody");
-  #none = h("p", { class: "t-note" }, "No alarms: all that has limits is in order.");
+  #none = h("p", { class: "t-note", role: "status" });
   #failure = h("p", { class: "t-failure", role: "alert" });
   #comment = h("input", {
     type: "text",
@@ -69,7 +69,9 @@ class AlarmList {
       this.#lines.get(id).show(alarm);
     }
     this.#order([...wanted.keys()].map((id) => this.#lines.get(id).element));
-    this.#none.hidden = sorted.length > 0;
+    const { isKnown } = this.#context.alarms;
+    const words = sorted.length ? "" : "No alarms: all that has limits is in order.";
+    this.#none.textContent = isKnown ? words : "No word from the server: alarms are unknown.";
     this.#body.parentElement.hidden = !sorted.length;
     this.#all.disabled = !this.#calling().length;
   }
