@@ -6,11 +6,12 @@ known on board is neither in order nor beyond.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from torquer.computer.names import Names
-from torquer.flight.packets.alarm_limits import ANY, SEVERITIES, AlarmKeys, Beyond
+from torquer.flight.packets.alarm_limits import ANY, SEVERITIES, AlarmKeys, Beyond, Ends
 from torquer.flight.packets.bits import in_words
 from torquer.flight.packets.dictionary import Dictionary, Field
 from torquer.ground.archive import Row
@@ -34,13 +35,22 @@ class Verdict(NamedTuple):
     mode: str = ""
 
 
+class Ranges(NamedTuple):
+    """What is out of limits, as the dictionary has it; `inner`: what is in order by all ranges."""
+
+    limits: Ends | None
+    critical: Ends | None
+    values: Mapping[str, str]
+    inner: Ends
+
+
 class _ByMode(NamedTuple):
     """Limits while the number of a mode is one of some; in words."""
 
     mode: str
     numbers: frozenset[int]
     words: str
-    beyond: Beyond
+    ranges: Ranges
 
 
 class Rule(NamedTuple):
@@ -57,26 +67,31 @@ class Point(NamedTuple):
     rule: Rule
     place: int
     field: Field
-    own: Beyond
+    own: Ranges
     by_mode: tuple[_ByMode, ...]
 
     def judge(self, value, modes: Mapping[str, int]) -> Verdict:
         """A value of a row; `modes`: the last known number of each mode, by its key."""
         if value is None:
-            return Verdict(UNKNOWN)
-        beyond, words = self.limits_in(modes)
-        number = int(value) if isinstance(value, str) else value  # of those too large for SQLite
-        return _judge(self.field, beyond, number, words)
-
-    def limits_in(self, modes: Mapping[str, int]) -> tuple[Beyond, str]:
-        """The limits that apply, and the mode in words."""
+            return _UNKNOWN
+        if isinstance(value, str):  # too large for SQLite
+            value = int(value)
+        ranges, words = self.own, ""
         for each in self.by_mode:
             if modes.get(each.mode) in each.numbers:
-                return each.beyond, each.words
-        return self.own, ""
+                ranges, words = each.ranges, each.words
+                break
+        low, high = ranges.inner
+        if low <= value <= high and not ranges.values:
+            return _IN_ORDER
+        return _judge(self.field, ranges, value, words)
 
 
-def _judge(field: Field, beyond: Beyond, value, mode: str) -> Verdict:
+#: Most verdicts: of rows in which all is well.
+_IN_ORDER, _UNKNOWN = Verdict(IN_ORDER), Verdict(UNKNOWN)
+
+
+def _judge(field: Field, beyond: Ranges, value, mode: str) -> Verdict:
     for condition, ends in ((ALARM, beyond.critical), (WARNING, beyond.limits)):
         if ends and not ends[0] <= value <= ends[1]:
             side, end = ("above", ends[1]) if value > ends[1] else ("below", ends[0])
@@ -84,7 +99,7 @@ def _judge(field: Field, beyond: Beyond, value, mode: str) -> Verdict:
             return Verdict(condition, frozenset({side}), limit, mode)
     found = _values(field, beyond.values, int(value)) if beyond.values else {}
     if not found:
-        return Verdict(IN_ORDER, mode=mode)
+        return _IN_ORDER
     condition = max(found.values(), key=RANK.__getitem__)
     return Verdict(condition, frozenset(found), f"is {', '.join(found)}", mode)
 
@@ -122,7 +137,7 @@ class Limits:
             if not (own.limits or own.critical or own.values or by_mode):
                 continue
             rule = Rule(f"{packet}.{name}", alarm.samples, alarm.latched)
-            yield Point(rule, place, field, own, by_mode)
+            yield Point(rule, place, field, _ranges(own), by_mode)
 
     def _by_mode(self, dictionary, alarm: AlarmKeys, regions) -> Iterator[_ByMode]:
         for each in alarm.by_mode:
@@ -143,7 +158,7 @@ class Limits:
                 continue  # more regions than the packet has room for
             key = f"{packet}.{names[place]}"
             self._modes.setdefault(packet, {})[key] = place
-            yield _ByMode(key, numbers, words, each)
+            yield _ByMode(key, numbers, words, _ranges(each))
 
     @property
     def packets(self) -> set[str]:
@@ -170,7 +185,7 @@ def describe_limits(limits: Limits) -> dict[str, dict]:
         point.rule.key: _described(point.own)
         | {
             "by_mode": [
-                {"mode": each.mode, "numbers": sorted(each.numbers), **_described(each.beyond)}
+                {"mode": each.mode, "numbers": sorted(each.numbers), **_described(each.ranges)}
                 for each in point.by_mode
             ]
         }
@@ -178,5 +193,10 @@ def describe_limits(limits: Limits) -> dict[str, dict]:
     }
 
 
-def _described(beyond: Beyond) -> dict:
-    return {"limits": beyond.limits, "critical": beyond.critical, "values": beyond.values}
+def _described(ranges: Ranges) -> dict:
+    return {name: getattr(ranges, name) for name in ("limits", "critical", "values")}
+
+
+def _ranges(beyond: Beyond) -> Ranges:
+    inner = beyond.limits or beyond.critical or (-math.inf, math.inf)
+    return Ranges(beyond.limits, beyond.critical, beyond.values, inner)

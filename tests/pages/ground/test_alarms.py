@@ -209,7 +209,7 @@ def test_page_and_ground_judge_alike(tmp_path):
     cases, verdicts = [], []
     for point in (each for packet in limits.points.values() for each in packet):
         field = point.field
-        stated = [point.own, *(each.beyond for each in point.by_mode)]
+        stated = [point.own, *(each.ranges for each in point.by_mode)]
         ends = [x for each in stated for pair in (each.limits, each.critical) if pair for x in pair]
         numbers = [y for x in ends for y in (x, x - 0.5, x + 0.5)] + [*range(40)]
         for modes in ({}, {"extended.stb_mode": 1}, {"extended.stb_mode": 3}):

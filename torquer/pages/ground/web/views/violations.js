@@ -17,6 +17,7 @@ export class ViolationLog {
   #keys;
   #body = h("tbody");
   #due = null;
+  #stamps = new Map();
 
   /** `wanted`: key of a satellite, or null for all. */
   constructor(context, wanted) {
@@ -33,9 +34,20 @@ export class ViolationLog {
 
   start() {
     const { alarms, signal } = this.#context;
-    alarms.listen(() => this.#later(), signal);
+    alarms.listen((changed) => this.#isNews(changed) && this.#later(), signal);
     signal.addEventListener("abort", () => clearTimeout(this.#due));
     return this.#ask();
+  }
+
+  /** Whether more than values has changed. */
+  #isNews(changed) {
+    const stamps = changed.map(({ satellite, key, number, state, count, acknowledged_ms }) => [
+      `${satellite}/${key}`,
+      `${number} ${state} ${count} ${acknowledged_ms}`,
+    ]);
+    const news = stamps.filter(([id, stamp]) => this.#stamps.get(id) !== stamp);
+    for (const [id, stamp] of news) this.#stamps.set(id, stamp);
+    return news.length > 0;
   }
 
   #later() {
