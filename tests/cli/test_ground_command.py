@@ -44,6 +44,70 @@ def folder(tmp_path_factory):
         yield made
 
 
+# Alarms
+
+
+@pytest.fixture
+def alarmed(tmp_path):
+    """A folder with an archive that has alarms, as a ground leaves it."""
+    from torquer.computer.names import Names
+    from torquer.ground.alarm import Now
+    from torquer.ground.alarm_desk import AlarmDesk
+    from torquer.ground.archive import AUTHENTIC, Archive, Row
+
+    dictionary = load_link().dictionary
+    with closing(Archive(tmp_path / "sat.sqlite", dictionary)) as archive:
+        desk = AlarmDesk(archive, dictionary, Names({}, (), {}, {}, ()), print, print)
+        names = dictionary.down["housekeeping"].names
+        for k, amperes in enumerate((1.7, 1.9)):
+            values = dict.fromkeys(names, 0.0) | {"coils_current": amperes, "switched_off": 3}
+            row = Row("housekeeping", 1000 * k, 0, AUTHENTIC, 0, k, tuple(values.values()))
+            desk.look([row], Now(0, float(k)))
+        (first, _) = desk.listed()["alarms"]
+        desk.acknowledge({first["key"]: first["number"]}, "ann", "of the \x1b[31m test")
+        desk.shelve("housekeeping.switched_off", 60.0, "bob", "repair")
+        desk.save(desk.unsaved())
+    return tmp_path
+
+
+def test_alarms_are_listed_from_the_archive(call, alarmed, capsys):
+    capsys.readouterr()
+    code, out, _ = call("alarms", "--folder", alarmed, "--log")
+    current, switched_off, head, *log = out.splitlines()
+    assert code == 0 and head == "out-of-limits log:" and len(log) == 2
+    assert current.startswith(
+        "warning housekeeping.coils_current above 1.5 A, now 1.9, since 1970-01-01T00:00:00Z, 1 x, "
+        "acknowledged by ann "
+    )
+    assert current.endswith("of the \\x1b[31m test"), "nothing controls the terminal"
+    assert "alarm   housekeeping.switched_off is coils, wheels, now 3" in switched_off
+    assert "; shelved until " in switched_off and " by bob: repair" in switched_off
+    assert any(
+        "coils_current above 1.5 A, 1.9 at most, 1970-01-01T00:00:00Z to now" in x for x in log
+    )
+    code, out, _ = call("alarms", "--folder", alarmed, "--json", "--log", "--size", 1)
+    found = json.loads(out)
+    assert [each["state"] for each in found["alarms"]] == ["acknowledged", "active"]
+    assert len(found["violations"]) == 1
+    late = ("--log", "--json", "--start", "1970-01-02T00:00:00Z")
+    assert json.loads(call("alarms", "--folder", alarmed, *late)[1])["violations"] == []
+
+
+def test_alarms_of_no_archive_or_none(call, alarmed, tmp_path):
+    code, _, err = call("alarms", "--folder", tmp_path / "none")
+    assert code == 2 and "--satellite: must be that of an archive in" in err
+    code, _, err = call("alarms", "--folder", alarmed, "--satellite", "moon")
+    assert code == 2 and err == "error: --satellite: must be one of sat; received moon\n"
+    (alarmed / "text.sqlite").write_text("no archive")
+    code, _, err = call("alarms", "--folder", alarmed, "--satellite", "text")
+    assert code == 2 and "archive: must be an archive" in err and len(err.splitlines()) == 1
+    with closing(sqlite3.connect(alarmed / "sat.sqlite")) as db:
+        db.execute("DROP TABLE _alarms")
+        db.execute("DROP TABLE _violations")
+    code, out, err = call("alarms", "--folder", alarmed, "--satellite", "sat", "--log")
+    assert (code, out) == (0, "out-of-limits log:\n") and "no alarms" in err
+
+
 # Commands
 
 

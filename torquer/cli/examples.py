@@ -109,6 +109,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer ground at 2012-01-25T12:00:00Z",
         "torquer ground at 2026-11-27T08:00:00Z --by received --json",
     ),
+    "ground alarms": ("torquer ground alarms", "torquer ground alarms --log --json"),
     "ground export": (
         "torquer ground export runs/ground/satellite.sqlite --out runs/export",
         "torquer ground export runs/ground/satellite.sqlite --format csv --packet extended "

@@ -44,5 +44,6 @@ if TYPE_CHECKING:
     from torquer.ground.live import Live as Live
     from torquer.ground.past import last_known as last_known
     from torquer.ground.recording import import_recording as import_recording
+    from torquer.ground.violations import AlarmRecord as AlarmRecord, read_alarms as read_alarms
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -12,7 +12,7 @@ Numbers that were not known on board are NULL, bytes are hexadecimal digits. A w
 too large for SQLite (2^63 and above) is a text of its 20 digits. Tables that begin with
 `_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`,
 `_stack` (a row a step, in place 0 the command stack itself), `_parts` (of packets that lie across
-frames, whose other frame no recording has had yet).
+frames, whose other frame no recording has had yet), `_alarms`, `_violations` (the out-of-limits log).
 
 One process writes; any number read at the same time. What has been committed outlives the process.
 """
@@ -60,6 +60,13 @@ CREATE TABLE IF NOT EXISTS _stack (
 CREATE TABLE IF NOT EXISTS _parts (
   is_tail INTEGER NOT NULL, spi INTEGER NOT NULL, number INTEGER NOT NULL, data BLOB NOT NULL,
   time_s INTEGER, ends INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS _alarms (key TEXT PRIMARY KEY, alarm TEXT, shelf TEXT);
+CREATE TABLE IF NOT EXISTS _violations (
+  id INTEGER PRIMARY KEY, key TEXT NOT NULL, severity TEXT NOT NULL, "limit" TEXT NOT NULL,
+  mode TEXT NOT NULL, start_ms INTEGER NOT NULL, end_ms INTEGER NOT NULL,
+  received_ms INTEGER NOT NULL, extreme REAL, count INTEGER NOT NULL, is_over INTEGER NOT NULL,
+  acknowledged_by TEXT NOT NULL, acknowledged_ms INTEGER, comment TEXT NOT NULL);
+CREATE INDEX IF NOT EXISTS _violations_ended ON _violations (end_ms);
 """
 
 

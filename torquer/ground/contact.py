@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.keys import KEY_COMMAND
 from torquer.flight.packets.station import Station
+from torquer.ground.alarm_desk import AlarmDesk
 from torquer.ground.archive import RECORDED, SUSPECT, Archive, Row
 from torquer.ground.commands import ANSWER_MS, EXECUTED, Commands
 from torquer.ground.file import Satellite
@@ -78,6 +80,8 @@ class Contact:
         self._judge = Judge(self._station, self.dictionary)
         self._is_open_to_all = satellite.software.keys.are_known
         self._heard_s, self._was_connected, self._reject = -math.inf, False, 0
+        show = partial(live.message, "alarms", self.key)
+        self.alarms = AlarmDesk(self.archive, self.dictionary, satellite.names, self.note, show)
         last = {UP: counters.commands, RECOVERY: counters.recovery}
         self.archive.put([], {name: max(self.archive.counter(name), n) for name, n in last.items()})
         protection = self._station.protection
@@ -87,6 +91,7 @@ class Contact:
     def close(self) -> None:
         """End the link and the archive."""
         self.link.close()
+        self.alarms.save(self.alarms.unsaved())
         self.archive.close()
 
     async def serve(self) -> None:
@@ -99,6 +104,7 @@ class Contact:
                 if time.monotonic() >= report_s:
                     report_s = time.monotonic() + REPORT_S
                     self._report()
+                    await self._save_alarms(writer)
                 await asyncio.sleep(0.0 if worked else PAUSE_S)
 
     @property
@@ -179,6 +185,12 @@ class Contact:
                     self.dictionary, row.digest, row.time_ms, row.received_ms, values
                 )
                 self._live.message("log", self.key, entry)
+        self.alarms.look(row for _, row in pairs)
+
+    async def _save_alarms(self, writer: ThreadPoolExecutor) -> None:
+        if unsaved := self.alarms.unsaved():
+            loop = asyncio.get_running_loop()
+            await loop.run_in_executor(writer, self.alarms.save, unsaved)
 
     def _send(self) -> bool:
         """Hand commands that are due to the link, once there is one."""
@@ -237,6 +249,7 @@ class Contact:
         if self.is_connected != self._was_connected:
             self._was_connected = self.is_connected
             self.note(*(("info", "link found") if self.is_connected else ("warning", "link lost")))
+        self.alarms.tick()
         for late in self.commands.expire(now_ms(), self.clock.latest_ms):
             self._live.message("commands", self.key, late)
         self._live.message("links", self.key, self.state())

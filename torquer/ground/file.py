@@ -17,7 +17,7 @@ from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import Name
 from torquer.flight.packets.software_file import SpaceLink, load_link
-from torquer.scenario.explain import validate_tables
+from torquer.scenario.explain import ScenarioError, validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 
 if TYPE_CHECKING:
@@ -92,4 +92,9 @@ def make_satellite(key: str, table: SatelliteTable) -> Satellite:
 
     scenario = load_scenario(table.scenario)
     names = computer_names(scenario, make_blocks(scenario))
-    return Satellite(key, table.link, software.for_satellite(scenario), scenario, names)
+    software = software.for_satellite(scenario)
+    try:
+        software.dictionary.check_alarms({name: each for name, (_, each) in names.regions.items()})
+    except ValueError as error:
+        raise ScenarioError(f"software: {error}") from None
+    return Satellite(key, table.link, software, scenario, names)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 from torquer.flight.packets.dictionary import Dictionary
@@ -46,29 +47,38 @@ def log(
 
     In the order in which they were received, those of recordings by on-board time.
     """
-    found = [
-        ground_entry(*entry)
-        for entry in db.execute(
-            "SELECT id, time_ms, made_ms, severity, text FROM _log WHERE time_ms BETWEEN ? AND ? "
-            "ORDER BY id DESC LIMIT ?",
-            (start_ms, end_ms, size),
-        )
-    ]
-    if has_events(dictionary):
-        found += [
-            satellite_entry(
-                dictionary, digest, time_ms, received_ms, dict(zip(_EVENT, values, strict=True))
-            )
-            for time_ms, received_ms, digest, *values in db.execute(
-                f"SELECT _time_ms, _received_ms, _digest, {', '.join(_EVENT)} FROM event "
-                "WHERE _time_ms BETWEEN ? AND ? ORDER BY _time_ms DESC LIMIT ?",
-                (start_ms, end_ms, size),
-            )
-        ]
-    return sorted(found, key=_reception)[-size:]
+    found = [*islice(entries_of_ground(db, start_ms, end_ms), size)]
+    found += islice(entries_of_satellite(db, dictionary, start_ms, end_ms), size)
+    return sorted(found, key=reception)[-size:]
 
 
-def _reception(entry: dict) -> int:
+def entries_of_ground(db: sqlite3.Connection, start_ms: int, end_ms: int) -> Iterator[dict]:
+    """The ground's own entries in an interval of on-board time, newest first."""
+    for entry in db.execute(
+        "SELECT id, time_ms, made_ms, severity, text FROM _log WHERE time_ms BETWEEN ? AND ? "
+        "ORDER BY id DESC",
+        (start_ms, end_ms),
+    ):
+        yield ground_entry(*entry)
+
+
+def entries_of_satellite(
+    db: sqlite3.Connection, dictionary: Dictionary, start_ms: int, end_ms: int
+) -> Iterator[dict]:
+    """The satellite's entries in an interval of on-board time, newest first."""
+    if not has_events(dictionary):
+        return
+    for time_ms, received_ms, digest, *values in db.execute(
+        f"SELECT _time_ms, _received_ms, _digest, {', '.join(_EVENT)} FROM event "
+        "WHERE _time_ms BETWEEN ? AND ? ORDER BY _time_ms DESC",
+        (start_ms, end_ms),
+    ):
+        named = dict(zip(_EVENT, values, strict=True))
+        yield satellite_entry(dictionary, digest, time_ms, received_ms, named)
+
+
+def reception(entry: dict) -> int:
+    """When an entry was received; of a recording, its on-board time."""
     return entry["time_ms"] if entry["received_ms"] is None else entry["received_ms"]
 
 

@@ -67,7 +67,7 @@ def test_the_sensors_of_a_satellite_are_named_after_the_kinds():
     assert in_words(extended.fields[5], SIDE) == "side"
     words = list(values_in_words(extended, (0,) * 5 + (SIDE,) + (0,) * (len(extended.names) - 6)))
     names = extended.names
-    assert words[4:7] == [f"{names[4]} 0", f"{names[5]} side ({SIDE})", f"{names[6]} 0"]
+    assert words[4:7] == [f"{names[4]} none (0)", f"{names[5]} side ({SIDE})", f"{names[6]} 0"]
     same = {name for name in CHIBIS.down if found.down[name] == CHIBIS.down[name]}
     assert same == CHIBIS.down.keys() - {"extended", "stored"}
     assert Dictionary.model_validate_json(found.model_dump_json()) == found

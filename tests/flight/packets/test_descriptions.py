@@ -212,7 +212,8 @@ def test_open_mct_has_a_point_for_every_number():
     )
     assert (time["hints"], value["hints"]) == ({"domain": 1}, {"range": 1})
     assert points["extended.omega_x"]["values"][0]["unit"] == "deg/s"
-    assert points["extended.omega_x"]["limits"] == {"WARNING": {"low": -30, "high": 30}}
+    limits = {"WARNING": {"low": -30, "high": 30}, "CRITICAL": {"low": -60, "high": 60}}
+    assert points["extended.omega_x"]["limits"] == limits
     assert points["dump.data"]["values"][0]["format"] == "string"
     assert points["event.argument"]["values"][0]["format"] == "integer"
 

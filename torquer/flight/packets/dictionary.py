@@ -9,7 +9,7 @@ documentation) follows from here.
 import difflib
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self, get_args
@@ -18,6 +18,7 @@ import pydantic
 from pydantic import ValidationError, model_validator
 
 from torquer.base.text_files import LEVELS, has_deep_key, limited_text
+from torquer.flight.packets.alarm_limits import check_modes
 from torquer.flight.packets.fields import (
     ANY_BYTES,
     MOST_NUMBERS,
@@ -205,6 +206,29 @@ class Dictionary(Fixed):
                 )
         return self
 
+    def check_alarms(self, regions: Mapping[str, Iterable[str]] | None = None) -> None:
+        """ValueError with one line for limits by a mode that telemetry does not tell.
+
+        `regions`: the states of each region of the mode table; left out: not known yet.
+        """
+        for packet in self.up.values():
+            for k, field in enumerate(packet.fields[1:]):
+                if field.alarm:
+                    raise ValueError(f"up.{packet.name}.fields[{k}].alarm: must not be given for "
+                                     "commands; received one")  # fmt: skip
+        modes: dict[str, Iterable[str]] = {
+            f"{packet.name}.{name}": field.texts.values()
+            for packet in self.down.values()
+            for name, field, _ in packet.numbers()
+            if field.labels
+        }
+        modes |= dict(regions or {}) if "modes" in self.down else {}
+        are_open = regions is None and "modes" in self.down
+        for packet in self.down.values():
+            for k, field in enumerate(packet.fields):
+                if field.alarm:
+                    check_modes(f"down.{packet.name}.fields[{k}]", field.alarm, modes, are_open)
+
     def _ids_differ(self, place: str, ids: Mapping[str, int], end: str = "") -> None:
         taken: dict[int, str] = {}
         for name, number in ids.items():
@@ -241,6 +265,7 @@ def load_dictionary(source: str | Path, extra: tuple = ()) -> Dictionary:
             found = _join(found, data)
             found |= {key: _with_fields(found, key, common) for key in ("down", "up")}
             dictionary = Dictionary.model_validate(found)
+            dictionary.check_alarms()
         except ValidationError as error:
             lines = dict.fromkeys(map(describe_mistake, error.errors()))
             raise DictionaryError("\n".join(f"{path.name}: {line}" for line in lines)) from None

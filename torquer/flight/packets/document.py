@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from torquer.flight.packets.alarm_limits import alarm_in_words
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.fields import Order
 from torquer.flight.packets.frames import ALARM, HEADERS, INFO, Direction
@@ -96,7 +97,7 @@ def _rows(packet: Packet, order: Order) -> Iterator[list[str]]:
         differs = field.byte_order != order and field.kind.bits > 8
         kind = f"{field.type}{field.byte_order[0]}e" if differs else field.type
         bit = f" bit {at % 8}" if at % 8 else ""
-        limits = "" if field.limits is None else "{:g} to {:g}".format(*field.limits)
+        limits = alarm_in_words(field.limits, field.alarm)
         meaning = f"{field.description}{_labels(field)}".replace("|", "\\|")
         yield [
             f"{at // 8}{bit}",

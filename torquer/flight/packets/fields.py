@@ -14,6 +14,7 @@ import pydantic
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from torquer.base.spec import Spec
+from torquer.flight.packets.alarm_limits import AlarmKeys, Ends, check_alarm
 from torquer.flight.packets.number_types import TYPES, Type
 
 #: Bytes of the longest packet of our frames: protected, it fits the 1024 bytes of a telecommand
@@ -156,8 +157,11 @@ class Field(Fixed):
     """Names of its bits, of which any may be set, the lowest first; in a file, also the name of a
     table in `labels`, or `sensors`: all kinds of devices.
     """
-    limits: tuple[float, float] | None = None
+    limits: Ends | None = None
     """Least and greatest value that is in order; the ground is warned beyond."""
+    alarm: AlarmKeys | None = None
+    """When telemetry raises an alarm besides: `critical`, `values`, `samples`, `latched`,
+    `by_mode`."""
     unknown: Literal["lowest", "none"] = "lowest"
     """Raw number of a signed type that stands for a value not known on board; in a file, also a key
     of the packet or of the whole file."""
@@ -181,8 +185,8 @@ class Field(Fixed):
     def _consistent(self) -> Self:
         for check in (_check_name, _check_value, _check_labels):
             check(self)
-        if self.limits and (self.kind.letter in "sx" or not self.limits[0] < self.limits[1]):
-            raise ValueError(f"limits: must be [least, greatest]; received {list(self.limits)}")
+        is_number = self.kind.letter not in "sx"
+        check_alarm(self.limits, self.alarm, is_number, self.texts.values(), self.bits)
         return self
 
     @property

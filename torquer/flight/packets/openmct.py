@@ -33,13 +33,18 @@ def _measurement(packet: Packet, name: str, field: Field) -> dict:
     if field.bits:
         value["bits"] = list(field.bits)
     time = {"key": "utc", "source": "utc", "name": "Time", "format": "utc", "hints": {"domain": 1}}
-    limits = dict(zip(("low", "high"), field.limits or (), strict=False))
+    critical = field.alarm and field.alarm.critical
+    limits = {
+        level: dict(zip(("low", "high"), ends, strict=True))
+        for level, ends in (("WARNING", field.limits), ("CRITICAL", critical))
+        if ends
+    }
     return {
         "key": f"{packet.name}.{name}",
         "name": name,
         "description": field.description,
         "values": [value, time],
-        **({"limits": {"WARNING": limits}} if limits else {}),
+        **({"limits": limits} if limits else {}),
     }
 
 

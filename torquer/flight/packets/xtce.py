@@ -2,11 +2,14 @@
 
 Telemetry: an abstract container `downlink__frame` with the header; each packet inherits it by
 `msg_id`, a space packet by `apid`. Parameters are called `packet__name`; scales, offsets and
-polynomials are calibrators, limits are warning ranges; names of bits, and that the lowest number
-means "not known", are ancillary data of their type; padding has parameters of its own. Commands: a
-fixed header around the argument `frame__time_stamp`, then the fields; a scale is the calibrator
-from raw number to value, as the schema defines it. A reader of XTCE thus decodes the downlink and
-encodes commands without this package.
+polynomials are calibrators; padding has parameters of its own. Limits are warning and critical
+ranges, labels that are alarms those of enumerations, limits by another number of telemetry alarms
+of a context. XTCE cannot state alarms of bits, those by a region, and latched ones: all keys of an
+alarm are ancillary data of the type, as are names of bits, and that the lowest number means "not
+known".
+Commands: a fixed header around the argument `frame__time_stamp`, then the fields; a scale is the
+calibrator from raw number to value, as the schema defines it. A reader of XTCE thus decodes the
+downlink and encodes commands without this package.
 """
 
 import re
@@ -14,6 +17,7 @@ from collections.abc import Iterator
 from typing import Any
 from xml.etree import ElementTree
 
+from torquer.flight.packets.alarm_limits import AlarmKeys, Ends
 from torquer.flight.packets.dictionary import Dictionary, Field, Packet
 from torquer.flight.packets.frames import HEADER_BYTES, HEADERS, Uplink
 from torquer.flight.packets.framing import Framing, check_framing, framing_of
@@ -25,8 +29,10 @@ _ROOT = {
     "xsi:schemaLocation": f"{_NAMESPACE} https://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd",
 }
 _ORDER = {"little": {"byteOrder": "leastSignificantByteFirst"}, "big": {}}
-#: Names of ancillary data: that the lowest number means "not known"; the field with the time.
-UNKNOWN, TIME = "unknown", "time_ms"
+#: Names of ancillary data: that the lowest number means "not known"; the field with the time; all
+#: keys of an alarm, of which other readers find what XTCE can state.
+UNKNOWN, TIME, ALARM = "unknown", "time_ms", "alarm"
+_LEVELS = {"warning": "warning", "alarm": "critical"}
 #: Bits of the widest parameter of padding; what such parameters are called after their packet.
 _PAD_BITS, PAD = 64, "pad"
 #: Container that every packet of our frames inherits, and argument of every command.
@@ -174,6 +180,8 @@ def _add_type(types: ElementTree.Element, name: str, field: Field, role: str) ->
     ancillary = [(f"bit {place}", bit) for place, bit in enumerate(field.bits)]
     if field.unknown_value is not None:
         ancillary.append((UNKNOWN, "the lowest raw number"))
+    if field.alarm:
+        ancillary.append((ALARM, field.alarm.model_dump_json(exclude_defaults=True)))
     noted = _add(element, "AncillaryDataSet") if ancillary else element
     for key, text in ancillary:
         _add(noted, "AncillaryData", text, name=key)
@@ -183,7 +191,7 @@ def _add_type(types: ElementTree.Element, name: str, field: Field, role: str) ->
     labels = _add(element, "EnumerationList") if field.labels else element
     for number, label in field.texts.items():
         _add(labels, "Enumeration", value=number, label=label)
-    if not field.labels:
+    if not (field.labels and role == "Argument"):
         _add_limits(element, field, role)
     return name
 
@@ -223,15 +231,45 @@ def _add_polynomial(encoding: ElementTree.Element, coefficients: tuple[float, ..
 
 
 def _add_limits(element: ElementTree.Element, field: Field, role: str) -> None:
-    """Limits: a warning range of telemetry, the valid range of a command."""
-    if field.limits is None:
-        return
-    least, greatest = (
-        int(x) if field.is_whole and field.is_raw and x == int(x) else x for x in field.limits
-    )
-    ends = {"minInclusive": least, "maxInclusive": greatest}
+    """Limits: alarms of telemetry, the valid range of a command."""
     if role == "Argument":
-        _add(_add(element, "ValidRangeSet"), "ValidRange", **ends)
-    else:
-        alarm = _add(_add(element, "DefaultAlarm"), "StaticAlarmRanges")
-        _add(alarm, "WarningRange", **ends)
+        if field.limits:
+            _add(_add(element, "ValidRangeSet"), "ValidRange", **_ends(field, field.limits))
+        return
+    keys = field.alarm or AlarmKeys()
+    _add_alarm(element, "DefaultAlarm", field, field.limits, keys)
+    modes = [(each, each.place) for each in keys.by_mode]
+    contexts = [(each, place, state) for each, place in modes if place for state in each.states]
+    listed = _add(element, "ContextAlarmList") if contexts else element
+    for each, place, state in contexts:
+        alarm = _add_alarm(listed, "ContextAlarm", field, each.limits, each, keys.samples)
+        match = {} if alarm is None else {"parameterRef": "__".join(place), "value": state}
+        if alarm is not None:
+            _add(_add(alarm, "ContextMatch"), "Comparison", **match)
+
+
+def _add_alarm(parent, tag: str, field: Field, limits: Ends | None, keys, samples: int = 1):
+    """An alarm of a type; None where there is nothing to state by default."""
+    ranges = [("WarningRange", limits), ("CriticalRange", keys.critical)]
+    stated = [(name, ends) for name, ends in ranges if ends and not field.labels]
+    levels = {name: _LEVELS[severity] for name, severity in keys.values.items() if field.labels}
+    if tag == "DefaultAlarm" and not (stated or levels):
+        return None
+    samples = getattr(keys, "samples", samples)
+    alarm = _add(parent, tag, minViolations=samples if samples > 1 else "")
+    if field.labels:
+        listed = _add(alarm, "EnumerationAlarmList")
+        for label, level in levels.items():
+            _add(listed, "EnumerationAlarm", alarmLevel=level, enumerationLabel=label)
+        return alarm
+    static = _add(alarm, "StaticAlarmRanges")
+    for name, ends in stated:
+        _add(static, name, **_ends(field, ends))
+    return alarm
+
+
+def _ends(field: Field, ends: Ends) -> dict[str, float]:
+    least, greatest = (
+        int(x) if field.is_whole and field.is_raw and x == int(x) else x for x in ends
+    )
+    return {"minInclusive": least, "maxInclusive": greatest}

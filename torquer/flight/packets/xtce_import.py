@@ -119,6 +119,7 @@ class _Reader:
             raise must("ContainerSet", "have packets with headers of one kind", what)
         try:
             dictionary = Dictionary(name=self._name, down=found)
+            dictionary.check_alarms()
         except ValidationError as error:
             raise ValueError(describe_mistake(error.errors()[0])) from None
         return Imported(dictionary, links.pop(), tuple(dict.fromkeys(self.notes)))

@@ -7,9 +7,12 @@ byte order; polynomials as calibrators. Whatever else there is gets one line tha
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
+from pydantic import ValidationError
+
+from torquer.flight.packets.alarm_limits import AlarmKeys
 from torquer.flight.packets.fields import Order
 from torquer.flight.packets.number_types import TYPES
-from torquer.flight.packets.xtce import UNKNOWN
+from torquer.flight.packets.xtce import ALARM, UNKNOWN
 
 _BYTE_ORDERS: dict[str, Order] = {
     "mostSignificantByteFirst": "big",
@@ -20,6 +23,11 @@ _FLOATS = ("IEEE754", "IEEE754_1985")
 _GROUPS = ("Integer", "Float", "Enumerated", "Boolean", "Binary", "String")
 #: Most coefficients of a polynomial.
 _MOST_TERMS = 12
+#: Ranges of alarms with what they are in a dictionary; levels of alarms.
+_RANGES = {"WarningRange": "limits", "CriticalRange": "critical"}
+_SEVERITIES = {"watch": "warning", "warning": "warning"} | dict.fromkeys(
+    ("distress", "critical", "severe"), "alarm"
+)
 
 
 def tag_of(element: ElementTree.Element) -> str:
@@ -170,30 +178,84 @@ def _read_labels(place: str, group: str, element: ElementTree.Element) -> dict:
 
 def _read_bits(element: ElementTree.Element) -> dict:
     """What `xtce` notes in ancillary data: names of bits, and what the lowest number means."""
-    noted = {
-        each.get("name", ""): each.text or ""
-        for each in children(element, "AncillaryDataSet", "AncillaryData")
-    }
+    noted = _noted(element)
     found: dict = {"unknown": "lowest"} if UNKNOWN in noted else {}
     bits = [noted[f"bit {place}"] for place in range(64) if f"bit {place}" in noted]
     return found | ({"bits": tuple(bits)} if bits else {})
 
 
+def _noted(element: ElementTree.Element) -> dict[str, str]:
+    """The ancillary data of a type."""
+    listed = children(element, "AncillaryDataSet", "AncillaryData")
+    return {each.get("name", ""): each.text or "" for each in listed}
+
+
 def _read_limits(place: str, element: ElementTree.Element, known: dict, notes: list[str]) -> dict:
-    """The range of warnings; other alarms are left out."""
-    ranges = children(element, "DefaultAlarm", "StaticAlarmRanges", "WarningRange")
-    ends = [each.get(key) for each in ranges for key in ("minInclusive", "maxInclusive")]
+    """Ranges of warnings and alarms, labels that are alarms; what else there is, is left out."""
+    ranges = {} if known["type"] == "bytes" or "labels" in known else _read_ranges(place, element)
+    critical = ranges.pop("critical", None)
+    noted = _noted(element).get(ALARM)
+    if noted is not None:
+        return ranges | {"alarm": _read_alarm(place, noted)}
     others = list(_other_alarms(element))
-    if others or None in ends:
-        notes.append(f"{place}: alarms other than one WarningRange with both ends are left out")
-    if None in ends or len(ends) != 2 or known["type"] == "bytes" or "labels" in known:
-        return {}
-    return {"limits": tuple(read_number(place, str(end)) for end in ends)}
+    alarm = {"values": _read_values(element)} if "labels" in known else {}
+    if critical and (limits := ranges.get("limits", critical)):
+        if critical[0] <= limits[0] <= limits[1] <= critical[1]:
+            alarm["critical"] = critical
+        else:
+            others.append(element)
+    if others:
+        notes.append(f"{place}: alarms other than of labels, and of a WarningRange and a "
+                     "CriticalRange with both ends, are left out")  # fmt: skip
+    if not any(alarm.values()):
+        return ranges
+    return ranges | {"alarm": alarm | _read_samples(place, element)}
+
+
+def _read_ranges(place: str, element: ElementTree.Element) -> dict:
+    found = {}
+    for tag, key in _RANGES.items():
+        for each in children(element, "DefaultAlarm", "StaticAlarmRanges", tag):
+            ends = each.get("minInclusive"), each.get("maxInclusive")
+            if None not in ends and each.get("rangeForm", "outside") == "outside":
+                found[key] = tuple(read_number(place, str(end)) for end in ends)
+    return found
+
+
+def _read_values(element: ElementTree.Element) -> dict[str, str]:
+    """Labels that are alarms, with their severities."""
+    listed = children(element, "DefaultAlarm", "EnumerationAlarmList", "EnumerationAlarm")
+    names = {clean_text(each.get("enumerationLabel", "")): each for each in listed}
+    levels = {name: _SEVERITIES.get(each.get("alarmLevel", "")) for name, each in names.items()}
+    return {name: severity for name, severity in levels.items() if severity}
+
+
+def _read_samples(place: str, element: ElementTree.Element) -> dict:
+    texts = [each.get("minViolations", "1") for each in children(element, "DefaultAlarm")]
+    samples = [int(text) for text in texts if text.isdecimal() and len(text) < 5]
+    if len(samples) < len(texts):
+        raise must(place, "have whole numbers for minViolations", texts)
+    return {"samples": samples[0]} if samples and samples[0] > 1 else {}
+
+
+def _read_alarm(place: str, text: str) -> dict:
+    try:
+        return AlarmKeys.model_validate_json(text).model_dump(exclude_defaults=True)
+    except ValidationError:
+        raise must(place, f"have its own keys in the ancillary data {ALARM}", text[:80]) from None
 
 
 def _other_alarms(element: ElementTree.Element) -> Iterator[ElementTree.Element]:
+    """Alarms that are left out."""
     yield from children(element, "ContextAlarmList")
     for alarm in children(element, "DefaultAlarm"):
         for each in alarm:
-            is_ranges = tag_of(each) == "StaticAlarmRanges"
-            yield from (x for x in each if tag_of(x) != "WarningRange") if is_ranges else [each]
+            if tag_of(each) == "StaticAlarmRanges":
+                yield from (x for x in each if not _is_read(x))
+            elif tag_of(each) != "EnumerationAlarmList":
+                yield each
+
+
+def _is_read(element: ElementTree.Element) -> bool:
+    has_ends = None not in (element.get("minInclusive"), element.get("maxInclusive"))
+    return tag_of(element) in _RANGES and has_ends and element.get("rangeForm") != "inside"

@@ -28,10 +28,12 @@ from torquer.ground.archive import read_only
 from torquer.ground.bins import points
 from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
+from torquer.ground.limits import describe_limits
 from torquer.ground.live import Listener, Live
 from torquer.ground.plan import has_plan
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
+from torquer.pages.ground.alarm_routes import alarm_routes
 from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of
 from torquer.pages.ground.history_routes import history_routes
 from torquer.pages.ground.orders_routes import orders_routes
@@ -77,6 +79,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/orbit", routes.orbit),
             *orders_routes(contacts),
             *history_routes(contacts),
+            *alarm_routes(contacts),
             WebSocketRoute("/api/live", routes.live),
             serve_files(WEB),
         ],
@@ -253,6 +256,7 @@ def _describe(contact: Contact) -> dict:
             "plan": has_plan(dictionary),
         },
         "packets": described["packets"],
+        "limits": describe_limits(contact.alarms.limits),
     }
 
 

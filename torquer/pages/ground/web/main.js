@@ -2,6 +2,7 @@
 
 import { h } from "./dom.js";
 import { askAgain, followOpenSatellite, installTime } from "./mct/clocks.js";
+import { installAlarmIndicator } from "./mct/alarm_indicator.js";
 import { installExport } from "./mct/export.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
@@ -9,7 +10,9 @@ import { foldTree, paneParameters } from "./mct/narrow.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
 import { drawPlotsIn2D } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
+import { followModes } from "./limits.js";
 import { latencyMeter } from "./measure.js";
+import { AlarmStore } from "./net/alarms.js";
 import { get } from "./net/api.js";
 import { Live } from "./net/live.js";
 import { askRole } from "./net/role.js";
@@ -26,6 +29,7 @@ async function start() {
   if (!satellites.size) throw new Error("The server knows no satellite.");
   const live = new Live();
   const rows = new Rows(live);
+  const alarms = new AlarmStore(satellites, live);
   const openmct = window.openmct;
 
   drawPlotsIn2D();
@@ -37,7 +41,8 @@ async function start() {
   installObjects(openmct, satellites);
   new Telemetry(openmct, satellites, rows, latencyMeter()).install();
   installExport(openmct, satellites);
-  installViews(openmct, { satellites, live, rows });
+  installViews(openmct, { satellites, live, rows, alarms });
+  installAlarmIndicator(openmct, alarms);
   installIndicators(openmct, satellites, live, rows);
   followOpenSatellite(openmct, satellites);
   foldTree(openmct);
@@ -47,6 +52,8 @@ async function start() {
   unfoldTree(satellites);
   openmct.start(document.getElementById("page"));
   live.connect();
+  followModes(satellites, rows);
+  alarms.askAll();
 }
 
 /** An address without a view opens the first overview; a clock that is gone would stop Open MCT. */

@@ -11,24 +11,24 @@ export function satellitesOf(described) {
   return new Map(described.map((one) => [one.key, satellite({ ...one, name: named(one) })]));
 }
 
-function satellite({ key, name, clock_ms, has, packets }) {
-  const found = packets.map((packet) => [packet.key, packetOf(packet)]);
-  return { key, name, clock_ms, has, packets: new Map(found) };
+function satellite({ key, name, clock_ms, has, packets, limits }) {
+  const found = packets.map((packet) => [packet.key, packetOf(packet, limits)]);
+  return { key, name, clock_ms, has, packets: new Map(found), limits, modes: new Map() };
 }
 
-function packetOf({ key, name, description, measurements }) {
-  const numbers = measurements.map((one) => numberOf(one, key));
+function packetOf({ key, name, description, measurements }, limits) {
+  const numbers = measurements.map((one) => numberOf(one, key, limits[one.key]));
   const places = new Map(numbers.map((one, i) => [one.key, i]));
   return { key, name, description, numbers, places, vectors: vectorsOf(numbers) };
 }
 
 /** `key`: as the archive has it; `name`: as it is shown. */
-function numberOf({ key, name, description, values, limits }, packet) {
+function numberOf({ key, name, description, values }, packet, limits) {
   const value = values.find(({ key }) => key === "value");
   const { unit = "", format, enumerations, bits } = value;
   const labels = enumerations && new Map(enumerations.map((one) => [one.value, one.string]));
   const shown = { name, description, unit, format, enumerations, bits };
-  return { key: key.slice(packet.length + 1), labels, limits: limits?.WARNING, ...shown };
+  return { key: key.slice(packet.length + 1), labels, limits, ...shown };
 }
 
 /** Fields of several numbers (`omega_x`, `omega_y`, `omega_z`), by the name they share. */
@@ -52,11 +52,4 @@ export function vector(packet, row, base) {
   const values = keys.map((key) => row.values[packet.places.get(key)]);
   const isKnown = values.length > 0 && values.every(Number.isFinite);
   return isKnown ? values : null;
-}
-
-/** Which limit a value is beyond: "upper", "lower", or null. */
-export function isBeyond({ limits }, value) {
-  if (!limits || typeof value !== "number") return null;
-  if (value > limits.high) return "upper";
-  return value < limits.low ? "lower" : null;
 }

@@ -17,6 +17,7 @@ export const TYPES = {
   past: "torquer.past",
   gaps: "torquer.gaps",
   satellites: "torquer.satellites",
+  alarms: "torquer.alarms",
   state: "torquer.state",
   packet: "torquer.packet",
   number: "torquer.number",
@@ -44,6 +45,7 @@ class Objects {
     for (const satellite of satellites.values()) this.#addSatellite(satellite);
     const how = { numberKey, types: TYPES, identifier, namespace: NAMESPACE };
     for (const one of comparison(satellites, how)) this.#add(...one);
+    this.#add(null, ALARMS, { name: "All alarms", type: TYPES.alarms });
   }
 
   get(key) {
@@ -89,6 +91,7 @@ class Objects {
       view("log", "Log"),
       view("past", "Past"),
       view("gaps", "Gaps"),
+      view("alarms", "Alarms"),
     ].filter(Boolean);
   }
 
@@ -213,7 +216,8 @@ function qualityColumn() {
 /** How a plot draws a number; limits that several numbers share are drawn once. */
 function series(key, { limits }, place) {
   const color = AXIS_COLOURS[place];
-  return { identifier: identifier(key), color, limitLines: Boolean(limits) && place % 3 === 0 };
+  const hasLines = Boolean(limits?.limits || limits?.critical);
+  return { identifier: identifier(key), color, limitLines: hasLines && place % 3 === 0 };
 }
 
 function plotsOfOverview(satellite) {
@@ -243,6 +247,10 @@ function column(size, keys) {
 export const overviewPath = (satellite) =>
   `#/browse/${NAMESPACE}:${satellite.key}/${NAMESPACE}:${satellite.key}.view.overview`;
 
+/** The alarms of all satellites, and their address within the page. */
+const ALARMS = "alarms";
+export const ALARMS_PATH = `#/browse/${NAMESPACE}:${ALARMS}?hideInspector=true`;
+
 /** Types of objects with names and icons of their own. */
 const KINDS = {
   [TYPES.attitude]: ["Attitude 3D", "icon-object"],
@@ -255,6 +263,7 @@ const KINDS = {
   [TYPES.past]: ["Past", "icon-clock"],
   [TYPES.gaps]: ["Gaps", "icon-brackets"],
   [TYPES.satellites]: ["Satellites", "icon-layout"],
+  [TYPES.alarms]: ["Alarms", "icon-bell"],
   [TYPES.state]: ["State", "icon-info"],
   [TYPES.packet]: ["Packet", "icon-database"],
   [TYPES.number]: ["Number", "icon-telemetry"],

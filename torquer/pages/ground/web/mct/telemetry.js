@@ -1,7 +1,7 @@
 // Telemetry for Open MCT: history by requests, live rows, limits.
 
 import { frames, history } from "../net/rows.js";
-import { isBeyond } from "../satellites.js";
+import { judge } from "../limits.js";
 import { TYPES } from "./objects.js";
 import { isPlace, oneOfEachRun, withOrigin } from "./places.js";
 
@@ -86,13 +86,14 @@ export class Telemetry {
 
   #evaluator(object) {
     const { places, numbers } = this.#packet(object.satellite, object.packet);
+    const { modes } = this.#satellites.get(object.satellite);
     return {
       evaluate: (datum, valueMetadata) => {
         const key = valueMetadata?.key ?? "value";
         if (key === "quality") return datum.quality === SUSPECT ? IS_SUSPECT : undefined;
         const number = isNumber(object) && key === "value" ? object.number : key;
         const one = numbers[places.get(number)];
-        return one ? limitState(one, datum[key]) : undefined;
+        return one ? limitState(one, datum[key], modesAt(object, datum, modes)) : undefined;
       },
     };
   }
@@ -100,9 +101,12 @@ export class Telemetry {
   #limitLines(object) {
     const { places, numbers } = this.#packet(object.satellite, object.packet);
     const limits = numbers[places.get(object.number)]?.limits;
-    if (!limits) return undefined;
-    const line = (value) => ({ color: "yellow", value });
-    return { WARNING: { low: line(limits.low), high: line(limits.high) } };
+    const levels = { WARNING: [limits?.limits, "yellow"], CRITICAL: [limits?.critical, "red"] };
+    const stated = Object.entries(levels).filter(([, [ends]]) => ends);
+    const line = (value, color) => ({ color, value });
+    const linesOf = ([low, high], color) => ({ low: line(low, color), high: line(high, color) });
+    if (!stated.length) return undefined;
+    return Object.fromEntries(stated.map(([level, [ends, color]]) => [level, linesOf(ends, color)]));
   }
 
   #packet(satellite, packet) {
@@ -132,14 +136,16 @@ function frameDatum(row, numbers) {
   return { ...datum(row), ...Object.fromEntries(values) };
 }
 
-function limitState(one, value) {
-  const side = isBeyond(one, value);
-  if (!side) return undefined;
-  const { low, high } = one.limits;
-  return {
-    cssClass: `is-limit--${side === "upper" ? "upr" : "lwr"} is-limit--yellow`,
-    name: side === "upper" ? `above ${high}` : `below ${low}`,
-    low,
-    high,
-  };
+/** The modes of a row's time where its packet tells them, else the present ones. */
+const modesAt = ({ packet }, row, modes) => ({
+  get: (key) => (isPacketOf(packet, key) ? row[key.slice(packet.length + 1)] : null) ?? modes.get(key),
+});
+const isPacketOf = (packet, key) => key.startsWith(`${packet}.`);
+
+function limitState(one, value, modes) {
+  const found = judge(one, value, modes);
+  if (!found) return undefined;
+  const side = found.side && `is-limit--${found.side === "upper" ? "upr" : "lwr"}`;
+  const colour = `is-limit--${found.severity === "alarm" ? "red" : "yellow"}`;
+  return { cssClass: side ? `${side} ${colour}` : colour, name: found.words };
 }

@@ -2,6 +2,7 @@
 
 import { h } from "../dom.js";
 import { TYPES } from "../mct/objects.js";
+import { showAlarms } from "./alarms.js";
 import { showCommandHistory } from "./command_history.js";
 import { showCommands } from "./commands.js";
 import { showGaps } from "./gaps.js";
@@ -29,6 +30,7 @@ const VIEWS = [
   { type: TYPES.past, name: "Past", cssClass: "icon-clock", show: showPast },
   { type: TYPES.gaps, name: "Gaps", cssClass: "icon-brackets", show: showGaps },
   { type: TYPES.satellites, name: "Side by side", cssClass: "icon-layout", show: showSatellites },
+  { type: TYPES.alarms, name: "Alarms", cssClass: "icon-bell", show: showAlarms },
   { type: TYPES.state, name: "State", cssClass: "icon-info", show: showState },
   { type: TYPES.packet, name: "Values", cssClass: "icon-list-view", show: showPacket },
 ];

@@ -1,12 +1,15 @@
-// The log of satellite and ground: history, and what comes.
+// The log of satellite and ground: searched in the whole archive, and what comes.
 
 import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, route } from "../net/api.js";
 import { inZone } from "../times.js";
 
-/** Most entries shown; older ones are found with a fixed time span. */
+/** Most entries shown, and in a file; pause after the last key before the archive is asked [ms]. */
 const MOST = 500;
+const MOST_IN_FILE = 20_000;
+const PAUSE_MS = 300;
 const SEVERITIES = ["info", "warning", "alarm"];
+const TITLES = ["Ground time", "On-board time", "Source", "Severity", "Text"];
 
 export function showLog(element, context) {
   const log = new Log(context);
@@ -17,61 +20,101 @@ export function showLog(element, context) {
 class Log {
   #context;
   #entries = new Map();
-  #least = h(
-    "select",
-    { "aria-label": "Severity", onchange: () => this.#draw() },
-    h("option", { value: 0 }, "all entries"),
-    h("option", { value: 1 }, "warnings and alarms"),
-    h("option", { value: 2 }, "alarms"),
-  );
-  #text = h("input", { type: "search", placeholder: "text", "aria-label": "Text", oninput: () => this.#draw() });
-  #span = h("span", { class: "t-note" });
+  #asked = 0;
+  #due = null;
+  #severity = choice("Least severity", [
+    ["info", "all severities"],
+    ["warning", "warnings and alarms"],
+    ["alarm", "alarms"],
+  ]);
+  #source = choice("Source", [
+    ["", "satellite and ground"],
+    ["satellite", "satellite"],
+    ["ground", "ground"],
+  ]);
+  #text = h("input", { type: "search", placeholder: "text", maxLength: 200, "aria-label": "Text" });
+  #from = timeInput("From (on board, UTC)");
+  #to = timeInput("To (on board, UTC)");
+  #file = h("a", { class: "t-log__file", download: "" }, "CSV");
+  #note = h("span", { class: "t-note", role: "status" });
   #body = h("tbody");
 
   constructor(context) {
     this.#context = context;
+    const filters = [this.#severity, this.#source, this.#text, this.#from, this.#to];
+    for (const one of filters) one.addEventListener("input", () => this.#later());
+    const labels = [h("label", {}, "from ", this.#from), h("label", {}, "to ", this.#to)];
     this.element = h(
       "div",
       { class: "t-log" },
-      h("div", { class: "t-bar" }, this.#least, this.#text, this.#span),
-      h("div", { class: "t-scroll", tabindex: 0 }, this.#table()),
+      h("div", { class: "t-bar" }, filters.slice(0, 3), labels, this.#file, this.#note),
+      h("div", { class: "t-scroll", tabIndex: 0 }, this.#table()),
     );
     this.redraw = oncePerFrame(() => this.#draw(), context.signal);
   }
 
   async start() {
     const { live, openmct, satellite, signal } = this.#context;
-    // A fixed time span is history: what comes now is not part of it.
-    const isWanted = (one) => one.satellite === satellite.key && !openmct.time.isFixed();
+    const isWanted = (one) => one.satellite === satellite.key && this.#isLive() && this.#has(one);
     live.on("log", (entries) => this.#add(entries.filter(isWanted)), signal);
     const askAgain = () => inBackground(this.#ask(), signal);
     live.on("again", askAgain, signal);
     const onBounds = (bounds, isTick) => isTick || askAgain();
     openmct.time.on("boundsChanged", onBounds);
     signal.addEventListener("abort", () => openmct.time.off("boundsChanged", onBounds));
+    signal.addEventListener("abort", () => clearTimeout(this.#due));
     await this.#ask();
   }
 
   #table() {
-    const titles = ["Ground time", "On-board time", "Source", "Severity", "Text"];
-    const head = h(
-      "tr",
-      {},
-      titles.map((title) => h("th", { scope: "col" }, title)),
-    );
-    return h("table", { class: "t-table" }, h("thead", {}, head), this.#body);
+    const head = TITLES.map((title) => h("th", { scope: "col" }, title));
+    return h("table", { class: "t-table" }, h("thead", {}, h("tr", {}, head)), this.#body);
   }
 
-  /** The last entries, or those of a fixed time span. */
+  #later() {
+    clearTimeout(this.#due);
+    this.#due = setTimeout(() => inBackground(this.#ask(), this.#context.signal), PAUSE_MS);
+  }
+
+  /** What comes now belongs to a span without an end only. */
+  #isLive() {
+    return !this.#context.openmct.time.isFixed() && !this.#to.value;
+  }
+
+  /** What is asked for: the filters, and a fixed time span where the view has none of its own. */
+  #query() {
+    const { time } = this.#context.openmct;
+    const bounds = time.isFixed() ? time.getBounds() : {};
+    const start = timeOf(this.#from) ?? bounds.start;
+    const end = timeOf(this.#to) ?? bounds.end;
+    return {
+      severity: this.#severity.value,
+      source: this.#source.value,
+      text: this.#text.value,
+      start: start === undefined ? undefined : Math.floor(start),
+      end: end === undefined ? undefined : Math.ceil(end),
+    };
+  }
+
   async #ask() {
-    const { openmct, satellite, signal } = this.#context;
-    const isFixed = openmct.time.isFixed();
-    const { start, end } = openmct.time.getBounds();
-    const span = isFixed ? { start: Math.floor(start), end: Math.ceil(end) } : {};
-    const found = await get(route(satellite.key, "log"), { ...span, size: MOST }, signal);
+    const { satellite, signal } = this.#context;
+    const query = this.#query();
+    this.#file.href = addressOf(route(satellite.key, "log.csv"), { ...query, size: MOST_IN_FILE });
+    const number = ++this.#asked;
+    const path = route(satellite.key, "log", "search");
+    const { entries, complete } = await get(path, { ...query, size: MOST }, signal);
+    if (number !== this.#asked) return; // an answer to a later question may come before this one
     this.#entries.clear();
-    this.#span.textContent = isFixed ? "of the fixed time span" : "newest first, live";
-    this.#add(found);
+    const span = this.#isLive() ? "newest first, live" : "of the time span";
+    this.#note.textContent = complete ? span : `${span}; there are more, in the file as well`;
+    this.#add(entries);
+  }
+
+  #has({ severity, source, text }) {
+    const query = this.#query();
+    const isBad = SEVERITIES.indexOf(severity) >= SEVERITIES.indexOf(query.severity);
+    const isFrom = !query.source || query.source === source;
+    return isBad && isFrom && text.toLowerCase().includes(query.text.toLowerCase());
   }
 
   #add(entries) {
@@ -89,12 +132,27 @@ class Log {
   }
 
   #draw() {
-    const least = Number(this.#least.value);
-    const text = this.#text.value.toLowerCase();
-    const isWanted = (entry) =>
-      SEVERITIES.indexOf(entry.severity) >= least && entry.text.toLowerCase().includes(text);
-    this.#body.replaceChildren(...this.#sorted().filter(isWanted).map(lineOf));
+    this.#body.replaceChildren(...this.#sorted().map(lineOf));
   }
+}
+
+function choice(label, options) {
+  const made = options.map(([value, text]) => h("option", { value }, text));
+  return h("select", { "aria-label": label }, made);
+}
+
+const timeInput = (label) =>
+  h("input", { type: "datetime-local", step: 1, "aria-label": label, title: label });
+
+/** The time in an input, UTC, in milliseconds since 1970; undefined where it has none. */
+function timeOf({ value }) {
+  const time = Date.parse(`${value}Z`);
+  return Number.isNaN(time) ? undefined : time;
+}
+
+function addressOf(path, parameters) {
+  const given = Object.entries(parameters).filter(([, value]) => value !== undefined);
+  return `${path}?${new URLSearchParams(given)}`;
 }
 
 function lineOf({ received_ms, time_ms, source, severity, text }) {
@@ -104,6 +162,6 @@ function lineOf({ received_ms, time_ms, source, severity, text }) {
   return h(
     "tr",
     { "data-severity": severity },
-    cells.map((cell) => h("td", {}, cell)),
+    cells.map((cell, i) => h("td", { "data-title": TITLES[i] }, cell)),
   );
 }

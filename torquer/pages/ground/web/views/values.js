@@ -3,7 +3,7 @@
 import { bitsInWords } from "../bits.js";
 import { h, number, oncePerFrame } from "../dom.js";
 import { QUALITIES } from "../net/rows.js";
-import { isBeyond } from "../satellites.js";
+import { judge, limitsInWords, SEVERITY_SIGNS } from "../limits.js";
 import { inZone } from "../times.js";
 
 /** Text of a value: its label, the names of its bits, or its number. */
@@ -35,7 +35,8 @@ export function showValues(element, { satellite, rows, signal }, packet, numbers
   const draw = oncePerFrame(() => {
     head.textContent = frameInWords(packet, newest);
     head.classList.toggle("is-suspect", newest.quality === 0);
-    cells.forEach((cell, i) => cell.show(newest.values[packet.places.get(numbers[i].key)]));
+    const valueOf = (one) => newest.values[packet.places.get(one.key)];
+    cells.forEach((cell, i) => cell.show(valueOf(numbers[i]), satellite.modes));
   }, signal);
   const take = (row) => {
     newest = row;
@@ -51,11 +52,13 @@ function frameInWords(packet, { time, received, quality }) {
 
 class ValueRow {
   #one;
-  #value = h("td", { class: "t-values__value" }, "");
+  #text = h("span");
+  #beyond = h("span", { class: "t-values__beyond" });
+  #value = h("td", { class: "t-values__value" }, this.#text, this.#beyond);
 
   constructor(one, isWide) {
     this.#one = one;
-    const limits = one.limits ? `${one.limits.low} to ${one.limits.high}` : "";
+    const limits = limitsInWords(one);
     this.element = h(
       "tr",
       { title: one.description },
@@ -67,10 +70,15 @@ class ValueRow {
     );
   }
 
-  show(value) {
+  show(value, modes) {
     const text = valueInWords(this.#one, value);
-    if (this.#value.textContent !== text) this.#value.textContent = text;
+    const beyond = judge(this.#one, value, modes);
+    const sign = beyond && SEVERITY_SIGNS[beyond.severity];
+    const note = beyond ? `${sign} ${beyond.severity}: ${beyond.words}` : "";
+    if (this.#text.textContent !== text) this.#text.textContent = text;
+    if (this.#beyond.textContent !== note) this.#beyond.textContent = note;
     this.#value.classList.toggle("is-unknown", value === null || value === undefined);
-    this.#value.classList.toggle("is-beyond", isBeyond(this.#one, value) !== null);
+    this.#value.classList.toggle("is-beyond", beyond !== null);
+    this.#value.classList.toggle("is-alarm", beyond?.severity === "alarm");
   }
 }
