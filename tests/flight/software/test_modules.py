@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from onboard_ground import DAY, Ground, flying
+from onboard_ground import DAY, Ground, flying, grounded
 from uplink_cases import TLE as ELEMENTS, in_bytes
 
 from torquer.compile import engine
@@ -32,18 +32,14 @@ def settled():
     """The day of Chibis-M in its science mode, and the packets up to there."""
     ground = flying(SETTLED_S + 600.0)
     ground.tick(times=SETTLED_S)
-    return ground, ground.core.snapshot(), ground.sender.counter
+    return ground, ground.core.snapshot()
 
 
 @pytest.fixture
 def ground(settled):
     """The satellite in its science mode, with a ground that begins to listen."""
-    first, snapshot, counter = settled
-    first.core.restore(snapshot)
-    ground = Ground(first.core)
-    ground.sender.counter = counter
-    first.sender.counter = counter + 1000
-    return ground
+    first, snapshot = settled
+    return grounded(first.core, snapshot)
 
 
 def last_sent(found, name):
@@ -88,7 +84,7 @@ def test_the_state_vector_is_lost_and_found(settled):
 
 def test_telemetry_shows_the_flight(settled):
     """Every tenth packet against the record of the run, to half a step of its numbers."""
-    first, snapshot, _ = settled
+    first, snapshot = settled
     first.core.restore(snapshot)
     result, extended = first.core.result(), first.named("extended")
     start_ms = extended[0]["on_board_ms"]
@@ -213,10 +209,8 @@ def test_rates_of_telemetry(ground):
 @pytest.mark.verifies("REQ-TM-002")
 def test_what_was_stored_is_what_was_sent(settled):
     """Replay of half an hour, every one and every third, against the packets sent then."""
-    first, snapshot, counter = settled
-    first.core.restore(snapshot)
-    ground = Ground(first.core)
-    ground.sender.counter = counter
+    first, snapshot = settled
+    ground = grounded(first.core, snapshot)
     now_s = ground.core.state.clock.now_s
     sent = {v["on_board_ms"]: v for v in first.named("extended")}
     for every in (1, 3):
@@ -228,10 +222,7 @@ def test_what_was_stored_is_what_was_sent(settled):
         times = [t for t, _ in stored]
         assert times == sorted(times) and times[0] >= now_s - 1800
         assert np.all(np.diff(times) == 60 * every)
-        ground.packets.clear()
-        ground.core.restore(snapshot)
-        ground = Ground(first.core)
-        ground.sender.counter = counter
+        ground = grounded(first.core, snapshot)
 
 
 def test_replay_without_records(ground):
