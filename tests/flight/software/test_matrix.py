@@ -36,7 +36,6 @@ CONSTANT = {
     "queues.commands_dropped": "no more commands are handed on than the queues take",
     "queues.acks_dropped": "as queues.commands_dropped",
     "devices.coils_errors": "no poll of the simulated coils fails",
-    "ready.events": "modules are loaded after what is to be reported",
     "wheels.speed_6": "it has six wheels",
     "wheels.speed_7": "it has six wheels",
     "wheels.motor_6": "it has six wheels",

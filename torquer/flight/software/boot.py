@@ -103,7 +103,11 @@ def _mount(core: AnyCore) -> None:
             if name in main and name in reserve and unseal(name, reserve[name]):
                 main.pop(name)
     memory.mend(tells=not core.state.from_reserve)
-    core.state.log.restore(memory.read(ERRORS))
+    log = core.state.log
+    begun = list(log.entries)
+    log.restore(memory.read(ERRORS))
+    for entry in begun:
+        log.add(*entry)
     core.services.report("svr", Reason.BOOTED, core.state.reboots)
     if core.state.strikes.from_reserve:
         core.services.report("svr", Reason.FROM_RESERVE)
@@ -192,10 +196,10 @@ def _start_watchdog(core: AnyCore) -> None:
 
 
 def _ready(core: AnyCore) -> None:
-    """The packet 'ready', and that it can be taken for the first one of a boot."""
+    """The packet 'ready', with the number of events of this boot, itself included."""
     state, services = core.state, core.services
     services.report("svr", Reason.READY)
-    events = sum(slot.errors for slot in state.slots.values())
+    events = state.log.total - state.log.told
     reserve, now_ms = int(state.from_reserve), state.clock.now_ms
     services.send("ready", (state.reboots, state.cause, reserve, now_ms, events))
 
