@@ -204,8 +204,11 @@ class Core:
         core, name = self.services, slot.name
         command: Telecommand
         while (command := core.cdh.take(name)) is not None:
+            code = Reason.NOT_AVAILABLE
             try:
-                code = Reason(getattr(slot.module, f"on_{command.packet}")(core, command.values))
+                if not core.lacks(name):
+                    work = getattr(slot.module, f"on_{command.packet}")
+                    code = Reason(work(core, command.values))
             except BaseException as error:
                 self.keep(name, error)
                 code = Reason.FAILED

@@ -94,7 +94,7 @@ class CoilSettings(ManualSettings):
 class Coils(Actuator):
     """Magnetic coils; telemetry has the dipole that was asked for, not what drives the coils."""
 
-    name = "coils"
+    name = device = "coils"
     Settings = CoilSettings
     command = "dipole_a_m2"
 

@@ -53,15 +53,13 @@ class Sensor(Supplier):
     """Polls a sensor: the age of its reading, and whether it can be one.
 
     `reading`, `taken`: its fields in the inputs and in their times; `greatest`: magnitude [SI]
-    beyond which no reading is one; `device`: its name on board. Without power it is not polled, and
-    counts as lost.
+    beyond which no reading is one. Without power it is not polled, and counts as lost.
     """
 
     Settings = PollSettings
     reading: ClassVar[str]
     taken: ClassVar[str]
     greatest: ClassVar[float]
-    device: ClassVar[str]
 
     def __init__(self, settings: PollSettings):
         super().__init__(settings)
@@ -103,8 +101,7 @@ class Sensor(Supplier):
 
     def power(self, core, on: bool) -> Reason:
         """Switch the power: without it there are no new readings."""
-        if not core.silence(self.device, not on):
-            return Reason.NOT_AVAILABLE
+        core.silence(self.device, not on)
         self.is_powered, self.in_row = on, 0
         return Reason.DONE
 

@@ -24,13 +24,15 @@ class NoSettings(Spec):
 class Module:
     """Base of all modules: settings, commands and status; a module adds its `step`.
 
-    `name`: as in the dictionary's modules; `Settings`: spec of what commands may change and the
+    `name`: as in the dictionary's modules; `device`: what it drives, by its name in the scenario:
+    without it the module takes no commands; `Settings`: spec of what commands may change and the
     non-volatile memory keeps; `period_s`: time between two steps. A method `on_NAME(core, values)`
     for each uplink packet of the module returns a reason code, 0 for done. `step` runs once in
     each period. `core` is what a module sees of the rest of the software (`Services`).
     """
 
     name: ClassVar[str]
+    device: ClassVar[str] = ""
     Settings: ClassVar[type[Spec]] = NoSettings
     period_s: ClassVar[float] = 1.0
 
@@ -94,7 +96,7 @@ class Supplier(Module):
         try:
             self.supply(core.computer)
         except NoSuchModel:
-            return Reason.NOT_AVAILABLE if self.supplies else Reason.DONE
+            return Reason.NOT_AVAILABLE
         except ValueError:
             return Reason.VALUE
         return Reason.DONE
