@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from onboard_ground import DAY, Ground, flying, grounded
+from spoiled_memory import Full, spoil
 from uplink_cases import TLE as ELEMENTS, in_bytes
 
 from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.modules.fs import update_file
 from torquer.flight.software.modules.svr import MAX, MIN, NONE, NORM, classify_value
 from torquer.flight.software.modules.telemetry import DEG
+from torquer.flight.software.update import ACTIVE, update_file
 from torquer.maths.geometry.attitudes import to_body
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.scenario.load import load_scenario, scenario_from_data
@@ -277,11 +278,94 @@ def update(ground, data, crc=None, activate=1, order=1):
 
 @pytest.mark.verifies("REQ-FS-001")
 @pytest.mark.parametrize("order", [1, -1])
-def test_an_update_is_stored_and_marked(ground, order):
+def test_an_update_is_stored(ground, order):
+    """In whatever order its blocks come; bytes that are no table of settings stay what they are."""
     data = bytes(range(256)) * 2 + b"end"
-    assert update(ground, data, order=order) == Reason.DONE
+    assert update(ground, data, activate=0, order=order) == Reason.DONE
     assert ground.core.memory.read(update_file(7)) == data
-    assert ground.core.memory.read("active") is not None
+    assert ACTIVE not in ground.core.memory.names()
+
+
+TABLE = b"""[modules.tm.settings]
+beacon_s = 7.5
+[modules.mag.settings]
+bias = [100.0, 0.0, 0.0]
+"""
+
+
+@pytest.mark.verifies("REQ-FS-002")
+def test_a_table_of_settings_is_in_use_from_the_next_boot_on(ground):
+    """And only once: what is commanded after that stays at further boots."""
+    core = ground.core
+    ground.command("set_rates", 5.0, 2.0, 20.0)
+    before = core.state.modules["gyro"].settings
+    assert update(ground, TABLE) == Reason.DONE
+    assert core.services.status("tm")["beacon_s"] == 5.0
+    core.reboot()
+    ground.tick(times=20)
+    assert core.services.status("tm")["beacon_s"] == 7.5
+    assert core.services.status("tm")["extended_s"] == 2.0, "what it does not name stays"
+    assert core.state.modules["mag"].settings.bias == (100.0, 0.0, 0.0)
+    assert core.state.modules["gyro"].settings == before
+    assert [v["argument"] for v in ground.named("event") if v["code"] == Reason.UPDATED] == [7]
+    ground.command("set_rates", 3.0, 2.0, 20.0)
+    core.reboot()
+    ground.tick(times=20)
+    assert core.services.status("tm")["beacon_s"] == 3.0
+    assert core.state.modules["mag"].settings.bias == (100.0, 0.0, 0.0)
+
+
+@pytest.mark.verifies("REQ-FS-002")
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\xff\xfe",
+        b"no table",
+        b"# nothing",
+        b"modules = 3",
+        b"[modules]\ntm = 3",
+        b"[modules.tm]\nperiod_s = 3.0",
+        b"[modules.tm.settings]\nbeacon = 3.0",
+        b"[modules.tm.settings]\nbeacon_s = -3.0",
+        b"[modules.mine.settings]\nbeacon_s = 3.0",
+        b"[modules.tm.settings]\nbeacon_s = 3.0\n[other]\n",
+        b"a=" + b"[" * 3000,
+    ],
+    ids=range(11),
+)
+def test_what_is_no_table_of_settings_is_not_activated(ground, data):
+    assert update(ground, data) == Reason.VALUE
+    assert not {update_file(7), ACTIVE} & set(ground.core.memory.names())
+    assert ground.command("update_end", 0)["code"] == Reason.DONE
+    assert ground.core.memory.read(update_file(7)) == data
+
+
+@pytest.mark.verifies("REQ-FS-002")
+@pytest.mark.parametrize("name", [update_file(7), ACTIVE])
+@pytest.mark.parametrize("how", ["damaged", "lost", "torn"])
+def test_an_update_that_is_lost_before_the_boot_is_noticed(ground, how, name):
+    core = ground.core
+    assert update(ground, TABLE) == Reason.DONE
+    spoil(core.memory, how, name)
+    core.reboot()
+    ground.tick(times=40)
+    assert core.services.status("tm")["beacon_s"] == 10.0
+    codes = {v["code"] for v in ground.named("event")}
+    assert codes & {Reason.FILE_MISSING, Reason.FILE_DAMAGED}
+    assert (Reason.SETTINGS_DAMAGED in codes) == (name != ACTIVE)
+
+
+@pytest.mark.verifies("REQ-FS-002")
+def test_a_file_system_that_refuses_takes_no_update_twice(ground):
+    """The mark is gone from both; commands after the boot count at the next one."""
+    core = ground.core
+    assert update(ground, TABLE) == Reason.DONE
+    spoil(core.memory, Full, "", ["reserve"])
+    for beacon_s in (7.5, 3.0):
+        core.reboot()
+        ground.tick(times=20)
+        assert core.services.status("tm")["beacon_s"] == beacon_s
+        ground.command("set_rates", 3.0, 2.0, 20.0)
 
 
 @pytest.mark.verifies("REQ-FS-001")
@@ -293,7 +377,7 @@ def test_a_wrong_update_is_never_activated(ground):
     assert ground.command("update_block", 5, data[:64])["code"] == Reason.VALUE
     assert ground.command("update_block", 256, data[:64])["code"] == Reason.VALUE
     assert ground.command("update_end", 1)["code"] == Reason.LENGTH
-    assert not {update_file(7), "active"} & set(ground.core.memory.names())
+    assert not {update_file(7), ACTIVE} & set(ground.core.memory.names())
     assert ground.command("update_begin", 7, 2**31, 0)["code"] == Reason.VALUE
 
 
