@@ -324,6 +324,16 @@ class Services:
         slot = self._state.slots[module]
         return (self.dictionary.modules[module], *slot.account())
 
+    def send_in_force(self, module: str) -> None:
+        """Send what of a module's settings has packets of this dictionary."""
+        try:
+            packets = [] if self.lacks(module) else list(self.modules[module].in_force(self))
+            for packet, values in packets:
+                if self.sends(packet):
+                    self.send(packet, values)
+        except BaseException:
+            self.count_failure(module)
+
     def silent(self, after_s: float) -> list[str]:
         """Modules without a whole step for `after_s` [s] and for three of their periods: of those
         that run, and of those that must."""

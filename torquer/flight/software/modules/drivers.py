@@ -16,6 +16,7 @@ from torquer.base.spec import Spec, Vector
 from torquer.computer.calibration import IDENTITY, NO_BIAS
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Supplier
+from torquer.flight.software.modules.telemetry import calibration
 from torquer.maths.geometry.quaternion import from_rotation_vector, to_dcm
 
 #: A calibration's matrix changes a reading's size by no more than this, either way.
@@ -143,6 +144,10 @@ class CalibratedSensor(Sensor):
         bias = [self.unit * each for each in self.settings.bias]
         computer.calibrate(self.device, self.settings.matrix, bias)
 
+    def in_force(self, core):
+        """The calibration: bias, then matrix."""
+        return [calibration(core, self.name, (*self.settings.bias, *self.settings.matrix))]
+
     def calibrate(self, core, bias) -> Reason:
         """Another bias; VALUE for one that no reading can have."""
         if not math.hypot(*bias) * self.unit <= self.greatest:
@@ -205,6 +210,10 @@ class Sun(Sensor):
         turn = from_rotation_vector(tuple(map(math.radians, self.settings.rotation_deg)))
         rows = to_dcm(turn) if self.supplies else (IDENTITY,)
         computer.calibrate(self.device, tuple(x for row in rows for x in row))
+
+    def in_force(self, core):
+        """The rotation vector."""
+        return [calibration(core, self.name, self.settings.rotation_deg)]
 
     def on_sun_calibration(self, core, values) -> Reason:
         """A rotation vector [deg] by which readings are turned."""

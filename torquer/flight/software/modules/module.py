@@ -7,6 +7,7 @@ reference to the core, no generators, no threads.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from pydantic import ValidationError
@@ -51,6 +52,10 @@ class Module:
     def status(self) -> dict[str, float]:
         """What telemetry reports of the module: numbers by name."""
         return {}
+
+    def in_force(self, core: Services) -> Iterable[tuple[str, tuple]]:
+        """Packets (name, values) on what the ground has set, sent with the status on request."""
+        return ()
 
     def take_up(self, core: Services) -> Reason:
         """Act on settings that have been changed; another answer than DONE: they do not hold."""

@@ -5,6 +5,7 @@ After SDOT App. A. The record is a ring of files in the non-volatile memory.
 
 from __future__ import annotations
 
+import math
 import struct
 
 from pydantic import Field
@@ -144,6 +145,15 @@ class Tm(Module):
         elif code is Reason.DONE:
             self.due_ms[setting.removesuffix("_s")] = round(core.t_s * 1e3)
         return code
+
+    def in_force(self, core):
+        """The periods of all telemetry; not a number: of a module that does not fly."""
+        found = [core.modules.get(name) for name, *_ in PERIODS]
+        periods = [
+            getattr(getattr(module, "settings", None), setting, math.nan)
+            for module, (_, _, setting, _) in zip(found, PERIODS, strict=True)
+        ]
+        return [("periods", (self.settings.beacon_s, self.settings.store_s, *periods))]
 
     def on_replay(self, core, values) -> Reason:
         """Send what was stored between two times [s since 2010-01-01], each or every n-th."""

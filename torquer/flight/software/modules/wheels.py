@@ -14,7 +14,7 @@ from pydantic import Field
 
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.actuators import Actuator, Factor, ManualSettings
-from torquer.flight.software.modules.telemetry import bits
+from torquer.flight.software.modules.telemetry import bits, calibration
 
 #: Part of an axis that wheels must have to make a torque about it.
 _NO_PART = 1e-6
@@ -126,12 +126,19 @@ class Wheels(Actuator):
 
     def supply(self, computer) -> None:
         """Give the computer the tachometers' factors."""
-        computer.calibrate_tachometers(self.settings.tachometers or (1.0,) * computer.wheel_count)
+        computer.calibrate_tachometers(self._factors(computer))
+
+    def in_force(self, core):
+        """The tachometers' factors."""
+        return [calibration(core, self.name, self._factors(core.computer))]
+
+    def _factors(self, computer) -> tuple[float, ...]:
+        return self.settings.tachometers or (1.0,) * computer.wheel_count
 
     def on_wheels_calibration(self, core, values) -> Reason:
         """A factor of the readings of one wheel's tachometer."""
         wheel, factor = values
-        factors = list(self.settings.tachometers or (1.0,) * core.computer.wheel_count)
+        factors = list(self._factors(core.computer))
         if wheel >= len(factors):
             return Reason.VALUE
         factors[wheel] = factor
