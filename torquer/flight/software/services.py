@@ -149,8 +149,12 @@ class Services:
 
     def lacks(self, module: str) -> bool:
         """Whether a module drives a device that the satellite does not have."""
-        device = getattr(self.modules.get(module), "device", "")
-        return isinstance(device, str) and device in self._absent
+        try:
+            device = getattr(self.modules.get(module), "device", "")
+            return isinstance(device, str) and device in self._absent
+        except BaseException:  # of its code
+            self.count_failure(module)
+            return False
 
     def silence(self, sensor: str, on: bool) -> bool:
         """Take the power of a sensor, by its name in the scenario, or give it back; False for one

@@ -158,6 +158,7 @@ class State:
     def stop(self, module: str) -> list[Telecommand]:
         """Stop a module; the commands that it leaves."""
         slot = self.slots[module]
-        slot.runs, left = False, list(slot.commands)
+        slot.runs = False
+        left = [each for each in slot.commands if isinstance(each, Telecommand)]
         slot.commands.clear()
         return left
