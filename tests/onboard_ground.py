@@ -81,3 +81,17 @@ class Ground:
 def flying(duration_s=600.0, software=None, memory=None, **keys):
     """A ground and its satellite."""
     return Ground(Core(scenario(duration_s, **keys), software, memory))
+
+
+def flown(made, software=None, until=5):
+    """A satellite that has flown so many control steps, and a snapshot."""
+    core = Core(made, software)
+    for _ in range(until):
+        core.tick()
+    return core, core.snapshot()
+
+
+def grounded(core, snapshot):
+    """A ground that begins to listen to a satellite as it was, which nobody had commanded."""
+    core.restore(snapshot)
+    return Ground(core)

@@ -1,9 +1,8 @@
 """A calm Chibis-M for tests of what the ground sends up: soon in science mode; its elements."""
 
 import numpy as np
-from onboard_ground import Ground, scenario
+from onboard_ground import scenario
 
-from torquer.flight.software.core import Core
 from torquer.maths.geometry.quaternion import angle_between
 
 #: Elements of about the orbit of the example, and of a place 3 deg ahead on it.
@@ -30,20 +29,6 @@ def calm(duration_s=1500.0, **keys):
 def in_bytes(elements):
     """Two lines as a command has them."""
     return tuple(line.encode() for line in elements)
-
-
-def grounded(core, snapshot):
-    """A ground that begins to listen to a satellite as it was."""
-    core.restore(snapshot)
-    return Ground(core)
-
-
-def flown(made, software=None, until=SCIENCE_S):
-    """A satellite that has flown so many control steps, and a snapshot."""
-    core = Core(made, software)
-    for _ in range(until):
-        core.tick()
-    return core, core.snapshot()
 
 
 def errors_deg(result, truth=None):

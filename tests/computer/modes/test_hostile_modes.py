@@ -31,6 +31,28 @@ def test_a_fault_is_found_and_nothing_else(name):
         assert found.strip[-1].split()[1 + column] == state
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "is_hidden"),
+    [
+        ("at_least_s = 60", "at_least_s = 60, back_off = 2", True),
+        ("at_least_s = 60, most_entries = 1", "at_least_s = 60, back_off = 2", False),
+        ("at_least_s = 60, most_entries = 1", "at_least_s = 60, most_entries = 3", False),
+        ("at_least_s = 60, most_entries = 3", "at_least_s = 60, most_entries = 3", True),
+        ("at_least_s = 60, most_entries = 3", "at_least_s = 60, most_entries = 1", True),
+        ("at_least_s = 60, back_off = 2", "at_least_s = 60", False),
+        ("at_most_s = 50, back_off = 2", "at_least_s = 100", False),
+        ("at_most_s = 50, most_entries = 2", "at_least_s = 100", False),
+        ("at_most_s = 50", "at_least_s = 100, back_off = 2", True),
+    ],
+)
+def test_what_comes_first_at_some_entries_only_hides_nothing(first, second, is_hidden):
+    back = {"to": "a", "when": {"signal": "field_nt", "below": 20000}, "for_s": 60}
+    ways = [{"to": "b", **tomllib.loads(each.replace(", ", "\n"))} for each in (first, second)]
+    states = {"a": {"transitions": ways}, "b": {"transitions": [back]}}
+    found = faults(Modes.model_validate({"states": states}), FACTS)
+    assert ["never taken" in each.message for each in found] == [True] * is_hidden
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_not_accused(path):
     found = [each.kind for each in mode_findings(load_scenario(path)) if each.is_fault]

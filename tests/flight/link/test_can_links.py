@@ -4,6 +4,7 @@ import contextlib
 import importlib
 import itertools
 import sys
+import threading
 import time
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from packet_cases import PACKETS, SATELLITE, some_bytes
 
 from torquer.flight.link import open_link
-from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Uplink
+from torquer.flight.packets.frames import HEADER_BYTES, Downlink, Stream, Uplink
 from torquer.flight.packets.segments import Joiner, Splitter
 
 can = pytest.importorskip("can", reason="extra `can`")
@@ -110,6 +111,71 @@ def test_lost_and_repeated_segments_are_counted(ends):
 def segments_of(name, splitter=None):
     frame = frame_of(f"up_{name}", SATELLITE.up[name], np.random.default_rng(4))
     return (splitter or Splitter(SATELLITE, "up")).frame(frame)
+
+
+NUMBERED = sorted(name for name, packet in SATELLITE.up.items() if packet.size > 8)
+
+
+def numbered(name, request=7, acknowledge=1):
+    """A command with a number, whose frame has no checksum."""
+    packet = SATELLITE.up[name]
+    empty = [b"" if field.type == "bytes" else 0 for _, field, _ in packet.numbers()]
+    return Uplink(SATELLITE).frame(name, 5, [acknowledge, *empty[1:]], request=request)
+
+
+@pytest.mark.parametrize("name", NUMBERED)
+def test_numbered_command_comes_whole_or_not_at_all(name):
+    """Each of its segments lost in turn, then the next command."""
+    one, two = numbered(name), numbered(name, 8, 0)
+    count = len(list(Splitter(SATELLITE, "up").split(one)))
+    for lost in range(count):
+        splitter, joiner = Splitter(SATELLITE, "up"), Joiner(SATELLITE, "up")
+        stream = Stream(SATELLITE, "up")
+        segments = [*splitter.split(one), *splitter.split(two)]
+        found = b"".join(joiner.feed(*s) for k, s in enumerate(segments) if k != lost)
+        assert found.endswith(two) and joiner.lost_segments == (lost > 0)
+        taken = [(frame.request, frame.values[0]) for frame in stream.feed(found)]
+        assert taken == [(8, 0)]
+
+
+@pytest.mark.parametrize("name", NUMBERED)
+@pytest.mark.parametrize("is_whole", [False, True])
+def test_nothing_comes_between_the_parts_of_a_numbered_command(name, is_whole):
+    """A command without a number has identifiers of its own, which may win the arbitration."""
+    splitter, joiner = Splitter(SATELLITE, "up"), Joiner(SATELLITE, "up")
+    parts, plain = list(splitter.split(numbered(name))), numbered("shift_clock", 0)
+    between = list(splitter.split(plain))[: None if is_whole else 1]
+    for place in range(1, len(parts)):
+        found = [joiner.feed(*s) for s in (*parts[:place], *between, *parts[place:])]
+        assert [each for each in found if each] == [plain, numbered(name)][not is_whole :]
+        parts, between = list(splitter.split(numbered(name))), list(splitter.split(plain))
+        between = between[: None if is_whole else 1]
+
+
+@pytest.mark.parametrize("cut", range(24))
+def test_bytes_that_begin_like_a_command_are_not_kept_back(cut):
+    """They come as soon as they are seen to be none: an unknown id, another length."""
+    unknown = bytearray(numbered(NUMBERED[0]))
+    unknown[8] = 255
+    splitter, joiner = Splitter(SATELLITE, "up"), Joiner(SATELLITE, "up")
+    data = bytes(unknown) + bytes(cut)
+    assert b"".join(joiner.feed(*s) for s in splitter.split(data)) == data
+
+
+def test_many_numbered_commands_cross_the_bus_from_several_threads(ends):
+    """Segments of two of them are never mixed."""
+    satellite, ground, _ = ends
+    frames = [numbered(NUMBERED[k % len(NUMBERED)], k + 1) for k in range(60)]
+    threads = [threading.Thread(target=lambda own=own: [ground.send(f) for f in own])
+               for own in (frames[::3], frames[1::3], frames[2::3])]  # fmt: skip
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    stream = Stream(SATELLITE, "up")
+    found = list(stream.feed(received(satellite, sum(map(len, frames)))))
+    assert sorted(frame.request for frame in found) == list(range(1, 61))
+    assert satellite.counts()["lost_segments"] == 0
 
 
 def test_a_repeated_segment_of_a_stream_is_no_loss():

@@ -49,6 +49,7 @@ def test_chibis_has_the_packets_of_the_source():
         "beacon": 1, "extended": 2, "acknowledgement": 3, "event": 4, "parameter": 5,
         "module_status": 6, "queues": 7, "ready": 8, "stored": 9, "dump": 10, "devices": 11,
         "settings": 12, "modes": 13, "housekeeping": 14, "wheels": 15, "reading": 16, "plan": 20,
+        "calibration": 21, "periods": 22, "models": 23,
     }  # fmt: skip
     assert CHIBIS.down["stored"].fields == CHIBIS.down["extended"].fields
     assert all(packet.names[0] == "acknowledge" for packet in CHIBIS.up.values())

@@ -15,6 +15,7 @@ from torquer.flight.software.memory import Memory
 from torquer.flight.software.services import settings_file
 from torquer.flight.software.software import load_software
 from torquer.flight.software.state import Cause
+from torquer.flight.software.strikes import STRIKES
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: Modules with settings.
@@ -228,3 +229,40 @@ def test_each_file_of_the_memory_is_missed(damage):
         fresh.tick(times=60)
         told = {Reason.FILE_MISSING, Reason.FILE_DAMAGED}
         assert told & set(codes(fresh, "fs")), name
+
+
+def made_by_the_boot(ground):
+    """Events between the last announcement of a boot and of its end, both included."""
+    codes = [v["code"] for v in ground.named("event")]
+    end = len(codes) - 1 - codes[::-1].index(Reason.READY)
+    begin = max(k for k in range(end) if codes[k] == Reason.BOOTED)
+    return codes[begin : end + 1]
+
+
+@pytest.mark.verifies("REQ-BOO-003")
+@pytest.mark.parametrize(
+    "names",
+    [[], ["settings.mag"], ["settings.mag", "settings.tm", "fpga.lib"], ["time"], ["errors"]],
+    ids="-".join,
+)
+def test_ready_counts_all_events_of_the_boot(names):
+    """Also those from before modules are loaded."""
+    ground = flying(200.0)
+    ground.tick(times=20)
+    for name in names:
+        spoil(ground.core.memory, "damaged", name)
+    ground.core.reboot()
+    ground.tick(times=60)
+    assert ground.named("ready")[-1]["events"] == len(made_by_the_boot(ground))
+    assert ground.named("ready")[-1]["events"] == 2 + len(set(names) - {"errors"})
+
+
+def test_an_event_from_before_the_log_is_read_is_kept():
+    """Strikes that cannot be strikes: their event is older than the log on board."""
+    ground = flying(200.0)
+    ground.tick(times=20)
+    ground.core.memory.write(STRIKES, b"[]")
+    ground.core.reboot()
+    ground.tick(times=60)
+    assert Reason.SETTINGS_DAMAGED in [v["code"] for v in ground.named("event")]
+    assert ground.named("ready")[-1]["events"] == 3

@@ -4,7 +4,7 @@ import struct
 import zlib
 
 import pytest
-from onboard_ground import Ground, flying, scenario
+from onboard_ground import Ground, flown, grounded, scenario
 from uplink_cases import TLE, in_bytes
 
 from torquer.compile import engine
@@ -72,20 +72,13 @@ VALUES = {
 @pytest.fixture(scope="module")
 def begun():
     """A satellite that has flown for a little while, and how to go back there."""
-    ground = flying(120.0)
-    ground.tick(times=5)
-    return ground, ground.core.snapshot(), ground.receiver, ground.sender
+    return flown(scenario(120.0))
 
 
 @pytest.fixture
 def ground(begun):
     """The satellite as it was then, with a ground that begins to listen."""
-    _, snapshot, *_ = begun
-    core = begun[0].core
-    core.restore(snapshot)
-    fresh = Ground(core)
-    fresh.sender.counter = begun[3].counter
-    return fresh
+    return grounded(*begun)
 
 
 @pytest.mark.verifies("REQ-COM-001")
@@ -153,7 +146,7 @@ def test_invalid_command_is_answered_and_the_next_one_executed(ground, data, cod
 
 
 @pytest.mark.verifies("REQ-COM-004")
-def test_historical_streams_resynchronise(begun):
+def test_historical_streams_resynchronise():
     ground = Ground(Core(scenario(60.0), HISTORICAL))
     good = ground.frame("shift_clock", 10)
     noise = bytes(range(200)) + good[:9] + header(18, 9, 2)
@@ -165,7 +158,7 @@ def test_historical_streams_resynchronise(begun):
 
 @pytest.mark.verifies("REQ-COM-003", "REQ-COM-004")
 @pytest.mark.parametrize("software", [None, HISTORICAL])
-def test_truncated_frame_delays_the_next_command_for_a_moment(begun, software):
+def test_truncated_frame_delays_the_next_command_for_a_moment(software):
     """A protected frame's header may announce 1024 bytes, a historical one 160: whatever comes next
     could belong to it, until the line has been silent.
     """

@@ -11,7 +11,7 @@ from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
 from torquer.flight.software.modules.drivers import Mag
 from torquer.flight.software.software import load_software
-from torquer.flight.software.state import Cause
+from torquer.flight.software.state import Cause, Telecommand
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 SOFTWARE = load_software()
@@ -143,3 +143,75 @@ def test_a_validator_that_raises_anything_costs_the_settings_only():
     assert core.is_running
     codes = [v["code"] for v in ground.named("event")]
     assert Reason.SETTINGS_DAMAGED in codes
+
+
+@pytest.mark.verifies("REQ-COR-005")
+@pytest.mark.parametrize("queue", ["acks", "ground", "mag", "svr", "tm"])
+@pytest.mark.parametrize("what", [None, 5, "word", object()], ids=["none", "number", "text", "odd"])
+def test_what_is_no_command_answer_or_frame_costs_nobody_else(queue, what):
+    """A module that puts anything into queues; commands of the ground are carried out."""
+
+    class Own(Mag):
+        def step(self, core):
+            super().step(core)
+            core.cdh.put(queue, what)
+
+    ground = flown(Own, duration_s=60.0)
+    assert ground.core.flight.done
+    assert not [name for name, slot in ground.core.state.slots.items() if slot.failures]
+
+
+@pytest.mark.verifies("REQ-COR-005")
+def test_a_module_stops_with_what_is_no_command_in_its_queue():
+    class Own(Mag):
+        def step(self, core):
+            core.cdh.put("adc", 5)
+
+    made = SOFTWARE.modules["mag"]._replace(make=Own)
+    software = replace(SOFTWARE, modules=SOFTWARE.modules | {"mag": made})
+    ground = Ground(Core(scenario(60.0), software))
+    ground.tick(times=5)
+    number = ground.dictionary.modules["adc"]
+    assert ground.command("module_stop", number)["code"] == Reason.DONE
+    assert ground.command("module_start", number)["code"] == Reason.DONE
+
+
+def test_a_handler_that_queues_its_own_command_again_does_not_hang():
+    class Own(Mag):
+        def on_mag_calibration(self, core, values):
+            core.cdh.put("mag", command)
+            return Reason.DONE
+
+    made = SOFTWARE.modules["mag"]._replace(make=Own)
+    software = replace(SOFTWARE, modules=SOFTWARE.modules | {"mag": made})
+    ground = Ground(Core(scenario(60.0), software))
+    command = Telecommand("mag_calibration", 68, 23, 0, False, (0.0, 0.0, 0.0))
+    assert ground.command("mag_calibration", 1.0, 2.0, 3.0)["code"] == Reason.DONE
+    ground.tick(times=10)
+    assert ground.core.state.slots["mag"].done > 5
+
+
+@pytest.mark.verifies("REQ-COR-005")
+@pytest.mark.parametrize("code", [-1, 256, 10**9])
+def test_a_code_that_is_no_byte_blames_its_own_module(code):
+    """It could not be saved with the log, nor sent."""
+
+    class Own(Mag):
+        def step(self, core):
+            core.report("mag", code)
+
+    core = flown(Own, duration_s=60.0).core
+    assert core.state.slots["svr"].failures == core.state.slots["com"].failures == 0
+    assert core.state.slots["mag"].failures > 0
+
+
+@pytest.mark.verifies("REQ-COR-005")
+def test_a_device_that_cannot_be_asked_for_blames_its_own_module():
+    def device(self):
+        raise SystemExit(1)
+
+    ground = flown(type("Own", (Mag,), {"device": property(device)}), duration_s=60.0)
+    core = ground.core.services
+    assert core.power("mag", True) is Reason.FAILED
+    assert not core.lacks("mag")
+    assert ground.core.state.slots["svr"].failures == 0 < ground.core.state.slots["mag"].failures

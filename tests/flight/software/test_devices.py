@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from onboard_ground import DAY, Ground, flying, scenario
+from onboard_ground import DAY, Ground, flown, flying, grounded, scenario
 from unit_cases import two_magnetometers
 
 from torquer.compile import engine
@@ -23,19 +23,13 @@ FOUND_S = 260
 
 @pytest.fixture(scope="module")
 def begun():
-    ground = flying(3000.0)
-    ground.tick(times=5)
-    return ground, ground.core.snapshot(), ground.sender.counter
+    return flown(scenario(3000.0))
 
 
 @pytest.fixture
 def ground(begun):
     """The satellite after a few seconds, with a ground that begins to listen."""
-    first, snapshot, counter = begun
-    first.core.restore(snapshot)
-    fresh = Ground(first.core)
-    fresh.sender.counter = counter
-    return fresh
+    return grounded(*begun)
 
 
 def events(ground, code):

@@ -36,7 +36,6 @@ CONSTANT = {
     "queues.commands_dropped": "no more commands are handed on than the queues take",
     "queues.acks_dropped": "as queues.commands_dropped",
     "devices.coils_errors": "no poll of the simulated coils fails",
-    "ready.events": "modules are loaded after what is to be reported",
     "wheels.speed_6": "it has six wheels",
     "wheels.speed_7": "it has six wheels",
     "wheels.motor_6": "it has six wheels",
@@ -147,6 +146,13 @@ def everything(pointing):
     for after_s, name in ((500, "shift_clock"), (600, "report_status")):
         ground.command(name, 3, time_s=core.clock.now_s + after_s, request=after_s)
     flight.send(as_listed("plan_list"))
+    ask = [{"command": "report_status", "values": {"module_id": n}} for n in (4, 20, 21, 22, 23)]
+    set_all = ({"subsystem": k, "period": 30} for k in range(6))
+    periods = [{"command": "set_period", "values": each} for each in set_all]
+    other = [1.1, 0.1, 0.2, 0.3, 0.9, 0.1, 0.2, 0.3, 1.2]
+    matrix = [{"command": "gyro_matrix", "values": {"matrix": other}}]
+    bias = [{"command": "gyro_calibration", "values": {"bias": [0.1, 0.2, 0.3]}}]
+    flight.send([*ask, *periods, *matrix, *bias, *ask])
     flight.send(as_listed("replay"), times=200)
     return flight
 

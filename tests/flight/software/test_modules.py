@@ -8,16 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from onboard_ground import DAY, Ground, flying
+from onboard_ground import DAY, Ground, flying, grounded
+from spoiled_memory import Full, spoil
 from uplink_cases import TLE as ELEMENTS, in_bytes
 
 from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.core import Core
 from torquer.flight.software.memory import Memory
-from torquer.flight.software.modules.fs import update_file
 from torquer.flight.software.modules.svr import MAX, MIN, NONE, NORM, classify_value
 from torquer.flight.software.modules.telemetry import DEG
+from torquer.flight.software.update import ACTIVE, update_file
 from torquer.maths.geometry.attitudes import to_body
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
 from torquer.scenario.load import load_scenario, scenario_from_data
@@ -32,18 +33,14 @@ def settled():
     """The day of Chibis-M in its science mode, and the packets up to there."""
     ground = flying(SETTLED_S + 600.0)
     ground.tick(times=SETTLED_S)
-    return ground, ground.core.snapshot(), ground.sender.counter
+    return ground, ground.core.snapshot()
 
 
 @pytest.fixture
 def ground(settled):
     """The satellite in its science mode, with a ground that begins to listen."""
-    first, snapshot, counter = settled
-    first.core.restore(snapshot)
-    ground = Ground(first.core)
-    ground.sender.counter = counter
-    first.sender.counter = counter + 1000
-    return ground
+    first, snapshot = settled
+    return grounded(first.core, snapshot)
 
 
 def last_sent(found, name):
@@ -88,7 +85,7 @@ def test_the_state_vector_is_lost_and_found(settled):
 
 def test_telemetry_shows_the_flight(settled):
     """Every tenth packet against the record of the run, to half a step of its numbers."""
-    first, snapshot, _ = settled
+    first, snapshot = settled
     first.core.restore(snapshot)
     result, extended = first.core.result(), first.named("extended")
     start_ms = extended[0]["on_board_ms"]
@@ -213,10 +210,8 @@ def test_rates_of_telemetry(ground):
 @pytest.mark.verifies("REQ-TM-002")
 def test_what_was_stored_is_what_was_sent(settled):
     """Replay of half an hour, every one and every third, against the packets sent then."""
-    first, snapshot, counter = settled
-    first.core.restore(snapshot)
-    ground = Ground(first.core)
-    ground.sender.counter = counter
+    first, snapshot = settled
+    ground = grounded(first.core, snapshot)
     now_s = ground.core.state.clock.now_s
     sent = {v["on_board_ms"]: v for v in first.named("extended")}
     for every in (1, 3):
@@ -228,10 +223,7 @@ def test_what_was_stored_is_what_was_sent(settled):
         times = [t for t, _ in stored]
         assert times == sorted(times) and times[0] >= now_s - 1800
         assert np.all(np.diff(times) == 60 * every)
-        ground.packets.clear()
-        ground.core.restore(snapshot)
-        ground = Ground(first.core)
-        ground.sender.counter = counter
+        ground = grounded(first.core, snapshot)
 
 
 def test_replay_without_records(ground):
@@ -286,11 +278,94 @@ def update(ground, data, crc=None, activate=1, order=1):
 
 @pytest.mark.verifies("REQ-FS-001")
 @pytest.mark.parametrize("order", [1, -1])
-def test_an_update_is_stored_and_marked(ground, order):
+def test_an_update_is_stored(ground, order):
+    """In whatever order its blocks come; bytes that are no table of settings stay what they are."""
     data = bytes(range(256)) * 2 + b"end"
-    assert update(ground, data, order=order) == Reason.DONE
+    assert update(ground, data, activate=0, order=order) == Reason.DONE
     assert ground.core.memory.read(update_file(7)) == data
-    assert ground.core.memory.read("active") is not None
+    assert ACTIVE not in ground.core.memory.names()
+
+
+TABLE = b"""[modules.tm.settings]
+beacon_s = 7.5
+[modules.mag.settings]
+bias = [100.0, 0.0, 0.0]
+"""
+
+
+@pytest.mark.verifies("REQ-FS-002")
+def test_a_table_of_settings_is_in_use_from_the_next_boot_on(ground):
+    """And only once: what is commanded after that stays at further boots."""
+    core = ground.core
+    ground.command("set_rates", 5.0, 2.0, 20.0)
+    before = core.state.modules["gyro"].settings
+    assert update(ground, TABLE) == Reason.DONE
+    assert core.services.status("tm")["beacon_s"] == 5.0
+    core.reboot()
+    ground.tick(times=20)
+    assert core.services.status("tm")["beacon_s"] == 7.5
+    assert core.services.status("tm")["extended_s"] == 2.0, "what it does not name stays"
+    assert core.state.modules["mag"].settings.bias == (100.0, 0.0, 0.0)
+    assert core.state.modules["gyro"].settings == before
+    assert [v["argument"] for v in ground.named("event") if v["code"] == Reason.UPDATED] == [7]
+    ground.command("set_rates", 3.0, 2.0, 20.0)
+    core.reboot()
+    ground.tick(times=20)
+    assert core.services.status("tm")["beacon_s"] == 3.0
+    assert core.state.modules["mag"].settings.bias == (100.0, 0.0, 0.0)
+
+
+@pytest.mark.verifies("REQ-FS-002")
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\xff\xfe",
+        b"no table",
+        b"# nothing",
+        b"modules = 3",
+        b"[modules]\ntm = 3",
+        b"[modules.tm]\nperiod_s = 3.0",
+        b"[modules.tm.settings]\nbeacon = 3.0",
+        b"[modules.tm.settings]\nbeacon_s = -3.0",
+        b"[modules.mine.settings]\nbeacon_s = 3.0",
+        b"[modules.tm.settings]\nbeacon_s = 3.0\n[other]\n",
+        b"a=" + b"[" * 3000,
+    ],
+    ids=range(11),
+)
+def test_what_is_no_table_of_settings_is_not_activated(ground, data):
+    assert update(ground, data) == Reason.VALUE
+    assert not {update_file(7), ACTIVE} & set(ground.core.memory.names())
+    assert ground.command("update_end", 0)["code"] == Reason.DONE
+    assert ground.core.memory.read(update_file(7)) == data
+
+
+@pytest.mark.verifies("REQ-FS-002")
+@pytest.mark.parametrize("name", [update_file(7), ACTIVE])
+@pytest.mark.parametrize("how", ["damaged", "lost", "torn"])
+def test_an_update_that_is_lost_before_the_boot_is_noticed(ground, how, name):
+    core = ground.core
+    assert update(ground, TABLE) == Reason.DONE
+    spoil(core.memory, how, name)
+    core.reboot()
+    ground.tick(times=40)
+    assert core.services.status("tm")["beacon_s"] == 10.0
+    codes = {v["code"] for v in ground.named("event")}
+    assert codes & {Reason.FILE_MISSING, Reason.FILE_DAMAGED}
+    assert (Reason.SETTINGS_DAMAGED in codes) == (name != ACTIVE)
+
+
+@pytest.mark.verifies("REQ-FS-002")
+def test_a_file_system_that_refuses_takes_no_update_twice(ground):
+    """The mark is gone from both; commands after the boot count at the next one."""
+    core = ground.core
+    assert update(ground, TABLE) == Reason.DONE
+    spoil(core.memory, Full, "", ["reserve"])
+    for beacon_s in (7.5, 3.0):
+        core.reboot()
+        ground.tick(times=20)
+        assert core.services.status("tm")["beacon_s"] == beacon_s
+        ground.command("set_rates", 3.0, 2.0, 20.0)
 
 
 @pytest.mark.verifies("REQ-FS-001")
@@ -302,7 +377,7 @@ def test_a_wrong_update_is_never_activated(ground):
     assert ground.command("update_block", 5, data[:64])["code"] == Reason.VALUE
     assert ground.command("update_block", 256, data[:64])["code"] == Reason.VALUE
     assert ground.command("update_end", 1)["code"] == Reason.LENGTH
-    assert not {update_file(7), "active"} & set(ground.core.memory.names())
+    assert not {update_file(7), ACTIVE} & set(ground.core.memory.names())
     assert ground.command("update_begin", 7, 2**31, 0)["code"] == Reason.VALUE
 
 

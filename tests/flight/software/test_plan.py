@@ -1,7 +1,7 @@
 """The plan of delayed commands: kept over reboots, executed once, listed, cancelled; numbers."""
 
 import pytest
-from onboard_ground import Ground, flying
+from onboard_ground import Ground, flown, flying, grounded, scenario
 from spoiled_memory import spoil
 
 from torquer.compile import engine
@@ -16,18 +16,12 @@ pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes
 
 @pytest.fixture(scope="module")
 def begun():
-    ground = flying(900.0)
-    ground.tick(times=5)
-    return ground, ground.core.snapshot(), ground.sender.counter
+    return flown(scenario(900.0))
 
 
 @pytest.fixture
 def ground(begun):
-    first, snapshot, counter = begun
-    first.core.restore(snapshot)
-    fresh = Ground(first.core)
-    fresh.sender.counter = counter
-    return fresh
+    return grounded(*begun)
 
 
 def now_s(ground):

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from onboard_ground import ALL_MODES, Ground, scenario
-from uplink_cases import AHEAD, OTHER, TLE, calm, errors_deg, flown, grounded, in_bytes
+from onboard_ground import ALL_MODES, Ground, flown, grounded, scenario
+from uplink_cases import AHEAD, OTHER, SCIENCE_S, TLE, calm, errors_deg, in_bytes
 
 from torquer.compile import engine
 from torquer.environment.field import Igrf14, TiltedDipole
@@ -25,7 +25,7 @@ ONE = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 @pytest.fixture(scope="module")
 def begun():
     """A satellite that holds its attitude."""
-    return flown(calm(2500.0))
+    return flown(calm(2500.0), until=SCIENCE_S)
 
 
 @pytest.fixture

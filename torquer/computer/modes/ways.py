@@ -7,6 +7,7 @@ from torquer.computer.modes.explore import Sight
 from torquer.computer.modes.finding import Finding
 from torquer.computer.modes.graph import Edge, reachable, waits
 from torquer.computer.modes.signals import SIGNALS
+from torquer.computer.modes.spec import Transition
 from torquer.computer.modes.valuations import holds
 from torquer.computer.modes.wording import condition_in_words, transition_in_words
 
@@ -95,7 +96,7 @@ def _why_hidden(sight: Sight, name: str, edge: Edge) -> str:
         if other.number == edge.number:
             before = False
             continue
-        if (name, other.number) in sight.dead:
+        if (name, other.number) in sight.dead or not _lasts(other.transition, edge.transition):
             continue
         latest_s = other.transition.at_most_s or math.inf
         if latest_s < edge.least_s or (before and latest_s == edge.least_s):
@@ -110,6 +111,12 @@ def _why_hidden(sight: Sight, name: str, edge: Edge) -> str:
                 "this one could be; put the stricter one first"
             )
     return ""
+
+
+def _lasts(one: Transition, two: Transition) -> bool:
+    """Whether `one` is before `two` at later entries of the state, if it is at the first."""
+    most = [math.inf if each.most_entries is None else each.most_entries for each in (one, two)]
+    return most[0] >= most[1] and one.back_off <= two.back_off
 
 
 def _covers(sight: Sight, name: str, one: Edge, two: Edge) -> bool:

@@ -60,6 +60,7 @@ class CanLink(Link):
         self._unreadable = 0
         self._failed: Exception | None = None
         self._counting, self._ended = threading.Lock(), threading.Event()
+        self._splitting = threading.Lock()
         self._thread = threading.Thread(target=self._send_all, name="CAN", daemon=True)
         self._thread.start()
 
@@ -80,13 +81,14 @@ class CanLink(Link):
     def send(self, data: bytes) -> None:
         if self._failed is not None:
             raise RuntimeError(f"{self.address}: {self._failed}") from self._failed
-        # split in any case: the counters then say what was lost
-        segments = list(self._splitter.split(data))
-        if (self._waiting.qsize() + len(segments)) * SEGMENT_BYTES > MOST_WAITING:
-            self._lose(len(data))
-            return
-        for segment in segments:
-            self._waiting.put(segment)
+        with self._splitting:  # segments of two threads are not to be interleaved
+            # split in any case: the counters then say what was lost
+            segments = list(self._splitter.split(data))
+            if (self._waiting.qsize() + len(segments)) * SEGMENT_BYTES > MOST_WAITING:
+                self._lose(len(data))
+                return
+            for segment in segments:
+                self._waiting.put(segment)
 
     def close(self) -> None:
         self._waiting.put(None)

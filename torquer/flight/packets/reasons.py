@@ -77,6 +77,7 @@ class Reason(IntEnum):
     TEMPERATURE = 62, "a temperature beyond its limits; argument: id of the device", _MEDIUM
     POWER_CHANGED = 63, "a power switch; argument: id of the device, plus 256 if it is on", _INFO
     FROM_RESERVE = 64, "the reserve file system is used after resets", _HIGH
+    UPDATED = 66, "settings of an update are in use; argument: its number", _INFO
     PLAN_LOST = 65, "commands of the plan cannot be read any more", _HIGH
 
 

@@ -9,13 +9,16 @@ own, which a DBC file states (`dbc`).
 
 Anything else, protected frames and numbered commands above all, goes as a stream of bytes under the
 id 0, which no packet has; there the number of the segment counts on. So do packets whose numbers
-would cross from one segment into the next, or that an identifier has no room for.
+would cross from one segment into the next, or that an identifier has no room for. A numbered
+command has no checksum: it begins with a segment of its own, and the receiver hands it on whole or,
+where one of its segments is missing, not at all. The identifiers of a direction are one node's: CAN
+knows no two senders of one identifier.
 """
 
 import struct
 from binascii import crc_hqx
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -27,6 +30,8 @@ MOST_ID = 255
 #: Bytes of a CAN frame's data.
 SEGMENT_BYTES = 8
 _DIRECTIONS = {"up": 0, "down": 1}
+#: With what a frame begins.
+_MARK = struct.pack("<I", FRAMESYNC)
 #: time_stamp, status or module, counter, checksum
 _FIRST = struct.Struct("<IBBH")
 _CHECKED = struct.Struct("<IBB")
@@ -118,20 +123,10 @@ class Splitter:
 
     def split(self, data: bytes) -> Iterator[Segment]:
         """The segments of what is sent at once: of frames, and of a stream where none begins."""
-        while size := self._frame_size(data):
-            yield from self.frame(data[:size])
-            data = data[size:]
+        while 0 < (size := _frame_size(data, self._places)) <= len(data):
+            frame, data = data[:size], data[size:]
+            yield from self.stream(frame) if _is_numbered(frame) else self.frame(frame)
         yield from self.stream(data)
-
-    def _frame_size(self, data: bytes) -> int:
-        """Bytes of the historical frame at the beginning, 0 if there is no whole one."""
-        if len(data) < HEADER_BYTES:
-            return 0
-        mark, _, number, _, reserved, length = HEADER.unpack_from(data)
-        layout = self._places.get(number)
-        if mark != FRAMESYNC or reserved or not layout or layout[-1].stop != length:
-            return 0
-        return HEADER_BYTES + length if len(data) >= HEADER_BYTES + length else 0
 
     def stream(self, data: bytes) -> Iterator[Segment]:
         """The segments of any bytes."""
@@ -147,7 +142,8 @@ class Splitter:
 class Joiner:
     """Frames, or a stream of bytes, from segments; packets may be interleaved.
 
-    `lost_frames`: frames that never became complete, by their counters; `lost_segments`: those
+    `lost_frames`: frames that never became complete, by their counters, and numbered commands of
+    which a part is missing; `lost_segments`: those
     missing in a stream of bytes; both up to 255 in a row. `rejected`: segments by reason: 'unknown'
     (id), 'length', 'order' (the one before it is missing), 'checksum', 'repeated'.
     """
@@ -160,8 +156,9 @@ class Joiner:
         #: By packet: segments so far of a frame that is not complete; counter of the latest one.
         self._parts: dict[int, list[bytes]] = {}
         self._latest: dict[int, int] = {}
-        #: Data of the latest segment of a stream.
+        #: Data of the latest segment of a stream; a numbered command in it that is not complete.
         self._latest_data = b""
+        self._held = b""
 
     def feed(self, identifier: int, data: bytes) -> bytes:
         """The frame that is complete with this segment; b"" if none is.
@@ -205,13 +202,43 @@ class Joiner:
         if self._latest.get(0) == number and self._latest_data == data:
             return self._reject("repeated")
         self._latest_data = bytes(data)
-        self.lost_segments += number - self._latest.get(0, number - 1) - 1 & 0xFF
+        missing = number - self._latest.get(0, number - 1) - 1 & 0xFF
+        self.lost_segments += missing
         self._latest[0] = number
-        return bytes(data)
+        if missing and self._held:
+            self.lost_frames, self._held = self.lost_frames + 1, b""
+        return self._whole(bytes(data))
+
+    def _whole(self, data: bytes) -> bytes:
+        """The next bytes of a stream; those of a numbered command once all are there."""
+        begins = not self._held and len(data) == SEGMENT_BYTES and data.startswith(_MARK)
+        if not self._held and not begins:
+            return data
+        found = self._held + data
+        is_whole = len(found) >= HEADER_BYTES
+        if is_whole and _is_numbered(found):
+            is_whole = len(found) >= _frame_size(found, self._places)
+        self._held = b"" if is_whole else found
+        return found if is_whole else b""
 
     def _reject(self, reason: str) -> bytes:
         self.rejected[reason] += 1
         return b""
+
+
+def _frame_size(data: bytes, known: Mapping[int, tuple[slice, ...]]) -> int:
+    """Bytes of the historical frame whose header is at the beginning, 0 if there is none."""
+    if len(data) < HEADER_BYTES:
+        return 0
+    mark, _, number, _, _, length = HEADER.unpack_from(data)
+    layout = known.get(number)
+    is_frame = mark == FRAMESYNC and layout and layout[-1].stop == length
+    return HEADER_BYTES + length if is_frame else 0
+
+
+def _is_numbered(frame: bytes) -> bool:
+    """Whether a historical frame has what segments of its own have no room for."""
+    return HEADER.unpack_from(frame)[4] != 0
 
 
 def _by_id(dictionary: Dictionary, direction: Direction) -> dict[int, tuple[slice, ...]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.clock import Clock
@@ -23,6 +23,7 @@ from torquer.flight.software.services import Services, save_settings, settings_f
 from torquer.flight.software.software import Software
 from torquer.flight.software.state import Cause, State
 from torquer.flight.software.strikes import NO_STRIKES, STRIKES, Strikes, read_strikes
+from torquer.flight.software.update import take_up
 from torquer.simulation.outside.flight import Flight
 
 #: Files of the non-volatile memory that the boot reads.
@@ -103,7 +104,11 @@ def _mount(core: AnyCore) -> None:
             if name in main and name in reserve and unseal(name, reserve[name]):
                 main.pop(name)
     memory.mend(tells=not core.state.from_reserve)
-    core.state.log.restore(memory.read(ERRORS))
+    log = core.state.log
+    begun = list(log.entries)
+    log.restore(memory.read(ERRORS))
+    for entry in begun:
+        log.add(*entry)
     core.services.report("svr", Reason.BOOTED, core.state.reboots)
     if core.state.strikes.from_reserve:
         core.services.report("svr", Reason.FROM_RESERVE)
@@ -119,12 +124,34 @@ def _load_modules(core: AnyCore) -> None:
     strikes = core.state.strikes
     if strikes.all_defaults:
         core.services.report("svr", Reason.DEFAULTS_USED)
-    for name, one in core.software.modules.items():
-        found = None if strikes.uses_defaults(name) else _settings(core, name)
+    found: dict[str, Any] = {}
+    for name in core.software.modules:
+        found[name] = None if strikes.uses_defaults(name) else _settings(core, name)
         if strikes.uses_defaults(name) and not strikes.all_defaults:
             core.services.report(name, Reason.DEFAULTS_USED)
-        settings = one.settings if found is None else found
-        core.state.add(name, _make(core, name, settings), one.period_s, is_default=found is None)
+    _take_up_update(core, found)
+    for name, one in core.software.modules.items():
+        settings = one.settings if found[name] is None else found[name]
+        module = _make(core, name, settings)
+        core.state.add(name, module, one.period_s, is_default=found[name] is None)
+
+
+def _take_up_update(core: AnyCore, found: dict[str, Any]) -> None:
+    """Change settings as the update has them that the ground has marked, and keep them.
+
+    Modules that are to have their defaults have them, and what is kept when they no longer are.
+    """
+    modules = core.software.modules
+    present = {name: one.settings for name, one in modules.items()}
+    present |= {name: settings for name, settings in found.items() if settings is not None}
+    update = take_up(core.memory, present)
+    if update is None:
+        return
+    for name, settings in update.settings.items():
+        save_settings(core.memory, name, settings)
+        if not core.state.strikes.uses_defaults(name):
+            found[name] = settings
+    core.services.report("svr", update.code, update.number)
 
 
 def _make(core: AnyCore, name: str, settings):
@@ -192,10 +219,10 @@ def _start_watchdog(core: AnyCore) -> None:
 
 
 def _ready(core: AnyCore) -> None:
-    """The packet 'ready', and that it can be taken for the first one of a boot."""
+    """The packet 'ready', with the number of events of this boot, itself included."""
     state, services = core.state, core.services
     services.report("svr", Reason.READY)
-    events = sum(slot.errors for slot in state.slots.values())
+    events = state.log.total - state.log.told
     reserve, now_ms = int(state.from_reserve), state.clock.now_ms
     services.send("ready", (state.reboots, state.cause, reserve, now_ms, events))
 

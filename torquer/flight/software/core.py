@@ -200,12 +200,22 @@ class Core:
             core.keep_strikes(core.strikes.against([slot.name]))
 
     def _execute(self, slot: Slot) -> None:
-        """The commands that wait for a module, each with its answer."""
+        """The commands that wait for a module, each with its answer.
+
+        An event for what is none, which a module of the user's has put there. One that its own
+        handler puts there waits for the next step.
+        """
         core, name = self.services, slot.name
-        command: Telecommand
-        while (command := core.cdh.take(name)) is not None:
+        for _ in range(len(slot.commands)):
+            command = core.cdh.take(name)
+            if not isinstance(command, Telecommand):
+                core.report(name, Reason.VALUE)
+                continue
+            code = Reason.NOT_AVAILABLE
             try:
-                code = Reason(getattr(slot.module, f"on_{command.packet}")(core, command.values))
+                if not core.lacks(name):
+                    work = getattr(slot.module, f"on_{command.packet}")
+                    code = Reason(work(core, command.values))
             except BaseException as error:
                 self.keep(name, error)
                 code = Reason.FAILED

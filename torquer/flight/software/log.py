@@ -33,7 +33,13 @@ class Log:
         self.total = self.told = 0
 
     def add(self, time_ms: int, module: int, code: int, argument: int = 0) -> Entry:
-        """Append an event, the oldest leaves a full log; an argument beyond i32 is saturated."""
+        """Append an event, the oldest leaves a full log; an argument beyond i32 is saturated.
+
+        ValueError for a module or code that is no byte: it could be neither kept nor sent.
+        """
+        if not (0 <= module <= 255 and 0 <= code <= 255):
+            must = "must have a module and a code of 0 to 255"
+            raise ValueError(f"{must}; received {module}, {code}")
         held = max(-_GREATEST - 1, min(_GREATEST, int(argument)))
         entry = Entry(time_ms, module, int(code), held)
         self.entries.append(entry)

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from torquer.base.spec import Spec
+from torquer.computer.interface import SENSORS
 from torquer.flight.packets.frames import ALARM, HEADER_BYTES, INFO, Downlink
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import SpaceLink
@@ -98,6 +99,7 @@ class Services:
         self.flags, self.parameters = list(names.flags), names.all_parameters()
         self._link, self._defaults = link, defaults
         self._actuators, self._flight, self._analogue = actuators, flight, analogue
+        self._absent = {"coils", "wheels", *SENSORS} - flight.devices
         self._frame = Downlink(link.dictionary).frame
         answers = link.dictionary.down.get("acknowledgement")
         self._answers = 0 if answers is None else len(answers.names)
@@ -145,6 +147,15 @@ class Services:
 
     # devices
 
+    def lacks(self, module: str) -> bool:
+        """Whether a module drives a device that the satellite does not have."""
+        try:
+            device = getattr(self.modules.get(module), "device", "")
+            return isinstance(device, str) and device in self._absent
+        except BaseException:  # of its code
+            self.count_failure(module)
+            return False
+
     def silence(self, sensor: str, on: bool) -> bool:
         """Take the power of a sensor, by its name in the scenario, or give it back; False for one
         that the satellite does not have."""
@@ -156,7 +167,7 @@ class Services:
         FAILED if its code ends with an error, which is counted against it.
         """
         switch = getattr(self.modules.get(module), "power", None)
-        if switch is None:
+        if switch is None or self.lacks(module):
             return Reason.NOT_AVAILABLE
         try:
             return Reason(switch(self, on))
@@ -317,6 +328,16 @@ class Services:
         slot = self._state.slots[module]
         return (self.dictionary.modules[module], *slot.account())
 
+    def send_in_force(self, module: str) -> None:
+        """Send what of a module's settings has packets of this dictionary."""
+        try:
+            packets = [] if self.lacks(module) else list(self.modules[module].in_force(self))
+            for packet, values in packets:
+                if self.sends(packet):
+                    self.send(packet, values)
+        except BaseException:
+            self.count_failure(module)
+
     def silent(self, after_s: float) -> list[str]:
         """Modules without a whole step for `after_s` [s] and for three of their periods: of those
         that run, and of those that must."""
@@ -334,11 +355,17 @@ class Services:
         return self._state.slots[module].period_ms * 1e-3
 
     def restore_defaults(self, module: str) -> Reason:
-        """Give a module its default settings, and keep them."""
-        one = self.modules[module]
-        one.settings = self._defaults[module]
-        code, saved = one.take_up(self), save_settings(self.memory, module, one.settings)
-        return saved if code is Reason.DONE else code
+        """Give a module its default settings, and keep them; NOT_AVAILABLE for one without any,
+        or without its device."""
+        one, defaults = self.modules[module], self._defaults[module]
+        if self.lacks(module) or not type(defaults).model_fields:
+            return Reason.NOT_AVAILABLE
+        before, one.settings = one.settings, defaults
+        code = one.take_up(self)
+        if code is not Reason.DONE:
+            one.settings = before
+            return code
+        return save_settings(self.memory, module, defaults)
 
     def start(self, module: str) -> None:
         """Start a module: it works from the next control step on."""

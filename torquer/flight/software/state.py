@@ -36,6 +36,7 @@ class AnyModule(Protocol):
     def stop(self, core: Any) -> None: ...
     def take_up(self, core: Any) -> Reason: ...
     def status(self) -> dict[str, float]: ...
+    def in_force(self, core: Any) -> Iterable[tuple[str, tuple]]: ...
 
 
 def as_numbers(status: Mapping) -> dict[str, float]:
@@ -157,6 +158,7 @@ class State:
     def stop(self, module: str) -> list[Telecommand]:
         """Stop a module; the commands that it leaves."""
         slot = self.slots[module]
-        slot.runs, left = False, list(slot.commands)
+        slot.runs = False
+        left = [each for each in slot.commands if isinstance(each, Telecommand)]
         slot.commands.clear()
         return left

@@ -136,6 +136,14 @@ class Directed:
         allocation = self._run.state.allocation
         return allocation.momentum.tolist(), allocation.motor.tolist()
 
+    @property
+    def devices(self) -> set[str]:
+        """What the satellite has: names of its kinds of sensors, "coils", "wheels"."""
+        craft = self._run.scenario.spacecraft
+        given = {"coils": craft.coils, "wheels": craft.wheels, "tachometers": craft.wheels}
+        there = {name for name, device in given.items() if device is not None}
+        return there | {each.device.kind for each in craft.flown().values()}
+
     def units(self, sensor: str) -> tuple[int, ...]:
         """Places in `Inputs.units` of the devices of a kind of which there are several."""
         flown = self._run.scenario.spacecraft.flown().values()

@@ -10,6 +10,7 @@ from pydantic import Field
 from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Supplier
+from torquer.flight.software.modules.telemetry import calibration
 
 
 class ManualSettings(Spec):
@@ -94,7 +95,7 @@ class CoilSettings(ManualSettings):
 class Coils(Actuator):
     """Magnetic coils; telemetry has the dipole that was asked for, not what drives the coils."""
 
-    name = "coils"
+    name = device = "coils"
     Settings = CoilSettings
     command = "dipole_a_m2"
 
@@ -106,6 +107,10 @@ class Coils(Actuator):
     def supply(self, computer) -> None:
         """Give the computer the factors."""
         computer.calibrate_coils(self.settings.factors)
+
+    def in_force(self, core):
+        """The factors."""
+        return [calibration(core, self.name, self.settings.factors)]
 
     def on_coils_calibration(self, core, values) -> Reason:
         """Factors of the commanded dipole, one for each body axis."""

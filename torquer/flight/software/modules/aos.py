@@ -118,7 +118,7 @@ class Aos(Module):
         if name is None:
             return Reason.VALUE
         raw = getattr(core.modules[name], "raw", None)
-        if raw is None:
+        if raw is None or core.lacks(name):
             return Reason.NOT_AVAILABLE
         found = raw(core, unit)
         if found is None:

@@ -16,6 +16,7 @@ from torquer.base.spec import Spec, Vector
 from torquer.computer.calibration import IDENTITY, NO_BIAS
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Supplier
+from torquer.flight.software.modules.telemetry import calibration
 from torquer.maths.geometry.quaternion import from_rotation_vector, to_dcm
 
 #: A calibration's matrix changes a reading's size by no more than this, either way.
@@ -53,15 +54,13 @@ class Sensor(Supplier):
     """Polls a sensor: the age of its reading, and whether it can be one.
 
     `reading`, `taken`: its fields in the inputs and in their times; `greatest`: magnitude [SI]
-    beyond which no reading is one; `device`: its name on board. Without power it is not polled, and
-    counts as lost.
+    beyond which no reading is one. Without power it is not polled, and counts as lost.
     """
 
     Settings = PollSettings
     reading: ClassVar[str]
     taken: ClassVar[str]
     greatest: ClassVar[float]
-    device: ClassVar[str]
 
     def __init__(self, settings: PollSettings):
         super().__init__(settings)
@@ -103,8 +102,7 @@ class Sensor(Supplier):
 
     def power(self, core, on: bool) -> Reason:
         """Switch the power: without it there are no new readings."""
-        if not core.silence(self.device, not on):
-            return Reason.NOT_AVAILABLE
+        core.silence(self.device, not on)
         self.is_powered, self.in_row = on, 0
         return Reason.DONE
 
@@ -145,6 +143,10 @@ class CalibratedSensor(Sensor):
         """Give the computer matrix and bias."""
         bias = [self.unit * each for each in self.settings.bias]
         computer.calibrate(self.device, self.settings.matrix, bias)
+
+    def in_force(self, core):
+        """The calibration: bias, then matrix."""
+        return [calibration(core, self.name, (*self.settings.bias, *self.settings.matrix))]
 
     def calibrate(self, core, bias) -> Reason:
         """Another bias; VALUE for one that no reading can have."""
@@ -208,6 +210,10 @@ class Sun(Sensor):
         turn = from_rotation_vector(tuple(map(math.radians, self.settings.rotation_deg)))
         rows = to_dcm(turn) if self.supplies else (IDENTITY,)
         computer.calibrate(self.device, tuple(x for row in rows for x in row))
+
+    def in_force(self, core):
+        """The rotation vector."""
+        return [calibration(core, self.name, self.settings.rotation_deg)]
 
     def on_sun_calibration(self, core, values) -> Reason:
         """A rotation vector [deg] by which readings are turned."""

@@ -1,12 +1,11 @@
 """FS, the file system: updates of the software, taken as blocks and checked as a whole.
 
-An update is bytes without a meaning here: it is stored, and marked for use at the next boot, only
-if its length and its CRC-32 are those that were announced.
+An update is stored, and marked for the next boot, only if its length and its CRC-32 are those that
+were announced. What can be marked is a table of settings: `torquer.flight.software.update`.
 """
 
 from __future__ import annotations
 
-import struct
 import zlib
 
 from pydantic import Field
@@ -15,17 +14,10 @@ from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.memory import Report
 from torquer.flight.software.modules.module import Module
+from torquer.flight.software.update import mark, read_table, update_file
 
-#: Number and CRC-32 of the update that the next boot is to use.
-ACTIVE = "active"
 #: Events in a step: a part of what the log holds.
 _AT_ONCE = 16
-_MARK = struct.Struct("<HI")
-
-
-def update_file(number: int) -> str:
-    """Name of the file of an update."""
-    return f"update.{number}"
 
 
 class FsSettings(Spec):
@@ -79,7 +71,8 @@ class Fs(Module):
         return Reason.DONE
 
     def on_update_end(self, core, values) -> Reason:
-        """Check the file; a wrong one is forgotten and not activated."""
+        """Check the file; a wrong one is forgotten. VALUE for one to activate that is no table of
+        settings: it may still be stored."""
         (activate,) = values
         if self.data is None:
             return Reason.STATE
@@ -87,15 +80,28 @@ class Fs(Module):
             return Reason.VALUE
         if self.missing:
             return Reason.LENGTH
-        data, self.data = bytes(self.data), None
+        data = bytes(self.data)
         if zlib.crc32(data) != self.crc:
+            self.data = None
             return Reason.CHECKSUM
+        if activate and not _is_table(core, data):
+            return Reason.VALUE
+        self.data = None
         written = core.memory.write(update_file(self.number), data)
         if written and activate:
-            written = core.memory.write(ACTIVE, _MARK.pack(self.number, self.crc))
+            written = mark(core.memory, self.number, self.crc)
         self.updates += written
         return Reason.DONE if written else Reason.FAILED
 
     def status(self) -> dict[str, float]:
         """Updates stored since the boot, blocks that are still to come."""
         return {"updates": self.updates, "missing": len(self.missing) if self.data else 0}
+
+
+def _is_table(core, data: bytes) -> bool:
+    """Whether an update is a table of settings that the modules can have."""
+    try:
+        read_table(data, {name: module.settings for name, module in core.modules.items()})
+    except ValueError:
+        return False
+    return True

@@ -102,6 +102,12 @@ class Mod(Supplier):
             return Reason.NOT_AVAILABLE
         return self.change(core, flags=flags, sun_inertial=sun)
 
+    def in_force(self, core):
+        """Choice of models, whether there are elements, their limits."""
+        settings = self.settings
+        limits = settings.largest_km, settings.largest_plane_deg
+        return [("models", (settings.flags, self.elements is not None, *limits))]
+
     def status(self) -> dict[str, float]:
         """Whether there are elements, choice of models."""
         return {"elements": float(self.elements is not None), "flags": self.settings.flags}

@@ -7,6 +7,7 @@ reference to the core, no generators, no threads.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from pydantic import ValidationError
@@ -24,13 +25,15 @@ class NoSettings(Spec):
 class Module:
     """Base of all modules: settings, commands and status; a module adds its `step`.
 
-    `name`: as in the dictionary's modules; `Settings`: spec of what commands may change and the
+    `name`: as in the dictionary's modules; `device`: what it drives, by its name in the scenario:
+    without it the module takes no commands; `Settings`: spec of what commands may change and the
     non-volatile memory keeps; `period_s`: time between two steps. A method `on_NAME(core, values)`
     for each uplink packet of the module returns a reason code, 0 for done. `step` runs once in
     each period. `core` is what a module sees of the rest of the software (`Services`).
     """
 
     name: ClassVar[str]
+    device: ClassVar[str] = ""
     Settings: ClassVar[type[Spec]] = NoSettings
     period_s: ClassVar[float] = 1.0
 
@@ -49,6 +52,10 @@ class Module:
     def status(self) -> dict[str, float]:
         """What telemetry reports of the module: numbers by name."""
         return {}
+
+    def in_force(self, core: Services) -> Iterable[tuple[str, tuple]]:
+        """Packets (name, values) on what the ground has set, sent with the status on request."""
+        return ()
 
     def take_up(self, core: Services) -> Reason:
         """Act on settings that have been changed; another answer than DONE: they do not hold."""
@@ -94,7 +101,7 @@ class Supplier(Module):
         try:
             self.supply(core.computer)
         except NoSuchModel:
-            return Reason.NOT_AVAILABLE if self.supplies else Reason.DONE
+            return Reason.NOT_AVAILABLE
         except ValueError:
             return Reason.VALUE
         return Reason.DONE

@@ -260,11 +260,12 @@ class Svr(Module):
         return code
 
     def on_report_status(self, core, values) -> Reason:
-        """Send the status of a module."""
+        """Send the status of a module, and what of its settings has a packet of its own."""
         name = core.module_of(values[0])
         if name is None:
             return Reason.VALUE
         core.send("module_status", core.account(name))
+        core.send_in_force(name)
         return Reason.DONE
 
     def on_power(self, core, values) -> Reason:

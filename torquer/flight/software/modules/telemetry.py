@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 DEG = 180.0 / math.pi
 #: Unknown numbers of packets: the lowest raw number, which the encoder would take for NaN, too,
@@ -13,6 +14,8 @@ _NO_RATE = (-(2.0**31) * 1e-5,) * 3
 _UNKNOWN, _MOST = -327.68, 327.67
 #: State of a region that the mode table does not have.
 _NO_REGION = 255
+#: Numbers that the packet `calibration` has room for.
+_CALIBRATED = 12
 #: Devices with a power switch, in the order of their bits.
 DEVICES = ("coils", "wheels", "gyro", "mag", "sun")
 
@@ -95,6 +98,13 @@ def bits(truths) -> int:
 def power_bits(core) -> int:
     """Power switches of the devices."""
     return bits(core.status(device).get("power", device in core.modules) for device in DEVICES)
+
+
+def calibration(core, module: str, numbers: Sequence[float]) -> tuple[str, tuple]:
+    """The packet `calibration` of a driver, of as many numbers as it has room for."""
+    found = numbers[:_CALIBRATED]
+    rest = [0.0] * (_CALIBRATED - len(found))
+    return "calibration", (core.dictionary.modules[module], len(found), *found, *rest)
 
 
 def states(core) -> tuple[int, ...]:

@@ -5,6 +5,7 @@ After SDOT App. A. The record is a ring of files in the non-volatile memory.
 
 from __future__ import annotations
 
+import math
 import struct
 
 from pydantic import Field
@@ -24,14 +25,14 @@ _DUMPED = 64
 #: Packets on modules that a step sends.
 _MODULES_AT_ONCE = 2
 #: Subsystems whose telemetry has a period of its own, as the command `set_period` numbers them: the
-#: module that sends it, its setting, and its attribute of when the next packet is due.
+#: module that sends it, the packet, its setting, and its attribute of when the next one is due.
 PERIODS = (
-    ("tm", "extended_s", ""),
-    ("svr", "report_s", "due_s"),
-    ("tm", "modules_s", ""),
-    ("cdh", "report_s", "due_s"),
-    ("adc", "report_s", "due_s"),
-    ("wheels", "report_s", "due_s"),
+    ("tm", "extended", "extended_s", ""),
+    ("svr", "devices", "report_s", "due_s"),
+    ("tm", "module_status", "modules_s", ""),
+    ("cdh", "queues", "report_s", "due_s"),
+    ("adc", "housekeeping", "report_s", "due_s"),
+    ("wheels", "wheels", "report_s", "due_s"),
 )
 
 
@@ -131,16 +132,28 @@ class Tm(Module):
         number, period_s = values
         if number >= len(PERIODS):
             return Reason.VALUE
-        name, setting, due = PERIODS[number]
+        name, packet, setting, due = PERIODS[number]
         module = core.modules.get(name)
-        if module is None or not hasattr(module.settings, setting):
+        has_it = module is not None and hasattr(module.settings, setting) and core.sends(packet)
+        if not has_it or core.lacks(name):
             return Reason.NOT_AVAILABLE
+        if not core.is_running(name):
+            return Reason.STATE
         code = module.change(core, **{setting: period_s})
         if code is Reason.DONE and due:
             setattr(module, due, core.t_s)
         elif code is Reason.DONE:
             self.due_ms[setting.removesuffix("_s")] = round(core.t_s * 1e3)
         return code
+
+    def in_force(self, core):
+        """The periods of all telemetry; not a number: of a module that does not fly."""
+        found = [core.modules.get(name) for name, *_ in PERIODS]
+        periods = [
+            getattr(getattr(module, "settings", None), setting, math.nan)
+            for module, (_, _, setting, _) in zip(found, PERIODS, strict=True)
+        ]
+        return [("periods", (self.settings.beacon_s, self.settings.store_s, *periods))]
 
     def on_replay(self, core, values) -> Reason:
         """Send what was stored between two times [s since 2010-01-01], each or every n-th."""

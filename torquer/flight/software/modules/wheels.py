@@ -14,7 +14,7 @@ from pydantic import Field
 
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.actuators import Actuator, Factor, ManualSettings
-from torquer.flight.software.modules.telemetry import bits
+from torquer.flight.software.modules.telemetry import bits, calibration
 
 #: Part of an axis that wheels must have to make a torque about it.
 _NO_PART = 1e-6
@@ -48,7 +48,7 @@ class Wheels(Actuator):
     that is under manual control, while the others' motors are off.
     """
 
-    name = "wheels"
+    name = device = "wheels"
     Settings = WheelSettings
     command = "torque_n_m"
 
@@ -115,8 +115,6 @@ class Wheels(Actuator):
 
     def power(self, core, on: bool) -> Reason:
         """Switch the power of all: without it there are no motors and no tachometers."""
-        if not self.lost:
-            return Reason.NOT_AVAILABLE
         self.is_powered, self.first = on, None
         core.silence("tachometers", not on)
         return self._end_manual(core)
@@ -128,14 +126,19 @@ class Wheels(Actuator):
 
     def supply(self, computer) -> None:
         """Give the computer the tachometers' factors."""
-        computer.calibrate_tachometers(self.settings.tachometers or (1.0,) * computer.wheel_count)
+        computer.calibrate_tachometers(self._factors(computer))
+
+    def in_force(self, core):
+        """The tachometers' factors."""
+        return [calibration(core, self.name, self._factors(core.computer))]
+
+    def _factors(self, computer) -> tuple[float, ...]:
+        return self.settings.tachometers or (1.0,) * computer.wheel_count
 
     def on_wheels_calibration(self, core, values) -> Reason:
         """A factor of the readings of one wheel's tachometer."""
         wheel, factor = values
-        factors = list(self.settings.tachometers or (1.0,) * core.computer.wheel_count)
-        if not factors:
-            return Reason.NOT_AVAILABLE
+        factors = list(self._factors(core.computer))
         if wheel >= len(factors):
             return Reason.VALUE
         factors[wheel] = factor
@@ -143,7 +146,7 @@ class Wheels(Actuator):
 
     def on_wheels_manual(self, core, values) -> Reason:
         """A torque on the body [N m] for a time."""
-        if self.lost and not any(self._in_use()):
+        if not any(self._in_use()):
             return Reason.STATE
         if self.alone is not None:
             self._end_manual(core)
@@ -158,7 +161,7 @@ class Wheels(Actuator):
         """A motor torque [N m] of one wheel for a time, while the others' motors are off."""
         wheel, torque, duration_s = values
         if wheel >= len(self.lost):
-            return Reason.VALUE if self.lost else Reason.NOT_AVAILABLE
+            return Reason.VALUE
         if self.lost[wheel] or self.switched_off[wheel]:
             return Reason.STATE
         on_body = [-torque * part for part in core.wheel_axes[wheel]]
@@ -171,8 +174,6 @@ class Wheels(Actuator):
     def on_wheel_power(self, core, values) -> Reason:
         """Switch one wheel's motor; one that was lost gets another chance."""
         wheel, on = values
-        if not self.lost:
-            return Reason.NOT_AVAILABLE
         if wheel >= len(self.lost) or on > 1:
             return Reason.VALUE
         self.switched_off[wheel], self.lost[wheel] = not on, False
