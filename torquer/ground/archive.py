@@ -12,7 +12,8 @@ Numbers that were not known on board are NULL, bytes are hexadecimal digits. A w
 too large for SQLite (2^63 and above) is a text of its 20 digits. Tables that begin with
 `_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`,
 `_stack` (a row a step, in place 0 the command stack itself), `_parts` (of packets that lie across
-frames, whose other frame no recording has had yet), `_alarms`, `_violations` (the out-of-limits log).
+frames, whose other frame no recording has had yet), `_alarms`, `_violations` (the out-of-limits
+log).
 
 One process writes; any number read at the same time. What has been committed outlives the process.
 """

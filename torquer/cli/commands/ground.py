@@ -272,7 +272,7 @@ def alarms(*, how: AlarmsOptions = AlarmsOptions()) -> int:
     """
     from torquer.ground.violations import read_alarms
 
-    start_ms, end_ms = _ms("--start", how.start), _ms("--end", how.end)
+    start_ms, end_ms = date_ms("--start", how.start), date_ms("--end", how.end)
     ends = -(2**53) if start_ms is None else start_ms, 2**53 if end_ms is None else end_ms
     found = read_alarms(_archive(how.folder, how.satellite), *ends, how.size)
     if how.json:
