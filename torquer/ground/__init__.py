@@ -30,9 +30,17 @@ if TYPE_CHECKING:
         dictionary_in as dictionary_in,
         read_only as read_only,
     )
+    from torquer.ground.backlog import (
+        DownlinkTable as DownlinkTable,
+        downlinked as downlinked,
+    )
     from torquer.ground.client import RunningGround as RunningGround
     from torquer.ground.commands import Commands as Commands
     from torquer.ground.contact import Contact as Contact, Counters as Counters
+    from torquer.ground.elements import (
+        orbit_from_file as orbit_from_file,
+        orbit_of as orbit_of,
+    )
     from torquer.ground.export import export_archive as export_archive
     from torquer.ground.file import (
         Satellite as Satellite,
@@ -41,6 +49,12 @@ if TYPE_CHECKING:
         make_satellite as make_satellite,
     )
     from torquer.ground.live import Live as Live
+    from torquer.ground.passes import (
+        doppler as doppler,
+        find_passes as find_passes,
+        ms_of as ms_of,
+    )
     from torquer.ground.recording import import_recording as import_recording
+    from torquer.ground.stations import GroundStation as GroundStation
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -4,6 +4,15 @@
 link = "tcp:127.0.0.1:10015"
 software = "my_software.toml"     # packets, keys, kind of frames [those of Chibis-M]
 scenario = "chibis_m_day.toml"    # names of regions, states, flags, parameters, sensors; orbit
+elements = "chibis_m.tle"         # orbit for passes [the scenario's]
+downlink_hz = 435.215e6
+
+[satellites.chibis_m.downlink]
+bit_s = 9600.0
+
+[stations.tarusa]
+latitude_deg = 54.73
+longitude_deg = 37.18
 """
 
 from __future__ import annotations
@@ -16,7 +25,9 @@ from pydantic import Field
 from torquer.base.spec import Spec
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import Name
-from torquer.flight.packets.software_file import SpaceLink, load_link
+from torquer.flight.packets.software_file import SpaceLink, load_link, read_software
+from torquer.ground.backlog import DownlinkTable
+from torquer.ground.stations import GroundStation
 from torquer.scenario.explain import validate_tables
 from torquer.scenario.toml_text import parse_toml, read_text
 
@@ -39,6 +50,16 @@ class SatelliteTable(Spec):
     scenario: Path | None = None
     """Its scenario: names for commands, mode table, orbit and sensors; numbers are shown without.
     """
+    elements: Path | None = None
+    """File of its orbit, for passes: two-line elements or OMM, OEM, SP3 [that of its scenario]."""
+    elements_of: str | None = None
+    """Its name or catalogue number in a file of several satellites."""
+    downlink_hz: float | None = Field(default=None, gt=0.0, le=1e12)
+    """Frequency at which it sends."""
+    uplink_hz: float | None = Field(default=None, gt=0.0, le=1e12)
+    """Frequency at which it receives."""
+    downlink: DownlinkTable = DownlinkTable()
+    """What it sends by itself, and what it keeps for a pass."""
 
 
 class GroundFile(Spec):
@@ -46,16 +67,22 @@ class GroundFile(Spec):
 
     satellites: dict[Name, SatelliteTable] = Field(min_length=1)
     """Satellites by their short names, which name their archives, too."""
+    stations: dict[Name, GroundStation] = Field(default_factory=dict)
+    """Ground stations by their short names, for passes."""
 
 
 class Satellite(NamedTuple):
-    """A satellite as the ground knows it; `software`: of its link; `names`: of its computer."""
+    """A satellite as the ground knows it; `software`: of its link; `names`: of its computer.
+
+    `table`: what the ground file says of it.
+    """
 
     key: str
     link: str
     software: SpaceLink
     scenario: Scenario | None
     names: Names
+    table: SatelliteTable
 
 
 def load_ground(path: Path) -> GroundFile:
@@ -69,7 +96,7 @@ def load_ground(path: Path) -> GroundFile:
         key: table.model_copy(
             update={
                 name: folder / getattr(table, name)
-                for name in ("software", "scenario")
+                for name in ("software", "scenario", "elements")
                 if getattr(table, name) is not None
             }
         )
@@ -84,12 +111,17 @@ def make_satellite(key: str, table: SatelliteTable) -> Satellite:
     Only one with a scenario needs what simulates satellites.
     """
     software = load_link(table.software)
+    table.downlink.check(f"satellites.{key}.downlink", software.dictionary)
+    tm = read_software(table.software)[0].modules.get("tm")
+    settings = {} if tm is None else tm.settings
+    downlink = table.downlink.with_settings(settings, software.dictionary)
+    table = table.model_copy(update={"downlink": downlink})
     if table.scenario is None:
-        return Satellite(key, table.link, software, None, _NO_NAMES)
+        return Satellite(key, table.link, software, None, _NO_NAMES, table)
     from torquer.scenario.load import load_scenario
     from torquer.simulation.outside.directed import computer_names
     from torquer.simulation.setup.prepare import make_blocks
 
     scenario = load_scenario(table.scenario)
     names = computer_names(scenario, make_blocks(scenario))
-    return Satellite(key, table.link, software.for_satellite(scenario), scenario, names)
+    return Satellite(key, table.link, software.for_satellite(scenario), scenario, names, table)
