@@ -5,9 +5,10 @@ from pydantic import ValidationError
 from station_skies import CHIBIS, HOUR_MS, START_MS, TARUSA
 
 from torquer.ground.elements import orbit_from_file, orbit_of
-from torquer.ground.file import SatelliteTable, load_ground, make_satellite
+from torquer.ground.file import SatelliteTable, load_ground
 from torquer.ground.passes import find_passes, ms_of
 from torquer.scenario.explain import ScenarioError
+from torquer.scenario.load import load_scenario
 
 LINK = "udp:127.0.0.1:10315"
 #: The second satellite is a neighbour with another number.
@@ -51,7 +52,7 @@ def test_the_age_of_elements_and_what_it_does(tle):
     assert errors[3] > 10.0 * errors[2]
     assert "may be early or late" not in found[1].text
     assert found[3].text == (
-        f"orbit: SGP4 with elements of 38051 CHIBIS-M, 30.1 days old, of chibis.tle: the satellite "
+        f"SGP4 with elements of 38051 CHIBIS-M, 30.1 days old, of chibis.tle: the satellite "
         f"may be early or late by {errors[3]:.0f} s"
     )
     before = orbit_from_file(tle, START_MS - 24 * HOUR_MS, "38051")
@@ -59,12 +60,14 @@ def test_the_age_of_elements_and_what_it_does(tle):
 
 
 def test_elements_come_before_the_scenario(tle):
-    table = SatelliteTable(link=LINK, scenario="examples/chibis_m_day.toml")
-    by_scenario = orbit_of(make_satellite("s", table), START_MS)
-    assert by_scenario.elements is None and by_scenario.text.startswith("orbit: of the scenario ")
+    scenario = load_scenario("examples/chibis_m_day.toml")
+    table = SatelliteTable(link=LINK)
+    by_scenario = orbit_of(table, scenario, START_MS)
+    assert by_scenario.elements is None
+    assert by_scenario.text == f"that of the scenario {scenario.name}"
     both = table.model_copy(update={"elements": tle, "elements_of": "38051"})
-    assert orbit_of(make_satellite("s", both), START_MS).elements.called == "38051 CHIBIS-M"
-    assert orbit_of(make_satellite("s", SatelliteTable(link=LINK)), START_MS) is None
+    assert orbit_of(both, scenario, START_MS).elements.called == "38051 CHIBIS-M"
+    assert orbit_of(table, None, START_MS) is None
 
 
 def test_a_missing_or_wrong_file_gets_one_line(tmp_path):

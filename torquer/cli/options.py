@@ -5,6 +5,7 @@ What a function of the package is asked is a `request` of `base.limits`; a comma
 class with the decorator `options`.
 """
 
+from pathlib import Path
 from typing import Annotated, TypeVar, dataclass_transform
 
 from cyclopts import Parameter, convert
@@ -13,6 +14,8 @@ from torquer.base.limits import request
 
 T = TypeVar("T")
 Json = Annotated[bool, Parameter(help="Print machine-readable JSON.")]
+#: Folder of the archives of a ground.
+GROUND_FOLDER = Path("runs/ground")
 #: For a dataclass whose fields are options of the command.
 FLAT = Parameter(name="*")
 

@@ -103,7 +103,8 @@ def downlinked(
 ) -> Downlinked:
     """What a pass of `pass_s` brings down that begins `since_s` after the end of the last one.
 
-    `carried`: packets that the last one left on board, by kind. A pass that is too short for what is sent by itself brings down nothing else.
+    `carried`: packets that the last one left on board, by kind. A pass that is too short for what
+    is sent by itself brings down nothing else.
     """
     room = int(bit_s * pass_s / 8.0)
     live = [

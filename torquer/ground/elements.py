@@ -10,10 +10,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from torquer.ground.file import Satellite
+from torquer.ground.file import SatelliteTable
 
 if TYPE_CHECKING:
     from torquer.environment.along_orbit import OrbitEnvironment
+    from torquer.scenario.spec import Scenario
 
 #: Age from which on elements are said to be old [days].
 OLD_DAYS = 3.0
@@ -37,17 +38,17 @@ class KnownOrbit(NamedTuple):
     elements: Elements | None
 
 
-def orbit_of(satellite: Satellite, time_ms: int) -> KnownOrbit | None:
+def orbit_of(
+    table: SatelliteTable | None, scenario: Scenario | None, time_ms: int
+) -> KnownOrbit | None:
     """The orbit of a satellite at a time: its elements, else its scenario's; None without both.
 
     ValueError with one line for a file that holds no orbit at that time.
     """
-    table = satellite.table
-    if table.elements is not None:
+    if table is not None and table.elements is not None:
         return orbit_from_file(table.elements, time_ms, table.elements_of)
-    if satellite.scenario is None:
+    if scenario is None:
         return None
-    scenario = satellite.scenario
     return _known(scenario.orbit_environment(), time_ms, f"the scenario {scenario.name}")
 
 
@@ -73,9 +74,9 @@ def orbit_from_file(path: Path | str, time_ms: int, called: str | None = None) -
 def _known(around: OrbitEnvironment, time_ms: int, where: str) -> KnownOrbit:
     elements = _elements(around, time_ms)
     if elements is None:
-        return KnownOrbit(around, f"orbit: of {where}", None)
+        return KnownOrbit(around, f"that of {where}", None)
     text = (
-        f"orbit: SGP4 with elements of {elements.called}, {elements.age_days:.1f} days "
+        f"SGP4 with elements of {elements.called}, {elements.age_days:.1f} days "
         f"{'old' if elements.age_days >= 0.0 else 'ahead'}, of {where}"
     )
     if abs(elements.age_days) > OLD_DAYS:

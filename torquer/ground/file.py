@@ -17,7 +17,9 @@ longitude_deg = 37.18
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
 
 #: Names where there is no scenario.
 _NO_NAMES = Names({}, (), {}, {}, ())
+_NO_STATIONS: Mapping[str, GroundStation] = MappingProxyType({})
 
 
 class SatelliteTable(Spec):
@@ -74,7 +77,7 @@ class GroundFile(Spec):
 class Satellite(NamedTuple):
     """A satellite as the ground knows it; `software`: of its link; `names`: of its computer.
 
-    `table`: what the ground file says of it.
+    `table`: what the ground file says of it; `stations`: those of the file.
     """
 
     key: str
@@ -83,6 +86,7 @@ class Satellite(NamedTuple):
     scenario: Scenario | None
     names: Names
     table: SatelliteTable
+    stations: Mapping[str, GroundStation] = _NO_STATIONS
 
 
 def load_ground(path: Path) -> GroundFile:
@@ -105,23 +109,34 @@ def load_ground(path: Path) -> GroundFile:
     return file.model_copy(update={"satellites": tables})
 
 
-def make_satellite(key: str, table: SatelliteTable) -> Satellite:
-    """A satellite with its packets, keys and names; `ScenarioError` for wrong files.
+def make_satellite(
+    key: str, table: SatelliteTable, stations: Mapping[str, GroundStation] = _NO_STATIONS
+) -> Satellite:
+    """A satellite with its packets, keys, names and stations; `ScenarioError` for wrong files.
 
     Only one with a scenario needs what simulates satellites.
     """
-    software = load_link(table.software)
-    table.downlink.check(f"satellites.{key}.downlink", software.dictionary)
-    tm = read_software(table.software)[0].modules.get("tm")
-    settings = {} if tm is None else tm.settings
-    downlink = table.downlink.with_settings(settings, software.dictionary)
+    software, downlink = link_of(table, key)
     table = table.model_copy(update={"downlink": downlink})
     if table.scenario is None:
-        return Satellite(key, table.link, software, None, _NO_NAMES, table)
+        return Satellite(key, table.link, software, None, _NO_NAMES, table, stations)
     from torquer.scenario.load import load_scenario
     from torquer.simulation.outside.directed import computer_names
     from torquer.simulation.setup.prepare import make_blocks
 
     scenario = load_scenario(table.scenario)
     names = computer_names(scenario, make_blocks(scenario))
-    return Satellite(key, table.link, software.for_satellite(scenario), scenario, names, table)
+    software = software.for_satellite(scenario)
+    return Satellite(key, table.link, software, scenario, names, table, stations)
+
+
+def link_of(table: SatelliteTable, key: str = "NAME") -> tuple[SpaceLink, DownlinkTable]:
+    """Link of a satellite, and what it sends with the periods of its software where none are given.
+
+    `ScenarioError` for wrong files.
+    """
+    software = load_link(table.software)
+    table.downlink.check(f"satellites.{key}.downlink", software.dictionary)
+    tm = read_software(table.software)[0].modules.get("tm")
+    settings = {} if tm is None else tm.settings
+    return software, table.downlink.with_settings(settings, software.dictionary)

@@ -23,7 +23,14 @@ import numpy as np
 
 from torquer.base.time import parse_utc, seconds_between, utc_at
 from torquer.environment.earth.apparent_sun import LIGHT_SPEED_M_S
-from torquer.ground import sight
+from torquer.ground.sight import (
+    Look,
+    crossings,
+    highest,
+    look,
+    spans_in_sight,
+    sun_elevation,
+)
 from torquer.ground.stations import GroundStation
 
 if TYPE_CHECKING:
@@ -136,7 +143,7 @@ class _Sky(NamedTuple):
 
 def _over(sky: _Sky, span_s: tuple[float, float]) -> list[Pass]:
     """Passes over a station, all of them at once: what takes time are calls, not instants."""
-    spans = [*sight.spans_in_sight(sky.around, sky.station, *span_s)]
+    spans = [*spans_in_sight(sky.around, sky.station, *span_s)]
     if not spans:
         return []
     first, last = np.array(spans).T
@@ -147,7 +154,7 @@ def _over(sky: _Sky, span_s: tuple[float, float]) -> list[Pass]:
         _greatest(sky, grids, lambda seen: -seen.range_m),
         last,
     ])  # fmt: skip
-    sun_deg = np.degrees(sight.sun_elevation(sky.around, sky.station, key_s[1])).tolist()
+    sun_deg = np.degrees(sun_elevation(sky.around, sky.station, key_s[1])).tolist()
     points = _points(sky, np.concatenate([key_s.T, np.linspace(first, last, CURVE).T], axis=1))
     rises, sets = (first > span_s[0]).tolist(), (last < span_s[1]).tolist()
     return [
@@ -175,11 +182,11 @@ def _greatest(sky: _Sky, grids: list[np.ndarray], what) -> np.ndarray:
     rows = [int(np.argmax(each)) for each in values]
     before = [grid[max(row - 1, 0)] for grid, row in zip(grids, rows, strict=True)]
     after = [grid[min(row + 1, grid.size - 1)] for grid, row in zip(grids, rows, strict=True)]
-    return sight.highest(lambda t: what(_look(sky, t)), np.array(before), np.array(after))
+    return highest(lambda t: what(_look(sky, t)), np.array(before), np.array(after))
 
 
-def _look(sky: _Sky, t_s) -> sight.Look:
-    return sight.look(sky.around, sky.station, t_s)
+def _look(sky: _Sky, t_s) -> Look:
+    return look(sky.around, sky.station, t_s)
 
 
 def _dark(sky: _Sky, grids: list[np.ndarray]) -> list[list[tuple[int, int]]]:
@@ -192,7 +199,7 @@ def _dark(sky: _Sky, grids: list[np.ndarray]) -> list[list[tuple[int, int]]]:
     h = depth(t_s)
     found, at = [], np.cumsum([0, *map(len, grids)])
     for begin, end in pairwise(at.tolist()):
-        inner = sight.crossings(depth, t_s[begin:end], h[begin:end])[0].tolist()
+        inner = crossings(depth, t_s[begin:end], h[begin:end])[0].tolist()
         edges = [t_s[begin]] * bool(h[begin] > 0.0) + inner + [t_s[end - 1]] * bool(h[end - 1] > 0)
         ms = [_ms(sky.around, edge) for edge in edges]
         found.append([*zip(ms[::2], ms[1::2], strict=True)])

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.ground.backlog import DownlinkTable, downlinked
+from torquer.ground.file import SatelliteTable, link_of
 from torquer.ground.passes import Pass, Point, doppler
 
 
@@ -20,7 +21,13 @@ class Radio(NamedTuple):
     table: DownlinkTable = DownlinkTable()
 
 
-def schedule(passes: Sequence[Pass], start_ms: int, radio: Radio = Radio()) -> list[dict]:
+def radio_of(table: SatelliteTable) -> Radio:
+    """What the ground file says of a satellite's downlink; `ScenarioError` for wrong files."""
+    link, downlink = link_of(table)
+    return Radio(table.downlink_hz, downlink.bit_s, link, downlink)
+
+
+def schedule(passes: Sequence[Pass], start_ms: int, radio: Radio) -> list[dict]:
     """Passes as tables for JSON, in order; what is stored on board counts from `start_ms` on.
 
     What a pass leaves on board waits for the next one. `curve`: rows of time_ms, azimuth_deg,

@@ -10,9 +10,10 @@ from cyclopts import App
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
+from torquer.cli.commands.ground_passes import passes, report
 from torquer.cli.examples import show_examples
 from torquer.cli.loading import load_checked, load_given
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.options import GROUND_FOLDER, CodeOptions, Json, options
 from torquer.cli.output import (
     check_installed,
     harmless,
@@ -26,7 +27,8 @@ from torquer.cli.output import (
 from torquer.cli.process import FAILED_CODE
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
-FOLDER = Path("runs/ground")
+for _command in (passes, report):
+    app.command(_command, help_epilogue=show_examples(f"ground {_command.__name__}"))
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
 #: The port of the page unless another is given.
@@ -46,7 +48,7 @@ class GroundOptions:
     """Its software file: packets, kind of frames, keys [that of Chibis-M]."""
     name: str = NAME
     """Its short name, also of its archive."""
-    folder: Path = FOLDER
+    folder: Path = GROUND_FOLDER
     """Folder of the archives."""
     port: Annotated[int | None, within(0, 65535)] = PORT
     """Port of the page on 127.0.0.1; 0: any free one."""
@@ -116,14 +118,15 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
         ):
             if is_given:
                 raise ValueError(f"--{name}: must not be given with FILE, which has its own")
-        tables = load_ground(path).satellites
+        file = load_ground(path)
+        tables, stations = file.satellites, file.stations
     else:
         table = {"link": how.link, "software": how.software, "scenario": how.scenario}
-        tables = {_short_name(how.name): SatelliteTable.model_validate(table)}
+        tables, stations = {_short_name(how.name): SatelliteTable.model_validate(table)}, {}
     for each in tables.values():
         if each.scenario is not None:
             load_checked(each.scenario, code)
-    return [make_satellite(key, table) for key, table in tables.items()]
+    return [make_satellite(key, table, stations) for key, table in tables.items()]
 
 
 def _short_name(name: str) -> str:
@@ -154,7 +157,7 @@ class SendOptions:
     """Ask for no answer."""
     no_wait: bool = False
     """Do not wait for the answer."""
-    folder: Path = FOLDER
+    folder: Path = GROUND_FOLDER
     """Folder of the ground's archives."""
     json: Json = False
 
@@ -189,7 +192,7 @@ class PlanOptions:
 
     satellite: str | None = None
     """Short name of the satellite, where the ground serves several."""
-    folder: Path = FOLDER
+    folder: Path = GROUND_FOLDER
     """Folder of the ground's archives."""
     json: Json = False
 
@@ -288,7 +291,7 @@ class ImportOptions:
     """Its scenario: names of its sensors in packets [none]."""
     name: str = NAME
     """Its short name."""
-    folder: Path = FOLDER
+    folder: Path = GROUND_FOLDER
     """Folder of the archives."""
     json: Json = False
 

@@ -31,6 +31,7 @@ from torquer.ground.contact import Contact
 from torquer.ground.live import Listener, Live
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
+from torquer.pages.ground.passes_routes import has_passes, passes_routes
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
@@ -72,6 +73,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/scene", routes.scene),
             Route(f"{one}/orbit", routes.orbit),
             WebSocketRoute("/api/live", routes.live),
+            *passes_routes(contacts),
             serve_files(WEB),
         ],
         exception_handlers={ScenarioError: _refused, HTTPException: answer_missing},
@@ -255,6 +257,7 @@ def _describe(contact: Contact) -> dict:
             "modes": bool(regions) and "modes" in dictionary.down,
             "scene": scenario is not None,
             "orbit": scenario is not None,
+            "passes": has_passes(satellite),
         },
         "packets": described["packets"],
     }

@@ -4,6 +4,7 @@ import { h } from "./dom.js";
 import { askAgain, followOpenSatellite, installTime } from "./mct/clocks.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
+import { installNextPass } from "./mct/next_pass.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
 import { drawPlotsIn2D } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
@@ -34,6 +35,7 @@ async function start() {
   new Telemetry(openmct, satellites, rows, latencyMeter()).install();
   installViews(openmct, { satellites, live, rows });
   installIndicators(openmct, satellites, live);
+  installNextPass(openmct, satellites);
   followOpenSatellite(openmct, satellites);
   live.on("again", () => askAgain(openmct));
 

@@ -10,6 +10,7 @@ export const TYPES = {
   modes: "torquer.modes",
   commands: "torquer.commands",
   log: "torquer.log",
+  passes: "torquer.passes",
   state: "torquer.state",
   packet: "torquer.packet",
   number: "torquer.number",
@@ -70,6 +71,7 @@ class Objects {
       has.modes ? view("modes", "Modes") : null,
       view("commands", "Commands"),
       view("log", "Log"),
+      has.passes ? view("passes", "Passes") : null,
     ].filter(Boolean);
   }
 
@@ -230,6 +232,7 @@ const KINDS = {
   [TYPES.modes]: ["Modes", "icon-layers"],
   [TYPES.commands]: ["Commands", "icon-play"],
   [TYPES.log]: ["Log", "icon-notebook"],
+  [TYPES.passes]: ["Passes", "icon-map"],
   [TYPES.state]: ["State", "icon-info"],
   [TYPES.packet]: ["Packet", "icon-database"],
   [TYPES.number]: ["Number", "icon-telemetry"],

@@ -6,6 +6,7 @@ import { showCommands } from "./commands.js";
 import { showLog } from "./log.js";
 import { showModes } from "./modes.js";
 import { showPacket } from "./packet.js";
+import { showPasses } from "./passes.js";
 import { showState } from "./state.js";
 
 /** 3D needs three.js, which is loaded only where it is shown. */
@@ -17,6 +18,7 @@ const VIEWS = [
   { type: TYPES.modes, name: "Modes", cssClass: "icon-layers", show: showModes },
   { type: TYPES.commands, name: "Commands", cssClass: "icon-play", show: showCommands },
   { type: TYPES.log, name: "Log", cssClass: "icon-notebook", show: showLog },
+  { type: TYPES.passes, name: "Passes", cssClass: "icon-map", show: showPasses },
   { type: TYPES.state, name: "State", cssClass: "icon-info", show: showState },
   { type: TYPES.packet, name: "Values", cssClass: "icon-list-view", show: showPacket },
 ];
