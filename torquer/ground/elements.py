@@ -6,14 +6,17 @@ its simulated satellite is.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from torquer.ground.file import SatelliteTable
+from torquer.ground.stations import GroundStation
 
 if TYPE_CHECKING:
     from torquer.environment.along_orbit import OrbitEnvironment
+    from torquer.ground.passes import Pass
     from torquer.scenario.spec import Scenario
 
 #: Age from which on elements are said to be old [days].
@@ -69,6 +72,18 @@ def orbit_from_file(path: Path | str, time_ms: int, called: str | None = None) -
     except ValueError as error:
         line = str(error).removeprefix("orbit.").removeprefix("file: ")
         raise ScenarioError(f"elements: {line}") from None
+
+
+def passes_by(
+    known: KnownOrbit, stations: Mapping[str, GroundStation], start_ms: int, end_ms: int
+) -> list[Pass]:
+    """`find_passes` by an orbit; what is wrong with a file is said of `elements`."""
+    from torquer.ground.passes import find_passes
+
+    try:
+        return find_passes(known.around, stations, start_ms, end_ms)
+    except ValueError as error:
+        raise ValueError(str(error).replace("orbit.file: ", "elements: ", 1)) from None
 
 
 def _known(around: OrbitEnvironment, time_ms: int, where: str) -> KnownOrbit:

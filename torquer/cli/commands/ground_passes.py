@@ -119,9 +119,9 @@ def passes(
 
 
 def _choose(path: Path | None, how: PassesOptions, code: CodeOptions) -> _Chosen:
-    from torquer.ground.elements import orbit_from_file, orbit_of
+    from torquer.ground.elements import orbit_from_file, orbit_of, passes_by
     from torquer.ground.file import load_ground
-    from torquer.ground.passes import find_passes, ms_of
+    from torquer.ground.passes import ms_of
 
     file = None if path is None else load_ground(path)
     name, given = _satellite(file, how)
@@ -143,7 +143,7 @@ def _choose(path: Path | None, how: PassesOptions, code: CodeOptions) -> _Chosen
             "received neither"
         )
     stations = _stations(file, how)
-    found = find_passes(known.around, stations, start_ms, start_ms + round(3.6e6 * how.hours))
+    found = passes_by(known, stations, start_ms, start_ms + round(3.6e6 * how.hours))
     return _Chosen(name, given, stations, known, start_ms, found, _radio(given, how))
 
 

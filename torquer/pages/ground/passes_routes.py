@@ -137,8 +137,7 @@ class _Routes:
 
     def _find(self, key: str, at_ms: int, hours: float, age: int) -> dict[str, Any]:
         """Passes around a time; `age`: changes with the minute, as files of elements may."""
-        from torquer.ground.elements import orbit_of
-        from torquer.ground.passes import find_passes
+        from torquer.ground.elements import orbit_of, passes_by
         from torquer.ground.schedule import radio_of, schedule
 
         satellite = self._contacts[key].satellite
@@ -146,7 +145,7 @@ class _Routes:
         if known is None:
             raise HTTPException(404)
         start_ms, end_ms = at_ms - _BEFORE_MS, at_ms + round(3.6e6 * hours)
-        found = find_passes(known.around, satellite.stations, start_ms, end_ms)
+        found = passes_by(known, satellite.stations, start_ms, end_ms)
         radio = radio_of(satellite.table)
         return {
             "orbit": known.text,
@@ -202,8 +201,7 @@ def _report(contact: Contact, wanted: _Wanted) -> str:
 
 def _heading(contact: Contact, station: str, start_ms: int, end_ms: int):
     """The heading of a report: with the pass that is predicted for the span, if there is one."""
-    from torquer.ground.elements import orbit_of
-    from torquer.ground.passes import find_passes
+    from torquer.ground.elements import orbit_of, passes_by
     from torquer.ground.schedule import radio_of
     from torquer.report.pass_page import Heading, heading_of
 
@@ -213,7 +211,7 @@ def _heading(contact: Contact, station: str, start_ms: int, end_ms: int):
     stations = {station: satellite.stations[station]}
     known = orbit_of(satellite.table, satellite.scenario, start_ms)
     around = (start_ms - _MINUTE_MS, end_ms + _MINUTE_MS)
-    found = [] if known is None else find_passes(known.around, stations, *around)
+    found = [] if known is None else passes_by(known, stations, *around)
     if known is None or not found:
         return Heading(contact.key)
     return heading_of(contact.key, known, stations, found[0], radio_of(satellite.table))
