@@ -58,9 +58,10 @@ def circle(lat_deg: float, lon_deg: float, angle_rad: float) -> list[tuple[float
     """Latitudes and longitudes [deg] of points around a place, at an angle from it."""
     bearing = np.linspace(0.0, 2.0 * math.pi, _CIRCLE)
     lat, lon = math.radians(lat_deg), math.radians(lon_deg)
-    sine = math.sin(lat) * math.cos(angle_rad)
-    sine = sine + math.cos(lat) * math.sin(angle_rad) * np.cos(bearing)
-    lats = np.arcsin(np.clip(sine, -1.0, 1.0))
+    sines = math.sin(lat) * math.cos(angle_rad) + (
+        math.cos(lat) * math.sin(angle_rad) * np.cos(bearing)
+    )
+    lats = np.arcsin(np.clip(sines, -1.0, 1.0))
     east = np.arctan2(
         np.sin(bearing) * math.sin(angle_rad) * math.cos(lat),
         math.cos(angle_rad) - math.sin(lat) * np.sin(lats),

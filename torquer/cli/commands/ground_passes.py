@@ -128,15 +128,16 @@ def _choose(path: Path | None, how: PassesOptions, code: CodeOptions) -> _Chosen
     of = given.scenario if given is not None else how.scenario
     scenario = None if of is None else load_checked(of, code)
     has_elements = how.elements is not None or (given is not None and given.elements is not None)
+    start_ms = round(1e3 * time.time())
     if how.from_ is not None:
         start_ms = ms_of(how.from_, "--from")
-    else:
-        is_model = scenario is not None and not has_elements
-        start_ms = round(1e3 * (scenario.start.timestamp() if is_model else time.time()))
-    if how.elements is not None:
-        known = orbit_from_file(how.elements, start_ms)
-    else:
-        known = orbit_of(given, scenario, start_ms)
+    elif scenario is not None and not has_elements:
+        start_ms = round(1e3 * scenario.start.timestamp())
+    known = (
+        orbit_of(given, scenario, start_ms)
+        if how.elements is None
+        else orbit_from_file(how.elements, start_ms)
+    )
     if known is None:
         raise ValueError(
             "--elements: must be given for a satellite without elements or scenario in FILE; "

@@ -158,7 +158,10 @@ class _Routes:
 
 def _checked(spec, request: Request):
     """What is asked; `ScenarioError` with one line for anything else."""
-    given = {key: _number(value) for key, value in request.query_params.items()}
+    given = {
+        key: value if key == "station" else _number(value)
+        for key, value in request.query_params.items()
+    }
     return validate_tables(spec, given)
 
 
