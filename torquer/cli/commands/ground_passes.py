@@ -23,18 +23,8 @@ if TYPE_CHECKING:
     from torquer.ground.stations import GroundStation
 
 _HEAD = (
-    *(
-        "",
-        "Station",
-        "AOS [UTC]",
-        "LOS [UTC]",
-        "min",
-        "Highest",
-        "Azimuths",
-        "Station",
-        "Satellite",
-    ),
-    *("Doppler [kHz]", "Down [kB]", "Left"),
+    *("", "Station", "AOS [UTC]", "LOS [UTC]", "min", "Highest", "Azimuths", "Light"),
+    *("Satellite", "Doppler [kHz]", "Down [kB]", "Left"),
 )
 
 
