@@ -10,7 +10,7 @@ from cyclopts import App
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
-from torquer.cli.commands.ground_passes import passes, report
+from torquer.cli.app import read_help
 from torquer.cli.examples import show_examples
 from torquer.cli.loading import load_checked, load_given
 from torquer.cli.options import GROUND_FOLDER, CodeOptions, Json, options
@@ -27,8 +27,15 @@ from torquer.cli.output import (
 from torquer.cli.process import FAILED_CODE
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
-for _command in (passes, report):
-    app.command(_command, help_epilogue=show_examples(f"ground {_command.__name__}"))
+#: Commands in a file of their own, which is imported when they are called.
+_PASSES = ("passes", "report")
+for _name in _PASSES:
+    app.command(
+        f"torquer.cli.commands.ground_passes:{_name}",
+        name=_name,
+        help=read_help("ground_passes", _name),
+        help_epilogue=show_examples(f"ground {_name}"),
+    )
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
 #: The port of the page unless another is given.
