@@ -18,6 +18,7 @@ from torquer.cli.app import COMMANDS, app
 
 #: What commands need besides the scenario: so many words that they come to it, and no more.
 MORE = {
+    "ground report": ("1",),
     "export c": ("--out", "{folder}/c"),
     "ground": ("--link", "tcp:127.0.0.1:9"),
     "ground import": ("{folder}/own.py",),
@@ -222,11 +223,12 @@ def test_import_executes_no_module(call, tmp_path):
     assert not (tmp_path / "executed").exists()
 
 
+@pytest.mark.parametrize("words", [("ground",), ("ground", "passes")])
 @pytest.mark.parametrize("key", KEYS)
-def test_the_scenarios_of_a_ground_file_are_refused_too(call, planted, tmp_path, key):
+def test_the_scenarios_of_a_ground_file_are_refused_too(call, planted, tmp_path, key, words):
     planted(key)
     file = tmp_path / "ground.toml"
     file.write_text('[satellites.one]\nlink = "tcp:127.0.0.1:9"\nscenario = "scenario.toml"\n')
-    code, _, err = call("ground", str(file), "--no-user-code")
+    code, _, err = call(*words, str(file), "--no-user-code")
     assert code == 2 and err.startswith(f"error: {key}.file: must not be given with --no-user-code")
     assert not (tmp_path / "executed").exists()

@@ -123,6 +123,16 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer ground import runs/chibis_m_day-flight/downlink.bin",
         "torquer ground import north.bin south.bin --name cubesat --software my_software.toml",
     ),
+    "ground passes": (
+        "torquer ground passes examples/software/ground.toml --out runs/passes",
+        "torquer ground passes --elements cubesat.tle --station 54.73,37.18,180 --hours 48 "
+        "--frequency 437.5e6",
+        "torquer ground passes my_ground.toml --station tarusa --from 2026-03-01T00:00:00Z --json",
+    ),
+    "ground report": (
+        "torquer ground report 3 --file my_ground.toml --from 2026-03-01T00:00:00Z --out pass.html",
+        "torquer ground report --from 2012-03-04T10:31:00Z --to 2012-03-04T10:45:00Z",
+    ),
     "ground send": (
         "torquer ground send report_status module_id=1",
         "torquer ground send set_mode region=stabilisation state=science",

@@ -30,9 +30,17 @@ if TYPE_CHECKING:
         dictionary_in as dictionary_in,
         read_only as read_only,
     )
+    from torquer.ground.backlog import (
+        DownlinkTable as DownlinkTable,
+        downlinked as downlinked,
+    )
     from torquer.ground.client import RunningGround as RunningGround
     from torquer.ground.commands import Commands as Commands
     from torquer.ground.contact import Contact as Contact, Counters as Counters
+    from torquer.ground.elements import (
+        orbit_from_file as orbit_from_file,
+        orbit_of as orbit_of,
+    )
     from torquer.ground.export import export_archive as export_archive
     from torquer.ground.file import (
         Satellite as Satellite,
@@ -42,8 +50,14 @@ if TYPE_CHECKING:
     )
     from torquer.ground.gaps import Gap as Gap, find_gaps as find_gaps
     from torquer.ground.live import Live as Live
+    from torquer.ground.passes import (
+        doppler as doppler,
+        find_passes as find_passes,
+        ms_of as ms_of,
+    )
     from torquer.ground.past import last_known as last_known
     from torquer.ground.recording import import_recording as import_recording
+    from torquer.ground.stations import GroundStation as GroundStation
     from torquer.ground.violations import AlarmRecord as AlarmRecord, read_alarms as read_alarms
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

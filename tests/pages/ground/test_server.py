@@ -45,7 +45,8 @@ def client(flight, tmp_path_factory):
 def test_satellites_with_their_packets(client):
     (satellite,) = client.get("satellites")
     assert (satellite["key"], satellite["name"]) == ("chibis", "Chibis-M")
-    assert satellite["has"] == dict.fromkeys(("modes", "scene", "orbit", "plan"), True)
+    has = dict.fromkeys(("modes", "scene", "orbit", "plan"), True)
+    assert satellite["has"] == {**has, "passes": False}
     assert satellite["clock_ms"] > EPOCH_MS
     modes = next(p for p in satellite["packets"] if p["key"] == "modes")
     assert [m["name"] for m in modes["measurements"]][:2] == ["determination", "stabilisation"]

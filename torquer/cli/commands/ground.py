@@ -11,6 +11,7 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.cli.alarm_words import alarm_in_words, violation_in_words
+from torquer.cli.app import read_help
 from torquer.cli.commands.ground_orders import As, in_words
 from torquer.cli.examples import show_examples
 from torquer.cli.ground_options import FOLDER, date_ms
@@ -120,14 +121,15 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
         ):
             if is_given:
                 raise ValueError(f"--{name}: must not be given with FILE, which has its own")
-        tables = load_ground(path).satellites
+        file = load_ground(path)
+        tables, stations = file.satellites, file.stations
     else:
         table = {"link": how.link, "software": how.software, "scenario": how.scenario}
-        tables = {_short_name(how.name): SatelliteTable.model_validate(table)}
+        tables, stations = {_short_name(how.name): SatelliteTable.model_validate(table)}, {}
     for each in tables.values():
         if each.scenario is not None:
             load_checked(each.scenario, code)
-    return [make_satellite(key, table) for key, table in tables.items()]
+    return [make_satellite(key, table, stations) for key, table in tables.items()]
 
 
 def _short_name(name: str) -> str:
@@ -473,11 +475,16 @@ def _progress(name: str):
 
 
 #: Commands that have files of their own, by these files.
-_OTHERS = {"ground_history": ("at", "gaps"), "ground_orders": ("history", "stack")}
+_OTHERS = {
+    "ground_history": ("at", "gaps"),
+    "ground_orders": ("history", "stack"),
+    "ground_passes": ("passes", "report"),
+}
 for _file, _names in _OTHERS.items():
     for _name in _names:
         _place, _epilogue = (
             f"torquer.cli.commands.{_file}:{_name}",
             show_examples(f"ground {_name}"),
         )
-        app.command(_place, name=_name, help_epilogue=_epilogue)
+        _help = read_help(_file, _name)
+        app.command(_place, name=_name, help=_help, help_epilogue=_epilogue)

@@ -294,15 +294,26 @@ def _check_way(satellite: Satrec, extent: Extent, start_utc, end_s: float) -> No
 def _check_age(satellite: Satrec, extent: Extent, age_days: float, when: str) -> None:
     """ValueError for an age at which the error is half a revolution: the place may be any."""
     moved = _moved_by_drag(satellite, age_days)
-    axis_m = 0.5 * (extent.perigee_m + extent.apogee_m)
-    grown = _GROWTH_M_DAY * abs(age_days) / (TWO_PI * axis_m)
-    if _DRAG_UNKNOWN * moved + grown < 0.5:
+    if _error_in_revolutions(moved, extent, age_days) < 0.5:
         return
     raise ValueError(
         f"sgp4: no orbit at {when}: {abs(age_days):.0f} days from the epoch of the elements their "
         f"error is half a revolution or more (drag moves the satellite by {moved:.2g} revolutions, "
         "of which a tenth is not known): take elements of about this time"
     )
+
+
+def _error_in_revolutions(moved: float, extent: Extent, age_days: float) -> float:
+    """Likely error along the orbit of elements of an age, by which drag has moved a satellite."""
+    axis_m = 0.5 * (extent.perigee_m + extent.apogee_m)
+    return _DRAG_UNKNOWN * moved + _GROWTH_M_DAY * abs(age_days) / (TWO_PI * axis_m)
+
+
+def likely_error_s(satellite: Satrec, extent: Extent, age_days: float) -> float:
+    """By how much a satellite may be early or late [s] at an age of its elements, by a rule:
+    3 km a day, and a tenth of what drag has moved it."""
+    revolutions = _error_in_revolutions(_moved_by_drag(satellite, age_days), extent, age_days)
+    return revolutions * TWO_PI / satellite.no_kozai * 60.0
 
 
 def _moved_by_drag(satellite: Satrec, age_days: float) -> float:

@@ -119,9 +119,10 @@ class TelemetrySender:
         size = len(data)
         if size > TELEMETRY_BYTES:
             raise ValueError(f"data: at most {TELEMETRY_BYTES} bytes; received {size}")
-        if size <= 255 - _SHORT_HEADER.size:
-            return self._put(_SHORT_HEADER.pack(_SHORT, size + _SHORT_HEADER.size) + data)
-        return self._put(_LONG_HEADER.pack(_LONG, 0, size + _LONG_HEADER.size) + data)
+        whole = encapsulated_bytes(size)
+        if whole - size == _SHORT_HEADER.size:
+            return self._put(_SHORT_HEADER.pack(_SHORT, whole) + data)
+        return self._put(_LONG_HEADER.pack(_LONG, 0, whole) + data)
 
     def wrap_packet(self, packet: bytes) -> bytes:
         """As `wrap`, of a space packet; ValueError for what does not have the length it states."""
@@ -263,6 +264,18 @@ def _packet_bytes(header: bytes | bytearray) -> int:
     if kind == _SHORT:
         return header[1]
     return header[2] << 8 | header[3] if kind == _LONG else 0
+
+
+def encapsulated_bytes(size: int) -> int:
+    """Bytes of an encapsulation packet around data of a size."""
+    short = size + _SHORT_HEADER.size
+    return short if short <= 255 else size + _LONG_HEADER.size
+
+
+def telemetry_bytes(content_bytes: int, frame_bytes: int = 256) -> int:
+    """Bytes on the link, marks included, of the TM frames that packets of a total size fill."""
+    frames = -(-content_bytes // room_in(frame_bytes))
+    return frames * (len(_TM_MARK) + frame_bytes)
 
 
 def room_in(frame_bytes: int) -> int:

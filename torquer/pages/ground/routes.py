@@ -37,6 +37,7 @@ from torquer.pages.ground.alarm_routes import alarm_routes
 from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of
 from torquer.pages.ground.history_routes import history_routes
 from torquer.pages.ground.orders_routes import orders_routes
+from torquer.pages.ground.passes_routes import has_passes, passes_routes
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 WEB = Path(__file__).parent / "web"
@@ -81,6 +82,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             *history_routes(contacts),
             *alarm_routes(contacts),
             WebSocketRoute("/api/live", routes.live),
+            *passes_routes(contacts),
             serve_files(WEB),
         ],
         exception_handlers={ScenarioError: _refused, HTTPException: answer_missing},
@@ -254,6 +256,7 @@ def _describe(contact: Contact) -> dict:
             "scene": scenario is not None,
             "orbit": scenario is not None,
             "plan": has_plan(dictionary),
+            "passes": has_passes(satellite),
         },
         "packets": described["packets"],
         "limits": describe_limits(contact.alarms.limits),

@@ -7,6 +7,7 @@ import { installExport } from "./mct/export.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
 import { foldTree, paneParameters } from "./mct/narrow.js";
+import { installNextPass } from "./mct/next_pass.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
 import { drawPlotsIn2D } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
@@ -44,6 +45,7 @@ async function start() {
   installViews(openmct, { satellites, live, rows, alarms });
   installAlarmIndicator(openmct, alarms);
   installIndicators(openmct, satellites, live, rows);
+  installNextPass(openmct, satellites);
   followOpenSatellite(openmct, satellites);
   foldTree(openmct);
   live.on("again", () => askAgain(openmct));

@@ -18,6 +18,7 @@ export const TYPES = {
   gaps: "torquer.gaps",
   satellites: "torquer.satellites",
   alarms: "torquer.alarms",
+  passes: "torquer.passes",
   state: "torquer.state",
   packet: "torquer.packet",
   number: "torquer.number",
@@ -92,6 +93,7 @@ class Objects {
       view("past", "Past"),
       view("gaps", "Gaps"),
       view("alarms", "Alarms"),
+      has.passes ? view("passes", "Passes") : null,
     ].filter(Boolean);
   }
 
@@ -264,6 +266,7 @@ const KINDS = {
   [TYPES.gaps]: ["Gaps", "icon-brackets"],
   [TYPES.satellites]: ["Satellites", "icon-layout"],
   [TYPES.alarms]: ["Alarms", "icon-bell"],
+  [TYPES.passes]: ["Passes", "icon-map"],
   [TYPES.state]: ["State", "icon-info"],
   [TYPES.packet]: ["Packet", "icon-database"],
   [TYPES.number]: ["Number", "icon-telemetry"],

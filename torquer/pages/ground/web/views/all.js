@@ -13,6 +13,7 @@ import { showPast } from "./past.js";
 import { showSatellites } from "./satellites.js";
 import { showPlan } from "./plan.js";
 import { showStack } from "./stack.js";
+import { showPasses } from "./passes.js";
 import { showState } from "./state.js";
 
 /** 3D needs three.js, which is loaded only where it is shown. */
@@ -31,6 +32,7 @@ const VIEWS = [
   { type: TYPES.gaps, name: "Gaps", cssClass: "icon-brackets", show: showGaps },
   { type: TYPES.satellites, name: "Side by side", cssClass: "icon-layout", show: showSatellites },
   { type: TYPES.alarms, name: "Alarms", cssClass: "icon-bell", show: showAlarms },
+  { type: TYPES.passes, name: "Passes", cssClass: "icon-map", show: showPasses },
   { type: TYPES.state, name: "State", cssClass: "icon-info", show: showState },
   { type: TYPES.packet, name: "Values", cssClass: "icon-list-view", show: showPacket },
 ];
