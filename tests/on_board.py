@@ -6,7 +6,7 @@ from torquer.compile.engine import kernel, records
 from torquer.computer.computer import (
     SENSOR_READINGS,
     Blocks,
-    control_step_on_board,
+    control_step,
     first_board,
     make_computer,
     parameter_places,
@@ -17,7 +17,7 @@ from torquer.computer.modes.table import NO_MODES, first_state
 @kernel
 def command_at(computer, board):
     """The computer's control step, which has no form of its own for the interpreter."""
-    return control_step_on_board(computer, board)
+    return control_step(computer, board)
 
 
 class OnBoard:

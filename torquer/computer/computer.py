@@ -378,14 +378,6 @@ def control_step(computer, board):
 
 
 @inlined
-def control_step_on_board(computer, board):
-    """A control step at a time that others state: nothing is done where it is no number."""
-    if not math.isfinite(board.known[0].t_s):
-        return NO_COMMAND
-    return control_step(computer, board)
-
-
-@inlined
 def _copy(to, source):
     for place in range(source.shape[0]):
         to[place] = source[place]

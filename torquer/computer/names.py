@@ -14,6 +14,7 @@ MODES = "modes."
 class Names(NamedTuple):
     """Names of a run's computer and their places: regions with their states, flags, parameters of
     laws (first place, count), thresholds with the conditions and their places; states by number.
+    `fixed`: parameters that shape their blocks and are not set in flight.
     """
 
     regions: dict[str, tuple[int, dict[str, int]]]
@@ -21,6 +22,7 @@ class Names(NamedTuple):
     parameters: dict[str, tuple[int, int]]
     thresholds: dict[str, list[tuple[int, Condition]]]
     states: tuple[str, ...]
+    fixed: frozenset[str] = frozenset()
 
     def all_parameters(self) -> list[str]:
         """Names for `set_parameter`: parameters of laws and estimators, then thresholds."""

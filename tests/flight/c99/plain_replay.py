@@ -13,7 +13,8 @@ import numpy as np
 
 import torquer
 from torquer.compile.engine import records
-from torquer.computer import computer as on_board
+from torquer.computer import computer as on_board, gate as gates
+from torquer.computer.interface import KNOWN
 from torquer.flight.c99.computer import find_computer
 from torquer.flight.c99.interface import handed_in
 from torquer.flight.c99.recording import mark_numbers
@@ -45,6 +46,8 @@ def replay(path: str, file: str) -> int:
     scenario = torquer.load_scenario(path)
     computer, board = computer_and_board(scenario)
     _, first = computer_and_board(scenario)
+    gate, now = records(find_computer(scenario).gate), records(gates.first_gate())
+    given = records(np.zeros(1, KNOWN))
     places = [*handed_in(scenario.spacecraft.units()).values()]
     data = Path(file).read_bytes()
     _, steps, inputs, _ = struct.unpack_from("<8sQQQ", data)
@@ -54,8 +57,9 @@ def replay(path: str, file: str) -> int:
         (mark,) = struct.unpack_from("<Q", data, at + step * size + 8 * (inputs + 14))
         if row[0] > 0.0:
             begun_anew(board, first)
-        board.known.view(np.float64).reshape(-1)[places] = row[1 : 1 + inputs]
-        command = on_board.control_step_on_board(computer, board)
+            now = records(gates.first_gate())
+        given.view(np.float64).reshape(-1)[places] = row[1 : 1 + inputs]
+        command = gates.gated_step(gate, computer, board, now, given)
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
         if (
             answer.tobytes() != row[1 + inputs : 7 + inputs].tobytes()

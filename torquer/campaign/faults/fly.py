@@ -14,7 +14,6 @@ from torquer.base.limits import at_least
 from torquer.campaign.faults.kinds import Fault, find_faults
 from torquer.campaign.faults.strikes import (
     Strike,
-    guarding_regions,
     strike_at,
     strikes_in,
     without_guards,
@@ -96,7 +95,8 @@ def fly_faults(
     """
     _check_workers(workers)
     faults = choose_faults(find_faults(scenario), only)
-    guards, goals = guarding_regions(scenario.control.modes), find_goals(scenario)
+    modes, goals = scenario.control.modes, find_goals(scenario)
+    guards = modes.guards() if modes else []
     sides = {True: scenario, False: without_guards(scenario)} if guards else {True: scenario}
     result = fly_nominal(scenario)
     nominal = {True: keep_flight(result)}

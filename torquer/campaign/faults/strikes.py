@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.computer.modes.spec import Modes, Region
+from torquer.computer.modes.spec import Region
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
@@ -18,21 +18,10 @@ class Strike(NamedTuple):
     at_s: float
 
 
-def guarding_regions(modes: Modes | None) -> list[str]:
-    """The regions that only guard: none of their states has a law, an estimator or a setting."""
-    return [name for name, region in (modes.regions if modes else {}).items() if _guards(region)]
-
-
-def _guards(region: Region) -> bool:
-    return len(region.states) > 1 and not any(
-        state.laws or state.estimator or state.set for state in region.states.values()
-    )
-
-
 def without_guards(scenario: Scenario) -> Scenario:
     """The scenario whose guards stay in their first states."""
     modes = scenario.control.modes
-    guards = guarding_regions(modes)
+    guards = modes.guards() if modes else []
     changes = {f"control.modes.regions.{name}": _idle(modes.regions[name]) for name in guards}
     return with_values(scenario, changes) if changes else scenario
 
@@ -49,7 +38,7 @@ def _working_regions(scenario: Scenario) -> dict[str, Region]:
     """The regions that do not guard; none without modes."""
     modes = scenario.control.named().modes
     regions = modes.regions if modes else {}
-    return {name: region for name, region in regions.items() if not _guards(region)}
+    return {name: region for name, region in regions.items() if not region.only_guards}
 
 
 def strikes_in(nominal: xr.Dataset) -> list[Strike]:

@@ -71,6 +71,8 @@ class Block:
     "attitude", "rate". `compiled`: False for a function that runs as plain
     Python. `spec`: what a scenario says of it, for a block made from its spec. `key`: that of the
     scenario which names its file, as messages about it begin; "" for a block of no such file.
+    `fixed`: parameters that shape the block (what it estimates, how it counts) and are therefore
+    not set in flight.
     """
 
     name: str
@@ -82,6 +84,7 @@ class Block:
     compiled: bool = True
     spec: object = field(default=None, compare=False, repr=False)
     key: str = field(default="", compare=False, repr=False, kw_only=True)
+    fixed: frozenset[str] = field(default=frozenset(), compare=False, repr=False, kw_only=True)
 
     def __post_init__(self):
         storable_text("name", self.name)

@@ -90,6 +90,8 @@ def filter_memory(n: int, units: tuple = NO_UNITS) -> dict:
 
 
 #: What filters log, besides the innovations of their sensors and which of them are isolated.
+#: Parameters that say what is estimated and of what.
+_FIXED = frozenset({"prior", "sensing"})
 LOG = dict.fromkeys(("rejected", "starts", "not_started"), "1")
 
 
@@ -259,7 +261,9 @@ class Filter(SensorKeys):
             # first: a record that begins as another does is a kind of it to Numba, which warns
             memory = more(n) | memory
         logs = self.logs(units)
-        return Estimator(self.kind, kernel, parameters, memory, logs, self.needs, spec=self)
+        return Estimator(
+            self.kind, kernel, parameters, memory, logs, self.needs, spec=self, fixed=_FIXED
+        )
 
     @property
     def starts_by_field(self) -> bool:

@@ -237,6 +237,13 @@ class Region(Spec):
             return {"initial": next(iter(data["states"])), **data}
         return data
 
+    @property
+    def only_guards(self) -> bool:
+        """Whether none of its states, two or more, has a law, an estimator or a setting."""
+        return len(self.states) > 1 and not any(
+            state.laws or state.estimator or state.set for state in self.states.values()
+        )
+
     def all_transitions(self) -> Iterator[tuple[str, Transition]]:
         """Transitions and the keys at which they stand: from any state, then state by state."""
         for i, transition in enumerate(self.transitions):
@@ -302,6 +309,10 @@ class Modes(Spec):
     """
     regions: dict[str, Region]
     """State machines that run side by side, by names of your choice."""
+
+    def guards(self) -> list[str]:
+        """The regions that only guard."""
+        return [name for name, region in self.regions.items() if region.only_guards]
 
     @model_validator(mode="before")
     @classmethod

@@ -1,6 +1,8 @@
 """The on-board computer of a scenario as a program: its control step, its tables, its state."""
 
+import inspect
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -8,18 +10,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.base.user_source import plain_function
-from torquer.computer import computer as on_board
+from torquer.computer import computer as on_board, gate as gates
 from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
 from torquer.computer.blocks.block import Block
-from torquer.computer.computer import Blocks, control_step_on_board, first_board
+from torquer.computer.computer import Blocks, first_board
 from torquer.computer.interface import KNOWN
 from torquer.computer.modes import signals
 from torquer.computer.modes.table import ModeState
 from torquer.flight.c99.calls import Cast, call_switch
+from torquer.flight.c99.gate import make_gate
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.program import Program, translate_repeatedly
+from torquer.flight.c99.translation import Function
 from torquer.flight.c99.types import (
+    BOOL,
     INT,
     NOTHING,
     REAL,
@@ -45,19 +50,26 @@ from torquer.simulation.setup.prepare import (
 )
 from torquer.simulation.setup.several import make_selection
 
+#: What the interface calls: their arguments are known by their names.
+_ENTRIES = (
+    *(gates.gated_step, gates.restart_estimators, gates.shift_clock),
+    *(gates.command_mode, gates.hold, gates.set_flag, gates.set_parameter),
+)
 #: Inputs that are times; from them follows what else is one.
 _TIMES = frozenset({"Known.t_s", "Known.read_s"})
 
 
 class OnBoard(NamedTuple):
     """What is exported. `computer`: of constants, by field: arrays, records and numbers; `board`:
-    what changes, at the start; `fingerprint`: by which a library is known as its export.
+    what changes, at the start; `gate`: what its boundary checks by; `fingerprint`: by which a
+    library is known as its export.
     """
 
     scenario: Scenario
     blocks: Blocks
     computer: dict[str, Any]
     board: on_board.Board
+    gate: gates.Gate
     needs: frozenset[str]
     fingerprint: str
 
@@ -66,8 +78,9 @@ class Export(NamedTuple):
     """The translated program with the types of its constants and of its state."""
 
     program: Program
-    step: str
+    entries: dict[str, Function]
     computer: Record
+    gate: Record
     state: Record
 
 
@@ -89,7 +102,8 @@ def find_computer(scenario: Scenario) -> OnBoard:
         "select": (on_board._select,) if len(selection.kinds) else (),
     }  # fmt: skip
     board = first_board(blocks, modes, estimator, selection)
-    return OnBoard(scenario, blocks, computer, board, needs, make_fingerprint(made, blocks))
+    gate = make_gate(scenario, blocks, needs, oldest_s)
+    return OnBoard(scenario, blocks, computer, board, gate, needs, make_fingerprint(made, blocks))
 
 
 def _all_plain(blocks: Blocks) -> Blocks:
@@ -140,16 +154,30 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
     `again`: how often it is made again with what is known of indices: see `translate_repeatedly`.
     """
     of_computer = constants_type("Computer", computer.computer)
-    state = state_type(computer.board)
+    of_gate = constants_type("Gate", computer.gate._asdict())
+    board, now = board_type(computer.board), Rows(make_record("GateNow", gates.GATE_NOW), 1)
+    state = Record("adcs_state", (("board", board), ("gate", now)))
+    given = Rows(make_record("Known", KNOWN), 1)
+    kinds: dict[str, Type] = {
+        "gate": of_gate, "computer": of_computer, "board": board, "gate_now": now,
+        "inputs": given, "region": INT, "mode": INT, "flag": INT, "place": INT, "on": BOOL,
+        "value": REAL, "shift_s": REAL,
+    }  # fmt: skip
 
     def build(program: Program) -> None:
-        program.function(control_step_on_board, [of_computer, state])
+        for kernel in _ENTRIES:
+            _entry(program, kernel, kinds)
 
     program = translate_repeatedly(build, _replace(computer), again, _TIMES if is_single() else ())
-    program.type_name(of_computer)
-    program.type_name(state)
-    step = program.function(control_step_on_board, [of_computer, state])
-    return Export(program, step.name, of_computer, state)
+    for kind in (of_computer, of_gate, state):
+        program.type_name(kind)
+    entries = {plain_function(each).__name__: _entry(program, each, kinds) for each in _ENTRIES}
+    return Export(program, entries, of_computer, of_gate, state)
+
+
+def _entry(program: Program, kernel: Callable, kinds: dict[str, Type]) -> Function:
+    arguments = inspect.signature(plain_function(kernel)).parameters
+    return program.function(kernel, [kinds[name] for name in arguments])
 
 
 def _replace(computer: OnBoard) -> dict:
@@ -189,6 +217,8 @@ def constants_type(name: str, values: dict[str, Any]) -> Record:
 
 def _constant_type(name: str, value) -> Type:
     word = "".join(part.capitalize() for part in name.rstrip("s").split("_"))
+    if isinstance(value, np.ndarray) and value.dtype.names is None:
+        return Array(value.shape, const=True)
     if isinstance(value, np.ndarray):
         return Rows(make_record(word, value.dtype, value), len(value))
     if hasattr(value, "_fields") and any(isinstance(part, np.ndarray) for part in value):
@@ -202,13 +232,13 @@ def _constant_type(name: str, value) -> Type:
     return REAL if isinstance(value, float) else Static(value)
 
 
-def state_type(board: on_board.Board) -> Record:
-    """The type of all that changes: the state that flight software keeps."""
+def board_type(board: on_board.Board) -> Record:
+    """The type of all that changes on board."""
     modes = tuple(
         (name, _changing(f"{name.capitalize().rstrip('s')}Now", part))
         for name, part in zip(ModeState._fields, board.modes, strict=True)
     )
-    return Record("adcs_state", (
+    return Record("Board", (
         ("known", Rows(make_record("Known", KNOWN), 1)),
         ("parameters", Array((len(board.parameters),), is_real=True)),
         ("memory", Array((len(board.memory),))),

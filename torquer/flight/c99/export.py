@@ -2,15 +2,29 @@
 
 import struct
 from pathlib import Path
+from string import Template
 
 from torquer.base.spec import check_spec
 from torquer.base.version import VERSION
 from torquer.computer.computer import parameter_places
-from torquer.flight.c99.computer import Export, OnBoard, find_computer, translate_step
+from torquer.computer.gate import GATE_NOW, first_gate
+from torquer.flight.c99.computer import (
+    Export,
+    OnBoard,
+    find_computer,
+    make_record,
+    translate_step,
+)
 from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, instants
 from torquer.flight.c99.ephemeris_texts import ephemeris_files
 from torquer.flight.c99.in_the_loop import in_the_loop_text
-from torquer.flight.c99.interface import enums, input_copies, input_members
+from torquer.flight.c99.interface import (
+    contract_text,
+    enums,
+    input_copies,
+    input_members,
+    outcome_enums,
+)
 from torquer.flight.c99.portable import PORTABLE
 from torquer.flight.c99.precision import HELD, computing_in, is_held, is_single
 from torquer.flight.c99.print_c import INCLUDES, program_text, signature, types_text
@@ -18,9 +32,10 @@ from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps
 from torquer.flight.c99.refusal import Refused
-from torquer.flight.c99.tables import constant_text
+from torquer.flight.c99.tables import constant_text, initialiser
 from torquer.flight.c99.texts import PRECISION, SINGLE_TEST, fill_template, read_template
-from torquer.flight.c99.types import REAL
+from torquer.flight.c99.translation import Function
+from torquer.flight.c99.types import REAL, Rows, Static
 from torquer.scenario.spec import Scenario
 
 #: What runs an export on an emulated processor, copied as it is.
@@ -56,7 +71,7 @@ def export_c(
     with computing_in(real):
         _check_parameters(computer)
         made = translate_step(computer)
-        record = record_steps(computer.scenario, steps)
+        record = record_steps(computer.scenario, steps, computer.gate)
         files: dict[str, str | bytes] = {**make_texts(computer, made, len(record.marks), own)}
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
     for left in set(_EPHEMERIS) - set(files):  # of an export that was here before
@@ -105,7 +120,12 @@ def make_texts(
     constants = program.type_name(made.computer)
     places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
     units = computer.scenario.spacecraft.units()
-    inputs = {"enums": enums(computer), "inputs": input_members(units)}
+    inputs = {
+        "enums": enums(computer),
+        "inputs": input_members(units),
+        **outcome_enums(),
+        "contract": contract_text(computer),
+    }
     return {
         "adcs.h": fill_template("adcs.h", general | inputs | _precision_text()),
         "adcs_types.h": fill_template("adcs_types.h", general | places),
@@ -115,13 +135,19 @@ def make_texts(
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
         "README.md": readme_text(computer, name, steps, ephemeris),
-        "test/in_the_loop.c": in_the_loop_text(name, computer.board, units),
+        "test/in_the_loop.c": in_the_loop_text(name, computer.board, _fresh_gate(program), units),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
         **_portable(),
         **(ephemeris_files(ephemeris, name) if ephemeris else {}),
         **{f"test/{each}": (_HARNESS / each).read_text() for each in _OF_HARNESS},
     }
+
+
+def _fresh_gate(program: Program) -> str:
+    """The gate before its first step, as a constant of C."""
+    kind = Rows(make_record("GateNow", GATE_NOW), 1)
+    return f"static const {program.type_name(kind)} fresh[1] = {initialiser(first_gate(), kind)};\n"
 
 
 def _portable() -> dict[str, str]:
@@ -156,16 +182,32 @@ def _precision_text() -> dict[str, str]:
     return dict(zip(names, parts, strict=True))
 
 
+#: What the interface hands to the kernels that it calls, by the names of their arguments.
+_HANDED = {
+    "gate": "adcs_gate()", "computer": "adcs_constants()", "board": "&state->board",
+    "gate_now": "state->gate", "inputs": "&given", "value": "${to_real}value",
+}  # fmt: skip
+
+
 def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:
-    step = next(f for f in made.program.functions.values() if f.name == made.step)
-    own = {"computer": "adcs_constants()", "board": "state"}
-    arguments = [own[n] for n, k in step.arguments if n not in step.unused]
+    entries = made.entries.values()
     return {
-        "program": program_text(made.program, False, (made.step,)),
+        "program": program_text(made.program, False, tuple(each.name for each in entries)),
         "copies": input_copies(computer.scenario.spacecraft.units()),
-        "step": made.step, "arguments": ", ".join(arguments),
+        **{f"call_{name}": _call(each) for name, each in made.entries.items()},
         "has_modes": "true" if len(computer.board.modes.regions) else "false",
     }  # fmt: skip
+
+
+def _call(entry: Function) -> str:
+    """A call of a kernel with what the function of the interface around it has."""
+    to_real = {"to_real": "(float)" if is_single() else ""}
+    handed = [
+        Template(_HANDED.get(name, name)).substitute(to_real)
+        for name, kind in entry.arguments
+        if name not in entry.unused and not isinstance(kind, Static)
+    ]
+    return f"{entry.name}({', '.join(handed)})"
 
 
 def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
@@ -173,7 +215,10 @@ def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
     return {
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
-        "first": constant_text(program, made.state, "first", computer.board),
+        "gate": constant_text(program, made.gate, "gate", computer.gate),
+        "first": constant_text(
+            program, made.state, "first", {"board": computer.board, "gate": first_gate()}
+        ),
         "fingerprint": computer.fingerprint + " float" * is_single(),
     }
 

@@ -31,7 +31,7 @@ _GET_FLOATS = """\
 """
 
 
-def in_the_loop_text(name: str, board: Board, units: Sequence[Flown] = ()) -> str:
+def in_the_loop_text(name: str, board: Board, fresh: str, units: Sequence[Flown] = ()) -> str:
     """The file `test/in_the_loop.c` of a computer."""
     arrays, given = state_parts(board), handed_in(units)
     lengths = [len(numbers_in(array)) if len(array) else 0 for array in arrays]
@@ -43,5 +43,6 @@ def in_the_loop_text(name: str, board: Board, units: Sequence[Flown] = ()) -> st
         "name": name, "put_floats": put_floats, "get_floats": get_floats,
         "places": ", ".join(map(str, given.values())), "given": str(len(given)),
         "lengths": ", ".join(map(str, lengths)), "words": ", ".join(map(str, words)),
+        "fresh": fresh,
     }  # fmt: skip
     return fill_template("in_the_loop.c", places)

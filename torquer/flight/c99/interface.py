@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from torquer.computer.computer import parameter_places
+from torquer.computer.gate import MET, OUTCOMES
 from torquer.computer.interface import ESTIMATED, PLACES, SENSORS
 from torquer.flight.c99.computer import OnBoard
 from torquer.simulation.setup.prepare import make_log
@@ -91,7 +92,7 @@ def input_copies(units: Sequence[Flown] = ()) -> str:
         for k in range(each.count)
     ]
     pairs = zip(handed_in(units), places, strict=True)
-    return "".join(f"    known->{known} = inputs->{place};\n" for known, place in pairs)
+    return "".join(f"    given.{known} = inputs->{place};\n" for known, place in pairs)
 
 
 def c_constant(*words: str) -> str:
@@ -120,6 +121,50 @@ def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
     for name, (first, count) in parameter_places(computer.blocks).items():
         found["parameters"][c_constant("parameter", name)] = first, f"{name}, {count} numbers"
     return found
+
+
+def outcome_enums() -> dict[str, str]:
+    """What a step has met, and what becomes of a command from outside, as constants of C."""
+    met = [
+        f"#define {c_constant('met', name)} {1 << bit}u /* {said} */\n"
+        for bit, (name, said) in enumerate(MET.items())
+    ]
+    commas = [","] * (len(OUTCOMES) - 1) + [""]
+    outcomes = [
+        f"    {c_constant(name)} = {number}{comma} /* {said} */\n"
+        for number, (comma, (name, said)) in enumerate(zip(commas, OUTCOMES.items(), strict=True))
+    ]
+    return {"met": "".join(met), "outcomes": "".join(outcomes)}
+
+
+def contract(computer: OnBoard) -> list[tuple[str, str, str]]:
+    """What the caller has to keep to: name of a constant, its number, what it is."""
+    control, craft = computer.scenario.control, computer.scenario.spacecraft
+    rows = [
+        ("CONTROL_PERIOD_S", control.sample_s, "time from one control step to the next [s]"),
+        ("MEASURE_S", control.measure_s, "time for which the coils are off to measure [s]"),
+        ("ACTUATE_S", control.actuate_s or control.sample_s,
+         "time for which the coils then follow the latest dipole [s]"),
+        ("GAP_S", computer.gate.gap_s, "longest step of the clock that is believed at once [s]"),
+    ]  # fmt: skip
+    if control.measure_s > 0.0:
+        also = float(control.control_while_actuating)
+        rows.append(("CONTROL_WHILE_ACTUATING", also, "1: control steps go on while coils act"))
+    for k, limit in enumerate(craft.coils.limits_a_m2().tolist() if craft.coils else ()):
+        axis = ", ".join(f"{each:.9g}" for each in craft.coils.axes[k])
+        rows.append((f"COIL_{k}_LIMIT_A_M2", limit, f"limit of coil {k}, axis ({axis}) [A m^2]"))
+    if craft.wheels is not None:
+        wheels = craft.wheels.array()
+        for k, limit in enumerate(wheels.torque_limits().tolist()):
+            axis = ", ".join(f"{each:.9g}" for each in wheels.axes[k])
+            rows.append((f"WHEEL_{k}_LIMIT_N_M", limit, f"limit of wheel {k}, axis ({axis}) [N m]"))
+    return [(f"ADCS_{name}", repr(float(number)), said) for name, number, said in rows]
+
+
+def contract_text(computer: OnBoard) -> str:
+    """The same as constants of C."""
+    rows = contract(computer)
+    return "".join(f"#define {name} {number} /* {said} */\n" for name, number, said in rows)
 
 
 def enums(computer: OnBoard) -> str:

@@ -1,10 +1,11 @@
 """The README of an export: what differs between double and single precision, inputs, constants."""
 
 from torquer.base.version import VERSION
+from torquer.computer.gate import GATE_NOW, MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
 from torquer.flight.c99.ephemeris import OnBoardEphemeris
 from torquer.flight.c99.ephemeris_texts import ephemeris_readme
-from torquer.flight.c99.interface import inputs_for, named_constants
+from torquer.flight.c99.interface import c_constant, contract, inputs_for, named_constants
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.tables import count_state_words
 from torquer.flight.c99.texts import fill_template
@@ -76,8 +77,13 @@ def _places(computer: OnBoard, steps: int) -> dict[str, str]:
         for names in named_constants(computer).values()
         for name, (_, said) in names.items()
     ]
+    met = [f"| `{c_constant('met', name)}` | {said} |" for name, said in MET.items()]
+    outcomes = [f"| `{c_constant(name)}` | {said} |" for name, said in OUTCOMES.items()]
+    rules = [f"| `{name}` | {number} | {said} |" for name, number, said in contract(computer)]
     return {
-        "state_bytes": str(8 * count_state_words(computer.board)), "inputs": "\n".join(rows),
+        "contract": "\n".join(rules), "met": "\n".join(met), "outcomes": "\n".join(outcomes),
+        "state_bytes": str(8 * count_state_words(computer.board) + GATE_NOW.itemsize),
+        "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
         "bits": _BITS_IN_SINGLE if is_single() else _BITS,
         "compared": _COMPARED_IN_SINGLE if is_single() else _COMPARED,

@@ -7,6 +7,7 @@ import numpy as np
 
 from torquer.base.user_source import plain_function
 from torquer.compile.engine import with_attributes
+from torquer.computer.gate import Gate, within_bounds
 from torquer.computer.interface import PLACES
 from torquer.flight.c99.interface import handed_in
 from torquer.flight.c99.precision import is_single
@@ -57,20 +58,25 @@ def mark_numbers(numbers: np.ndarray) -> int:
     return mark
 
 
-def record_steps(scenario: Scenario, most: int) -> Recorded:
-    """The first control steps of a run, at most so many.
+def record_steps(scenario: Scenario, most: int, gate: Gate) -> Recorded:
+    """The first control steps of a run, at most so many; commands as the gate limits them.
 
     They have no marks for an export in single precision, whose state has other bits.
     """
     run = prepare(scenario, stops=True)
     afresh, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
     marks: list[int] = []
+    limited = plain_function(within_bounds)
+    dipole, torque = with_attributes(gate.dipole), with_attributes(gate.torque)
     places = [*handed_in(scenario.spacecraft.units()).values()]
     while len(marks) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
         afresh.append(float(_begins_afresh(run, before_s, known[0])))
         inputs.append(known[places])
-        commands.append(run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].copy())
+        asked = run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].tolist()
+        commands.append(
+            np.array([*limited(dipole, (*asked[:3],)), *limited(torque, (*asked[3:],))])
+        )
         estimates.append(known[_ESTIMATE].copy())
         marks.append(0 if is_single() else mark_numbers(state_numbers(run.state.board)))
         before_s = known[0]

@@ -29,14 +29,15 @@ from torquer.spacecraft.wheel_array.steering import Steering, lose
 def computer_names(scenario: Scenario, blocks: Blocks) -> Names:
     """The names of the computer of a scenario with these laws and estimators."""
     modes, places = scenario.control.named().modes, parameter_places(blocks)
+    fixed = frozenset(f"{key}.{name}" for key, of in blocks.by_key().items() for name in of.fixed)
     if modes is None:
-        return Names({}, (), places, {}, ())
+        return Names({}, (), places, {}, (), fixed)
     regions, first = {}, 0
     for place, (name, region) in enumerate(modes.regions.items()):
         regions[name] = place, {state: first + i for i, state in enumerate(region.states)}
         first += len(region.states)
     states = tuple(state for _, own in regions.values() for state in own)
-    return Names(regions, modes.flags, places, _thresholds(modes), states)
+    return Names(regions, modes.flags, places, _thresholds(modes), states, fixed)
 
 
 def _thresholds(modes: Modes) -> dict[str, list[tuple[int, Condition]]]:
@@ -77,6 +78,8 @@ class Directed:
         if name not in names.parameters:
             _set_threshold(board, name, names.thresholds[name.removeprefix(MODES)], value)
             return
+        if name in names.fixed:
+            raise ValueError(f"name: must be of a parameter that is set in flight; received {name}")
         first, count = names.parameters[name]
         board.parameters[first : first + count] = finite_numbers(name, value, count)
 

@@ -13,7 +13,7 @@
 
 #define INPUTS (sizeof(adcs_inputs) / sizeof(double))
 #define ESTIMATE 7u
-#define NUMBERS (sizeof(adcs_state) / sizeof(double))
+#define NUMBERS (sizeof(((adcs_state *)0)->board) / sizeof(double))
 
 typedef struct {
     char magic[8];
@@ -37,7 +37,7 @@ static uint64_t mark_of(const adcs_state *state)
 {
     static double numbers[NUMBERS];
     uint64_t mark = UINT64_C(0xcbf29ce484222325);
-    memcpy(numbers, state, sizeof numbers);
+    memcpy(numbers, &state->board, sizeof numbers);
     for (size_t k = 0; k < NUMBERS; k++) {
         mark = (mark ^ bits_of(numbers[k])) * UINT64_C(0x100000001b3);
     }
@@ -65,7 +65,7 @@ void adcs_after_step(uint32_t part);
 static bool is_written(FILE *out, double anew, const adcs_inputs *inputs,
     const adcs_command *command, const adcs_state *state)
 {
-    const Known *known = &state->known[0];
+    const Known *known = &state->board.known[0];
     const double estimate[ESTIMATE] = {known->estimate_q_x, known->estimate_q_y,
         known->estimate_q_z, known->estimate_q_w, known->estimate_omega_x, known->estimate_omega_y,
         known->estimate_omega_z};
@@ -98,7 +98,7 @@ static uint64_t replayed(FILE *file, FILE *out, const head_of_file *head, uint64
             adcs_init(&state);
         }
         adcs_before_step();
-        adcs_step(&state, &inputs, &command);
+        (void)adcs_step(&state, &inputs, &command);
         adcs_after_step(0);
         if (out != NULL) {
             if (!is_written(out, anew, &inputs, &command, &state)) {

@@ -16,19 +16,20 @@
 $program
 static bool is_region(const adcs_state *state, int32_t region)
 {
-    const size_t count = sizeof state->modes.regions / sizeof state->modes.regions[0];
+    const size_t count = sizeof state->board.modes.regions / sizeof state->board.modes.regions[0];
     return $has_modes && region >= 0 && (size_t)region < count;
 }
 
-void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
+uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
 {
-    Known *known = &state->known[0];
-    Command made;
-$copies    made = $step($arguments);
+    Known given;
+    Answer answer;
+$copies    answer = $call_gated_step;
     for (int32_t k = 0; k < 3; k++) {
-        command->dipole_a_m2[k] = ${to_double}made.dipole_a_m2.v[k];
-        command->torque_n_m[k] = ${to_double}made.torque_n_m.v[k];
+        command->dipole_a_m2[k] = ${to_double}answer.dipole_a_m2.v[k];
+        command->torque_n_m[k] = ${to_double}answer.torque_n_m.v[k];
     }
+    return (uint32_t)answer.status;
 }
 
 ${single_test}bool adcs_self_test(void)
@@ -43,41 +44,75 @@ ${single_test}bool adcs_self_test(void)
 
 int32_t adcs_mode(const adcs_state *state, int32_t region)
 {
-    return is_region(state, region) ? (int32_t)state->modes.regions[region].state : -1;
+    return is_region(state, region) ? (int32_t)state->board.modes.regions[region].state : -1;
 }
 
 double adcs_logged(const adcs_state *state, int32_t cell)
 {
-    const size_t count = sizeof state->memory / sizeof state->memory[0];
-    return (cell >= 0 && (size_t)cell < count) ? state->memory[cell] : (double)NAN;
+    const size_t count = sizeof state->board.memory / sizeof state->board.memory[0];
+    return (cell >= 0 && (size_t)cell < count) ? state->board.memory[cell] : (double)NAN;
 }
 
-void adcs_command_mode(adcs_state *state, int32_t region, int32_t mode)
+uint32_t adcs_met(const adcs_state *state)
 {
-    if (is_region(state, region)) {
-        state->modes.regions[region].commanded = (double)mode;
-    }
+    return (uint32_t)state->gate[0].status;
 }
 
-void adcs_hold(adcs_state *state, int32_t region, bool on)
+adcs_estimate adcs_estimated(const adcs_state *state)
 {
-    if (is_region(state, region)) {
-        state->modes.regions[region].held = on ? 1.0 : 0.0;
-    }
+    const Known *known = &state->board.known[0];
+    const adcs_estimate estimate = {
+        known->estimate_s + state->gate[0].offset_s,
+        {known->estimate_q_x, known->estimate_q_y, known->estimate_q_z, known->estimate_q_w},
+        {known->estimate_omega_x, known->estimate_omega_y, known->estimate_omega_z},
+        {known->estimate_bias_x, known->estimate_bias_y, known->estimate_bias_z},
+        known->sigma_rad, known->sigma_rad_s};
+    return estimate;
 }
 
-void adcs_set_flag(adcs_state *state, int32_t flag, bool on)
+bool adcs_is_held(const adcs_state *state, int32_t region)
 {
-    const size_t count = sizeof state->modes.flags / sizeof state->modes.flags[0];
-    if (flag >= 0 && (size_t)flag < count) {
-        state->modes.flags[flag] = on ? 1.0 : 0.0;
-    }
+    return is_region(state, region) && state->board.modes.regions[region].held > 0.0;
 }
 
-void adcs_set_parameter(adcs_state *state, int32_t place, double value)
+bool adcs_flag(const adcs_state *state, int32_t flag)
 {
-    const size_t count = sizeof state->parameters / sizeof state->parameters[0];
-    if (place >= 0 && (size_t)place < count) {
-        state->parameters[place] = ${to_real}value;
-    }
+    const size_t count = sizeof state->board.modes.flags / sizeof state->board.modes.flags[0];
+    return flag >= 0 && (size_t)flag < count && state->board.modes.flags[flag] > 0.0;
+}
+
+double adcs_parameter(const adcs_state *state, int32_t place)
+{
+    const size_t count = sizeof state->board.parameters / sizeof state->board.parameters[0];
+    return (place >= 0 && (size_t)place < count) ? ${to_double}state->board.parameters[place] : (double)NAN;
+}
+
+adcs_outcome adcs_command_mode(adcs_state *state, int32_t region, int32_t mode)
+{
+    return (adcs_outcome)$call_command_mode;
+}
+
+adcs_outcome adcs_hold(adcs_state *state, int32_t region, bool on)
+{
+    return (adcs_outcome)$call_hold;
+}
+
+adcs_outcome adcs_set_flag(adcs_state *state, int32_t flag, bool on)
+{
+    return (adcs_outcome)$call_set_flag;
+}
+
+adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value)
+{
+    return (adcs_outcome)$call_set_parameter;
+}
+
+adcs_outcome adcs_rebase(adcs_state *state, double shift_s)
+{
+    return (adcs_outcome)$call_shift_clock;
+}
+
+void adcs_restart_estimators(adcs_state *state)
+{
+    $call_restart_estimators;
 }

@@ -9,23 +9,53 @@
 
 #include "adcs_types.h"
 
-${precision}$enums
+${precision}/* When to call it, and what the limits are. If ADCS_MEASURE_S is above 0, the coils are off for so
+   long while sensors measure; wheels follow every command. */
+$contract
+$enums
 /* What the computer is given at a control step: the latest readings with their times. */
 typedef struct {
 $inputs} adcs_inputs;
 
 /* What it answers, in body axes: dipole of the coils [A m^2], torque on the body by wheels [N m].
-   Limits of the coils, their polarity and the torques of single wheels are the drivers'. */
+   Both are finite and within the limits of coils and wheels; polarity of the coils and torques of
+   single wheels are the drivers'. */
 typedef struct {
     double dipole_a_m2[3];
     double torque_n_m[3];
 } adcs_command;
 
+/* What a step has met, bit by bit; 0: nothing to be said. */
+$met
+/* What becomes of a command from outside. */
+typedef enum {
+$outcomes} adcs_outcome;
+
+/* The estimate: when it was made, attitude (body to inertial), rate and gyro bias in body axes,
+   standard deviations of attitude and rate; NaN where there is none. */
+typedef struct {
+    double t_s;
+    double q_body_to_inertial[4];
+    double omega_body_rad_s[3];
+    double gyro_bias_rad_s[3];
+    double sigma_rad;
+    double sigma_rad_s;
+} adcs_estimate;
+
 /* Begin: parameters, memory and modes as at the start of the scenario. */
 void adcs_init(adcs_state *state);
 
-/* One control step. */
-void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command);
+/* One control step; what it has met. A step with a time that is not finite, goes back or is far
+   ahead is not taken: the command is zero. The second such step in a row is taken: time has passed,
+   or the clock was set back, and the computer's own goes on from where it was. */
+uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command);
+
+/* The clock from which times are handed in has been set forward by shift_s (back: below 0). The
+   computer's own goes on as before: no estimate is lost. */
+adcs_outcome adcs_rebase(adcs_state *state, double shift_s);
+
+/* Let the estimators begin again, as at the start. */
+void adcs_restart_estimators(adcs_state *state);
 
 /* Whether this build computes with the bits of the export: no fused products, no flushed zeros. */
 bool adcs_self_test(void);
@@ -39,16 +69,26 @@ int32_t adcs_mode(const adcs_state *state, int32_t region);
 /* A logged value: the cell ADCS_LOG_... or one that follows it; NaN beyond the memory. */
 double adcs_logged(const adcs_state *state, int32_t cell);
 
-/* Have a region enter a state at the next step, as a transition would. */
-void adcs_command_mode(adcs_state *state, int32_t region, int32_t mode);
+/* What the last step has met. */
+uint32_t adcs_met(const adcs_state *state);
 
-/* Keep the transitions of a region from firing, or let them again. */
-void adcs_hold(adcs_state *state, int32_t region, bool on);
+/* The estimate after the last step. */
+adcs_estimate adcs_estimated(const adcs_state *state);
 
-/* Raise or lower a flag (ADCS_FLAG_...) from the next step on. */
-void adcs_set_flag(adcs_state *state, int32_t flag, bool on);
+/* Have a region enter one of its states at the next step, as a transition would. */
+adcs_outcome adcs_command_mode(adcs_state *state, int32_t region, int32_t mode);
 
-/* Set a number of a parameter (ADCS_PARAMETER_... and those that follow it), SI. */
-void adcs_set_parameter(adcs_state *state, int32_t place, double value);
+/* Keep the transitions of a region from firing, or let them again; whether they are kept. */
+adcs_outcome adcs_hold(adcs_state *state, int32_t region, bool on);
+bool adcs_is_held(const adcs_state *state, int32_t region);
+
+/* Raise or lower a flag (ADCS_FLAG_...) from the next step on; whether it is raised. */
+adcs_outcome adcs_set_flag(adcs_state *state, int32_t flag, bool on);
+bool adcs_flag(const adcs_state *state, int32_t flag);
+
+/* Set a number of a parameter (ADCS_PARAMETER_... and those that follow it), SI; what it is, NaN
+   beyond the parameters. */
+adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value);
+double adcs_parameter(const adcs_state *state, int32_t place);
 
 #endif

@@ -2,9 +2,15 @@
 #include "adcs.h"
 
 $constants
+$gate
 const $computer *adcs_constants(void)
 {
     return &constants;
+}
+
+const Gate *adcs_gate(void)
+{
+    return &gate;
 }
 
 $first

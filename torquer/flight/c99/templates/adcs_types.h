@@ -7,4 +7,7 @@ $types
 /* Constants of the computer. */
 const $computer *adcs_constants(void);
 
+/* What the boundary checks by. */
+const Gate *adcs_gate(void);
+
 #endif

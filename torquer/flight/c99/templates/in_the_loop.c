@@ -18,6 +18,8 @@ static const size_t words[PARTS] = {$words};
 /* Where what is given at a control step stands among the numbers that are known. */
 static const size_t places[GIVEN] = {$places};
 
+/* The gate of each call is a new one: the simulation's clock needs none. */
+$fresh
 void adcs_first(double *numbers);
 void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
     double *states, double *transitions, double *conditions, double *clock,
@@ -46,8 +48,8 @@ void adcs_first(double *numbers)
     const size_t memory = (lengths[PARAMETERS] > 0) ? lengths[PARAMETERS] : 1u;
     adcs_state state;
     adcs_init(&state);
-    get(numbers, (const double *)(const void *)state.parameters, PARAMETERS);
-    memcpy(numbers + memory, state.memory, sizeof state.memory);
+    get(numbers, (const double *)(const void *)state.board.parameters, PARAMETERS);
+    memcpy(numbers + memory, state.board.memory, sizeof state.board.memory);
 }
 
 void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
@@ -68,12 +70,12 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
     for (size_t k = 0; k < GIVEN; k++) {
         given[k] = known[places[k]];
     }
-    adcs_step(&state, &inputs, &command);
+    state.gate[0] = fresh[0];
+    (void)adcs_step(&state, &inputs, &command);
     numbers = (double *)(void *)&state;
     for (size_t k = 0; k < PARTS; k++) {
         get(parts[k], numbers, k);
         numbers += words[k];
     }
-    memcpy(answer, command.dipole_a_m2, sizeof command.dipole_a_m2);
-    memcpy(answer + 3, command.torque_n_m, sizeof command.torque_n_m);
+    memcpy(answer, &state.gate[0].dipole_x, 6u * sizeof(double));
 }

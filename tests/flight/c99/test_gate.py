@@ -1,0 +1,237 @@
+"""The boundary of an exported computer: whatever is handed in, its command is finite and within
+limits, and Python's gate answers with the same bits."""
+
+import ctypes
+import itertools
+import math
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
+from flight.c99.plain_replay import computer_and_board
+from slow_cases import slow_after
+
+import torquer
+from torquer.compile.engine import records
+from torquer.computer import gate as gates
+from torquer.computer.interface import KNOWN, PLACES
+from torquer.flight.c99.computer import find_computer
+from torquer.flight.c99.export import export_c
+from torquer.flight.c99.interface import handed_in
+from torquer.flight.c99.recording import record_steps
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+STEPS = 400
+#: A loop around the interface, with the state inside.
+AROUND = """
+#include "adcs.h"
+static adcs_state state;
+void begin(void) { adcs_init(&state); }
+uint32_t take_step(const adcs_inputs *inputs, adcs_command *command)
+{
+    return adcs_step(&state, inputs, command);
+}
+int command_mode(int region, int mode) { return (int)adcs_command_mode(&state, region, mode); }
+int set_parameter(int place, double value) { return (int)adcs_set_parameter(&state, place, value); }
+double parameter(int place) { return adcs_parameter(&state, place); }
+int set_flag(int flag, int on) { return (int)adcs_set_flag(&state, flag, on != 0); }
+int flag(int number) { return adcs_flag(&state, number); }
+int hold(int region, int on) { return (int)adcs_hold(&state, region, on != 0); }
+int held(int region) { return adcs_is_held(&state, region); }
+int mode(int region) { return adcs_mode(&state, region); }
+int rebase(double shift_s) { return (int)adcs_rebase(&state, shift_s); }
+void restart(void) { adcs_restart_estimators(&state); }
+"""
+
+
+class Exported:
+    """An example in C and in Python, with the inputs of a recorded flight."""
+
+    def __init__(self, name: str, folder: Path):
+        self.scenario = torquer.load_scenario(EXAMPLES / f"{name}.toml")
+        self.parts = find_computer(self.scenario)
+        export_c(self.scenario, folder, steps=1)
+        self.recorded = record_steps(self.scenario, STEPS, self.parts.gate)
+        self.inputs = self.recorded.inputs
+        (folder / "around.c").write_text(AROUND)
+        sources = [folder / each for each in ("adcs.c", "adcs_tables.c", "around.c")]
+        command = [COMPILER, *FLAGS, "-O1", "-fPIC", "-shared", f"-I{folder}", *sources]
+        subprocess.run([*command, "-o", folder / "around.so", "-lm"], check=True)
+        self.c = ctypes.CDLL(str(folder / "around.so"))
+        self.c.parameter.restype = ctypes.c_double
+        self.places = [*handed_in(self.scenario.spacecraft.units()).values()]
+
+    def in_c(self, row: np.ndarray):
+        """Command and status of a step in C."""
+        command = np.zeros(6)
+        pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (row, command)]
+        status = self.c.take_step(*pointers)
+        return command, status
+
+    def both(self, rows: np.ndarray):
+        """Commands and statuses of steps in C, whose bits are those of Python."""
+        self.c.begin()
+        computer, board = computer_and_board(self.scenario)
+        gate, now, given = records(self.parts.gate), records(gates.first_gate()), np.zeros(1, KNOWN)
+        numbers, given = given.view(np.float64), records(given)
+        commands, statuses = [], []
+        for k, row in enumerate(np.ascontiguousarray(rows)):
+            numbers[self.places] = row
+            command, status = self.in_c(row)
+            answer = gates.gated_step(gate, computer, board, now, given)
+            expected = np.array([*answer.dipole_a_m2, *answer.torque_n_m])
+            assert status == answer.status, (k, status, answer.status)
+            assert command.tobytes() == expected.tobytes(), (k, command, expected)
+            commands.append(command)
+            statuses.append(status)
+        return np.array(commands), np.array(statuses)
+
+    def limited(self, commands: np.ndarray) -> bool:
+        """Whether commands are finite, and within the limits of coils and wheels."""
+        gate = self.parts.gate
+        sides = ((gate.dipole, commands[:, :3]), (gate.torque, commands[:, 3:]))
+        shares = [
+            np.abs(vectors @ np.array(bounds.tolist()).T).max()
+            for bounds, vectors in sides
+            if len(bounds)
+        ]
+        return bool(np.isfinite(commands).all()) and max(shares) <= 1.0
+
+
+def times_of(exported) -> list[int]:
+    """Places of the times of readings among the inputs."""
+    read_s = PLACES["read_s"]
+    return [k for k, place in enumerate(exported.places) if read_s.start <= place < read_s.stop]
+
+
+BAD = [math.nan, math.inf, -math.inf, 1e300, -1e300, 5e-324, 0.0]
+
+
+def spoil(rng, exported, rows, bad: slice):
+    """Rows of which those of a stretch are spoiled, each in a way of its own."""
+    rows, times = rows.copy(), times_of(exported)
+    for k in range(bad.start, bad.stop):
+        way = rng.integers(6)
+        if way == 0:  # any numbers
+            places = rng.choice(rows.shape[1], rng.integers(1, 8), replace=False)
+            rows[k, places] = rng.choice(BAD, len(places))
+        elif way == 1:  # all of them
+            rows[k] = rng.choice(BAD)
+        elif way == 2:  # bits
+            words = rows[k].view(np.uint64)
+            words[rng.integers(rows.shape[1])] ^= np.uint64(1) << np.uint64(rng.integers(64))
+        elif way == 3:  # the clock
+            rows[k, 0] += rng.choice([-1e5, -10.0, 1e5, 1e9])
+        elif way == 4:  # stamps
+            rows[k, times] += rng.choice([-1e5, -1.0, 1.0, 1e5])
+        else:  # readings exchanged
+            rows[k, 1:] = rng.permutation(rows[k, 1:])
+    return rows
+
+
+NAMES = ("magneto_gyro_micro", "chibis_m_detumble", "turn_to_the_sun", "safe_mode")
+
+
+@pytest.fixture(scope="module", params=slow_after(1, NAMES))
+def exported(request, tmp_path_factory):
+    return Exported(request.param, tmp_path_factory.mktemp(request.param))
+
+
+@needs_compiler
+def test_a_sound_flight_meets_nothing_but_limits(exported):
+    commands, statuses = exported.both(exported.inputs)
+    assert exported.limited(commands)
+    known = gates.COMMAND_LIMITED | gates.NO_ESTIMATE | gates.GUARDED
+    assert not (statuses & ~known).any(), np.unique(statuses)
+    assert commands.tobytes() == exported.recorded.commands.tobytes()
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(6))
+def test_spoiled_inputs_leave_a_finite_command_within_limits(exported, seed):
+    rows = spoil(np.random.default_rng(seed), exported, exported.inputs, slice(50, 120))
+    commands, statuses = exported.both(rows)
+    assert exported.limited(commands)
+    assert (statuses[50:120] != 0).sum() > 20
+    after = statuses[125:]
+    taken = gates.TIME_NOT_FINITE | gates.TIME_BACK | gates.TIME_AHEAD | gates.READING_NOT_IN_ORDER
+    assert not (after & taken).any(), np.unique(after)
+    is_back = np.any(commands[130:] != commands[130])
+    assert is_back or (statuses[130:] & gates.GUARDED).all()  # a guard has switched it off
+
+
+@needs_compiler
+@pytest.mark.parametrize("number", BAD[:3])
+def test_one_bad_sample_disables_no_law(exported, number):
+    """Each input in turn, for one step alone: what the laws command afterwards goes on changing."""
+    for place in range(1, exported.inputs.shape[1], 3):
+        rows = exported.inputs[:120].copy()
+        rows[40, place] = number
+        commands, _ = exported.both(rows)
+        assert exported.limited(commands)
+        assert len({each.tobytes() for each in commands[60:]}) > 10, place
+
+
+@needs_compiler
+def test_a_clock_that_is_set_costs_one_step(exported):
+    """Back by a day, ahead by a day: refused once, then the computer goes on."""
+    for shift_s, first in ((-86400.0, gates.TIME_BACK), (86400.0, gates.TIME_AHEAD)):
+        rows = exported.inputs.copy()
+        rows[100:, [0, *times_of(exported)]] += shift_s
+        commands, statuses = exported.both(rows)
+        assert statuses[100] == first and statuses[101] & gates.CLOCK_SET
+        assert not commands[100].any() and exported.limited(commands)
+        assert not (statuses[102:] & (first | gates.CLOCK_SET | gates.READING_NOT_IN_ORDER)).any()
+
+
+@needs_compiler
+def test_a_clock_that_the_ground_sets_costs_nothing(exported):
+    exported.c.begin()
+    rows = np.ascontiguousarray(exported.inputs.copy())
+    expected, _ = exported.both(rows)
+    exported.c.begin()
+    shift_s = 4096.0
+    for k, row in enumerate(rows):
+        if k == 100:
+            assert exported.c.rebase(ctypes.c_double(shift_s)) == gates.DONE
+        if k >= 100:
+            row[[0, *times_of(exported)]] += shift_s
+        command, status = exported.in_c(row)
+        assert not status & (gates.TIME_AHEAD | gates.CLOCK_SET)
+        np.testing.assert_allclose(command, expected[k], rtol=1e-6, atol=1e-12)
+    assert exported.c.rebase(ctypes.c_double(math.nan)) == gates.NOT_A_NUMBER
+
+
+@needs_compiler
+def test_setters_refuse_what_there_is_not(exported):
+    c, parts = exported.c, exported.parts
+    c.begin()
+    modes = parts.scenario.control.named().modes
+    regions = list(modes.regions.values()) if modes else []
+    number = itertools.count()
+    own = [{next(number) for _ in region.states} for region in regions]
+    for region, mode in itertools.product(range(-2, len(own) + 3), range(-2, 60)):
+        is_there = 0 <= region < len(own) and mode in own[region]
+        assert c.command_mode(region, mode) == (gates.DONE if is_there else gates.NO_SUCH)
+    for region in (-1, 0, len(own), 2**31 - 1):
+        is_there = 0 <= region < len(own)
+        assert c.hold(region, 1) == (gates.DONE if is_there else gates.NO_SUCH)
+        assert c.held(region) == is_there
+    flags = len(modes.flags) if modes else 0
+    for flag in (-1, *range(flags), flags, 2**31 - 1):
+        assert c.set_flag(flag, 1) == (gates.DONE if 0 <= flag < flags else gates.NO_SUCH)
+        assert c.flag(flag) == (0 <= flag < flags)
+    settable = parts.gate.parameters["settable"].tolist()
+    for place in (-1, *range(len(settable)), len(settable), 2**31 - 1):
+        there = 0 <= place < len(settable)
+        before = c.parameter(place)
+        for value in (math.nan, math.inf):
+            refused = gates.NOT_A_NUMBER if there else gates.NO_SUCH
+            assert c.set_parameter(place, ctypes.c_double(value)) == refused
+        outcome = c.set_parameter(place, ctypes.c_double(0.25))
+        expected = gates.NO_SUCH if not there else gates.DONE if settable[place] else gates.FIXED
+        assert outcome == expected
+        after = c.parameter(place)
+        assert after == 0.25 if outcome == gates.DONE else str(after) == str(before)

@@ -1,0 +1,299 @@
+"""The boundary of the computer on board: what flight software hands in is checked, and so is the
+answer.
+
+A control step that others call may be given anything: readings that are no numbers, stamps that go
+back, a clock that has been set. `gated_step` hands on what can be used, answers a command that is
+finite and within the limits of coils and wheels, and says in a word of bits what it has met.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.compile.engine import inlined, kernel
+from torquer.computer.computer import control_step
+from torquer.computer.inputs import read_ephemeris
+from torquer.computer.interface import NO_COMMAND, UNKNOWN_ESTIMATE, put_ephemeris, put_estimate
+from torquer.maths.geometry.vec3 import is_finite
+
+#: What a step has met, bit by bit, with what it means for whoever called it.
+MET = {
+    "time_not_finite": "t_s is no finite number: no step was taken",
+    "time_back": "t_s is before that of the last step: no step was taken",
+    "time_ahead": "t_s is far ahead of the last step: no step was taken",
+    "clock_set": "the second time in a row from another clock: the computer goes on with it",
+    "reading_not_finite": "a reading has a number that is not finite: it counts as none",
+    "reading_not_in_order": "a reading is of later than t_s, or of before the one known: not taken",
+    "reading_old": "a reading that is used is older than the schedule of the scenario makes it",
+    "command_not_finite": "what the laws command is no number: zeros, and the laws begin again",
+    "command_limited": "the command is beyond the limits of coils or wheels: scaled to them",
+    "no_estimate": "laws use attitude or rate, and the estimate has none",
+    "guarded": "a region that only guards has left its first state",
+}
+(
+    TIME_NOT_FINITE, TIME_BACK, TIME_AHEAD, CLOCK_SET, READING_NOT_FINITE, READING_NOT_IN_ORDER,
+    READING_OLD, COMMAND_NOT_FINITE, COMMAND_LIMITED, NO_ESTIMATE, GUARDED,
+) = (1 << bit for bit in range(len(MET)))  # fmt: skip
+
+#: A sensor or device whose readings are checked: its row, the numbers of a reading, how old the
+#: scenario lets it become [s].
+CHECKED = np.dtype([("row", np.int64), ("count", np.int64), ("oldest_s", np.float64)])
+#: A bound: |(x, y, z) . v| must not exceed 1.
+BOUND = np.dtype([(name, np.float64) for name in "xyz"])
+#: Whether a number of a parameter may be set in flight.
+SETTABLE = np.dtype([("settable", np.int64)])
+#: A region that only guards, and its first state.
+GUARD = np.dtype([("region", np.int64), ("first", np.int64)])
+#: What the gate remembers: the clock of the computer is that of the caller less `offset_s`;
+#: `t_s`: of the last step by the computer's clock, `other_s`: by the caller's, of a step that was
+#: not taken, NaN for none; `status`: what the last step met; what the laws asked for.
+GATE_NOW = np.dtype(
+    [(name, np.float64) for name in ("offset_s", "t_s", "other_s", "status")]
+    + [(f"{what}_{c}", np.float64) for what in ("dipole", "torque") for c in "xyz"]
+)
+
+
+#: What becomes of a command from outside.
+OUTCOMES = {
+    "done": "it holds from the next step on",
+    "no_such": "there is no such region, state of the region, flag or parameter",
+    "not_a_number": "the value is no finite number",
+    "fixed": "the parameter shapes its block and is not set in flight",
+}
+DONE, NO_SUCH, NOT_A_NUMBER, FIXED = range(len(OUTCOMES))
+
+
+class Gate(NamedTuple):
+    """What the gate checks by. `first`: memory of laws and estimators at the start; `gap_s`: the
+    longest time from one step to the next that needs no second opinion; `needs_estimate`: 1 if laws
+    do. `parameters`: a row for each number.
+    """
+
+    readings: np.ndarray
+    dipole: np.ndarray
+    torque: np.ndarray
+    guards: np.ndarray
+    parameters: np.ndarray
+    first: np.ndarray
+    gap_s: float
+    needs_estimate: float
+
+
+class Answer(NamedTuple):
+    """The command [A m^2, N m], body axes, and what the step met."""
+
+    dipole_a_m2: tuple
+    torque_n_m: tuple
+    status: int
+
+
+def first_gate() -> np.ndarray:
+    """The gate before the first step, whose time may be any."""
+    now = np.zeros(1, GATE_NOW)
+    now["t_s"], now["other_s"] = -np.inf, np.nan
+    return now
+
+
+@inlined
+def judge_clock(gate, now, given_s):
+    """What is to be said of the time of a step; below `CLOCK_SET` and not 0: it is not taken.
+
+    One stamp that is off is not believed. A second one that goes on from it is another clock:
+    ahead, time has passed; back, the clock was set, and the computer's own goes on from where it
+    was, so that no estimator and no mode sees time go back.
+    """
+    if not math.isfinite(given_s):
+        return TIME_NOT_FINITE
+    t_s = given_s - now.offset_s
+    gap_s = gate.gap_s
+    back = t_s < now.t_s
+    ahead = t_s > now.t_s + gap_s and now.t_s > -math.inf
+    if not back and not ahead:
+        now.other_s = math.nan
+        return 0
+    follows = now.other_s <= given_s and given_s <= now.other_s + gap_s
+    before_s = now.other_s
+    now.other_s = given_s
+    if not follows:
+        return TIME_BACK if back else TIME_AHEAD
+    if back:
+        now.offset_s = before_s - now.t_s
+    now.other_s = math.nan
+    return CLOCK_SET
+
+
+@inlined
+def take_reading(known, given, row, count):
+    """Put the numbers of a reading into what is known."""
+    for part in range(count):
+        known.readings[row, part] = given.readings[row, part]
+
+
+@inlined
+def is_number(given, row, count):
+    """Whether all numbers of a reading are finite."""
+    doubt = 0.0
+    for part in range(count):
+        doubt += 0.0 * given.readings[row, part]
+    return doubt == 0.0
+
+
+@inlined
+def take_readings(gate, now, known, given):
+    """Put the readings that are in order into what is known; what was met."""
+    met = 0
+    for n in range(gate.readings.shape[0]):
+        checked = gate.readings[n]
+        row = checked.row
+        read_s = given.read_s[row] - now.offset_s
+        if not (known.read_s[row] <= read_s and read_s <= known.t_s):
+            met |= READING_NOT_IN_ORDER
+            continue
+        known.read_s[row] = read_s
+        take_reading(known, given, row, checked.count)
+        if read_s > -math.inf:
+            met |= 0 if is_number(given, row, checked.count) else READING_NOT_FINITE
+            met |= READING_OLD if known.t_s - read_s > checked.oldest_s else 0
+    return met
+
+
+@inlined
+def greatest_share(bounds, v):
+    """The greatest part of a bound that a vector takes; 1 where it takes less."""
+    worst = 1.0
+    x, y, z = v
+    for n in range(bounds.shape[0]):
+        worst = max(worst, abs(bounds[n].x * x + bounds[n].y * y + bounds[n].z * z))
+    return worst
+
+
+@inlined
+def within_bounds(bounds, v):
+    """A vector, scaled to its bounds where it is beyond them."""
+    worst = greatest_share(bounds, v)
+    if worst > 1.0:
+        part = (1.0 - 4.0 * 2.220446049250313e-16) / worst
+        return (part * v[0], part * v[1], part * v[2])
+    return v
+
+
+@inlined
+def is_guarded(gate, board):
+    """Whether a region that only guards is in another state than its first one."""
+    left = False
+    for n in range(gate.guards.shape[0]):
+        guard = gate.guards[n]
+        left = left or int(board.modes.regions[guard.region].state) != guard.first
+    return left
+
+
+@inlined
+def forget(gate, board, blocks):
+    """Let blocks remember what they do at the start."""
+    for n in range(blocks.shape[0]):
+        for place in range(blocks[n].m0, blocks[n].m1):
+            board.memory[place] = gate.first[place]
+
+
+@inlined
+def check_answer(gate, computer, board, now, made):
+    """The command within its limits, and what was met."""
+    met = 0
+    known = board.known[0]
+    dipole, torque = made.dipole_a_m2, made.torque_n_m
+    if not (is_finite(dipole) and is_finite(torque)):
+        forget(gate, board, computer.law_blocks)
+        dipole, torque, met = NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, COMMAND_NOT_FINITE
+    now.dipole_x, now.dipole_y, now.dipole_z = dipole
+    now.torque_x, now.torque_y, now.torque_z = torque
+    limited = greatest_share(gate.dipole, dipole) > 1.0 or greatest_share(gate.torque, torque) > 1.0
+    met |= COMMAND_LIMITED if limited else 0
+    has_none = math.isnan(known.estimate_q_w) and math.isnan(known.estimate_omega_x)
+    met |= NO_ESTIMATE if gate.needs_estimate > 0.0 and has_none else 0
+    met |= GUARDED if is_guarded(gate, board) else 0
+    return Answer(within_bounds(gate.dipole, dipole), within_bounds(gate.torque, torque), met)
+
+
+@kernel
+def gated_step(gate, computer, board, gate_now, inputs):
+    """A control step for what others hand in: see the head of this file.
+
+    `gate_now`: a record of `GATE_NOW`; `inputs`: one of `KNOWN`, whose estimate is not looked at.
+    A step that is not taken commands nothing and changes nothing but the gate.
+    """
+    now = gate_now[0]
+    given = inputs[0]
+    known = board.known[0]
+    met = judge_clock(gate, now, given.t_s)
+    if met > 0 and met < CLOCK_SET:
+        now.status = float(met)
+        return Answer(NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, met)
+    known.t_s = given.t_s - now.offset_s
+    now.t_s = known.t_s
+    known.coils_x, known.coils_y, known.coils_z = given.coils_x, given.coils_y, given.coils_z
+    put_ephemeris(known, read_ephemeris(given))
+    met |= take_readings(gate, now, known, given)
+    answer = check_answer(gate, computer, board, now, control_step(computer, board))
+    met |= answer.status
+    now.status = float(met)
+    return Answer(answer.dipole_a_m2, answer.torque_n_m, met)
+
+
+@kernel
+def restart_estimators(gate, computer, board):
+    """Let the estimators begin again; there is no estimate until they have one."""
+    forget(gate, board, computer.estimator_blocks)
+    put_estimate(board.known[0], UNKNOWN_ESTIMATE)
+
+
+@kernel
+def shift_clock(gate_now, shift_s):
+    """Follow a clock that has been set forward by `shift_s`; what became of it."""
+    if not math.isfinite(shift_s):
+        return NOT_A_NUMBER
+    gate_now[0].offset_s += shift_s
+    return DONE
+
+
+@kernel
+def command_mode(computer, board, region, mode):
+    """Have a region enter one of its states at the next step; what became of it."""
+    regions = computer.modes.regions
+    if region < 0 or region >= regions.shape[0]:
+        return NO_SUCH
+    if mode < regions[region].first_state or mode >= regions[region].after_state:
+        return NO_SUCH
+    board.modes.regions[region].commanded = float(mode)
+    return DONE
+
+
+@kernel
+def hold(computer, board, region, on):
+    """Keep the transitions of a region from firing, or let them again; what became of it."""
+    if region < 0 or region >= computer.modes.regions.shape[0]:
+        return NO_SUCH
+    board.modes.regions[region].held = 1.0 if on else 0.0
+    return DONE
+
+
+@kernel
+def set_flag(board, flag, on):
+    """Raise or lower a flag; what became of it."""
+    if flag < 0 or flag >= board.modes.flags.shape[0]:
+        return NO_SUCH
+    board.modes.flags[flag] = 1.0 if on else 0.0
+    return DONE
+
+
+@kernel
+def set_parameter(gate, board, place, value):
+    """Set a number of a parameter [SI]; what became of it."""
+    if place < 0 or place >= gate.parameters.shape[0]:
+        return NO_SUCH
+    if not math.isfinite(value):
+        return NOT_A_NUMBER
+    if gate.parameters[place].settable == 0:
+        return FIXED
+    board.parameters[place] = value
+    return DONE
