@@ -1,6 +1,7 @@
 """Commands from order to answer: states, order, answers that are late, a ground that restarts."""
 
 from contextlib import closing
+from itertools import count
 
 import pytest
 
@@ -9,12 +10,13 @@ from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import Stream
 from torquer.flight.packets.reasons import Reason
-from torquer.ground.archive import EPOCH_MS, Archive, read_only
+from torquer.ground.archive import EPOCH_MS, Archive, Batch, read_only
 from torquer.ground.commands import (
     ANSWER_MS,
     LATEST_MS,
     MOST_OPEN,
     Commands,
+    last_commands,
     list_commands,
 )
 from torquer.scenario.explain import ScenarioError
@@ -31,8 +33,13 @@ class Bench:
 
     def __init__(self, path, dictionary=CHIBIS):
         self.archive = Archive(path, dictionary)
-        self.commands = Commands(self.archive, dictionary, NAMES)
+        self._numbers = count(self.archive.last_number("_commands") + 1)
+        self.commands = Commands(dictionary, NAMES, self._keep, self._numbers.__next__)
+        self.commands.adopt(last_commands(self.archive.read))
         self.stream = Stream(dictionary, "up")
+
+    def _keep(self, command):
+        self.archive.store(Batch([], commands=[command]))
 
     def order(self, command="automatic", at_s=0.0, now=NOW, clock=CLOCK, **keys):
         values = keys.pop("values", {"on": 1} if command == "automatic" else {})
@@ -294,11 +301,11 @@ def test_of_more_than_there_is_room_for_none_is_taken(bench):
         bench.commands.check([sent] * MOST_OPEN, CLOCK)
 
 
-def test_an_acknowledgement_with_other_fields_answers_nothing(tmp_path):
+def test_an_acknowledgement_with_other_fields_answers_nothing():
     own = CHIBIS.down["acknowledgement"].model_copy(update={"fields": CHIBIS.down["ready"].fields})
     other = CHIBIS.model_copy(update={"down": CHIBIS.down | {"acknowledgement": own}})
-    with closing(Archive(tmp_path / "sat.sqlite", other)) as archive:
-        assert Commands(archive, other, NAMES).answered(dict.fromkeys(own.names, 1), NOW) is None
+    commands = Commands(other, NAMES, lambda command: None, lambda: None)
+    assert commands.answered(dict.fromkeys(own.names, 1), NOW) is None
 
 
 def test_a_ground_that_restarts(bench, tmp_path):

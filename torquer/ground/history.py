@@ -40,20 +40,26 @@ def latest(
 
 
 def log(
-    db: sqlite3.Connection, dictionary: Dictionary, start_ms: int, end_ms: int, size: int = 500
+    db: sqlite3.Connection,
+    dictionary: Dictionary,
+    start_ms: int,
+    end_ms: int,
+    size: int = 500,
+    waiting: Sequence[tuple] = (),
 ) -> list[dict]:
     """The last entries of satellite and ground in an interval of on-board time.
 
-    In the order in which they were received, those of recordings by on-board time.
+    In the order in which they were received, those of recordings by on-board time. `waiting`:
+    entries of the ground that are not in the archive yet.
     """
-    found = [
-        ground_entry(*entry)
-        for entry in db.execute(
-            "SELECT id, time_ms, made_ms, severity, text FROM _log WHERE time_ms BETWEEN ? AND ? "
-            "ORDER BY id DESC LIMIT ?",
-            (start_ms, end_ms, size),
-        )
-    ]
+    archived = db.execute(
+        "SELECT id, time_ms, made_ms, severity, text FROM _log WHERE time_ms BETWEEN ? AND ? "
+        "ORDER BY id DESC LIMIT ?",
+        (start_ms, end_ms, size),
+    )
+    own = {entry[0]: entry for entry in archived}
+    own |= {entry[0]: entry for entry in waiting if start_ms <= entry[1] <= end_ms}
+    found = [ground_entry(*entry) for entry in own.values()]
     if has_events(dictionary):
         found += [
             satellite_entry(

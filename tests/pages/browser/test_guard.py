@@ -24,8 +24,11 @@ class Served:
             "headers": list(headers),
             "method": method,
         }
-        guard = Guard(self._application, TOKEN, PORT, self.refused.append)
+        guard = Guard(self._application, TOKEN, PORT, self._refused)
         asyncio.run(guard(scope, self._receive, self._send))
+
+    def _refused(self, reason, what):
+        self.refused.append(f"{reason} ({what})")
 
     async def _application(self, scope, receive, send):
         self.reached = True

@@ -53,6 +53,6 @@ def board(
         server.board.make_ready()
     server.serve(
         lambda: show_address(server.address, how.no_browser),
-        lambda what: print_note(f"request refused: {what}"),
+        lambda reason, what: print_note(f"request refused: {reason} ({what})"),
     )
     return 0

@@ -11,7 +11,6 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs
 
 #: What a page may load: its own files; plots set styles.
 POLICY = (
@@ -25,12 +24,17 @@ _HEADERS = [
 ]
 #: Close code of a refused websocket.
 _REFUSED = 4403
+#: That of one which cannot be served.
+_FAILED = 1011
+#: Most characters of a path that are shown.
+_SHOWN = 60
 
 
 class Guard:
-    """ASGI application around another one; `refused(what)` is called for each refusal.
+    """ASGI application around another one; `refused(reason, what)` is called for each refusal.
 
-    `policy`: what the page may load; `command`: the one that printed the address with the token.
+    `policy`: what the page may load; `command`: the one that printed the address with the token;
+    `failed(reason, what)`: called for each request at which the application fails.
     """
 
     def __init__(
@@ -38,10 +42,12 @@ class Guard:
         app,
         token: str,
         port: int,
-        refused: Callable[[str], None],
+        refused: Callable[[str, str], None],
         policy: str = POLICY,
         command: str = "torquer",
+        failed: Callable[[str, str], None] = lambda reason, what: None,
     ):
+        self._failed = failed
         self._app, self._token, self._refused, self._command = app, token, refused, command
         self._headers = [(b"content-security-policy", policy.encode()), *_HEADERS]
         hosts = (f"127.0.0.1:{port}", f"localhost:{port}")
@@ -57,12 +63,34 @@ class Guard:
         headers = dict(scope["headers"])
         reason = self._reason(scope, headers)
         if reason:
-            self._refused(f"{reason} ({scope['type']}, {scope['path']})")
+            self._refused(reason, _describe(scope))
             await self._refuse(scope, receive, send, reason)
         elif scope["type"] == "http" and self._in_query(scope):
             await self._welcome(scope, send)
         else:
-            await self._app(scope, receive, self._with_headers(send))
+            await self._pass_on(scope, receive, send)
+
+    async def _pass_on(self, scope, receive, send) -> None:
+        """Let the application answer; where it fails, answer in its place, in one line."""
+        begun = False
+
+        async def sending(message) -> None:
+            nonlocal begun
+            begun = True
+            await send(message)
+
+        try:
+            await self._app(scope, receive, self._with_headers(sending))
+        except Exception as error:
+            reason = f"{type(error).__name__}: {error}"
+            self._failed(reason, _describe(scope))
+            if begun:
+                raise ConnectionAbortedError from None
+            if scope["type"] == "http":
+                plain = (b"content-type", b"text/plain; charset=utf-8")
+                await self._answer(send, 503, b"this cannot be answered now\n", [plain])
+            else:
+                await send({"type": "websocket.close", "code": _FAILED, "reason": "cannot serve"})
 
     def _reason(self, scope, headers: dict[bytes, bytes]) -> str:
         """Why a request is refused; "" if it is not."""
@@ -82,9 +110,10 @@ class Guard:
 
     def _in_query(self, scope) -> bool:
         """Whether the address of the page has the token, as only the first one does."""
-        query = parse_qs(scope["query_string"])
-        given = query.get(b"token", [b""])[0]
-        return scope["path"] == "/" and scope["method"] == "GET" and self._is_token(given)
+        if scope["path"] != "/" or scope["method"] != "GET":
+            return False
+        given = (part.partition(b"token=") for part in scope["query_string"].split(b"&"))
+        return any(not before and self._is_token(token) for before, _, token in given)
 
     def _is_token(self, given: bytes) -> bool:
         return secrets.compare_digest(given, self._token.encode())
@@ -128,6 +157,12 @@ def _read_cookie(headers: dict[bytes, bytes], name: str) -> bytes:
     cookies: SimpleCookie = SimpleCookie()
     try:
         cookies.load(headers.get(b"cookie", b"").decode("latin-1"))
-    except CookieError:
+    except (CookieError, ValueError):
         return b""
     return cookies[name].value.encode() if name in cookies else b""
+
+
+def _describe(scope) -> str:
+    """What is asked, in printable characters and short: anybody can ask anything."""
+    path = ascii(scope["path"])[1:-1]
+    return f"{scope['type']}, {path if len(path) <= _SHOWN else path[:_SHOWN] + '...'}"

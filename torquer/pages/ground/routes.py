@@ -5,6 +5,8 @@ Their list, with what each answers, is in `design/0014-ground.md`.
 
 from __future__ import annotations
 
+import re
+import sqlite3
 from contextlib import closing
 from pathlib import Path
 
@@ -24,7 +26,7 @@ from torquer.flight.packets.dictionary import Packet
 from torquer.flight.packets.mistakes import quote_value
 from torquer.flight.packets.openmct import openmct
 from torquer.ground import history
-from torquer.ground.archive import read_only
+from torquer.ground.archive import ArchiveError, read_only
 from torquer.ground.bins import points
 from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
@@ -37,6 +39,8 @@ WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.
 MOST_ROWS, _MOST_BYTES = 20_000, 65_536
 _LAST_MS = 2**53
+#: How long a request waits for another program that holds the archive [s].
+_PATIENCE_S = 1.0
 
 
 class _Span(Spec):
@@ -66,7 +70,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/log", routes.log),
             Route(f"{one}/commands", routes.commands, methods=["GET"]),
             Route(f"{one}/commands", routes.order, methods=["POST"]),
-            Route(f"{one}/commands/{{number:int}}/cancel", routes.cancel, methods=["POST"]),
+            Route(f"{one}/commands/{{number}}/cancel", routes.cancel, methods=["POST"]),
             Route(f"{one}/sent", routes.sent),
             Route(f"{one}/modes", routes.modes),
             Route(f"{one}/scene", routes.scene),
@@ -74,7 +78,12 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             WebSocketRoute("/api/live", routes.live),
             serve_files(WEB),
         ],
-        exception_handlers={ScenarioError: _refused, HTTPException: answer_missing},
+        exception_handlers={
+            ScenarioError: _refused,
+            HTTPException: answer_missing,
+            ArchiveError: _unreadable,
+            sqlite3.Error: _unreadable,
+        },
         lifespan=lifespan,
     )
 
@@ -120,15 +129,16 @@ class _Routes:
     async def log(self, request: Request) -> Response:
         """The last entries of the log."""
         contact, span = self._asked(request)
-        ends = span.start, span.end
+        ends, waiting = (span.start, span.end), contact.spool.entries()
         return await self._read(
-            contact, lambda db: history.log(db, contact.dictionary, *ends, span.size)
+            contact, lambda db: history.log(db, contact.dictionary, *ends, span.size, waiting)
         )
 
     async def sent(self, request: Request) -> Response:
         """The last commands with their states."""
         contact, span = self._asked(request)
-        return await self._read(contact, lambda db: list_commands(db, span.size))
+        newer = contact.commands.last(span.size)
+        return await self._read(contact, lambda db: list_commands(db, span.size, newer))
 
     async def commands(self, request: Request) -> Response:
         """What can be commanded."""
@@ -157,8 +167,10 @@ class _Routes:
 
     async def cancel(self, request: Request) -> Response:
         """Cancel a command that waits, here or on board."""
-        contact, number = self._contact(request), request.path_params["number"]
-        return JSONResponse(contact.cancel(min(number, _LAST_MS), _by(request)))
+        contact, number = self._contact(request), _whole(request.path_params["number"])
+        if not isinstance(number, int):
+            raise HTTPException(404)
+        return JSONResponse(contact.cancel(number, _by(request)))
 
     async def modes(self, request: Request) -> Response:
         """The mode table and its diagram."""
@@ -219,7 +231,7 @@ class _Routes:
 
     async def _read(self, contact: Contact, ask) -> Response:
         def answer() -> str:
-            with closing(read_only(contact.archive.path)) as db:
+            with closing(read_only(contact.spool.path, _PATIENCE_S)) as db:
                 # row by row: in one piece a large answer would keep all else waiting
                 return f"[{','.join(json_text(row, None, INFINITIES) for row in ask(db))}]"
 
@@ -302,8 +314,13 @@ def _by(request: Request) -> str:
 
 
 def _whole(text: str) -> int | str:
-    return int(text) if text.lstrip("-").isdecimal() and len(text) < 20 else text
+    return int(text) if re.fullmatch(r"-?[0-9]{1,18}", text) else text
 
 
 async def _refused(request: Request, error: Exception) -> Response:
     return JSONResponse({"error": str(error)}, 400)
+
+
+async def _unreadable(request: Request, error: Exception) -> Response:
+    why = " ".join(str(error).split())
+    return JSONResponse({"error": f"archive: cannot be read now: {why}"}, 503)
