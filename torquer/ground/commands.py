@@ -276,11 +276,14 @@ class Commands:
 
 
 def list_commands(
-    db: sqlite3.Connection, size: int, newer: Sequence[dict[str, Any]] = ()
+    db: sqlite3.Connection | None, size: int, newer: Sequence[dict[str, Any]] = ()
 ) -> list[dict]:
-    """The last commands of an archive, newest first; `newer`: as `Commands.last` has them now."""
+    """The last commands of an archive, newest first; `newer`: as `Commands.last` has them now.
+
+    `db` None: only these.
+    """
     statement = f"SELECT {quote_names(_COLUMNS)} FROM _commands ORDER BY id DESC LIMIT ?"
-    rows = db.execute(statement, (size,))
+    rows = [] if db is None else db.execute(statement, (size,)).fetchall()
     shown = {row[0]: _as_shown(dict(zip(_COLUMNS, row, strict=True))) for row in rows}
     shown |= {each["id"]: each for each in newer}
     return [shown[number] for number in sorted(shown, reverse=True)[:size]]

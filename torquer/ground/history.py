@@ -40,7 +40,7 @@ def latest(
 
 
 def log(
-    db: sqlite3.Connection,
+    db: sqlite3.Connection | None,
     dictionary: Dictionary,
     start_ms: int,
     end_ms: int,
@@ -50,17 +50,18 @@ def log(
     """The last entries of satellite and ground in an interval of on-board time.
 
     In the order in which they were received, those of recordings by on-board time. `waiting`:
-    entries of the ground that are not in the archive yet.
+    entries of the ground that are not in the archive yet; `db` None: only these.
     """
-    archived = db.execute(
-        "SELECT id, time_ms, made_ms, severity, text FROM _log WHERE time_ms BETWEEN ? AND ? "
-        "ORDER BY id DESC LIMIT ?",
-        (start_ms, end_ms, size),
-    )
-    own = {entry[0]: entry for entry in archived}
-    own |= {entry[0]: entry for entry in waiting if start_ms <= entry[1] <= end_ms}
-    found = [ground_entry(*entry) for entry in own.values()]
-    if has_events(dictionary):
+    own = {entry[0]: entry for entry in waiting if start_ms <= entry[1] <= end_ms}
+    if db is not None:
+        archived = db.execute(
+            "SELECT id, time_ms, made_ms, severity, text FROM _log "
+            "WHERE time_ms BETWEEN ? AND ? ORDER BY id DESC LIMIT ?",
+            (start_ms, end_ms, size),
+        )
+        own |= {entry[0]: entry for entry in archived}
+    found = [ground_entry(*own[number]) for number in sorted(own)]
+    if db is not None and has_events(dictionary):
         found += [
             satellite_entry(
                 dictionary, digest, time_ms, received_ms, dict(zip(_EVENT, values, strict=True))

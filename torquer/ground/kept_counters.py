@@ -82,6 +82,7 @@ class KeptCounters:
             self.are_unknown = False
             self._kept[KEY] = known.get(KEY, 0)
             self.at_least(**{name: known.get(name, 0) for name in (UP, RECOVERY)})
+            self._keep_soon()
         self.at_least(command=command)
 
     def trouble(self) -> str | None:

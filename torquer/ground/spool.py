@@ -167,7 +167,7 @@ class Spool:
     def made_up(self) -> tuple[int, int] | None:
         """How many rows were archived late, and lost, once the archive is up to date again."""
         with self._condition:
-            if self.is_failing or not (self.late or self.lost):
+            if self.reason or self.is_failing or not (self.late or self.lost):
                 return None
             found, self.late, self.lost = (self.late, self.lost), 0, 0
             return found
@@ -291,8 +291,7 @@ class Spool:
             self._written = None
             rest = self._rows or self._entries or self._commands or self._counters
             if len(batch.rows) < _AT_ONCE or not rest:
-                self._since = begun if rest else None  # the rest has come since
-                self.reason = "" if self._since is None else self.reason
+                self._since, self.reason = begun if rest else None, ""  # the rest has come since
             served, self._served = self._served, []
         for each in served:
             each.set_result(None)

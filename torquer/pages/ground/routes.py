@@ -30,6 +30,7 @@ from torquer.ground.archive import ArchiveError, read_only
 from torquer.ground.bins import points
 from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
+from torquer.ground.ground_clock import now_ms
 from torquer.ground.live import Listener, Live
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
@@ -131,14 +132,14 @@ class _Routes:
         contact, span = self._asked(request)
         ends, waiting = (span.start, span.end), contact.spool.entries()
         return await self._read(
-            contact, lambda db: history.log(db, contact.dictionary, *ends, span.size, waiting)
+            contact, lambda db: history.log(db, contact.dictionary, *ends, span.size, waiting), True
         )
 
     async def sent(self, request: Request) -> Response:
         """The last commands with their states."""
         contact, span = self._asked(request)
         newer = contact.commands.last(span.size)
-        return await self._read(contact, lambda db: list_commands(db, span.size, newer))
+        return await self._read(contact, lambda db: list_commands(db, span.size, newer), True)
 
     async def commands(self, request: Request) -> Response:
         """What can be commanded."""
@@ -204,6 +205,7 @@ class _Routes:
         await socket.accept()
         listener = Listener()
         self._live.listeners.add(listener)
+        listener.beat(now_ms())
         for contact in self._contacts.values():
             listener.put("links", {"satellite": contact.key, **contact.state()})
         try:
@@ -229,11 +231,21 @@ class _Routes:
         given = {key: _whole(value) for key, value in request.query_params.items()}
         return self._contact(request), validate_tables(_Span, given)
 
-    async def _read(self, contact: Contact, ask) -> Response:
+    async def _read(self, contact: Contact, ask, is_known_without: bool = False) -> Response:
+        """What `ask` makes of the archive; of None, where it cannot be read and more is known."""
+
+        def rows():
+            try:
+                with closing(read_only(contact.spool.path, _PATIENCE_S)) as db:
+                    yield from ask(db)
+            except (ArchiveError, sqlite3.Error):
+                if not is_known_without:
+                    raise
+                yield from ask(None)
+
         def answer() -> str:
-            with closing(read_only(contact.spool.path, _PATIENCE_S)) as db:
-                # row by row: in one piece a large answer would keep all else waiting
-                return f"[{','.join(json_text(row, None, INFINITIES) for row in ask(db))}]"
+            # row by row: in one piece a large answer would keep all else waiting
+            return f"[{','.join(json_text(row, None, INFINITIES) for row in rows())}]"
 
         text = await run_in_threadpool(answer)
         return Response(text, media_type="application/json")

@@ -4,6 +4,7 @@ import { h } from "./dom.js";
 import { askAgain, followOpenSatellite, installTime } from "./mct/clocks.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
+import { installStaleness } from "./mct/staleness.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
 import { drawPlotsIn2D } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
@@ -11,6 +12,7 @@ import { latencyMeter } from "./measure.js";
 import { get } from "./net/api.js";
 import { Live } from "./net/live.js";
 import { Rows } from "./net/rows.js";
+import { Watch } from "./net/watch.js";
 import { satellitesOf } from "./satellites.js";
 import { installViews } from "./views/all.js";
 
@@ -22,6 +24,7 @@ async function start() {
   if (!satellites.size) throw new Error("The server knows no satellite.");
   const live = new Live();
   const rows = new Rows(live);
+  const watch = new Watch(live);
   const openmct = window.openmct;
 
   drawPlotsIn2D();
@@ -33,7 +36,8 @@ async function start() {
   installObjects(openmct, satellites);
   new Telemetry(openmct, satellites, rows, latencyMeter()).install();
   installViews(openmct, { satellites, live, rows });
-  installIndicators(openmct, satellites, live);
+  installIndicators(openmct, satellites, live, watch);
+  installStaleness(satellites, live, watch);
   followOpenSatellite(openmct, satellites);
   live.on("again", () => askAgain(openmct));
 

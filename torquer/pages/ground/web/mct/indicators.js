@@ -1,13 +1,14 @@
 // The status line: a satellite each, with its link, counts and on-board time.
 
-import { every, h, utc } from "../dom.js";
+import { every, h, utc, utcToday } from "../dom.js";
+import { noWord } from "./staleness.js";
 
 /** Counts that the status line shows where the server gives them, with their words. */
 const COUNTS = { frames: "frames", rejected: "rejected", lost_bytes: "bytes lost" };
 
-export function installIndicators(openmct, satellites, live) {
+export function installIndicators(openmct, satellites, live, watch) {
   for (const satellite of satellites.values()) {
-    const indicator = new Indicator(satellite);
+    const indicator = new Indicator(satellite, watch);
     openmct.indicators.add({
       element: indicator.element,
       key: `torquer.flight.link.${satellite.key}`,
@@ -20,20 +21,25 @@ export function installIndicators(openmct, satellites, live) {
     );
     live.on("connected", (isConnected) => indicator.server(isConnected));
     const clock = openmct.time.getAllClocks().find(({ key }) => key === `onboard.${satellite.key}`);
+    watch.on(() => indicator.show(clock.currentValue()));
     every(500, () => indicator.show(clock.currentValue()), new AbortController().signal);
   }
 }
 
 class Indicator {
   #link = null;
+  #watch;
   #hasServer = false;
   #state = h("span", { class: "t-link__state" });
+  #archive = h("span", { class: "t-link__archive", role: "status" });
   #counts = h("span", { class: "t-link__counts" });
   #time = h("span", { class: "t-link__time" });
 
-  constructor({ name }) {
+  constructor({ name }, watch) {
+    this.#watch = watch;
     const title = h("span", { class: "t-link__name" }, name);
-    this.element = h("div", { class: "t-link" }, title, this.#state, this.#counts, this.#time);
+    const shown = [title, this.#state, this.#archive, this.#counts, this.#time];
+    this.element = h("div", { class: "t-link" }, shown);
   }
 
   link(link) {
@@ -49,17 +55,25 @@ class Indicator {
     const [state, text] = this.#stateInWords();
     this.element.dataset.state = state;
     this.#state.textContent = text;
+    this.#archive.textContent = archiveInWords(this.#link);
     this.#counts.textContent = countsInWords(this.#link);
     this.#time.textContent = `${utc(time)} UTC on board`;
     this.element.title = this.#link?.address ?? "";
   }
 
   #stateInWords() {
+    if (this.#watch.since !== null) return ["lost", noWord(this.#watch.since)];
     if (!this.#hasServer) return ["lost", "no connection to the server"];
     if (!this.#link) return ["lost", "link unknown"];
     if (!this.#link.connected) return ["lost", "link lost"];
+    if (this.#link.silent) return ["silent", `no telemetry since ${utcToday(this.#link.heard_ms)}`];
     return ["connected", "link up"];
   }
+}
+
+function archiveInWords(link) {
+  const since = link?.not_archived_since_ms ?? null;
+  return since === null ? "" : `not archived since ${utcToday(since)}`;
 }
 
 /** Counts by reason are shown as their sum. */
