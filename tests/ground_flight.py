@@ -18,7 +18,7 @@ from torquer.ground.file import SatelliteTable, make_satellite
 from torquer.pages.ground.server import Ground
 
 #: Far longer than anything here takes: only a failure waits so long.
-PATIENCE_S = 25.0
+PATIENCE_S = 60.0
 #: Pause after each control step of a flight [s].
 PACE_S = 0.01
 

@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from contextlib import contextmanager
+from itertools import islice
 from types import SimpleNamespace
 
 from ground_flight import Client, until
@@ -16,11 +17,15 @@ from torquer.flight.packets.protected import CommandReceiver, TelemetrySender
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import load_link
 
+#: Pieces of what is injected that are sent at a time.
+_AT_ONCE = 50
+
 
 class SmallSatellite:
     """Sends `parameter` with 1, 2, 3 ... each `pace_s`, and an answer to each command.
 
     `sent`: the last number; `obeyed`: commands that were accepted; `is_mute`: sends nothing.
+    `injected`: an iterator of bytes to be sent, too.
     """
 
     def __init__(self, address="tcp:127.0.0.1:0", pace_s=0.05):
@@ -32,6 +37,7 @@ class SmallSatellite:
         self._stream, self._made = Stream(self._dictionary, "up"), Downlink(self._dictionary)
         self._link, self.pace_s = open_link(address), pace_s
         self.address, self.sent, self.obeyed, self.is_mute = self._link.address, 0, [], False
+        self.injected = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._fly, daemon=True)
         self._thread.start()
@@ -46,6 +52,10 @@ class SmallSatellite:
                 due_s = time.monotonic() + self.pace_s
                 self.sent += 1
                 self._send("parameter", (7, float(self.sent)))
+            if self.injected is not None:
+                data = b"".join(islice(self.injected, _AT_ONCE))
+                self._link.send(data)
+                self.injected = self.injected if data else None
 
     def _obey(self, frame):
         self.obeyed.append(frame.packet.name)
@@ -62,7 +72,11 @@ class SmallSatellite:
 
     def _send(self, name, values):
         frame = self._made.frame(name, 1000 + self.sent, values)
-        self._link.send(self._sender.wrap(frame) + self._sender.flush())
+        self._link.send(self.wrap(frame))
+
+    def wrap(self, frame):
+        """A frame as it goes down."""
+        return self._sender.wrap(frame) + self._sender.flush()
 
     def close(self):
         self._ended.set()
@@ -98,7 +112,9 @@ def ground_process(folder, address, **keys):
     """A ground in a process of its own, once it serves, and its client."""
     run = [sys.executable, "-m", "torquer", "ground", "--link", address, "--name", "sat"]
     run += ["--folder", str(folder), "--port", "0", "--no-browser"]
-    process = subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys)
+    process = subprocess.Popen(
+        run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys
+    )
     client = Client(SimpleNamespace(address=process.stdout.readline().strip()))
     until(lambda: client.raw("/")[0] == 200)
     return process, client

@@ -177,32 +177,38 @@ def test_a_damaged_archive_is_set_aside(tmp_path, monkeypatch):
 def test_a_ground_begins_with_a_file_that_cannot_be_read(tmp_path, content):
     path = tmp_path / "sat.sqlite"
     path.write_bytes(content)
-    with small_satellite() as satellite, serving(tmp_path, sat=sat(satellite)) as client:
-        with client.live() as socket_:
-            assert len(live_numbers(socket_, 5)) >= 5
-            has_said(client, "not archived since")
-            status, body, _ = client.raw("/api/sat/history/parameter/value")
-            assert status == 503 and "archive: cannot be read now" in json.loads(body)["error"]
-            assert "must wait until its number can be kept" in command(client)
-            assert path.read_bytes() == content, "it may be somebody's"
-            path.rename(tmp_path / "other")
-            has_said(client, "archived again")
-            assert is_whole(client, satellite)
-            assert goes_on(client, socket_)
+    with (
+        small_satellite() as satellite,
+        serving(tmp_path, sat=sat(satellite)) as client,
+        client.live() as socket_,
+    ):
+        assert len(live_numbers(socket_, 5)) >= 5
+        has_said(client, "not archived since")
+        status, body, _ = client.raw("/api/sat/history/parameter/value")
+        assert status == 503 and "archive: cannot be read now" in json.loads(body)["error"]
+        assert "must wait until its number can be kept" in command(client)
+        assert path.read_bytes() == content, "it may be somebody's"
+        path.rename(tmp_path / "other")
+        has_said(client, "archived again")
+        assert is_whole(client, satellite)
+        assert goes_on(client, socket_)
 
 
 def test_trouble_of_one_satellite_is_no_other_ones(tmp_path):
-    with small_satellite() as one, small_satellite() as two:
-        with serving(tmp_path, sat=sat(one), other=sat(two)) as client:
-            until(lambda: received(client) and received(client, "other"))
-            with closing(sqlite3.connect(tmp_path / "sat.sqlite", isolation_level=None)) as other:
-                other.execute("BEGIN IMMEDIATE")
-                has_said(client, "not archived since")
-                assert is_whole(client, two, "other")
-                assert not any("archived" in text for text in client.texts("other"))
-                assert command(client, "other") == "executed"
-                other.execute("ROLLBACK")
-            has_said(client, "archived again")
+    with (
+        small_satellite() as one,
+        small_satellite() as two,
+        serving(tmp_path, sat=sat(one), other=sat(two)) as client,
+    ):
+        until(lambda: received(client) and received(client, "other"))
+        with closing(sqlite3.connect(tmp_path / "sat.sqlite", isolation_level=None)) as other:
+            other.execute("BEGIN IMMEDIATE")
+            has_said(client, "not archived since")
+            assert is_whole(client, two, "other")
+            assert not any("archived" in text for text in client.texts("other"))
+            assert command(client, "other") == "executed"
+            other.execute("ROLLBACK")
+        has_said(client, "archived again")
 
 
 def test_a_satellite_whose_service_fails_is_served_again(tmp_path, monkeypatch):
@@ -215,20 +221,22 @@ def test_a_satellite_whose_service_fails_is_served_again(tmp_path, monkeypatch):
         looking(contact, pairs, at_ms)
 
     monkeypatch.setattr(contacts.Contact, "_look_at", look_at)
-    with small_satellite() as one, small_satellite() as two:
-        with serving(tmp_path, sat=sat(one), other=sat(two)) as client:
-            until(lambda: received(client) and received(client, "other"))
-            failing.set()
-            texts = until(
-                lambda: [t for t in client.texts("sat") if "tried again in 2 s" in t], "no second time"
-            )
-            assert texts == [
-                "service failed: RuntimeError: a mistake of two lines; tried again in 2 s"
-            ]
-            assert is_whole(client, two, "other") and command(client, "other") == "executed"
-            failing.clear()
-            assert command(client) == "executed"
-            has_said(client, "link found")
+    with (
+        small_satellite() as one,
+        small_satellite() as two,
+        serving(tmp_path, sat=sat(one), other=sat(two)) as client,
+    ):
+        until(lambda: received(client) and received(client, "other"))
+        failing.set()
+        texts = until(
+            lambda: [t for t in client.texts("sat") if "tried again in 2 s" in t],
+            "no second time",
+        )
+        assert texts == ["service failed: RuntimeError: a mistake of two lines; tried again in 2 s"]
+        assert is_whole(client, two, "other") and command(client, "other") == "executed"
+        failing.clear()
+        assert command(client) == "executed"
+        has_said(client, "link found")
 
 
 # Clocks
