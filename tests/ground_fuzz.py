@@ -110,7 +110,7 @@ _WS = b"GET /api/live HTTP/1.1\r\nHost: HOST\r\nUpgrade: websocket\r\nConnection
 _WS += b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
 
 #: How long an answer to a whole message may take; others get none before their end [s].
-_ANSWER_S = 0.1
+_ANSWER_S = 0.3
 
 
 class Fuzzer:

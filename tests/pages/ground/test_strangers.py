@@ -7,6 +7,7 @@ import socket
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from ground_flight import serving, table, until
@@ -14,6 +15,8 @@ from ground_fuzz import Fuzzer
 from small_satellite import command, ground_process, received, small_satellite
 
 pytest.importorskip("uvicorn")
+#: Messages of a kind that are made at a time.
+_AT_ONCE = 50
 
 
 @pytest.fixture(scope="module")
@@ -142,9 +145,10 @@ def fuzz(client, satellite, capfd, number, seed=20261127):
     """Send that many messages of each kind; the ground must go on as if nothing had been."""
     fuzzer = Fuzzer(client, seed)
     obeyed = len(satellite.obeyed)
-    for _ in range(number):
-        fuzzer.send(fuzzer.http())
-        fuzzer.send(fuzzer.websocket())
+    with ThreadPoolExecutor(24) as pool:
+        for _ in range(0, number, _AT_ONCE):
+            messages = [make() for _ in range(_AT_ONCE) for make in (fuzzer.http, fuzzer.websocket)]
+            list(pool.map(fuzzer.send, messages))
     satellite.injected = fuzzer.link(number, satellite.wrap)
     until(lambda: satellite.injected is None)
     errors = capfd.readouterr().err
