@@ -289,3 +289,33 @@ def test_killed_grounds_use_no_counter_twice(tmp_path):
             process.terminate()
             _, errors = process.communicate(timeout=30)
         assert process.returncode == 0 and "Traceback" not in errors
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no limits of files")
+def test_a_disk_that_takes_no_more_and_a_start_on_it(tmp_path):
+    resource = pytest.importorskip("resource")
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+
+    with small_satellite(pace_s=0.005) as satellite:
+        process, client = ground_process(tmp_path, satellite.address)
+        until(lambda: received(client))
+        process.terminate()
+        process.communicate(timeout=30)
+        for _ in range(2):
+            process, client = ground_process(tmp_path, satellite.address, preexec_fn=limit)
+            try:
+                has_said(client, "not archived since")
+                with client.live() as socket_:
+                    assert goes_on(client, socket_)
+                assert [command(client) for _ in range(12)] == ["executed"] * 12
+            finally:
+                process.kill()
+                _, errors = process.communicate()
+            assert "Traceback" not in errors
+        assert satellite.receiver.rejected == {}
+        with serving(tmp_path, sat=sat(satellite)) as client:
+            assert command(client) == "executed"
+            ids = [each["id"] for each in client.get("sat/sent")]
+            assert ids == sorted(set(ids), reverse=True)

@@ -156,8 +156,9 @@ def fuzz(client, satellite, capfd, number, seed=20261127):
     assert command(client) == "executed"
     assert not any("service failed" in text for text in client.texts("sat"))
     assert set(satellite.obeyed[obeyed:]) <= {"get_parameter"}, "by who had the token"
-    last = received(client)[-1]
-    until(lambda: received(client)[-1] > last)
+    place = "sat/history/parameter/value?by=received&latest=1&size=500"
+    coming = satellite.sent + 1
+    until(lambda: coming in [value for _, _, value, _ in client.get(place)])
     return fuzzer.statuses
 
 
