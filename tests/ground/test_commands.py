@@ -1,5 +1,6 @@
 """Commands from order to answer: states, order, answers that are late, a ground that restarts."""
 
+import sqlite3
 from contextlib import closing
 from itertools import count
 
@@ -33,7 +34,8 @@ class Bench:
 
     def __init__(self, path, dictionary=CHIBIS):
         self.archive = Archive(path, dictionary)
-        self._numbers = count(self.archive.last_number("_commands") + 1)
+        ((last,),) = self.archive.read("SELECT max(id) FROM _commands")
+        self._numbers = count((last or 0) + 1)
         self.commands = Commands(dictionary, NAMES, self._keep, self._numbers.__next__)
         self.commands.adopt(last_commands(self.archive.read))
         self.stream = Stream(dictionary, "up")
@@ -320,3 +322,26 @@ def test_a_ground_that_restarts(bench, tmp_path):
         assert states == {done: "executed", sent: "sent", late: "cancelled", waiting: "cancelled"}
         assert again.send(NOW + 10**6) == {}, "nothing is sent that nobody has asked for now"
         assert again.answer(frames[sent])["state"] == "executed"
+
+
+def test_a_clock_that_was_set_back_between_two_grounds_keeps_nobody_waiting(bench, tmp_path):
+    number = bench.order()
+    bench.send(NOW)
+    bench.archive.close()
+    again, now = Bench(tmp_path / "sat.sqlite"), NOW - 86_400_000
+    with closing(again.archive):
+        assert again.commands.expire(now, None) == []
+        (late,) = again.commands.expire(now + ANSWER_MS + 1, None)
+        assert (late["id"], late["state"]) == (number, "unanswered")
+
+
+@pytest.mark.parametrize("values", ["{", "[1]", "7", None, b"\xff"])
+def test_a_stored_command_that_is_damaged_is_left_out(bench, tmp_path, values):
+    number, other = bench.order(), bench.order()
+    bench.archive.close()
+    with closing(sqlite3.connect(tmp_path / "sat.sqlite")) as db:
+        db.execute("PRAGMA ignore_check_constraints = 1")
+        db.execute('UPDATE _commands SET "values" = ? WHERE id = ?', (values or "", number))
+        db.commit()
+    with closing(Bench(tmp_path / "sat.sqlite").archive) as archive:
+        assert [row["id"] for row in last_commands(archive.read)] == [other]

@@ -4,6 +4,8 @@ import errno
 import os
 import time
 from contextlib import closing, contextmanager
+from itertools import pairwise
+from types import MappingProxyType
 
 import pytest
 
@@ -17,7 +19,7 @@ def path(tmp_path):
 
 
 @contextmanager
-def counting(path, known={}, mirror=lambda state: None):
+def counting(path, known=MappingProxyType({}), mirror=lambda state: None):
     """Counters that begin; they are not closed, as by a ground that is killed."""
     made = KeptCounters(path, known, mirror)
     made.begin()
@@ -41,7 +43,7 @@ def test_numbers_go_on_where_a_ground_has_ended(path):
         counters.close()
     with counting(path) as counters:
         assert (take(counters), take(counters, RECOVERY), take(counters, COMMAND)) == (21, 1, 1)
-        assert counters.found_down == 77
+        assert counters.down == 77
 
 
 def test_a_ground_that_is_killed_uses_none_twice_and_leaps_a_little(path):
@@ -50,7 +52,7 @@ def test_a_ground_that_is_killed_uses_none_twice_and_leaps_a_little(path):
         with counting(path) as counters:
             used += [take(counters) for _ in range(3)]
     assert len(set(used)) == len(used) == 60 and used == sorted(used)
-    assert max(b - a for a, b in zip(used, used[1:], strict=False)) <= AHEAD[UP]
+    assert max(b - a for a, b in pairwise(used)) <= AHEAD[UP]
 
 
 def test_grounds_that_are_killed_without_a_command_leap_by_nothing(path):
@@ -160,3 +162,16 @@ def test_the_later_state_counts_of_file_and_archive(path):
         assert take(counters) == 2, "the archive is an old copy"
     with counting(path, {UP: 500, SEQUENCE: 10**6}) as counters:
         assert take(counters) == 501, "the file is an old copy"
+
+
+def test_the_counter_of_telemetry_never_goes_back(path):
+    mirrored = []
+    with counting(path, mirror=mirrored.append) as counters:
+        counters.down = 50
+        take(counters)
+    assert mirrored and not any("down" in state for state in mirrored), "it is with its rows"
+    for known, last in (({"down": 80, SEQUENCE: 0}, 80), ({"down": 20, SEQUENCE: 10**6}, 50)):
+        with counting(path, known) as counters:
+            assert counters.down == last
+            counters.down = 50
+            counters.close()

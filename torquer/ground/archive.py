@@ -255,19 +255,6 @@ class Archive:
         with self._lock:
             return self._db.execute(statement, values).fetchall()
 
-    def counter(self, name: str) -> int:
-        """A counter as it was last set; 0 before."""
-        found = self.read("SELECT value FROM _counters WHERE name = ?", name)
-        return found[0][0] if found else 0
-
-    def counters(self) -> dict[str, int]:
-        """All counters as they were last set."""
-        return dict(self.read("SELECT name, value FROM _counters"))
-
-    def last_number(self, table: str) -> int:
-        """The greatest number of a row of `_log` or `_commands`; 0 without any."""
-        return self.read(f"SELECT max(id) FROM {quoted(table)}")[0][0] or 0
-
     def _make_tables(self) -> None:
         for statement in filter(None, map(str.strip, _TABLES.split(";"))):
             self._db.execute(statement)

@@ -84,7 +84,7 @@ class Contact:
         self._was_connected, self._reject = False, 0
         self._accepts_new = counters.new_telemetry or self._is_open_to_all
         self._storage = StorageReport(self.spool, self.counters)
-        self._begin(self.counters.found_down)
+        self._begin(self.counters.down)
         self.counters.at_least(up=counters.commands, recovery=counters.recovery)
         self._is_adopted = False
         self._adopt()
@@ -118,7 +118,6 @@ class Contact:
     def close(self) -> int:
         """End the link and the archive; how many rows could not be archived."""
         self.link.close()
-        self.counters.down = self._counters().get(DOWN, 0)
         self.counters.close()
         return self.spool.close()
 
@@ -198,7 +197,9 @@ class Contact:
             self._frames, self._heard_s = self._frames + len(rows), time.monotonic()
             self.heard_ms = at_ms
             self.pace.hear(self._heard_s)
-            await self.spool.put_rows(rows, self._counters())
+            counters = self._counters()
+            self.counters.down = counters.get(DOWN, 0)
+            await self.spool.put_rows(rows, counters)
             self._live.rows(self.key, rows)
             self._look_at(pairs, at_ms)
         return True

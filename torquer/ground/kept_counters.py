@@ -35,8 +35,10 @@ class KeptCounters:
     """The counters of a satellite, in the file `path`.
 
     `known`: as the archive has them, None if it cannot be read; the later state counts, of archive
-    and file. `mirror` is called with each state that was written. `failure`: why the file cannot be
-    written now, None if it can; `are_unknown`: neither file nor archive tells them.
+    and file. `mirror` is called with each state that was written, but for the counter of telemetry,
+    which the archive has with its rows. `failure`: why the file cannot be written now, None if it
+    can; `are_unknown`: neither file nor archive tells them; `down`: the last counter of telemetry,
+    which whoever hears it sets.
     """
 
     def __init__(
@@ -51,12 +53,11 @@ class KeptCounters:
         self._is_writing, self._due_s = False, 0.0
         self._epoch, self._is_behind = 0, False  # by which key the last state was written
         self.failure: str | None = None
-        self.down = 0
         found = _read(path)
         self.are_unknown = found is None and known is None
         later = max((found or {}, known or {}), key=lambda state: state.get(SEQUENCE, -1))
         self._kept = {name: later.get(name, 0) for name in (UP, RECOVERY, KEY, COMMAND, SEQUENCE)}
-        self.found_down = later.get(DOWN, 0)
+        self.down = max(state.get(DOWN, 0) for state in (found or {}, known or {}))
         self._used = {name: self._kept[name] for name in AHEAD}
         self._wanted = {COMMAND}
 
@@ -158,7 +159,7 @@ class KeptCounters:
                 if epoch == self._epoch:
                     self._is_behind = False
                     self._kept |= {name: state[name] for name in (*AHEAD, KEY)}
-            self._mirror(state)
+            self._mirror({name: state[name] for name in state if name != DOWN})
         self._is_writing = False
 
     def _put(self, state: dict[str, int]) -> None:

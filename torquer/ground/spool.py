@@ -2,7 +2,7 @@
 
 A thread writes what is put, in order. While the archive cannot be written (full disk, another
 program's lock, damage, a file that was removed) all is kept in memory, and tried again with pauses
-of up to some seconds. Rows are bounded by their numbers: 2 million are some 100 MB, 10 hours of 43
+of up to some seconds. Rows are bounded by their numbers: 2 million are some 70 MB, 10 hours of 43
 numbers at 1 Hz or an hour at 10 Hz. Of more the oldest rows are dropped, and counted. Log, counters
 and states of commands are small.
 """
@@ -98,13 +98,17 @@ class Spool:
 
     async def put_rows(self, rows: Sequence[Row], counters: Mapping[str, int]) -> None:
         """Put rows; returns when they are archived, or a moment later where they are not."""
-        stored = self.add(rows, counters)
-        if not self.is_failing:
-            await asyncio.wait([asyncio.wrap_future(stored)], timeout=_WAIT_S)
-
-    def add(self, rows: Sequence[Row], counters: Mapping[str, int] = {}) -> Future:
-        """Put rows and counters; done when they are archived."""
+        if self.is_failing:
+            self.add(rows, counters)
+            return
         stored: Future = Future()
+        self.add(rows, counters, stored)
+        await asyncio.wait([asyncio.wrap_future(stored)], timeout=_WAIT_S)
+
+    def add(
+        self, rows: Sequence[Row], counters: Mapping[str, int] = {}, stored: Future | None = None
+    ) -> None:
+        """Put rows and counters; `stored` is done when they are archived."""
         with self._condition:
             self._rows.extend(rows)
             self._numbers += sum(map(_size, rows))
@@ -112,9 +116,9 @@ class Spool:
                 self._numbers -= _size(self._rows.popleft())
                 self.lost += 1
             self._counters |= counters
-            self._waiters.append(stored)
+            if stored is not None:
+                self._waiters.append(stored)
             self._wake()
-        return stored
 
     def add_counters(self, counters: Mapping[str, int]) -> None:
         """Put counters."""

@@ -20,6 +20,7 @@ export class Watch {
   #heardAt = Date.now();
   #looked = performance.now();
   #listeners = new Set();
+  #failing = new Set();
   #dropped = 0;
   #isBehind = false;
   #isAskedAgain = false;
@@ -28,6 +29,7 @@ export class Watch {
   constructor(live) {
     this.#live = live;
     live.on("beat", (beats) => this.#hear(beats.at(-1)));
+    live.on("links", (links) => links.forEach((link) => this.#archive(link)));
     live.on("connected", () => (this.#dropped = 0));
     live.on("again", () => (this.#isAskedAgain = true));
     every(LOOK_MS, () => this.#look(), new AbortController().signal);
@@ -49,6 +51,12 @@ export class Watch {
     [this.#dropped, this.#isBehind] = [dropped, isBehind];
     if ((wasSilent && !this.#isAskedAgain) || hasCaughtUp) this.#live.askAgain();
     this.#isAskedAgain = false;
+  }
+
+  /** What waited for the archive is in it now: those who asked meanwhile have not got it. */
+  #archive({ satellite, not_archived_since_ms: since }) {
+    if (since !== null) this.#failing.add(satellite);
+    else if (this.#failing.delete(satellite)) this.#live.askAgain();
   }
 
   /** Timers of a computer that slept may not know of it; its clock does. */
