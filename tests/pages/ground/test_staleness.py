@@ -90,6 +90,12 @@ def test_a_satellite_that_falls_silent_is_said(context, tmp_path):
         sync_api.expect(line).to_contain_text("no telemetry since", timeout=SAID_MS + 1500)
         assert "link up" not in line.inner_text() and greys(page) == "none"
         page.locator(".t-view.is-silent").wait_for(timeout=2000)
+        banner = page.locator(".t-silence")
+        assert not banner.is_visible(), "the status line says it"
+        page.set_viewport_size({"width": 400, "height": 800})
+        sync_api.expect(banner).to_contain_text("Chibis-M: no telemetry since")
+        assert banner.is_visible()
+        page.set_viewport_size({"width": 1280, "height": 800})
         satellite.is_mute = False
         sync_api.expect(line).to_contain_text("link up", timeout=SAID_MS)
         page.locator(".t-view:not(.is-silent)").wait_for(timeout=2000)

@@ -1,7 +1,7 @@
 // The status line: a satellite each, with its link, counts and on-board time.
 
-import { every, h, utc, utcToday } from "../dom.js";
-import { noWord } from "./staleness.js";
+import { every, h, utc } from "../dom.js";
+import { noTelemetry, notArchived, noWord } from "./trouble.js";
 
 /** Counts that the status line shows where the server gives them, with their words. */
 const COUNTS = { frames: "frames", rejected: "rejected", lost_bytes: "bytes lost" };
@@ -55,7 +55,7 @@ class Indicator {
     const [state, text] = this.#stateInWords();
     this.element.dataset.state = state;
     this.#state.textContent = text;
-    this.#archive.textContent = archiveInWords(this.#link);
+    this.#archive.textContent = notArchived(this.#link);
     this.#counts.textContent = countsInWords(this.#link);
     this.#time.textContent = `${utc(time)} UTC on board`;
     this.element.title = this.#link?.address ?? "";
@@ -66,14 +66,9 @@ class Indicator {
     if (!this.#hasServer) return ["lost", "no connection to the server"];
     if (!this.#link) return ["lost", "link unknown"];
     if (!this.#link.connected) return ["lost", "link lost"];
-    if (this.#link.silent) return ["silent", `no telemetry since ${utcToday(this.#link.heard_ms)}`];
+    if (this.#link.silent) return ["silent", noTelemetry(this.#link)];
     return ["connected", "link up"];
   }
-}
-
-function archiveInWords(link) {
-  const since = link?.not_archived_since_ms ?? null;
-  return since === null ? "" : `not archived since ${utcToday(since)}`;
 }
 
 /** Counts by reason are shown as their sum. */
