@@ -130,7 +130,7 @@ def test_odd_frames_end_the_websocket_with_a_line(client, capfd, frame):
 def test_refusals_are_logged_by_cause_and_seldom(tmp_path, satellite):
     with serving(tmp_path, sat=table(satellite.address, in_scenario=None)) as client:
         for _ in range(200):
-            asked(client, b"GET /\xf0\x9f\x98\x80 HTTP/1.1\r\n", with_token=False)
+            asked(client, b"GET /%F0%9F%98%80 HTTP/1.1\r\n", with_token=False)
             assert client.raw("/", host="evil.example")[0] == 403
         time.sleep(1.5)
         said = [text for text in client.texts("sat") if "request refused" in text]
