@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import socket
 import sys
 import threading
@@ -174,6 +173,8 @@ def test_thousands_of_mutated_messages_change_nothing(client, satellite, capfd):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits of descriptors")
 def test_without_file_descriptors_who_is_there_is_served(tmp_path, satellite_of_its_own):
+    resource = pytest.importorskip("resource")
+
     def limit():
         resource.setrlimit(resource.RLIMIT_NOFILE, (60, 60))
 
