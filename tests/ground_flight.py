@@ -154,4 +154,4 @@ def serving(folder, counters=AS_ARCHIVED, **tables):
     finally:
         ground.stop()
         thread.join(PATIENCE_S)
-        assert not thread.is_alive() and ground.failed is None, ground.failed
+        assert not thread.is_alive() and not ground.unarchived, ground.unarchived

@@ -350,7 +350,10 @@ def test_the_server_tells_its_address_and_ends_cleanly(tmp_path, number):
         server.send_signal(number)
         _, err = server.communicate(timeout=PATIENCE_S)
     assert server.returncode == 0 and b"Traceback" not in err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["satellite.sqlite"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "satellite.counters",
+        "satellite.sqlite",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 """Commands from order to answer: states, order, answers that are late, a ground that restarts."""
 
+import sqlite3
 from contextlib import closing
+from itertools import count
 
 import pytest
 
@@ -9,12 +11,13 @@ from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import Stream
 from torquer.flight.packets.reasons import Reason
-from torquer.ground.archive import EPOCH_MS, Archive, read_only
+from torquer.ground.archive import EPOCH_MS, Archive, Batch, read_only
 from torquer.ground.commands import (
     ANSWER_MS,
     LATEST_MS,
     MOST_OPEN,
     Commands,
+    last_commands,
     list_commands,
 )
 from torquer.scenario.explain import ScenarioError
@@ -31,8 +34,14 @@ class Bench:
 
     def __init__(self, path, dictionary=CHIBIS):
         self.archive = Archive(path, dictionary)
-        self.commands = Commands(self.archive, dictionary, NAMES)
+        ((last,),) = self.archive.read("SELECT max(id) FROM _commands")
+        self._numbers = count((last or 0) + 1)
+        self.commands = Commands(dictionary, NAMES, self._keep, self._numbers.__next__)
+        self.commands.adopt(last_commands(self.archive.read))
         self.stream = Stream(dictionary, "up")
+
+    def _keep(self, command):
+        self.archive.store(Batch([], commands=[command]))
 
     def order(self, command="automatic", at_s=0.0, now=NOW, clock=CLOCK, **keys):
         values = keys.pop("values", {"on": 1} if command == "automatic" else {})
@@ -294,11 +303,11 @@ def test_of_more_than_there_is_room_for_none_is_taken(bench):
         bench.commands.check([sent] * MOST_OPEN, CLOCK)
 
 
-def test_an_acknowledgement_with_other_fields_answers_nothing(tmp_path):
+def test_an_acknowledgement_with_other_fields_answers_nothing():
     own = CHIBIS.down["acknowledgement"].model_copy(update={"fields": CHIBIS.down["ready"].fields})
     other = CHIBIS.model_copy(update={"down": CHIBIS.down | {"acknowledgement": own}})
-    with closing(Archive(tmp_path / "sat.sqlite", other)) as archive:
-        assert Commands(archive, other, NAMES).answered(dict.fromkeys(own.names, 1), NOW) is None
+    commands = Commands(other, NAMES, lambda command: None, lambda: None)
+    assert commands.answered(dict.fromkeys(own.names, 1), NOW) is None
 
 
 def test_a_ground_that_restarts(bench, tmp_path):
@@ -330,3 +339,26 @@ def test_a_time_that_is_over_gets_one_line(bench, clock, at_s):
     with pytest.raises(ScenarioError, match="at: must be after the satellite's clock") as refused:
         bench.order(at=at, clock=clock, at_s=at_s)
     assert "\n" not in str(refused.value)
+
+
+def test_a_clock_that_was_set_back_between_two_grounds_keeps_nobody_waiting(bench, tmp_path):
+    number = bench.order()
+    bench.send(NOW)
+    bench.archive.close()
+    again, now = Bench(tmp_path / "sat.sqlite"), NOW - 86_400_000
+    with closing(again.archive):
+        assert again.commands.expire(now, None) == []
+        (late,) = again.commands.expire(now + ANSWER_MS + 1, None)
+        assert (late["id"], late["state"]) == (number, "unanswered")
+
+
+@pytest.mark.parametrize("values", ["{", "[1]", "7", None, b"\xff"])
+def test_a_stored_command_that_is_damaged_is_left_out(bench, tmp_path, values):
+    number, other = bench.order(), bench.order()
+    bench.archive.close()
+    with closing(sqlite3.connect(tmp_path / "sat.sqlite")) as db:
+        db.execute("PRAGMA ignore_check_constraints = 1")
+        db.execute('UPDATE _commands SET "values" = ? WHERE id = ?', (values or "", number))
+        db.commit()
+    with closing(Bench(tmp_path / "sat.sqlite").archive) as archive:
+        assert [row["id"] for row in last_commands(archive.read)] == [other]

@@ -14,12 +14,15 @@ import torquer.ground.export, torquer.ground.history, torquer.ground.recording
 import torquer.pages.ground.server
 from pathlib import Path
 from torquer.flight.packets.commands import Sent
+from itertools import count
 from torquer.ground import Archive, Commands, Contact, SatelliteTable, read_only, make_satellite
+from torquer.ground.archive import Batch
 
 satellite = make_satellite("satellite", SatelliteTable(link="udp:127.0.0.1:10315"))
 dictionary = satellite.software.dictionary
 archive = Archive(Path(sys.argv[1]), dictionary)
-commands = Commands(archive, dictionary, satellite.names)
+keep = lambda command: archive.store(Batch([], commands=[command]))
+commands = Commands(dictionary, satellite.names, keep, count(1).__next__)
 sent = Sent(at_s=0.0, command="report_status", values={"module_id": 1})
 print(commands.order(sent, "test", 0, None)["state"])
 print(*[text for (text,) in read_only(archive.path).execute("SELECT command FROM _commands")])

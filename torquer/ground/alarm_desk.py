@@ -18,15 +18,17 @@ from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.ground.alarm import Alarm, Event, Now, Shelf, Violation
 from torquer.ground.alarms import Alarms
-from torquer.ground.archive import RECORDED, SUSPECT, Archive, ArchiveError, Row, read_only
+from torquer.ground.archive import RECORDED, SUSPECT, ArchiveError, Row, read_only
+from torquer.ground.ground_clock import now_ms
 from torquer.ground.history import latest
 from torquer.ground.limits import Limits
+from torquer.ground.spool import PATIENCE_S, Spool
 from torquer.ground.violations import describe, stored_alarms, stored_violations
 
 #: Rows of earlier times that go on for so long are a clock that was set back [s].
 _SET_BACK_S = 10.0
-#: Most events of a look that the log names one by one; most violations that wait to be written.
-_MOST_NAMED, _MOST_WAITING = 5, 1000
+#: Most events of a look that the log names one by one.
+_MOST_NAMED = 5
 _LAST_MS = 2**53
 _IN_LOG = {"raised": "alarm raised", "again": "alarm raised anew", "unshelved": "no longer shelved"}
 _PUT_ALARM = "INSERT OR REPLACE INTO _alarms VALUES (?, ?, ?)"
@@ -40,7 +42,7 @@ _ACKNOWLEDGE = (
 
 def now() -> Now:
     """The ground's time."""
-    return Now(time.time_ns() // 1_000_000, time.monotonic())
+    return Now(now_ms(), time.monotonic())
 
 
 class AlarmDesk:
@@ -52,20 +54,19 @@ class AlarmDesk:
 
     def __init__(
         self,
-        archive: Archive,
+        spool: Spool,
         dictionary: Dictionary,
         names: Names,
         note: Callable[[str, str], None],
         show: Callable[[dict], None],
     ):
-        self._archive, self._note, self._show = archive, note, show
+        self._spool, self._note, self._show = spool, note, show
         self.limits = Limits(dictionary, names)
         points = [point for each in self.limits.points.values() for point in each]
         self._fields = {point.rule.key: point.field for point in points}
         self._modes: dict[str, int] = {}
         self._newest: dict[str, tuple[int, int]] = {}
         self._earlier_s: dict[str, float] = {}
-        self._unsaved: dict[tuple, tuple[str, tuple]] = {}
         self.version = 0
         self._load(dictionary)
 
@@ -122,22 +123,6 @@ class AlarmDesk:
         alarms = [self._described(key) for key, _, _ in self.alarms.listed()]
         return {"version": self.version, "counts": self.alarms.counts(), "alarms": alarms}
 
-    def unsaved(self) -> list[tuple]:
-        """What is to be written, for `save`, which may run in another thread."""
-        return list(self._unsaved.items())
-
-    def save(self, unsaved: list[tuple]) -> None:
-        """Write it; what cannot be written stays."""
-        try:
-            with self._archive.writing() as db:
-                for _, (statement, values) in unsaved:
-                    db.execute(statement, values)
-        except sqlite3.Error:
-            return
-        for key, kept in unsaved:
-            if self._unsaved.get(key) is kept:
-                del self._unsaved[key]
-
     def _is_present(self, row: Row, at: Now) -> bool:
         """Whether a row tells of now: no doubtful one, none from the memory on board, none late."""
         if row.packet in RECORDED or row.quality == SUSPECT:
@@ -185,11 +170,7 @@ class AlarmDesk:
         self.alarms.violations.clear()
 
     def _keep(self, key: tuple, statement: str, *values) -> None:
-        self._unsaved.pop(key, None)  # what is newer is written later
-        self._unsaved[key] = statement, values
-        waiting = [each for each in self._unsaved if each[0] == "violation"]
-        for each in waiting[: max(len(waiting) - _MOST_WAITING, 0)]:
-            del self._unsaved[each]
+        self._spool.keep(("alarms", *key), statement, values)
 
     def _described(self, key: str) -> dict:
         alarm, shelf = self.alarms.of(key)
@@ -212,7 +193,7 @@ class AlarmDesk:
         at = now()
         self.alarms = Alarms(set(self._fields), at.ms, at.ms)
         try:
-            with closing(read_only(self._archive.path)) as db:
+            with closing(read_only(self._spool.path, PATIENCE_S)) as db:
                 self._restore(db, at)
                 self._look_back(db, dictionary)
         except (sqlite3.Error, ArchiveError) as error:

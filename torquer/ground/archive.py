@@ -24,11 +24,12 @@ import json
 import math
 import sqlite3
 import threading
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from hashlib import blake2b
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
@@ -148,31 +149,55 @@ class OtherPacketsError(ArchiveError):
     """An archive of a satellite with other packets: one line."""
 
 
+class StorageError(ArchiveError):
+    """An archive that cannot be opened now; `is_damaged`: what is in the file is not as it was."""
+
+    def __init__(self, line: str, is_damaged: bool = False):
+        super().__init__(line)
+        self.is_damaged = is_damaged
+
+
+class Batch(NamedTuple):
+    """What is stored at once: rows, counters, entries of the log, commands as they are now.
+
+    `others`: statements with their values, by keys of whoever has them executed.
+    """
+
+    rows: list[Row]
+    counters: Mapping[str, int] = MappingProxyType({})
+    entries: Sequence[tuple[int, int, int, str, str]] = ()
+    commands: Sequence[Mapping[str, Any]] = ()
+    others: Mapping[tuple, tuple[str, tuple]] = MappingProxyType({})
+
+
 class Archive:
     """The archive in a file, made if there is none; `dictionary`: of the satellite.
 
-    `ArchiveError` for another file, and `OtherPacketsError` for packets that differ from those in
-    the archive, or lack one of which it has rows; packets may be added.
+    `patience_s`: how long a statement waits for another process. `ArchiveError` for another file,
+    `StorageError` for one that cannot be opened now, and `OtherPacketsError` for packets that
+    differ from those in the archive, or lack one of which it has rows; packets may be added.
     """
 
-    def __init__(self, path: Path | str, dictionary: Dictionary):
+    def __init__(self, path: Path | str, dictionary: Dictionary, patience_s: float = _PATIENCE_S):
         self.path, self.dictionary = Path(path), dictionary
         self._lock = threading.Lock()
         try:
             self._db = sqlite3.connect(
-                self.path, check_same_thread=False, isolation_level=None, timeout=_PATIENCE_S
+                self.path, check_same_thread=False, isolation_level=None, timeout=patience_s
             )
-            self._db.execute("PRAGMA journal_mode = WAL")
-            self._db.execute("PRAGMA synchronous = NORMAL")
-            with self.writing():
-                self._make_tables()
+            try:
+                self._db.execute("PRAGMA journal_mode = WAL")
+                self._db.execute("PRAGMA synchronous = NORMAL")
+                with self.writing():
+                    self._make_tables()
+            except BaseException:
+                self._db.close()
+                raise
         except sqlite3.Error as error:
-            raise ArchiveError(
-                f"archive: must be an archive that can be written; received {path}: {error}"
+            raise StorageError(
+                f"archive: must be an archive that can be written; received {path}: {error}",
+                is_damaged=is_damage(error),
             ) from None
-        except ArchiveError:
-            self._db.close()
-            raise
         self._insert = {name: _insert(packet) for name, packet in dictionary.down.items()}
 
     def close(self) -> None:
@@ -192,23 +217,38 @@ class Archive:
             self._db.execute("BEGIN IMMEDIATE")
             try:
                 yield self._db
+                self._db.execute("COMMIT")
             except BaseException:
-                self._db.execute("ROLLBACK")
+                with suppress(sqlite3.Error):  # a full disk has ended the transaction already
+                    self._db.execute("ROLLBACK")
                 raise
-            self._db.execute("COMMIT")
 
-    def put(self, rows: Iterable[Row], counters: dict[str, int] | None = None) -> int:
+    def put(self, rows: Iterable[Row], counters: Mapping[str, int] = MappingProxyType({})) -> int:
         """Add rows, and set counters, in one transaction; how many rows were not there before."""
+        return self.store(Batch([*rows], counters))
+
+    def store(self, batch: Batch) -> int:
+        """Store a batch in one transaction; how many of its rows were not there before."""
         by_packet: dict[str, list[tuple]] = {}
-        for row in rows:
+        for row in batch.rows:
             by_packet.setdefault(row.packet, []).append((*row[1:6], *row.values))
         with self.writing() as db:
             before = db.total_changes
             for packet, group in by_packet.items():
                 db.executemany(self._insert[packet], group)
             new = db.total_changes - before
-            for item in (counters or {}).items():
-                db.execute("INSERT OR REPLACE INTO _counters VALUES (?, ?)", item)
+            counters = batch.counters.items()
+            db.executemany("INSERT OR REPLACE INTO _counters VALUES (?, ?)", counters)
+            db.executemany("INSERT OR REPLACE INTO _log VALUES (?, ?, ?, ?, ?)", batch.entries)
+            for command in batch.commands:
+                marks = ", ".join("?" * len(command))
+                db.execute(
+                    f"INSERT OR REPLACE INTO _commands ({quote_names([*command])}) "
+                    f"VALUES ({marks})",
+                    [*command.values()],
+                )
+            for statement, values in batch.others.values():
+                db.execute(statement, values)
         return new
 
     def put_many(self, packet: str, rows: list[tuple]) -> int:
@@ -232,33 +272,6 @@ class Archive:
         """Rows of a statement, by the writer's connection."""
         with self._lock:
             return self._db.execute(statement, values).fetchall()
-
-    def counter(self, name: str) -> int:
-        """A counter as it was last set; 0 before."""
-        found = self.read("SELECT value FROM _counters WHERE name = ?", name)
-        return found[0][0] if found else 0
-
-    def next_counter(self, name: str) -> int:
-        """A counter increased by one, for good, before this returns."""
-        with self.writing() as db:
-            (value,) = db.execute(
-                "INSERT INTO _counters VALUES (?, 1) ON CONFLICT (name) DO UPDATE "
-                "SET value = value + 1 RETURNING value",
-                (name,),
-            ).fetchone()
-        return value
-
-    def note(self, time_ms: int, made_ms: int, severity: str, text: str) -> int:
-        """An entry of the ground's own log; its number.
-
-        `time_ms`: the satellite's clock, by which it is found next to the satellite's own entries.
-        """
-        with self.writing() as db:
-            entry = db.execute(
-                "INSERT INTO _log (time_ms, made_ms, severity, text) VALUES (?, ?, ?, ?)",
-                (time_ms, made_ms, severity, text),
-            )
-        return entry.lastrowid or 0
 
     def _make_tables(self) -> None:
         for statement in filter(None, map(str.strip, _TABLES.split(";"))):
@@ -298,23 +311,38 @@ class Archive:
         return bool(self._db.execute(f"SELECT 1 FROM {quoted(name)} LIMIT 1").fetchall())
 
 
-def connect_read_only(path: Path | str) -> sqlite3.Connection:
+def is_damage(error: sqlite3.Error) -> bool:
+    """Whether an error says that a file is damaged, which waiting does not mend."""
+    return _primary(error) in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
+
+def is_passing(error: sqlite3.Error) -> bool:
+    """Whether an error passes without the archive being opened again: a full disk, a lock."""
+    passing = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+    return _primary(error) in passing
+
+
+def _primary(error: sqlite3.Error) -> int:
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF
+
+
+def connect_read_only(path: Path | str, patience_s: float = _PATIENCE_S) -> sqlite3.Connection:
     """A connection that reads a file of SQLite; `ArchiveError` for a file that cannot be opened."""
     try:
         uri = f"{Path(path).resolve().as_uri()}?mode=ro"
-        db = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=_PATIENCE_S)
+        db = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=patience_s)
         db.execute("PRAGMA trusted_schema = OFF")
     except (sqlite3.Error, OSError, ValueError) as error:
         raise ArchiveError(f"archive: must be an archive; received {path}: {error}") from None
     return db
 
 
-def read_only(path: Path | str) -> sqlite3.Connection:
+def read_only(path: Path | str, patience_s: float = _PATIENCE_S) -> sqlite3.Connection:
     """A connection that reads an archive, also while it is written; `ArchiveError` for none.
 
-    It may be used by several threads, one at a time.
+    It may be used by several threads, one at a time. `patience_s`: how long it waits for another.
     """
-    db = connect_read_only(path)
+    db = connect_read_only(path, patience_s)
     try:
         db.execute("SELECT value FROM _about")
     except sqlite3.Error as error:

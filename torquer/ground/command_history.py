@@ -57,7 +57,7 @@ def find_commands(db: sqlite3.Connection, wanted: Wanted) -> list[dict]:
             *(wanted.start, wanted.end, wanted.before, wanted.size),
         ),
     )
-    return [as_shown(row) for row in rows]
+    return [as_shown(dict(zip(COLUMNS, row, strict=True))) for row in rows]
 
 
 def commands_csv(commands: Iterable[dict]) -> str:

@@ -28,7 +28,7 @@ from torquer.flight.packets.commands import ANSWERS, Sent, command_numbers
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import LAST_REQUEST, Uplink, last_second
 from torquer.flight.packets.reasons import Reason, describe_code
-from torquer.ground.archive import EPOCH_MS, Archive, quote_names
+from torquer.ground.archive import EPOCH_MS, quote_names
 from torquer.scenario.explain import ScenarioError
 
 #: Time after which an answer is no longer waited for [ms]; of a delayed command, after its
@@ -47,7 +47,10 @@ COLUMNS = (
     *("id", "made_ms", "made_by", "command", "values", "execute_s", "state"),
     *("sent_ms", "received_ms", "answered_ms", "reason"),
 )
+_STORED = (*COLUMNS, "acknowledge", "packet")
 _ANSWER = ("command_id", "accepted", "code", "command_time")
+#: Most commands that are over and still known without the archive.
+_MOST_KNOWN = 2000
 
 
 class _Open(NamedTuple):
@@ -67,28 +70,37 @@ class _Open(NamedTuple):
 
 
 class Commands:
-    """Commands of one satellite; times in ms since 1970, UTC, handed in by the caller."""
+    """Commands of one satellite; times in ms since 1970, UTC, handed in by the caller.
 
-    def __init__(self, archive: Archive, dictionary: Dictionary, names: Names):
-        self._archive, self._dictionary, self._names = archive, dictionary, names
+    They live here, so that no disk holds them up: `keep` is called with each as it becomes, to be
+    stored, and `next_number` gives the numbers, none twice, or None while none can be kept.
+    """
+
+    def __init__(
+        self,
+        dictionary: Dictionary,
+        names: Names,
+        keep: Callable[[dict[str, Any]], None],
+        next_number: Callable[[], int | None],
+    ):
+        self._dictionary, self._names = dictionary, names
+        self._keep, self._next_number = keep, next_number
         self._frame = Uplink(dictionary).frame
         self._has_answers = has_answers(dictionary)
         self._has_numbers = has_answers(dictionary, ("request",))
-        with archive.writing() as db:
-            db.execute(
-                "UPDATE _commands SET state = ?, reason = 'the ground ended before it was sent' "
-                "WHERE state = ?",
-                (CANCELLED, WAITING),
-            )
-        unfinished = archive.read(
-            "SELECT id, packet, execute_s, state, sent_ms FROM _commands "
-            "WHERE acknowledge AND state IN (?, ?)",
-            *(SENT, RECEIVED),
-        )
-        self._open = {
-            number: _Open(number, (self._request(number), packet, execute_s), state, sent_ms)
-            for number, packet, execute_s, state, sent_ms in unfinished
-        }
+        self._known: dict[int, dict[str, Any]] = {}
+        self._open: dict[int, _Open] = {}
+
+    def adopt(self, commands: Sequence[dict[str, Any]]) -> None:
+        """Take up the commands of a ground that has ended, as `last_commands` gives them."""
+        self._known = {row["id"]: dict(row) for row in commands} | self._known
+        for row in commands:
+            if row["state"] == WAITING:
+                reason = "the ground ended before it was sent"
+                self._change(row["id"], state=CANCELLED, reason=reason)
+            elif row["state"] in (SENT, RECEIVED) and row["acknowledge"]:
+                key = self._request(row["id"]), row["packet"], row["execute_s"]
+                self._open[row["id"]] = _Open(row["id"], key, row["state"], row["sent_ms"])
 
     def check(self, commands: Sequence[Sent], clock_ms: int | None) -> None:
         """`ScenarioError` with one line if any of these commands cannot be taken."""
@@ -108,22 +120,23 @@ class Commands:
         numbers = command_numbers(sent, self._dictionary, self._names)
         execute_s = execution_time_s(sent, clock_ms)
         packet = self._dictionary.up[sent.command].id
-        row = {
+        number = self._next_number()
+        if number is None:
+            raise ScenarioError("command: must wait until its number can be kept: see the log")
+        self._known[number] = {
+            "id": number,
             "made_ms": now_ms,
             "made_by": by,
             "command": sent.command,
             "values": json.dumps(sent.values),
-            "acknowledge": sent.acknowledge,
-            "packet": packet,
             "execute_s": execute_s,
             "state": WAITING,
+            **dict.fromkeys(("sent_ms", "received_ms", "answered_ms")),
+            "reason": "",
+            "acknowledge": sent.acknowledge,
+            "packet": packet,
         }
-        with self._archive.writing() as db:
-            marks = ", ".join("?" * len(row))
-            made = db.execute(
-                f"INSERT INTO _commands ({quote_names([*row])}) VALUES ({marks})", [*row.values()]
-            )
-        number = made.lastrowid or 0
+        self._change(number)
         request = self._request(number)
         self._open[number] = _Open(
             number,
@@ -166,8 +179,8 @@ class Commands:
         if each is not None and each.state == RECEIVED and can_reach:
             order = Sent(at_s=0.0, command=CANCEL, values={"request": each.key[0]})
             return self.order(order, by, now_ms, None)
-        found = self._archive.read("SELECT state FROM _commands WHERE id = ?", number)
-        received = f"one that is {found[0][0]}" if found else "a number that no command has"
+        found = self._known.get(number)
+        received = f"one that is {found['state']}" if found else "a number that no command has"
         raise ScenarioError(
             f"command: must wait here or on board to be cancelled; received {received}"
         )
@@ -208,6 +221,9 @@ class Commands:
 
     def expire(self, now_ms: int, clock_ms: int | None) -> list[dict]:
         """Give up waiting where no answer has come in time; the commands that it concerns."""
+        for each in [*self._open.values()]:
+            if each.since_ms > now_ms:  # by a clock that was set back before this ground began
+                self._open[each.id] = each._replace(since_ms=now_ms)
         late = [each.id for each in self._open.values() if _is_late(each, now_ms, clock_ms)]
         for number in late:
             del self._open[number]
@@ -215,8 +231,16 @@ class Commands:
 
     def shown(self, number: int) -> dict:
         """A command as users see it."""
-        statement = f"SELECT {quote_names(COLUMNS)} FROM _commands WHERE id = ?"
-        return as_shown(self._archive.read(statement, number)[0])
+        return as_shown(self._known[number])
+
+    def made_by(self, ending: str) -> int | None:
+        """The number of the last command whose maker ends so; None if none is known."""
+        found = [n for n, each in self._known.items() if each["made_by"].endswith(ending)]
+        return max(found, default=None)
+
+    def last(self, size: int) -> list[dict]:
+        """The last commands, newest first, as far as they are known without the archive."""
+        return [self.shown(number) for number in sorted(self._known, reverse=True)[:size]]
 
     def _request(self, number: int) -> int:
         """The number of a command in answers, by that in the archive."""
@@ -237,29 +261,62 @@ class Commands:
         One on its way, else the last equal one without an answer.
         """
         request, *packet_and_time = key
-        late = self._archive.read(
-            "SELECT id FROM _commands WHERE packet = ? AND execute_s = ? AND state = ? "
-            "AND (execute_s > 0 OR sent_ms > ?) AND ? IN (0, (id - 1) % ? + 1) "
-            "ORDER BY id DESC LIMIT 1",
-            *(*packet_and_time, UNANSWERED, now_ms - LATEST_MS, request, LAST_REQUEST),
-        )
+        late = [
+            number
+            for number, row in self._known.items()
+            if row["state"] == UNANSWERED
+            and [row["packet"], row["execute_s"]] == packet_and_time
+            and (row["execute_s"] > 0 or row["sent_ms"] > now_ms - LATEST_MS)
+            and request in (0, _as_request(number))
+        ]
         for each in self._open.values():
             if each.key == key and each.state in (SENT, RECEIVED):
-                doubt = f"or the late answer to command {late[0][0]}" if late else ""
+                doubt = f"or the late answer to command {max(late)}" if late else ""
                 return each.id, doubt
-        return (late[0][0] if late else None), ""
+        return max(late, default=None), ""
 
     def _change(self, number: int, **columns) -> dict:
-        settings = ", ".join(f"{name} = ?" for name in columns)
-        with self._archive.writing() as db:
-            db.execute(f"UPDATE _commands SET {settings} WHERE id = ?", (*columns.values(), number))
+        """Change a command, have it stored, and forget old ones that are over."""
+        self._known[number] |= columns
+        self._keep(self._known[number])
+        if (surplus := len(self._known) - len(self._open) - _MOST_KNOWN) > 0:
+            for old in [n for n in self._known if n not in self._open][:surplus]:
+                del self._known[old]
         return self.shown(number)
 
 
-def list_commands(db: sqlite3.Connection, size: int) -> list[dict]:
-    """The last commands of an archive, newest first."""
+def list_commands(
+    db: sqlite3.Connection | None, size: int, newer: Sequence[dict[str, Any]] = ()
+) -> list[dict]:
+    """The last commands of an archive, newest first; `newer`: as `Commands.last` has them now.
+
+    `db` None: only these.
+    """
     statement = f"SELECT {quote_names(COLUMNS)} FROM _commands ORDER BY id DESC LIMIT ?"
-    return [as_shown(row) for row in db.execute(statement, (size,))]
+    rows = [] if db is None else db.execute(statement, (size,)).fetchall()
+    shown = {row[0]: as_shown(dict(zip(COLUMNS, row, strict=True))) for row in rows}
+    shown |= {each["id"]: each for each in newer}
+    return [shown[number] for number in sorted(shown, reverse=True)[:size]]
+
+
+def last_commands(read: Callable[..., list[tuple]]) -> list[dict[str, Any]]:
+    """The last commands of an archive as it has them, oldest first, for `Commands.adopt`.
+
+    `read`: gives the rows of a statement.
+    """
+    statement = f"SELECT {quote_names(_STORED)} FROM _commands ORDER BY id DESC LIMIT ?"
+    rows = [dict(zip(_STORED, row, strict=True)) for row in read(statement, _MOST_KNOWN)]
+    return [row for row in rows[::-1] if _is_whole(row)]
+
+
+def _is_whole(row: Mapping[str, Any]) -> bool:
+    """Whether a command of an archive can be shown: others may have written there."""
+    try:
+        return isinstance(json.loads(row["values"]), dict) and (
+            row["state"] not in (SENT, RECEIVED) or isinstance(row["sent_ms"], int)
+        )
+    except (ValueError, TypeError):
+        return False
 
 
 def has_answers(dictionary: Dictionary, also: Sequence[str] = ()) -> bool:
@@ -272,10 +329,9 @@ def _as_request(number: int) -> int:
     return (number - 1) % LAST_REQUEST + 1
 
 
-def as_shown(row: tuple) -> dict:
-    """A row of `COLUMNS` as users see it."""
-    found = dict(zip(COLUMNS, row, strict=True))
-    execute_s = found.pop("execute_s")
+def as_shown(row: Mapping[str, Any]) -> dict:
+    found = {name: row[name] for name in COLUMNS if name != "execute_s"}
+    execute_s = row["execute_s"]
     return found | {
         "request": _as_request(found["id"]),
         "values": json.loads(found["values"]),

@@ -6,7 +6,6 @@ import asyncio
 import math
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -17,15 +16,20 @@ from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.keys import KEY_COMMAND
 from torquer.flight.packets.station import Station
 from torquer.ground.alarm_desk import AlarmDesk
-from torquer.ground.archive import RECORDED, SUSPECT, Archive, Row
+from torquer.ground.archive import RECORDED, SUSPECT, Row
 from torquer.ground.commands import ANSWER_MS, EXECUTED, Commands
 from torquer.ground.file import Satellite
+from torquer.ground.ground_clock import now_ms
 from torquer.ground.history import ground_entry, has_events, satellite_entry
+from torquer.ground.kept_counters import COMMAND, DOWN, RECOVERY, UP, KeptCounters
 from torquer.ground.live import Live
 from torquer.ground.recording import Judge
 from torquer.ground.satellite_clock import SatelliteClock
+from torquer.ground.silence import Pace
+from torquer.ground.spool import Spool
 from torquer.ground.stack import Stack
 from torquer.ground.stack_file import SavedStacks
+from torquer.ground.storage_report import StorageReport
 
 #: Time between two looks at a link on which nothing comes [s].
 PAUSE_S = 0.005
@@ -33,13 +37,6 @@ PAUSE_S = 0.005
 REPORT_S = 1.0
 #: Time without a byte after which a satellite that has no connection is thought away [s].
 SILENCE_S = 30.0
-#: Counters in the archive: of commands, of changes of their key, of telemetry; number of the key.
-UP, RECOVERY, DOWN, KEY = "up", "recovery", "down", "key"
-
-
-def now_ms() -> int:
-    """The time of this machine [ms since 1970, UTC]."""
-    return time.time_ns() // 1_000_000
 
 
 class Counters(NamedTuple):
@@ -60,9 +57,9 @@ AS_ARCHIVED = Counters()
 class Contact:
     """A satellite whose link is served; `clock`: its clock by telemetry.
 
-    Counters of both directions are kept in the archive. With keys that everybody knows, a
-    satellite that counts from 0 again is accepted: such keys prove nothing, and simulations
-    start again all the time.
+    Counters of commands are kept in a file before they are used, that of telemetry in the archive.
+    With keys that everybody knows, a satellite that counts from 0 again is accepted: such keys
+    prove nothing, and simulations start again all the time.
     """
 
     def __init__(
@@ -70,42 +67,81 @@ class Contact:
     ):
         self.satellite, self._live = satellite, live
         self.key, self.dictionary = satellite.key, satellite.software.dictionary
-        self.archive = Archive(folder / f"{satellite.key}.sqlite", self.dictionary)
-        self.commands = Commands(self.archive, self.dictionary, satellite.names)
-        self.clock = SatelliteClock()
+        self.link: Link = connect(satellite.link, self.dictionary)
+        try:
+            self.spool = Spool(folder / f"{satellite.key}.sqlite", self.dictionary)
+        except BaseException:
+            self.link.close()
+            raise
+        found = self.spool.found
+        self.counters = KeptCounters(
+            folder / f"{satellite.key}.counters",
+            None if found is None else found.counters,
+            self.spool.add_counters,
+        )
+        self.commands = Commands(
+            self.dictionary, satellite.names, self.spool.keep_command, self._next_number
+        )
+        self.clock, self.pace = SatelliteClock(), Pace()
+        self.heard_ms: int | None = None
+        self._frames, self._is_open_to_all = 0, satellite.software.keys.are_known
+        self._was_connected, self._reject = False, 0
+        self._accepts_new = counters.new_telemetry or self._is_open_to_all
+        self._storage = StorageReport(self.spool, self.counters)
+        self._begin(self.counters.down)
+        self.counters.at_least(up=counters.commands, recovery=counters.recovery)
+        self._is_adopted = False
+        self._adopt()
+        self.counters.begin()
         self.saved_stacks = SavedStacks(folder / "stacks" / satellite.key)
         self.stack = Stack(self, lambda stack: live.message("stack", self.key, stack))
-        self.link: Link = connect(satellite.link, self.dictionary)
-        self._station, self._frames = Station(satellite.software), 0
-        self._judge = Judge(self._station, self.dictionary)
-        self._is_open_to_all = satellite.software.keys.are_known
-        self._heard_s, self._was_connected, self._reject = -math.inf, False, 0
         show = partial(live.message, "alarms", self.key)
-        self.alarms = AlarmDesk(self.archive, self.dictionary, satellite.names, self.note, show)
-        last = {UP: counters.commands, RECOVERY: counters.recovery}
-        self.archive.put([], {name: max(self.archive.counter(name), n) for name, n in last.items()})
-        protection = self._station.protection
-        if protection is not None and not (counters.new_telemetry or self._is_open_to_all):
-            protection.telemetry.counters[satellite.software.keys.spi] = self.archive.counter(DOWN)
+        self.alarms = AlarmDesk(self.spool, self.dictionary, satellite.names, self.note, show)
 
-    def close(self) -> None:
-        """End the link and the archive."""
+    def _begin(self, down: int) -> None:
+        """Begin to look for frames, behind the last known counter of telemetry."""
+        self._station = Station(self.satellite.software)
+        self._judge = Judge(self._station, self.dictionary)
+        self._heard_s = -math.inf
+        protection = self._station.protection
+        if protection is not None and not self._accepts_new:
+            protection.telemetry.counters[self.satellite.software.keys.spi] = down
+
+    def _adopt(self) -> None:
+        """Take up what the archive held when the ground began, once it can be read."""
+        found = self.spool.found
+        if found is None or self._is_adopted:
+            return
+        self._is_adopted = True
+        self.commands.adopt(found.commands)
+        numbers = [command["id"] for command in found.commands]
+        self.counters.learn(found.counters, command=max(numbers, default=0))
+
+    async def restart(self) -> None:
+        """Begin anew after a failure: another connection, and nothing of a frame that was begun."""
+        await asyncio.to_thread(self.link.close)
+        self.link = connect(self.satellite.link, self.dictionary)
+        self._begin(self._counters().get(DOWN, 0))
+
+    def close(self) -> int:
+        """End the link and the archive; how many rows could not be archived."""
         self.link.close()
-        self.alarms.save(self.alarms.unsaved())
-        self.archive.close()
+        self.counters.close()
+        return self.spool.close()
 
     async def serve(self) -> None:
         """Receive, archive, show, send, until cancelled."""
-        report_s = 0.0
-        with ThreadPoolExecutor(1, f"archive of {self.key}") as writer:
-            while True:
-                worked = await self._receive(writer)
-                worked = self._send() or worked
-                if time.monotonic() >= report_s:
-                    report_s = time.monotonic() + REPORT_S
-                    self._report()
-                    await self._save_alarms(writer)
-                await asyncio.sleep(0.0 if worked else PAUSE_S)
+        report_s = time.monotonic()
+        while True:
+            worked = await self._receive()
+            worked = self._send() or worked
+            now_s = time.monotonic()
+            if now_s >= report_s:
+                # the ground stood still: answers may have come meanwhile, and are received first
+                stood_still = now_s - report_s > 3.0 * REPORT_S
+                report_s = now_s + REPORT_S
+                self._report(has_received=not stood_still)
+            await asyncio.sleep(0.0 if worked else PAUSE_S)
 
     @property
     def is_connected(self) -> bool:
@@ -135,20 +171,29 @@ class Contact:
         at_ms = now_ms()
         heard_ms = self.clock.latest_ms
         entry = (at_ms if heard_ms is None else heard_ms, at_ms, severity, text)
-        number = self.archive.note(*entry)
+        number = self.spool.add_entry(*entry)
         self._live.message("log", self.key, ground_entry(number, *entry))
 
+    def fail(self, text: str) -> None:
+        """Say that the service has failed; what browsers see is no link."""
+        self.note("alarm", text)
+        self._heard_s, self._was_connected = -math.inf, False
+        self._live.message("links", self.key, self.state())
+
     def state(self) -> dict:
-        """Link and counts."""
+        """Link, telemetry, archive, counts; `silent`: frames have come, and now none does."""
         return {
             "connected": self.is_connected,
+            "silent": self.pace.is_silent(time.monotonic()),
+            "heard_ms": self.heard_ms,
+            "not_archived_since_ms": self.spool.since_ms,
             "frames": self._frames,
             **self.link.counts(),
             **self._station.counts(),
             "address": self.satellite.link,
         }
 
-    async def _receive(self, writer: ThreadPoolExecutor) -> bool:
+    async def _receive(self) -> bool:
         data = self.link.receive()
         if not data:
             return False
@@ -158,8 +203,11 @@ class Contact:
         if pairs:
             rows = [row for _, row in pairs]
             self._frames, self._heard_s = self._frames + len(rows), time.monotonic()
-            loop = asyncio.get_running_loop()
-            await loop.run_in_executor(writer, self.archive.put, rows, self._counters())
+            self.heard_ms = at_ms
+            self.pace.hear(self._heard_s)
+            counters = self._counters()
+            self.counters.down = counters.get(DOWN, 0)
+            await self.spool.put_rows(rows, counters)
             self._live.rows(self.key, rows)
             self._look_at(pairs, at_ms)
         return True
@@ -187,35 +235,48 @@ class Contact:
                 self._live.message("log", self.key, entry)
         self.alarms.look(row for _, row in pairs)
 
-    async def _save_alarms(self, writer: ThreadPoolExecutor) -> None:
-        if unsaved := self.alarms.unsaved():
-            loop = asyncio.get_running_loop()
-            await loop.run_in_executor(writer, self.alarms.save, unsaved)
-
     def _send(self) -> bool:
         """Hand commands that are due to the link, once there is one."""
         sent = False
         if self.link.is_ready:
             until_s = self.clock.seconds_in(ANSWER_MS * 1e-3)
             for number, frame in self.commands.due(now_ms(), until_s):
-                self._set_counter(frame)
+                if not self._use_next_counter(frame):
+                    break
                 self.link.send(self._station.command(frame))
                 self._live.message("commands", self.key, self.commands.sent(number, now_ms()))
                 sent = True
         return sent
 
-    def _set_counter(self, frame: bytes) -> None:
-        """Use the next counter of a command's key, which is kept before it is used."""
+    def _next_number(self) -> int | None:
+        return self.counters.take(COMMAND)
+
+    def _use_next_counter(self, frame: bytes) -> bool:
+        """Use the next counter of a command's key, if one is kept: else the command waits."""
         protection = self._station.protection
-        if protection is not None and self._station.changes_key(frame):
-            protection.recovery.counter = self.archive.next_counter(RECOVERY) - 1
-        elif protection is not None:
-            self._station.use_key(self.archive.counter(KEY), self.archive.next_counter(UP) - 1)
+        if protection is None:
+            return True
+        is_change = self._station.changes_key(frame)
+        counter = self.counters.take(RECOVERY if is_change else UP)
+        if counter is None:
+            return False
+        if is_change:
+            protection.recovery.counter = counter - 1
+        else:
+            self._station.use_key(self.counters.key, counter - 1)
+        return True
 
     def _note_key(self, answered: dict) -> None:
         """Use the new key of commands from its change on, which the satellite has confirmed."""
         if answered["command"] == KEY_COMMAND and answered["state"] == EXECUTED:
-            self.archive.put([], {KEY: answered["values"]["number"], UP: 0})
+            self.counters.change_key(answered["values"]["number"])
+
+    def _tell_archive(self) -> None:
+        """Raise the alarm of an archive that takes nothing, or say that it is over."""
+        since_ms = self.spool.since_ms
+        severity = None if since_ms is None else "alarm"
+        reason = f"not archived: {self.spool.reason}" if since_ms is not None else ""
+        self.alarms.tell("ground.archive", severity, reason, since_ms or now_ms())
 
     def _counters(self) -> dict[str, int]:
         protection = self._station.protection
@@ -231,7 +292,8 @@ class Contact:
             return
         if self._is_open_to_all:
             protection.telemetry.counters = dict.fromkeys(protection.telemetry.counters, 0)
-            self.archive.put([], {KEY: 0})
+            if self.counters.key:
+                self.counters.change_key(0, self.counters.last(UP))
             self.note(
                 "info", "telemetry counts from the beginning: a restarted satellite, or a replay"
             )
@@ -244,12 +306,17 @@ class Contact:
             )
         self._reject = rejected
 
-    def _report(self) -> None:
-        """State of the link, and commands whose answers are late."""
+    def _report(self, has_received: bool) -> None:
+        """State of link and archive, and commands whose answers are late."""
+        self._adopt()
         if self.is_connected != self._was_connected:
             self._was_connected = self.is_connected
             self.note(*(("info", "link found") if self.is_connected else ("warning", "link lost")))
+        for severity, text in self._storage.news():
+            self.note(severity, text)
+        self._tell_archive()
         self.alarms.tick()
-        for late in self.commands.expire(now_ms(), self.clock.latest_ms):
-            self._live.message("commands", self.key, late)
+        late = self.commands.expire(now_ms(), self.clock.latest_ms) if has_received else []
+        for each in late:
+            self._live.message("commands", self.key, each)
         self._live.message("links", self.key, self.state())

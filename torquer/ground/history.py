@@ -41,15 +41,25 @@ def latest(
 
 
 def log(
-    db: sqlite3.Connection, dictionary: Dictionary, start_ms: int, end_ms: int, size: int = 500
+    db: sqlite3.Connection | None,
+    dictionary: Dictionary,
+    start_ms: int,
+    end_ms: int,
+    size: int = 500,
+    waiting: Sequence[tuple] = (),
 ) -> list[dict]:
     """The last entries of satellite and ground in an interval of on-board time.
 
-    In the order in which they were received, those of recordings by on-board time.
+    In the order in which they were received, those of recordings by on-board time. `waiting`:
+    entries of the ground that are not in the archive yet; `db` None: only these.
     """
-    found = [*islice(entries_of_ground(db, start_ms, end_ms), size)]
-    found += islice(entries_of_satellite(db, dictionary, start_ms, end_ms), size)
-    return sorted(found, key=reception)[-size:]
+    own = {entry[0]: entry for entry in waiting if start_ms <= entry[1] <= end_ms}
+    found = {number: ground_entry(*entry) for number, entry in own.items()}
+    if db is None:
+        return sorted(found.values(), key=reception)[-size:]
+    found |= {each["id"]: each for each in islice(entries_of_ground(db, start_ms, end_ms), size)}
+    satellites = islice(entries_of_satellite(db, dictionary, start_ms, end_ms), size)
+    return sorted([*found.values(), *satellites], key=reception)[-size:]
 
 
 def entries_of_ground(db: sqlite3.Connection, start_ms: int, end_ms: int) -> Iterator[dict]:

@@ -39,6 +39,11 @@ class Listener:
         self._others.setdefault(kind, deque(maxlen=MOST_MESSAGES)).append(message)
         self._wakes.set()
 
+    def beat(self, clock_ms: int) -> None:
+        """Add the report of each second, with the ground's clock; only the last one waits."""
+        self._others["beat"] = deque([{"clock_ms": clock_ms, "dropped": self.dropped}])
+        self._wakes.set()
+
     async def serve(self, socket: WebSocket) -> None:
         """Send what comes until the browser has gone."""
         reader = asyncio.create_task(_until_closed(socket))
@@ -74,8 +79,8 @@ class Listener:
 async def _until_closed(socket: WebSocket) -> None:
     """Read what a browser sends, which is nothing, until it has gone."""
     with suppress(WebSocketDisconnect):
-        while True:
-            await socket.receive_text()
+        while (await socket.receive())["type"] != "websocket.disconnect":
+            pass
 
 
 class Live:
@@ -94,3 +99,8 @@ class Live:
         """A message for everybody."""
         for listener in self.listeners:
             listener.put(kind, {"satellite": satellite, **message})
+
+    def beat(self, clock_ms: int) -> None:
+        """The report of each second for everybody."""
+        for listener in self.listeners:
+            listener.beat(clock_ms)

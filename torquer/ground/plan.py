@@ -103,7 +103,9 @@ def _delayed(db: sqlite3.Connection) -> list[dict]:
     statement = (
         f"SELECT {quote_names(COLUMNS)} FROM _commands WHERE execute_s > 0 ORDER BY id DESC LIMIT ?"
     )
-    return [as_shown(row) for row in db.execute(statement, (_MOST,))]
+    return [
+        as_shown(dict(zip(COLUMNS, row, strict=True))) for row in db.execute(statement, (_MOST,))
+    ]
 
 
 def _is_same(row: dict, command: str | None, ours: dict) -> bool:

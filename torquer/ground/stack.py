@@ -5,20 +5,19 @@ A stack is held     loaded, or halted: by an operator, a command that failed, a 
            over     all its steps have gone or were skipped
            aborted  by an operator: nothing more goes up
 
-All of it is in the archive before a command is made, and a command names the step that it comes
-from. So a ground that starts again finds what has gone, and holds: it sends nothing by itself.
+All of it is archived before a command is made, where the archive takes it, and a command names the
+step that it comes from. So a ground that starts again finds what has gone, and holds: it sends
+nothing by itself.
 """
 
 from __future__ import annotations
 
 import asyncio
-import sqlite3
 import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from torquer.flight.packets.commands import Sent
-from torquer.ground.archive import Archive
 from torquer.ground.commands import (
     CANCELLED,
     EXECUTED,
@@ -28,6 +27,8 @@ from torquer.ground.commands import (
     WAITING,
     Commands,
 )
+from torquer.ground.ground_clock import now_ms
+from torquer.ground.spool import Spool
 from torquer.ground.stack_file import StackFile
 from torquer.ground.stack_record import (
     ABORTED,
@@ -58,7 +59,7 @@ _RESTARTED = "the ground has started again"
 class Orders(Protocol):
     """What a stack needs of the contact with its satellite."""
 
-    archive: Archive
+    spool: Spool
     commands: Commands
 
     def order(self, commands: Sequence[Sent], by: str) -> list[dict]:
@@ -79,19 +80,14 @@ class Stack:
 
     def __init__(self, orders: Orders, changed: Callable[[dict], None]):
         self._orders, self._changed = orders, changed
-        self._record, self._failed = StackRecord(orders.archive), 0
+        self._record, self._failed = StackRecord(orders.spool), 0
         if self._record.state == RUNNING:
             self._record.put(HELD, _RESTARTED)
 
     async def serve(self) -> None:
         """Go on with the stack until cancelled."""
         while True:
-            try:
-                self.advance(_now_ms())
-            except sqlite3.Error as error:
-                # in memory only: what cannot be written cannot say so in the archive
-                self._record.state = HELD
-                self._record.reason = f"the archive does not take its state ({error})"
+            self.advance(now_ms())
             await asyncio.sleep(LOOK_S)
 
     def load(self, stack: StackFile, name: str, by: str) -> dict:
@@ -118,7 +114,7 @@ class Stack:
         elif action == "run":
             assert record.head is not None
             record.pause_until_s, self._failed = 0.0, 0
-            begun_ms = record.head.begun_ms or _now_ms()
+            begun_ms = record.head.begun_ms or now_ms()
             record.put(RUNNING, f"run by {by}", by=by, begun_ms=begun_ms)
         elif action == "skip":
             record.put_step(following, SKIPPED, f"skipped by {by}")
@@ -127,7 +123,7 @@ class Stack:
             self._go(following)
         return self._tell("info", f"{action} by {by}")
 
-    def advance(self, now_ms: int) -> None:
+    def advance(self, at_ms: int) -> None:
         """Look at the commands of the stack, and send the next one if it is time."""
         record = self._record
         if record.head is None or not record.is_open:
@@ -141,7 +137,7 @@ class Stack:
             record.put(OVER, f"{failed} of {len(record.lines)} steps failed" if failed else "")
             self._tell("info", " - ".join(filter(None, ("over", record.reason))))
         elif record.state == RUNNING and record.following and not going:
-            self._run(record.following, now_ms)
+            self._run(record.following, at_ms)
 
     def state(self) -> dict | None:
         """The stack with its steps, as users see it; None if none was ever loaded."""
@@ -192,14 +188,12 @@ class Stack:
             self._done(place)
             return
         record.put_step(place, GOING)
+        record.settle()
         try:
             order = line.step.model_copy(update={"at_s": 0.0})
             (made,) = self._orders.order([order], f"{record.head.by}, {self._mark(place)}")
         except ScenarioError as error:
             record.put_step(place, READY, str(error))
-            raise
-        except sqlite3.Error:
-            self._find_command(place)
             raise
         line.became = made["state"]
         record.put_step(place, GOING, command=made["id"])
@@ -215,10 +209,7 @@ class Stack:
     def _find_command(self, place: int) -> None:
         """Whether the command of a step was made, of which this was to be noted."""
         mark = self._mark(place)
-        found = self._orders.archive.read(
-            "SELECT max(id) FROM _commands WHERE substr(made_by, -?) = ?", len(mark), mark
-        )
-        number = found[0][0]
+        number = self._orders.commands.made_by(mark)
         self._record.put_step(place, GOING if number else READY, command=number)
 
     def _look(self) -> None:
@@ -269,7 +260,3 @@ class Stack:
         if text:
             self._orders.note(severity, f"stack {told['name'] or told['id']}: {text}")
         return told
-
-
-def _now_ms() -> int:
-    return time.time_ns() // 1_000_000

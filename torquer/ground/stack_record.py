@@ -1,4 +1,4 @@
-"""What is known of the command stack of a satellite, in the archive before it counts.
+"""What is known of the command stack of a satellite, kept as it changes.
 
 A step is ready, going (its command is on its way), done, failed, or skipped.
 """
@@ -6,16 +6,21 @@ A step is ready, going (its command is on its way), done, failed, or skipped.
 from __future__ import annotations
 
 import json
+import sqlite3
 import time
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 
-from torquer.ground.archive import Archive
+from torquer.ground.archive import ArchiveError, read_only
+from torquer.ground.ground_clock import now_ms
+from torquer.ground.spool import PATIENCE_S, Spool
 from torquer.ground.stack_file import Step
 
 HELD, RUNNING, OVER, ABORTED = "held", "running", "over", "aborted"
 READY, GOING, DONE, FAILED, SKIPPED = "ready", "going", "done", "failed", "skipped"
 _COUNTER = "stack"
+_PUT = "INSERT OR REPLACE INTO _stack (place, what, state, command, reason) VALUES (?, ?, ?, ?, ?)"
 
 
 @dataclass
@@ -49,13 +54,13 @@ class StackRecord:
     `pause_until_s`: monotonic time before which no step goes, which no start outlives.
     """
 
-    def __init__(self, archive: Archive):
-        self._archive = archive
+    def __init__(self, spool: Spool):
+        self._spool = spool
         self.head: Head | None = None
         self.state, self.reason, self.pause_until_s = OVER, "", 0.0
         self.lines: list[Line] = []
-        rows = archive.read("SELECT what, state, command, reason FROM _stack ORDER BY place")
-        if rows:
+        self._number = spool.found.counters.get(_COUNTER, 0) if spool.found else 0
+        if rows := _stored(spool):
             (what, self.state, _, self.reason), *steps = rows
             self.head = Head(**json.loads(what))
             self.lines = [Line(Step.model_validate_json(step), *rest) for step, *rest in steps]
@@ -72,38 +77,41 @@ class StackRecord:
 
     def replace(self, steps: Sequence[Step], name: str, stop_on: str, by: str) -> None:
         """Another stack, held."""
-        number = self._archive.next_counter(_COUNTER)
-        head = Head(number, name, stop_on, by, time.time_ns() // 1_000_000)
-        rows = [(0, json.dumps(vars(head)), HELD, "loaded")]
-        rows += [
-            (place, step.model_dump_json(exclude_none=True), READY, "")
-            for place, step in enumerate(steps, 1)
-        ]
-        with self._archive.writing() as db:
-            db.execute("DELETE FROM _stack")
-            db.executemany(
-                "INSERT INTO _stack (place, what, state, reason) VALUES (?, ?, ?, ?)", rows
-            )
-        self.head, self.lines = head, [Line(step) for step in steps]
+        self._number += 1
+        self._spool.add_counters({_COUNTER: self._number})
+        self.head = Head(self._number, name, stop_on, by, now_ms())
+        self.lines = [Line(step) for step in steps]
         self.state, self.reason, self.pause_until_s = HELD, "loaded", 0.0
+        self._spool.keep(("stack",), "DELETE FROM _stack", ())
+        for place in range(len(steps) + 1):
+            self._keep(place)
 
     def put(self, state: str, reason: str, **head) -> None:
         """A state of the stack, and changes of its head."""
         assert self.head is not None
-        changed = replace(self.head, **head)
-        self._write(0, "what = ?, state = ?, reason = ?", json.dumps(vars(changed)), state, reason)
-        self.head, self.state, self.reason = changed, state, reason
+        self.head, self.state, self.reason = replace(self.head, **head), state, reason
+        self._keep(0)
 
     def put_step(self, place: int, state: str, reason: str = "", command: int | None = None):
         """A state of a step, and the command that was made for it, once it was."""
         line = self.lines[place - 1]
-        number = line.command if command is None else command
-        self._write(place, "state = ?, reason = ?, command = ?", state, reason, number)
-        line.state, line.reason, line.command = state, reason, number
+        line.command = line.command if command is None else command
+        line.state, line.reason = state, reason
+        self._keep(place)
 
-    def _write(self, place: int, settings: str, *values) -> None:
-        with self._archive.writing() as db:
-            db.execute(f"UPDATE _stack SET {settings} WHERE place = ?", (*values, place))
+    def settle(self) -> None:
+        """Wait a moment for what has changed to be archived."""
+        self._spool.flush()
+
+    def _keep(self, place: int) -> None:
+        row: tuple
+        if place == 0:
+            row = json.dumps(vars(self.head)), self.state, None, self.reason
+        else:
+            line = self.lines[place - 1]
+            what = line.step.model_dump_json(exclude_none=True)
+            row = what, line.state, line.command, line.reason
+        self._spool.keep(("stack", place), _PUT, (place, *row))
 
     def summary(self) -> dict:
         """The stack without its steps, as users see it."""
@@ -130,3 +138,13 @@ class StackRecord:
             }
             for place, line in enumerate(self.lines, 1)
         ]
+
+
+def _stored(spool: Spool) -> list[tuple]:
+    """Rows of the archive; none where it cannot be read."""
+    statement = "SELECT what, state, command, reason FROM _stack ORDER BY place"
+    try:
+        with closing(read_only(spool.path, PATIENCE_S)) as db:
+            return db.execute(statement).fetchall()
+    except (sqlite3.Error, ArchiveError):
+        return []

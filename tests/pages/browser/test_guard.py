@@ -36,10 +36,11 @@ class Served:
         }
         if kind == "websocket":
             del scope["method"]
-        guard = Guard(
-            self._application, TOKEN, PORT, self.refused.append, watcher=WATCHER, login=login
-        )
+        guard = Guard(self._application, TOKEN, PORT, self._refused, watcher=WATCHER, login=login)
         asyncio.run(guard(scope, self._receive, self._send))
+
+    def _refused(self, reason, what):
+        self.refused.append(f"{reason} ({what})")
 
     async def _application(self, scope, receive, send):
         self.reached, self.role = True, scope["role"]

@@ -334,7 +334,10 @@ def test_ended_ground_leaves_no_trace_and_resumes_where_it_was(second_flight, tm
         client.ends(ordered["id"])
         first = client.value("omega_x")
     assert not (tmp_path / "server.json").exists()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["chibis.sqlite"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "chibis.counters",
+        "chibis.sqlite",
+    ]
     with pytest.raises(OSError):
         socket.create_connection(("127.0.0.1", port), 1)
     with serving(tmp_path, chibis=table(flight.address)) as client:

@@ -40,6 +40,7 @@ def board(
     check_installed("board", _NEEDS)
     import torquer.scenario
     from torquer.pages.board.server import BoardServer
+    from torquer.pages.browser.throttle import Throttle
     from torquer.scenario.load import name_after, read_text
 
     if scenario is None:
@@ -53,6 +54,6 @@ def board(
         server.board.make_ready()
     server.serve(
         lambda: show_address(server, Path(), how.no_browser),
-        lambda what: print_note(f"request refused: {what}"),
+        Throttle(lambda line: print_note(f"request refused: {line}")).note,
     )
     return 0

@@ -90,10 +90,9 @@ def serve(
             _note_on_protection(each)
         watch = f"{ground.watch_address}  (watch only)"
         ground.serve(lambda: show_address(ground, how.folder, how.no_browser, watch))
-    if ground.failed is not None:
-        print_error(f"the ground has ended: {ground.failed}")
-        return FAILED_CODE
-    return 0
+    for key, rows in ground.unarchived.items():
+        print_error(f"{key}: {rows} rows could not be archived")
+    return FAILED_CODE if ground.unarchived else 0
 
 
 def _note_on_protection(satellite) -> None:

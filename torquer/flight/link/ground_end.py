@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import select
 import socket
 import time
 from contextlib import suppress
@@ -14,6 +13,8 @@ RETRY_S = 1.0
 #: Most bytes taken by one call of `receive`.
 _AT_ONCE = 2**18
 _LARGEST = 2**16
+#: Time between two attempts to send the rest at the end [s].
+_LOOK_S = 0.01
 
 
 class TcpClient(Link):
@@ -62,10 +63,9 @@ class TcpClient(Link):
     def close(self) -> None:
         end_s = time.monotonic() + GRACE_S
         while self._waiting and self._end is not None:
-            left_s = end_s - time.monotonic()
-            if left_s <= 0.0:
+            if time.monotonic() >= end_s:
                 break
-            select.select([], [self._end], [], left_s)
+            time.sleep(_LOOK_S)
             self._push()
         self._lose()
 
@@ -75,10 +75,10 @@ class TcpClient(Link):
             return True
         if self._end is None and time.monotonic() >= self._due_s:
             self._due_s = time.monotonic() + RETRY_S
-            self._end = socket.socket(self._family, socket.SOCK_STREAM)
-            self._end.setblocking(False)
-            self._end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             with suppress(OSError):
+                self._end = socket.socket(self._family, socket.SOCK_STREAM)
+                self._end.setblocking(False)
+                self._end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self._end.connect(self._place)  # goes on in the background
         if self._end is not None:
             self._look()
@@ -87,11 +87,14 @@ class TcpClient(Link):
     def _look(self) -> None:
         """Whether the attempt has come to its end."""
         assert self._end is not None
-        _, done, _ = select.select([], [self._end], [], 0.0)
-        if done and self._end.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == 0:
+        has_failed = self._end.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) != 0
+        try:
+            self._end.getpeername()  # there is one as soon as there is a connection
+        except OSError:
+            if has_failed or time.monotonic() >= self._due_s:
+                self._lose()
+        else:
             self._is_connected = True
-        elif done or time.monotonic() >= self._due_s:
-            self._lose()
 
     def _push(self) -> None:
         if self._end is not None and not self._send_waiting(self._end, self._waiting):

@@ -31,9 +31,9 @@ class BoardServer(LocalServer):
     def serve(
         self,
         ready: Callable[[], None] = lambda: None,
-        refused: Callable[[str], None] = lambda what: None,
+        refused: Callable[[str, str], None] = lambda reason, what: None,
     ) -> None:
-        """Serve until a signal, or `stop` from another thread; `refused(what)`: see `Guard`."""
+        """Serve until a signal, or `stop` from another thread; `refused`: see `Guard`."""
         try:
             app, ending = application(self.board, ready), self.board.ending.set
             self.serve_application(app, POLICY, "torquer board", refused, ending)

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import json
 import mimetypes
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -15,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from torquer.flight.packets.mistakes import quote_value
 from torquer.scenario.explain import ScenarioError
 
 #: What pages share: three.js, the body in 3D, elements of a page.
@@ -38,10 +41,14 @@ def serve_files(folder: Path) -> Route:
 
 def within(folder: Path, name: str) -> Path:
     """The path of a file in a folder; HTTPException 404 if it leads out of it."""
-    path = (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
-        raise HTTPException(404)
-    return path
+    try:
+        path = (folder / name).resolve()
+        if path.is_relative_to(folder.resolve()):
+            path.is_file()
+            return path
+    except (OSError, ValueError):
+        pass  # no name of a file: too long, or with characters that none has
+    raise HTTPException(404)
 
 
 async def answer_missing(request: Request, error: Exception) -> Response:
@@ -69,9 +76,25 @@ async def json_object(request: Request, what: str, most_bytes: int) -> dict:
         if len(body) > most_bytes:
             raise ScenarioError(f"{what}: must have at most {most_bytes} bytes; received more")
     try:
-        found = json.loads(body)
+        found = json.loads(body, object_pairs_hook=_once_each)
+        if b"\\ud" in body.lower():  # a half of a character cannot be said again
+            json.dumps(found, ensure_ascii=False).encode()
+    except _TwiceError as error:
+        raise ScenarioError(f"{what}: must have each key once; received {error} twice") from None
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
         raise ScenarioError(f"{what}: must be a JSON object; received something else")
+    return found
+
+
+class _TwiceError(ValueError):
+    """A key that an object has twice."""
+
+
+def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        ((key, _),) = Counter(key for key, _ in pairs).most_common(1)
+        raise _TwiceError(quote_value(key))
     return found

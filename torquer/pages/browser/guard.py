@@ -14,7 +14,6 @@ import json
 import secrets
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs
 
 from torquer.pages.browser.login import Login
 
@@ -39,13 +38,18 @@ _ONLY_WATCHES = f"role: must be {COMMAND} to change anything; received {WATCH}"
 #: To the page, from within the browser: a page of somebody else, or a file, that leads here has the
 #: browser keep a strict cookie back.
 _ONWARD = b'<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0; url=/">'
+#: That of one which cannot be served.
+_FAILED = 1011
+#: Most characters of a path that are shown.
+_SHOWN = 60
 
 
 class Guard:
-    """ASGI application around another one; `refused(what)` is called for each refusal.
+    """ASGI application around another one; `refused(reason, what)` is called for each refusal.
 
     `token`: of who commands, `watcher`: of who only watches; `login`: of the browser we open;
-    `policy`: what the page may load; `command`: the one that printed the address with the token.
+    `policy`: what the page may load; `command`: the one that printed the address with the token;
+    `failed(reason, what)`: called for each request at which the application fails.
     """
 
     def __init__(
@@ -53,12 +57,14 @@ class Guard:
         app,
         token: str,
         port: int,
-        refused: Callable[[str], None],
+        refused: Callable[[str, str], None],
         policy: str = POLICY,
         command: str = "torquer",
+        failed: Callable[[str, str], None] = lambda reason, what: None,
         watcher: str = "",
         login: Login | None = None,
     ):
+        self._failed = failed
         self._app, self._token, self._refused, self._command = app, token, refused, command
         self._watcher, self._login = watcher, login or Login()
         self._headers = [(b"content-security-policy", policy.encode()), *_HEADERS]
@@ -75,12 +81,34 @@ class Guard:
         headers = dict(scope["headers"])
         reason = self._reason(scope, headers)
         if reason:
-            self._refused(f"{reason} ({scope['type']}, {scope['path']})")
+            self._refused(reason, _describe(scope))
             await self._refuse(scope, receive, send, reason)
         elif scope["entry"]:
             await self._welcome(scope, send)
         else:
-            await self._app(scope, receive, self._with_headers(send))
+            await self._pass_on(scope, receive, send)
+
+    async def _pass_on(self, scope, receive, send) -> None:
+        """Let the application answer; where it fails, answer in its place, in one line."""
+        begun = False
+
+        async def sending(message) -> None:
+            nonlocal begun
+            begun = True
+            await send(message)
+
+        try:
+            await self._app(scope, receive, self._with_headers(sending))
+        except Exception as error:
+            reason = f"{type(error).__name__}: {error}"
+            self._failed(reason, _describe(scope))
+            if begun:
+                raise ConnectionAbortedError from None
+            if scope["type"] == "http":
+                plain = (b"content-type", b"text/plain; charset=utf-8")
+                await self._answer(send, 503, b"this cannot be answered now\n", [plain])
+            else:
+                await send({"type": "websocket.close", "code": _FAILED, "reason": "cannot serve"})
 
     def _reason(self, scope, headers: dict[bytes, bytes]) -> str:
         """Why a request is refused; "" if it is not."""
@@ -108,12 +136,13 @@ class Guard:
         """The token that the address of the page has, or whose code, as only the first one does."""
         if scope["type"] != "http" or scope["path"] != "/" or scope["method"] != "GET":
             return b""
-        query = parse_qs(scope["query_string"])
-        given = query.get(b"token", [b""])[0]
-        if self._role(given):
-            return given
-        is_code = self._login.redeem(query.get(b"code", [b""])[0])
-        return self._token.encode() if is_code else b""
+        parts = [part.partition(b"=") for part in scope["query_string"].split(b"&")]
+        for name, _, given in parts:
+            if name == b"token" and self._role(given):
+                return given
+            if name == b"code" and self._login.redeem(given):
+                return self._token.encode()
+        return b""
 
     def _role(self, given: bytes) -> str:
         """The role of who has a token; "" of one that is none."""
@@ -129,7 +158,7 @@ class Guard:
         place = b"/" + (b"?" + b"&".join(rest) if rest else b"")
         cookie = f"{self._cookie}={scope['entry'].decode()}; Path=/; HttpOnly; SameSite=Strict"
         headers = [(b"set-cookie", cookie.encode())]
-        if b"code" in parse_qs(scope["query_string"]):
+        if scope["query_string"].startswith(b"code="):
             html = (b"content-type", b"text/html; charset=utf-8")
             await self._answer(send, 200, _ONWARD, [*headers, html])
         else:
@@ -167,6 +196,12 @@ def _read_cookie(headers: dict[bytes, bytes], name: str) -> bytes:
     cookies: SimpleCookie = SimpleCookie()
     try:
         cookies.load(headers.get(b"cookie", b"").decode("latin-1"))
-    except CookieError:
+    except (CookieError, ValueError):
         return b""
     return cookies[name].value.encode() if name in cookies else b""
+
+
+def _describe(scope) -> str:
+    """What is asked, in printable characters and short: anybody can ask anything."""
+    path = ascii(scope["path"])[1:-1]
+    return f"{scope['type']}, {path if len(path) <= _SHOWN else path[:_SHOWN] + '...'}"

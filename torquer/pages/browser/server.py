@@ -14,6 +14,8 @@ import uvicorn
 
 from torquer.pages.browser.guard import Guard
 from torquer.pages.browser.login import Login
+from torquer.pages.browser.quiet import quietly, say_on_stderr, watch_loop
+from torquer.pages.browser.throttle import Throttle
 from torquer.simulation.setup.signals import ALL
 
 HOST = "127.0.0.1"
@@ -24,12 +26,20 @@ _GRACE_S = 2
 class _Server(uvicorn.Server):
     """A server that leaves signals to its owner: uvicorn's own would end the process by them.
 
-    `ending` is called in its loop when it begins to end, before it waits for open requests.
+    `ending` is called in its loop when it begins to end, before it waits for open requests;
+    `beginning` when the loop begins.
     """
 
-    def __init__(self, config: uvicorn.Config, ending: Callable[[], None]):
+    def __init__(
+        self, config: uvicorn.Config, ending: Callable[[], None], beginning: Callable[[], None]
+    ):
         super().__init__(config)
-        self._ending = ending
+        self._ending, self._beginning = ending, beginning
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin."""
+        self._beginning()
+        await super().startup(sockets)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Say that the end begins, and end."""
@@ -58,6 +68,7 @@ class LocalServer:
         self._base = f"http://{HOST}:{self.port}/"
         self.address = f"{self._base}?token={self.token}"
         self.watch_address = f"{self._base}?token={self.watcher}"
+        self.trouble = Throttle(say_on_stderr)
         self._server: _Server | None = None
         self._stopped = False
 
@@ -66,7 +77,7 @@ class LocalServer:
         app,
         policy: str,
         command: str,
-        refused: Callable[[str], None],
+        refused: Callable[[str, str], None],
         ending: Callable[[], None] = lambda: None,
     ) -> None:
         """Serve an ASGI application, behind a `Guard`, until a signal, or `stop` in another thread.
@@ -74,12 +85,19 @@ class LocalServer:
         `policy`: what its page may load; `command`: the one that printed the address. `ending` is
         called when the end begins: requests that are open some seconds later are cut off.
         """
-        who = self.watcher, self._login
+
+        def note(line: str) -> None:
+            self.trouble.note(f"{command}: {line}")
+
+        def failed(reason: str, what: str) -> None:
+            self.trouble.note(f"{command}: a request failed: {reason}", what)
+
+        who = failed, self.watcher, self._login
         guarded = Guard(app, self.token, self.port, refused, policy, command, *who)
         self._server = _Server(
             uvicorn.Config(
                 guarded,
-                log_level="warning",
+                log_config=None,
                 lifespan="on",
                 ws="websockets-sansio",
                 timeout_graceful_shutdown=_GRACE_S,
@@ -87,9 +105,10 @@ class LocalServer:
                 date_header=False,
             ),
             ending,
+            lambda: watch_loop(note),
         )
         self._server.should_exit = self._stopped
-        with _ended_by_signals(self.stop):
+        with _ended_by_signals(self.stop), quietly(note):
             self._server.run(sockets=[self._socket])
 
     def write_opener(self, folder: Path) -> Path:

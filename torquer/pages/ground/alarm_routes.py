@@ -24,7 +24,7 @@ from torquer.ground.contact import Contact
 from torquer.ground.log_search import SEVERITIES, LogQuery, search
 from torquer.ground.violations import stored_violations
 from torquer.pages.browser.files import json_object
-from torquer.pages.ground.asked import contact_of, made_by
+from torquer.pages.ground.asked import contact_of, made_by, whole
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 _MOST_BYTES, _MOST_ALARMS, _LAST_MS = 65_536, 500, 2**53
@@ -154,7 +154,7 @@ class _AlarmRoutes:
         contact, span = self._contact(request), _asked(_Span, request)
 
         def found() -> list[dict]:
-            with closing(read_only(contact.archive.path)) as db:
+            with closing(read_only(contact.spool.path)) as db:
                 return stored_violations(db, span.start, span.end, span.size)
 
         return _json(await run_in_threadpool(found))
@@ -181,18 +181,13 @@ class _AlarmRoutes:
 
 def _asked(spec, request: Request):
     given = dict(request.query_params.items())
-    numbers = {key: _whole(given[key]) for key in ("start", "end", "size") if key in given}
+    numbers = {key: whole(given[key]) for key in ("start", "end", "size") if key in given}
     return validate_tables(spec, given | numbers)
-
-
-def _whole(text: str) -> int | str:
-    is_whole = text.isascii() and text.removeprefix("-").isdecimal() and len(text) < 20
-    return int(text) if is_whole else text
 
 
 def _found(contact: Contact, asked: _Search) -> tuple[list[dict], bool]:
     query = LogQuery(asked.start, asked.end, asked.severity, asked.source, asked.text)
-    with closing(read_only(contact.archive.path)) as db:
+    with closing(read_only(contact.spool.path)) as db:
         return search(db, contact.dictionary, query, asked.size)
 
 

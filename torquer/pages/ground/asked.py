@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from urllib.parse import unquote
 
@@ -35,11 +36,12 @@ def packet_of(contact: Contact, request: Request) -> Packet:
 
 def query_of(request: Request) -> dict[str, int | str]:
     """The query, in which digits are numbers."""
-    return {key: _whole(value) for key, value in request.query_params.items()}
+    return {key: whole(value) for key, value in request.query_params.items()}
 
 
-def _whole(text: str) -> int | str:
-    return int(text) if text.lstrip("-").isdecimal() and len(text) < 20 else text
+def whole(text: str) -> int | str:
+    """A number, where a text is the digits of one."""
+    return int(text) if re.fullmatch(r"-?[0-9]{1,18}", text) else text
 
 
 def made_by(request: Request) -> str:

@@ -78,7 +78,7 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         query = query_of(request)
         selected = validate_tables(Selected, query | {"numbers": str(query.get("numbers", ""))})
         columns = check_selection(packet, selected)
-        path, name = contact.archive.path, contact.dictionary.name
+        path, name = contact.spool.path, contact.dictionary.name
         pieces = await _answered(lambda: selection(path, name, packet, columns, selected))
         kind = KINDS[selected.format].media_type
         return _File(pieces, file_name(contact.key, packet, selected), kind)
@@ -88,7 +88,7 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         asked = validate_tables(_Instant, query_of(request))
 
         def found() -> str:
-            with closing(read_only(contact.archive.path)) as db:
+            with closing(read_only(contact.spool.path)) as db:
                 known = last_known(db, contact.dictionary, asked.time, asked.by)
             state = state_in_words(known, contact.dictionary, contact.satellite.names)
             answer = {"time": asked.time, "by": asked.by, "state": state, "packets": known}
@@ -104,7 +104,7 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         packets = None if asked.packet is None else [asked.packet]
 
         def found() -> list[dict]:
-            with closing(read_only(contact.archive.path)) as db:
+            with closing(read_only(contact.spool.path)) as db:
                 listed = find_gaps(db, contact.dictionary, packets, asked.start, asked.end)
             return [gap._asdict() for gap in listed]
 

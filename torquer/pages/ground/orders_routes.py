@@ -65,7 +65,7 @@ class _Routes:
         wanted = validate_tables(Wanted, {key: _number(key, text) for key, text in asked.items()})
 
         def found() -> str:
-            with closing(read_only(contact.archive.path)) as db:
+            with closing(read_only(contact.spool.path)) as db:
                 commands = find_commands(db, wanted)
             return commands_csv(commands) if form == "csv" else _json(commands)
 
@@ -78,7 +78,7 @@ class _Routes:
             raise HTTPException(404)
 
         def found() -> str:
-            with closing(read_only(contact.archive.path)) as db:
+            with closing(read_only(contact.spool.path)) as db:
                 return _json(compare_plan(db, contact.dictionary))
 
         return _answer(await run_in_threadpool(found), "json", contact.key)

@@ -197,7 +197,7 @@ def _report(contact: Contact, wanted: _Wanted) -> str:
     span = round(wanted.start), round(wanted.end)
     try:
         heading = _heading(contact, wanted.station, *span)
-        return report_page(contact.archive.path, heading, *span)
+        return report_page(contact.spool.path, heading, *span)
     except ValueError as error:
         raise ScenarioError(str(error)) from None
 

@@ -5,6 +5,7 @@ Their list, with what each answers, is in `design/0014-ground.md`.
 
 from __future__ import annotations
 
+import sqlite3
 from contextlib import closing
 from pathlib import Path
 
@@ -24,17 +25,18 @@ from torquer.flight.packets.dictionary import Packet
 from torquer.flight.packets.mistakes import quote_value
 from torquer.flight.packets.openmct import openmct
 from torquer.ground import history
-from torquer.ground.archive import read_only
+from torquer.ground.archive import ArchiveError, read_only
 from torquer.ground.bins import points
 from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
+from torquer.ground.ground_clock import now_ms
 from torquer.ground.limits import describe_limits
 from torquer.ground.live import Listener, Live
 from torquer.ground.plan import has_plan
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
 from torquer.pages.ground.alarm_routes import alarm_routes
-from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of
+from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of, whole
 from torquer.pages.ground.history_routes import history_routes
 from torquer.pages.ground.orders_routes import orders_routes
 from torquer.pages.ground.passes_routes import has_passes, passes_routes
@@ -44,6 +46,8 @@ WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.
 MOST_ROWS, _MOST_BYTES = 20_000, 65_536
 _LAST_MS = 2**53
+#: How long a request waits for another program that holds the archive [s].
+_PATIENCE_S = 1.0
 
 
 class _Span(Spec):
@@ -73,7 +77,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/log", routes.log),
             Route(f"{one}/commands", routes.commands, methods=["GET"]),
             Route(f"{one}/commands", routes.order, methods=["POST"]),
-            Route(f"{one}/commands/{{number:int}}/cancel", routes.cancel, methods=["POST"]),
+            Route(f"{one}/commands/{{number}}/cancel", routes.cancel, methods=["POST"]),
             Route(f"{one}/sent", routes.sent),
             Route(f"{one}/modes", routes.modes),
             Route(f"{one}/scene", routes.scene),
@@ -85,7 +89,12 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             *passes_routes(contacts),
             serve_files(WEB),
         ],
-        exception_handlers={ScenarioError: _refused, HTTPException: answer_missing},
+        exception_handlers={
+            ScenarioError: _refused,
+            HTTPException: answer_missing,
+            ArchiveError: _unreadable,
+            sqlite3.Error: _unreadable,
+        },
         lifespan=lifespan,
     )
 
@@ -131,15 +140,16 @@ class _Routes:
     async def log(self, request: Request) -> Response:
         """The last entries of the log."""
         contact, span = self._asked(request)
-        ends = span.start, span.end
+        ends, waiting = (span.start, span.end), contact.spool.entries()
         return await self._read(
-            contact, lambda db: history.log(db, contact.dictionary, *ends, span.size)
+            contact, lambda db: history.log(db, contact.dictionary, *ends, span.size, waiting), True
         )
 
     async def sent(self, request: Request) -> Response:
         """The last commands with their states."""
         contact, span = self._asked(request)
-        return await self._read(contact, lambda db: list_commands(db, span.size))
+        newer = contact.commands.last(span.size)
+        return await self._read(contact, lambda db: list_commands(db, span.size, newer), True)
 
     async def commands(self, request: Request) -> Response:
         """What can be commanded."""
@@ -168,8 +178,10 @@ class _Routes:
 
     async def cancel(self, request: Request) -> Response:
         """Cancel a command that waits, here or on board."""
-        contact, number = self._contact(request), request.path_params["number"]
-        return JSONResponse(contact.cancel(min(number, _LAST_MS), made_by(request)))
+        contact, number = self._contact(request), whole(request.path_params["number"])
+        if not isinstance(number, int):
+            raise HTTPException(404)
+        return JSONResponse(contact.cancel(number, made_by(request)))
 
     async def modes(self, request: Request) -> Response:
         """The mode table and its diagram."""
@@ -203,6 +215,7 @@ class _Routes:
         await socket.accept()
         listener = Listener()
         self._live.listeners.add(listener)
+        listener.beat(now_ms())
         for contact in self._contacts.values():
             listener.put("links", {"satellite": contact.key, **contact.state()})
         try:
@@ -224,11 +237,21 @@ class _Routes:
     def _asked(self, request: Request) -> tuple[Contact, _Span]:
         return self._contact(request), validate_tables(_Span, query_of(request))
 
-    async def _read(self, contact: Contact, ask) -> Response:
+    async def _read(self, contact: Contact, ask, is_known_without: bool = False) -> Response:
+        """What `ask` makes of the archive; of None, where it cannot be read and more is known."""
+
+        def rows():
+            try:
+                with closing(read_only(contact.spool.path, _PATIENCE_S)) as db:
+                    yield from ask(db)
+            except (ArchiveError, sqlite3.Error):
+                if not is_known_without:
+                    raise
+                yield from ask(None)
+
         def answer() -> str:
-            with closing(read_only(contact.archive.path)) as db:
-                # row by row: in one piece a large answer would keep all else waiting
-                return f"[{','.join(json_text(row, None, INFINITIES) for row in ask(db))}]"
+            # row by row: in one piece a large answer would keep all else waiting
+            return f"[{','.join(json_text(row, None, INFINITIES) for row in rows())}]"
 
         text = await run_in_threadpool(answer)
         return Response(text, media_type="application/json")
@@ -302,3 +325,8 @@ def _as_sent(data) -> Sent:
 
 async def _refused(request: Request, error: Exception) -> Response:
     return JSONResponse({"error": str(error)}, 400)
+
+
+async def _unreadable(request: Request, error: Exception) -> Response:
+    why = " ".join(str(error).split())
+    return JSONResponse({"error": f"archive: cannot be read now: {why}"}, 503)

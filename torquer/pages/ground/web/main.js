@@ -8,6 +8,7 @@ import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
 import { foldTree, paneParameters } from "./mct/narrow.js";
 import { installNextPass } from "./mct/next_pass.js";
+import { installStaleness } from "./mct/staleness.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
 import { drawPlotsIn2D } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
@@ -18,6 +19,7 @@ import { get } from "./net/api.js";
 import { Live } from "./net/live.js";
 import { askRole } from "./net/role.js";
 import { Rows } from "./net/rows.js";
+import { Watch } from "./net/watch.js";
 import { satellitesOf } from "./satellites.js";
 import { installViews } from "./views/all.js";
 
@@ -31,6 +33,7 @@ async function start() {
   const live = new Live();
   const rows = new Rows(live);
   const alarms = new AlarmStore(satellites, live);
+  const watch = new Watch(live);
   const openmct = window.openmct;
 
   drawPlotsIn2D();
@@ -44,8 +47,9 @@ async function start() {
   installExport(openmct, satellites);
   installViews(openmct, { satellites, live, rows, alarms });
   installAlarmIndicator(openmct, alarms);
-  installIndicators(openmct, satellites, live, rows);
+  installIndicators(openmct, satellites, live, rows, watch);
   installNextPass(openmct, satellites);
+  installStaleness(satellites, live, watch);
   followOpenSatellite(openmct, satellites);
   foldTree(openmct);
   live.on("again", () => askAgain(openmct));

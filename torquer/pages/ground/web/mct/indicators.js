@@ -5,15 +5,16 @@ import { every, h } from "../dom.js";
 import { SatelliteClock } from "../net/satellite_clock.js";
 import { inZone, zoneSwitch } from "../times.js";
 import { askAgain } from "./clocks.js";
+import { noTelemetry, notArchived, noWord } from "./trouble.js";
 
 /** Counts that the status line shows where the server gives them, with their words. */
 const COUNTS = { frames: "frames", rejected: "rejected", lost_bytes: "bytes lost" };
 
-export function installIndicators(openmct, satellites, live, rows) {
+export function installIndicators(openmct, satellites, live, rows, watch) {
   const element = zoneSwitch(() => askAgain(openmct));
   openmct.indicators.add({ element, key: "torquer.zone", priority: openmct.priority.DEFAULT });
   for (const satellite of satellites.values()) {
-    const indicator = new Indicator(satellite, new SatelliteClock(satellite, rows));
+    const indicator = new Indicator(satellite, new SatelliteClock(satellite, rows), watch);
     openmct.indicators.add({
       element: indicator.element,
       key: `torquer.flight.link.${satellite.key}`,
@@ -26,22 +27,27 @@ export function installIndicators(openmct, satellites, live, rows) {
     );
     live.on("connected", (isConnected) => indicator.server(isConnected));
     const clock = openmct.time.getAllClocks().find(({ key }) => key === `onboard.${satellite.key}`);
+    watch.on(() => indicator.show(clock.currentValue()));
     every(500, () => indicator.show(clock.currentValue()), new AbortController().signal);
   }
 }
 
 class Indicator {
   #link = null;
+  #watch;
   #hasServer = false;
   #clock;
   #state = h("span", { class: "t-link__state" });
+  #archive = h("span", { class: "t-link__archive", role: "status" });
   #counts = h("span", { class: "t-link__counts" });
   #time = h("span", { class: "t-link__time" });
 
-  constructor({ name }, clock) {
+  constructor({ name }, clock, watch) {
     this.#clock = clock;
+    this.#watch = watch;
     const title = h("span", { class: "t-link__name" }, name);
-    this.element = h("div", { class: "t-link" }, title, this.#state, this.#counts, this.#time);
+    const shown = [title, this.#state, this.#archive, this.#counts, this.#time];
+    this.element = h("div", { class: "t-link" }, shown);
   }
 
   link(link) {
@@ -57,6 +63,7 @@ class Indicator {
     const [state, text] = this.#stateInWords();
     this.element.dataset.state = state;
     this.#state.textContent = text;
+    this.#archive.textContent = notArchived(this.#link);
     this.#counts.textContent = countsInWords(this.#link);
     const about = [`${inZone(time)} on board`, ...clockInWords(this.#clock)];
     this.#time.textContent = about.join("; ");
@@ -64,9 +71,11 @@ class Indicator {
   }
 
   #stateInWords() {
+    if (this.#watch.since !== null) return ["lost", noWord(this.#watch.since)];
     if (!this.#hasServer) return ["lost", "no connection to the server"];
     if (!this.#link) return ["lost", "link unknown"];
     if (!this.#link.connected) return ["lost", "link lost"];
+    if (this.#link.silent) return ["silent", noTelemetry(this.#link)];
     return ["connected", "link up"];
   }
 }

@@ -4,9 +4,9 @@ const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 15_000;
 
 /**
- * Listeners of kinds of messages: `rows`, `log`, `commands`, `links` get the list of a message,
- * `connected` true or false, and `again` is called after every connection but the first: what came in
- * between has to be asked for.
+ * Listeners of kinds of messages: `rows`, `log`, `commands`, `links`, `beat` get the list of a message,
+ * `connected` true or false, and `again` is called after every connection but the first, and after a
+ * silence: what came in between has to be asked for.
  */
 export class Live {
   #listeners = new Map();
@@ -29,10 +29,15 @@ export class Live {
     socket.onclose = () => this.#closed();
   }
 
+  /** Lets everybody ask again for what may have been missed. */
+  askAgain() {
+    this.#tell("again", true);
+  }
+
   #opened() {
     this.#wait = FIRST_WAIT_MS;
     this.#tell("connected", (this.connected = true));
-    if (this.#connections++) this.#tell("again", true);
+    if (this.#connections++) this.askAgain();
   }
 
   #received(message) {

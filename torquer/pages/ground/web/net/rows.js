@@ -76,7 +76,8 @@ async function archived(satellite, packet, signal) {
   for (const by of ["received", "time"]) {
     const [row] = await frames(satellite, packet, { size: 1, by }, signal);
     // Times of reception are this machine's; rows of recordings have none: they came long ago.
-    const age = row && Date.now() - (row.received ?? -Infinity);
+    // That machine's clock may have been set: a row never comes from the future.
+    const age = row && Math.max(0, Date.now() - (row.received ?? -Infinity));
     if (row) return { ...row, arrived: performance.now() - age };
   }
   return null;

@@ -59,7 +59,7 @@ function viewOf(show, context) {
   return {
     show(element) {
       // Open MCT sets the classes of its own element.
-      const box = h("div", { class: "t-view" });
+      const box = h("div", { class: "t-view", "data-satellite": context.object.satellite });
       element.append(box);
       const shown = show(box, { ...context, satellite, signal: closed.signal });
       Promise.resolve(shown).catch((error) => failed(box, error, closed.signal));
