@@ -5,13 +5,13 @@ import io
 from contextlib import closing
 
 import pytest
+from archived import commands_on
 
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.ground.archive import Archive, read_only
 from torquer.ground.command_history import Wanted, commands_csv, find_commands, iso
-from torquer.ground.commands import Commands
 
 NOW = 1_800_000_000_000
 
@@ -21,7 +21,7 @@ def db(tmp_path_factory):
     """Six commands, made a second apart: 1 and 2 of Ada, of which 2 was cancelled."""
     path, dictionary = tmp_path_factory.mktemp("g") / "sat.sqlite", load_dictionary("chibis_m")
     with closing(Archive(path, dictionary)) as archive:
-        commands = Commands(archive, dictionary, Names({}, (), {}, {}, ()))
+        commands = commands_on(archive, dictionary, Names({}, (), {}, {}, ()))
         for n in range(1, 7):
             by = "Ada (stated), page" if n < 3 else '=HYPERLINK("x"), command line'
             name, values = ("plan_clear", {}) if n > 4 else ("report_status", {"module_id": n})

@@ -2,16 +2,16 @@
 
 import sqlite3
 from contextlib import closing
-from itertools import count
 
 import pytest
+from archived import commands_on
 
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import Stream
 from torquer.flight.packets.reasons import Reason
-from torquer.ground.archive import EPOCH_MS, Archive, Batch, read_only
+from torquer.ground.archive import EPOCH_MS, Archive, read_only
 from torquer.ground.commands import (
     ANSWER_MS,
     LATEST_MS,
@@ -34,14 +34,8 @@ class Bench:
 
     def __init__(self, path, dictionary=CHIBIS):
         self.archive = Archive(path, dictionary)
-        ((last,),) = self.archive.read("SELECT max(id) FROM _commands")
-        self._numbers = count((last or 0) + 1)
-        self.commands = Commands(dictionary, NAMES, self._keep, self._numbers.__next__)
-        self.commands.adopt(last_commands(self.archive.read))
+        self.commands = commands_on(self.archive, dictionary, NAMES)
         self.stream = Stream(dictionary, "up")
-
-    def _keep(self, command):
-        self.archive.store(Batch([], commands=[command]))
 
     def order(self, command="automatic", at_s=0.0, now=NOW, clock=CLOCK, **keys):
         values = keys.pop("values", {"on": 1} if command == "automatic" else {})

@@ -6,14 +6,14 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from archived import commands_on
 from hypothesis import given, strategies as st
 from station_skies import START_MS
 
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.software_file import load_link
-from torquer.ground.archive import Archive, ArchiveError, Row, read_only
-from torquer.ground.commands import Commands
+from torquer.ground.archive import Archive, ArchiveError, Batch, Row, read_only
 from torquer.ground.pass_report import Received, find_gaps, report_pass, usual_step
 from torquer.report.pass_page import Heading, pass_page, report_page
 
@@ -42,14 +42,17 @@ def archive(tmp_path):
     rows += [row("event", START_MS + t, 2000 + t, module_id=1, code=1, argument=t)
              for t in (5, 60_000, 61_000, 500_000)]  # fmt: skip
     made.put(rows)
-    commands = Commands(made, DICTIONARY, Names({}, (), {}, {}, ()))
+    commands = commands_on(made, DICTIONARY, Names({}, (), {}, {}, ()))
     sent = Sent(at_s=0.0, command="report_status", values={"module_id": 1})
     for at_ms in (START_MS + 100_000, START_MS - 300_000):
         for number, _ in (commands.order(sent, SCRIPT, at_ms + AHEAD_MS, None),
                           *commands.due(at_ms + AHEAD_MS))[1:]:  # fmt: skip
             commands.sent(number, at_ms + AHEAD_MS)
-    made.note(START_MS + 1000, START_MS + AHEAD_MS, "alarm", SCRIPT)
-    made.note(START_MS - 1000, START_MS + AHEAD_MS, "info", "before")
+    entries = [
+        (1, START_MS + 1000, START_MS + AHEAD_MS, "alarm", SCRIPT),
+        (2, START_MS - 1000, START_MS + AHEAD_MS, "info", "before"),
+    ]
+    made.store(Batch([], entries=entries))
     yield made
     made.close()
 

@@ -3,6 +3,7 @@
 from contextlib import closing
 
 import pytest
+from archived import commands_on
 
 from torquer.computer.names import Names
 from torquer.flight.packets.commands import Sent
@@ -10,7 +11,7 @@ from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import Downlink, Stream
 from torquer.flight.packets.reasons import Reason
 from torquer.ground.archive import EPOCH_MS, UNCHECKED, Archive, RowMaker, read_only
-from torquer.ground.commands import ANSWER_MS, Commands
+from torquer.ground.commands import ANSWER_MS
 from torquer.ground.plan import compare_plan, has_plan
 
 CHIBIS = load_dictionary("chibis_m")
@@ -25,7 +26,7 @@ class Bench:
 
     def __init__(self, path):
         self.archive, self.now = Archive(path, CHIBIS), NOW
-        self.commands = Commands(self.archive, CHIBIS, NAMES)
+        self.commands = commands_on(self.archive, CHIBIS, NAMES)
         self.maker, self.downlink = RowMaker(CHIBIS), Downlink(CHIBIS)
         self.stream = Stream(CHIBIS, "up")
 

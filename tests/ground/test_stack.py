@@ -1,17 +1,17 @@
 """Command stacks: read and checked as a whole, stepped, run, held, kept over a restart."""
 
-import sqlite3
 from contextlib import closing
 
 import pytest
+from archived import WrittenAtOnce, commands_on
 
 from torquer.computer.names import Names
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.frames import Stream
 from torquer.flight.packets.reasons import Reason
 from torquer.ground import stack as stack_module
-from torquer.ground.archive import EPOCH_MS, Archive
-from torquer.ground.commands import ANSWER_MS, Commands
+from torquer.ground.archive import EPOCH_MS
+from torquer.ground.commands import ANSWER_MS
 from torquer.ground.stack import Stack
 from torquer.ground.stack_file import (
     MOST_SAVED,
@@ -46,8 +46,9 @@ class Bench:
     """A stack on an archive, with a satellite's answers; `now`: time of the ground."""
 
     def __init__(self, path):
-        self.archive = Archive(path, CHIBIS)
-        self.commands = Commands(self.archive, CHIBIS, NAMES)
+        self.spool = WrittenAtOnce(path, CHIBIS)
+        self.archive = self.spool.archive
+        self.commands = commands_on(self.archive, CHIBIS, NAMES)
         self.uplink, self.frames, self.notes, self.changes = Stream(CHIBIS, "up"), [], [], []
         self.now, self.is_linked = NOW, True
         self.stack = Stack(self, self.changes.append)
@@ -455,17 +456,3 @@ def test_an_end_between_command_and_note_is_found_out(path, monkeypatch, is_made
         assert second.modules == []
         # a command that was not sent is cancelled by the start, and the step says so
         assert second.states == [["ready", "ready"], ["failed", "ready"]][is_made]
-
-
-def test_an_archive_that_takes_nothing_holds_the_stack(bench, monkeypatch):
-    bench.load(steps("", ""))
-    bench.act("run")
-
-    def fails(sent, by):
-        raise sqlite3.OperationalError("disk full")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(bench, "order", fails)
-        with pytest.raises(sqlite3.OperationalError):
-            bench.stack.advance(bench.now)
-    assert bench.states == ["ready", "ready"]

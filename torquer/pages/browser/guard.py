@@ -158,7 +158,7 @@ class Guard:
         place = b"/" + (b"?" + b"&".join(rest) if rest else b"")
         cookie = f"{self._cookie}={scope['entry'].decode()}; Path=/; HttpOnly; SameSite=Strict"
         headers = [(b"set-cookie", cookie.encode())]
-        if scope["query_string"].startswith(b"code="):
+        if any(part.startswith(b"code=") for part in scope["query_string"].split(b"&")):
             html = (b"content-type", b"text/html; charset=utf-8")
             await self._answer(send, 200, _ONWARD, [*headers, html])
         else:
