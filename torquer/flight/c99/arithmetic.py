@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from torquer.flight.c99.helpers import LIBRARY
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.refusal import Impossible
 from torquer.flight.c99.types import BOOL, INT, REAL, TIME, UNBOUNDED, Bounds, Number
@@ -40,15 +41,11 @@ _COMPARE: dict[type, tuple[str, int, Callable]] = {
     ast.Eq: ("==", Rank.EQUAL, operator.eq),
     ast.NotEq: ("!=", Rank.EQUAL, operator.ne),
 }
-#: Functions of floats in C with the bits of Python's; both call the same library.
+#: Functions of floats in C with the bits of Python's: both call the same library. Those of `LIBRARY`
+#: go through a function of the C text; the others round correctly everywhere.
 OF_FLOATS: dict[Callable, str] = {
-    **{f: f"{f.__name__}_of" for f in (  # the library's or `torquer.flight.c99.portable`
-        math.sin, math.cos, math.asin, math.acos, math.atan, math.atan2,
-    )},
-    **{f: f.__name__ for f in (
-        math.sqrt, math.tan, math.exp, math.expm1, math.log, math.log1p, math.log2, math.log10,
-        math.sinh, math.cosh, math.tanh, math.fmod, math.copysign, math.fabs,
-    )},
+    **{getattr(math, name): f"{name}_of" for name in LIBRARY},
+    **{f: f.__name__ for f in (math.sqrt, math.fmod, math.copysign, math.fabs)},
     np.sqrt: "sqrt", np.abs: "fabs", np.fabs: "fabs", np.copysign: "copysign", np.floor: "floor",
     np.ceil: "ceil", np.trunc: "trunc", np.fmod: "fmod",
 }  # fmt: skip
@@ -56,8 +53,6 @@ OF_FLOATS: dict[Callable, str] = {
 OF_TWO = frozenset({"fmod", "copysign", "atan2_of"})
 #: NumPy's, of whole numbers whole: with no zero that has a sign.
 ROUNDING = frozenset({np.floor, np.ceil, np.trunc})
-#: Those that round correctly in every library, so that C has them for floats, too.
-_EXACT = frozenset({"sqrt", "fabs", "fmod", "copysign", "floor", "ceil", "trunc"})
 #: Whole numbers of floats.
 TO_WHOLE: dict[Callable, str] = {math.floor: "floor", math.ceil: "ceil", math.trunc: "trunc"}
 #: Truths of floats.
@@ -193,17 +188,14 @@ def call_library(name: str, values: list[Value]) -> Value:
     """A call of a function of the C library.
 
     In single precision those that round correctly are the library's own for floats; the others are
-    computed for doubles and rounded, so that libraries which differ in a last bit agree.
+    computed for doubles and rounded, so that libraries which differ in a last bit agree (`_of`).
     """
     if any(each.type == TIME for each in values):
-        found = call_function(name, [as_time(each) for each in values], TIME)
+        twin = f"{name}_times" if name.endswith("_of") else name
+        found = call_function(twin, [as_time(each) for each in values], TIME)
         return found if name == "fabs" else as_real(found)
-    values = [as_real(each) for each in values]
-    if not is_single() or name.endswith("_of"):
-        return call_function(name, values, REAL)
-    if name in _EXACT:
-        return call_function(f"{name}f", values, REAL)
-    return as_real(call_function(name, [as_time(each) for each in values], TIME))
+    single = is_single() and not name.endswith("_of")
+    return call_function(f"{name}f" if single else name, [as_real(each) for each in values], REAL)
 
 
 def nearest_whole(name: str, value: Value) -> Value:

@@ -19,7 +19,7 @@ from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text
-from torquer.flight.c99.texts import PRECISION, SINGLE_TEST, fill_template, read_template
+from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
 from torquer.flight.c99.types import REAL
 from torquer.scenario.spec import Scenario
 
@@ -148,12 +148,10 @@ def _portable_texts(program: Program) -> dict[str, str]:
 
 def _precision_text() -> dict[str, str]:
     """What differs between an export in double and in single precision."""
-    names = ("precision", "single_test", "self_test", "to_double", "to_real")
     if not is_single():
-        return dict.fromkeys(names, "")
-    test = " && is_single_exact()"
-    parts = (PRECISION, SINGLE_TEST, test, "(double)", "(float)")
-    return dict(zip(names, parts, strict=True))
+        return {"precision": "", "to_double": "", "to_real": ""} | self_test(("double",))
+    casts = {"to_double": "(double)", "to_real": "(float)"}
+    return {"precision": PRECISION, **casts} | self_test(("double", "float"))
 
 
 def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:

@@ -5,14 +5,9 @@
 #endif
 
 #include <float.h>
+#include <string.h>
 
-#if FLT_EVAL_METHOD != 0
-#error "doubles must be computed as doubles: on x86 compile with -msse2 -mfpmath=sse"
-#endif
-#ifdef __FAST_MATH__
-#error "compile without -ffast-math: other bits, and NaN is not seen"
-#endif
-
+$checks
 $program
 static bool is_region(const adcs_state *state, int32_t region)
 {
@@ -31,14 +26,23 @@ $copies    made = $step($arguments);
     }
 }
 
-${single_test}bool adcs_self_test(void)
+$exact
+/* Whether numbers have the words of IEEE 754, in the order of those of whole numbers. */
+static bool are_words_in_order(void)
 {
-    volatile double a = 1.0 + 0x1p-27;
-    volatile double b = -(1.0 + 0x1p-26);
-    volatile double least = 0x1p-1074;
-    const double x = a;
-    const double y = b;
-    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8u$self_test;
+    volatile double hidden = -0x1.921fb54442d18p+1;
+    const double number = hidden;
+    uint64_t word = 0;
+    if (sizeof(double) != sizeof word || sizeof(float) != 4u) {
+        return false;
+    }
+    memcpy(&word, &number, sizeof word);
+    return word == UINT64_C(0xc00921fb54442d18);
+}
+
+bool adcs_self_test(void)
+{
+    return $is_exact && are_words_in_order();
 }
 
 int32_t adcs_mode(const adcs_state *state, int32_t region)
