@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.base.user_source import plain_function
+from torquer.compile.sources import is_own
 from torquer.computer import computer as on_board
 from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
@@ -16,9 +17,10 @@ from torquer.computer.computer import Blocks, control_step_on_board, first_board
 from torquer.computer.interface import KNOWN
 from torquer.computer.modes import signals
 from torquer.computer.modes.table import ModeState
-from torquer.flight.c99.calls import Cast, call_switch
+from torquer.flight.c99.calls import Cast, Failed, call_switch
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.program import Program, translate_repeatedly
+from torquer.flight.c99.translation import FAILURES
 from torquer.flight.c99.types import (
     INT,
     NOTHING,
@@ -80,9 +82,9 @@ def find_computer(scenario: Scenario) -> OnBoard:
     table, selection = table._replace(oldest_s=oldest_s), make_selection(scenario, oldest_s)
     estimator = estimator_numbers(scenario, blocks)["estimator"]
     made = on_board.make_computer(_all_plain(blocks), estimator, table, selection, is_flown=False)
+    adapters = tuple(_adapter(*each) for each in enumerate(blocks.by_key().items()))
     computer = {
-        "laws": tuple(map(_adapter, blocks.laws, blocks.laws.values())),
-        "estimators": tuple(map(_adapter, blocks.estimators, blocks.estimators.values())),
+        "laws": adapters[: len(blocks.laws)], "estimators": adapters[len(blocks.laws) :],
         "law_blocks": _number_blocks(made.law_blocks),
         "estimator_blocks": _number_blocks(made.estimator_blocks), "modes": table,
         "switch": _switches(table), "estimator": estimator, "host": 0, "selection": selection,
@@ -115,17 +117,25 @@ def _switches(table) -> tuple:
     return (on_board._switch_modes, *checks)
 
 
-def _adapter(name: str, block: Block) -> FunctionType:
-    """A block as the control step calls it: `blocks.adapter` without the compiler."""
-    plain, parameters, names = adapter._plain_adapter, block.parameters, memory_names(block.memory)
+def _adapter(number: int, named: tuple[str, Block]) -> FunctionType:
+    """A block as the control step calls it: `blocks.adapter` without the compiler.
+
+    A user's that has failed answers with nothing; in the simulation the run would end.
+    """
+    name, block = named
+    own = is_own(plain_function(block.function))
+    plain = adapter._plain_adapter if own else adapter._guarded_adapter
+    parameters, names = block.parameters, memory_names(block.memory)
     kind = find_type(floats(parameters)) if parameters else None
-    memory = adapter._same if names is None else Cast(_memory_type(block, names))
+    cells = Array((len(block.first_memory()),))
+    memory = Cast(cells if names is None else _memory_type(block, names))
     parts = {
+        "_failed": Failed(number, block.kind.answer),
         "_function": block.function, "_inputs": adapter._first_record, "_unify": block.kind.unify,
         "_named": Cast(kind if isinstance(kind, Tuple) else None), "_cells": memory,
     }  # fmt: skip
-    own = f"{block.kind.name}_{name}"
-    return FunctionType(plain.__code__, {**plain.__globals__, **parts}, own)
+    globals_ = {**plain.__globals__, **parts}
+    return FunctionType(plain.__code__, globals_, f"{block.kind.name}_{name}")
 
 
 def _memory_type(block: Block, names: tuple) -> Record:
@@ -215,6 +225,7 @@ def state_type(board: on_board.Board) -> Record:
         ("modes", Record("ModesNow", modes)),
         ("chosen", Rows(make_record("Chosen", on_board.CHOSEN), 1)),
         ("selected", Array(board.selected.shape if len(board.selected) else (0,))),
+        ("failures", FAILURES),
     ))  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps
 from torquer.flight.c99.refusal import Refused
-from torquer.flight.c99.tables import constant_text
+from torquer.flight.c99.tables import constant_text, first_state
 from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
 from torquer.flight.c99.types import REAL
 from torquer.scenario.spec import Scenario
@@ -158,6 +158,7 @@ def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:
     step = next(f for f in made.program.functions.values() if f.name == made.step)
     own = {"computer": "adcs_constants()", "board": "state"}
     arguments = [own[n] for n, k in step.arguments if n not in step.unused]
+    arguments += ["&state->failures"] * step.reports
     return {
         "program": program_text(made.program, False, (made.step,)),
         "copies": input_copies(computer.scenario.spacecraft.units()),
@@ -171,7 +172,7 @@ def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
     return {
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
-        "first": constant_text(program, made.state, "first", computer.board),
+        "first": constant_text(program, made.state, "first", first_state(computer.board)),
         "fingerprint": computer.fingerprint + " float" * is_single(),
     }
 

@@ -50,6 +50,12 @@ int32_t adcs_mode(const adcs_state *state, int32_t region)
     return is_region(state, region) ? (int32_t)state->modes.regions[region].state : -1;
 }
 
+int64_t adcs_failures(const adcs_state *state, int64_t *line)
+{
+    *line = state->failures.line;
+    return state->failures.blocks;
+}
+
 double adcs_logged(const adcs_state *state, int32_t cell)
 {
     const size_t count = sizeof state->memory / sizeof state->memory[0];

@@ -68,6 +68,7 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
     for (size_t k = 0; k < GIVEN; k++) {
         given[k] = known[places[k]];
     }
+    memset(&state.failures, 0, sizeof state.failures);
     adcs_step(&state, &inputs, &command);
     numbers = (double *)(void *)&state;
     for (size_t k = 0; k < PARTS; k++) {
@@ -76,4 +77,7 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
     }
     memcpy(answer, command.dipole_a_m2, sizeof command.dipole_a_m2);
     memcpy(answer + 3, command.torque_n_m, sizeof command.torque_n_m);
+    if (state.failures.blocks != 0) { /* a run ends where a law raises an error */
+        answer[0] = (double)NAN;
+    }
 }
