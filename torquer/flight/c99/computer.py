@@ -20,6 +20,7 @@ from torquer.computer.modes.table import ModeState
 from torquer.flight.c99.calls import Cast, Failed, call_switch
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.program import Program, translate_repeatedly
+from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.translation import FAILURES
 from torquer.flight.c99.types import (
     INT,
@@ -82,7 +83,10 @@ def find_computer(scenario: Scenario) -> OnBoard:
     table, selection = table._replace(oldest_s=oldest_s), make_selection(scenario, oldest_s)
     estimator = estimator_numbers(scenario, blocks)["estimator"]
     made = on_board.make_computer(_all_plain(blocks), estimator, table, selection, is_flown=False)
-    adapters = tuple(_adapter(*each) for each in enumerate(blocks.by_key().items()))
+    adapters = tuple(
+        _adapter(number, name, block, _key_of(scenario, name, block))
+        for number, (name, block) in enumerate(blocks.by_key().items())
+    )
     computer = {
         "laws": adapters[: len(blocks.laws)], "estimators": adapters[len(blocks.laws) :],
         "law_blocks": _number_blocks(made.law_blocks),
@@ -117,12 +121,19 @@ def _switches(table) -> tuple:
     return (on_board._switch_modes, *checks)
 
 
-def _adapter(number: int, named: tuple[str, Block]) -> FunctionType:
+def _key_of(scenario: Scenario, name: str, block: Block) -> str:
+    """The key of a law or an estimator in the scenario."""
+    control = scenario.control
+    if block.kind.name == "law":
+        return f"control.{control.key_of(name)}"
+    return f"control.estimators.{name}" if name in control.estimators else "control.estimator"
+
+
+def _adapter(number: int, name: str, block: Block, key: str) -> FunctionType:
     """A block as the control step calls it: `blocks.adapter` without the compiler.
 
     A user's that has failed answers with nothing; in the simulation the run would end.
     """
-    name, block = named
     own = is_own(plain_function(block.function))
     plain = adapter._plain_adapter if own else adapter._guarded_adapter
     parameters, names = block.parameters, memory_names(block.memory)
@@ -135,7 +146,9 @@ def _adapter(number: int, named: tuple[str, Block]) -> FunctionType:
         "_named": Cast(kind if isinstance(kind, Tuple) else None), "_cells": memory,
     }  # fmt: skip
     globals_ = {**plain.__globals__, **parts}
-    return FunctionType(plain.__code__, globals_, f"{block.kind.name}_{name}")
+    made = FunctionType(plain.__code__, globals_, f"{block.kind.name}_{name}")
+    made.__dict__["key"] = key
+    return made
 
 
 def _memory_type(block: Block, names: tuple) -> Record:
@@ -155,7 +168,13 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
     def build(program: Program) -> None:
         program.function(control_step_on_board, [of_computer, state])
 
-    program = translate_repeatedly(build, _replace(computer), again, _TIMES if is_single() else ())
+    times = _TIMES if is_single() else ()
+    try:
+        program = translate_repeatedly(build, _replace(computer), again, times)
+    except Refused as refused:
+        has_modes = bool(len(computer.board.modes.regions))
+        refused.key = refused.key or ("control.modes" if has_modes else "control")
+        raise
     program.type_name(of_computer)
     program.type_name(state)
     step = program.function(control_step_on_board, [of_computer, state])

@@ -4,7 +4,9 @@ import struct
 from pathlib import Path
 
 from torquer.base.spec import check_spec
+from torquer.base.user_source import plain_function
 from torquer.base.version import VERSION
+from torquer.compile.sources import is_own
 from torquer.computer.computer import parameter_places
 from torquer.flight.c99.computer import Export, OnBoard, find_computer, translate_step
 from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, instants
@@ -82,12 +84,30 @@ def _check_parameters(computer: OnBoard) -> None:
 
 
 def export_notes(scenario: Scenario) -> list[str]:
-    """A note with the reason where a scenario's computer cannot be exported; else none."""
+    """A note with the reason where a scenario's computer cannot be exported; else notes of where
+    users' kernels may fail in flight.
+    """
+    computer = find_computer(scenario)
+    own = all(is_own(plain_function(each.function)) for each in computer.blocks.all())
     try:
-        translate_step(find_computer(scenario), again=0)
+        made = translate_step(computer, again=0 if own else 2)
     except Refused as refused:
         return [f"cannot be exported as C: {refused}"]
-    return []
+    return [
+        f"in flight a law fails, and commands nothing, where it would raise an error: {place}"
+        for place in checks_by_file(made.program)
+    ]
+
+
+def checks_by_file(program: Program) -> list[str]:
+    """Where users' kernels may fail, a text for each file."""
+    lines: dict[str, list[int]] = {}
+    for file, line, _ in program.checks:
+        lines.setdefault(Path(file).name, []).append(line)
+    return [
+        f"{name}, line{'s' * (len(set(of)) > 1)} {', '.join(map(str, sorted(set(of))))}"
+        for name, of in lines.items()
+    ]
 
 
 def _write(file: Path, content: str | bytes) -> Path:

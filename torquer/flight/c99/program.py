@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from torquer.base.user_source import plain_function
 from torquer.flight.c99 import calls, expressions, places  # noqa: F401  register what they translate
 from torquer.flight.c99.lines import Line, count_words, without_unread
+from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.scope import Scope, Variable
 from torquer.flight.c99.source import read_source
 from torquer.flight.c99.statements import block
@@ -64,7 +65,13 @@ class Program(Translation):
             raise s.refuse(node, "write a loop", f"{plain.__name__}, which calls itself,")
         if key not in self.functions:
             self._at_work.append(key)
-            self.functions[key] = self._translate(kernel, types, checks)
+            try:
+                self.functions[key] = self._translate(kernel, types, checks)
+            except Refused as refused:
+                if refused.is_own and s is not None and not s.is_own:  # what the user has written
+                    raise s.refuse(node, refused.instead) from None
+                refused.key = refused.key or getattr(plain, "key", "")
+                raise
             self._at_work.remove(key)
         return self.functions[key]
 

@@ -49,7 +49,7 @@ class Scope:
         raises: bool = False,
     ):  # fmt: skip
         self.program, self.source, self.key = program, source, key
-        self.checks, self.raises = checks, raises
+        self.checks, self.raises, self.is_own = checks, raises, source.is_own
         self.fails = self.reports = self.is_unproved = False
         self.handled: Callable[[], None] | None = None
         self.variables: dict[str, Variable] = {}

@@ -72,6 +72,7 @@ class Place(Protocol):
 
     program: "Translation"
     checks: bool
+    is_own: bool
 
     def kept(self, value: Value) -> Value: ...
     def refuse(self, node: ast.AST, instead: str, construct: str = "") -> Refused: ...
