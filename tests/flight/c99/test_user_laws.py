@@ -198,23 +198,9 @@ def test_validate_says_where_laws_may_fail(export, tmp_path):
     assert export_notes(scenario_of(("mixer",), tmp_path)) == []
 
 
-USING = """
-import torquer
-from torquer.maths.geometry.vec3 import cross
-
-
-@torquer.law
-def crossed(inputs, parameters, memory):
-    return cross(inputs.b_body_t, 1.0)
-"""
-
-
-def test_what_the_package_cannot_take_is_refused_at_the_users_line(tmp_path):
-    (note,) = export_notes(scenario_of(("crossed",), tmp_path, USING))
-    assert note.startswith(
-        "cannot be exported as C: laws.py, line 8: `cross(inputs.b_body_t, 1.0)` has no translation"
-    )
-    assert note.endswith("(control.laws.crossed)")
+def test_the_readme_lists_where_laws_may_fail(export):
+    text = (export / "README.md").read_text()
+    assert f"* laws.py, lines {line_of('k = int(math.sqrt')}, {line_of('memory.hits[k]')}," in text
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from torquer.flight.c99.precision import HELD, computing_in, is_held, is_single
 from torquer.flight.c99.print_c import INCLUDES, program_text, signature, types_text
 from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
-from torquer.flight.c99.recording import record_steps
+from torquer.flight.c99.recording import record_steps, recorded_in_c
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text, first_state
 from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
@@ -29,6 +29,8 @@ from torquer.scenario.spec import Scenario
 _HARNESS = Path(__file__).parent / "harness"
 _OF_HARNESS = ("pil.py", "stack.py", "differences.py", "misra.py", "start.c", "target.ld")
 _EPHEMERIS = ("adcs_ephemeris.c", "adcs_ephemeris.h")
+#: The record as an array in C, and how many steps it has at most.
+_IN_C, _ON_BOARD = "test/recorded.c", 40
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
@@ -61,14 +63,17 @@ def export_c(
         record = record_steps(computer.scenario, steps)
         files: dict[str, str | bytes] = {**make_texts(computer, made, len(record.marks), own)}
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
-    for left in set(_EPHEMERIS) - set(files):  # of an export that was here before
+        if not is_single():
+            few = record.first(_ON_BOARD)
+            files[_IN_C] = recorded_in_c(few.as_bytes() + (_instants(own, 5) if own else b""))
+    for left in {*_EPHEMERIS, _IN_C} - set(files):  # of an export that was here before
         (Path(folder) / left).unlink(missing_ok=True)
     return [_write(Path(folder) / name, content) for name, content in files.items()]
 
 
-def _instants(ephemeris: OnBoardEphemeris) -> bytes:
-    """How many instants the replay has of the ephemeris, and their rows."""
-    rows = instants(ephemeris)
+def _instants(ephemeris: OnBoardEphemeris, most: int | None = None) -> bytes:
+    """How many instants the replay has of the ephemeris, at `most` so many, and their rows."""
+    rows = instants(ephemeris)[:most]
     return struct.pack("<Q", len(rows)) + rows.astype("<f8").tobytes()
 
 
@@ -134,7 +139,7 @@ def make_texts(
         ),
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
-        "README.md": readme_text(computer, name, steps, ephemeris),
+        "README.md": readme_text(computer, name, steps, ephemeris, checks_by_file(program)),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board, units),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
@@ -203,6 +208,7 @@ def _cmake(has_ephemeris: bool) -> str:
     text = read_template("CMakeLists.txt").replace(
         recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
     )
+    text = text.partition("\n# without a file")[0] + "\n" if is_single() else text
     return text.replace(library, f"{library} {_EPHEMERIS[0]}" if has_ephemeris else library)
 
 
