@@ -54,6 +54,11 @@ def index_that_is_not_evaluated(x, y, n, m, v, memory):
     return first, second, third
 
 
+def index_one_too_far(x, y, n, m, v, memory):
+    memory[0] = v[m % 4]
+    return memory[n % 7], memory[-1 - (m % 7)]
+
+
 def index_clamped(x, y, n, m, v, memory):
     k = min(max(int(x), 0), 5)
     memory[k] = y

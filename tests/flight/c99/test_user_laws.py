@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
-from flight.c99.test_export import EXAMPLES, STRICT, built, replayed
+from flight.c99.test_export import EXAMPLES, STRICT, built, replayed, written
 
 import torquer
 from torquer.flight.c99 import statements
-from torquer.flight.c99.export import export_notes
+from torquer.flight.c99.computer import find_computer, translate_step
+from torquer.flight.c99.export import export_notes, make_texts
+from torquer.flight.c99.precision import computing_in
 
 LAWS = """
 import math
@@ -212,3 +214,11 @@ def test_what_is_refused_in_the_package_is_told_by_a_key_of_the_scenario(name, k
     must = f"cannot be exported as C: {key}: must have a translation to C; received what needs `"
     assert note.startswith(must)
     assert re.search(r"` \(\w+\.py, line \d+ of torquer\)$", note)
+
+
+@needs_compiler
+def test_laws_build_in_single_precision_without_a_warning(export, tmp_path):
+    with computing_in("float"):
+        computer = find_computer(torquer.load_scenario(export / "scenario.toml"))
+        folder = written(make_texts(computer, translate_step(computer), 1), tmp_path)
+    built(folder, "-O2")

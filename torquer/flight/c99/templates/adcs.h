@@ -27,7 +27,8 @@ void adcs_init(adcs_state *state);
 /* One control step. */
 void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command);
 
-/* Whether this build computes with the bits of the export: no fused products, no flushed zeros. */
+/* Whether this build computes with the bits of the export: products, sums and quotients
+   rounded one by one, no flushed zeros, NaN seen, words in the order of IEEE 754. */
 bool adcs_self_test(void);
 
 /* Version of torquer, mark of its sources, mark of the computer: which export this is. */
