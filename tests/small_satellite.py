@@ -115,6 +115,6 @@ def ground_process(folder, address, **keys):
     process = subprocess.Popen(
         run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys
     )
-    client = Client(SimpleNamespace(address=process.stdout.readline().strip()))
+    client = Client(SimpleNamespace(address=process.stdout.readline().strip(), watcher=""))
     until(lambda: client.raw("/")[0] == 200)
     return process, client

@@ -48,6 +48,7 @@ NAMES = {
     "numba.core.runtime": ["rtsys"],
     "numba.core.typed_passes": ["NativeLowering", "NativeParforLowering"],
     "numba.core.typeinfer": ["register_dispatcher"],
+    "numba.cpython": ["numbers"],
     "numba.core.typing.templates": [
         "AbstractTemplate", "AttributeTemplate", "infer_getattr", "infer_global", "signature",
     ],
@@ -176,3 +177,13 @@ def test_the_scan_sees_what_it_must_not_find():
     assert imported(tree) == {("numba.core", "x"), ("numba.core.y", "")}
     assert attributes(tree) == {"_cache", "overloads"}
     assert Path(engine.__file__) != HOME
+
+
+def test_whole_numbers_wrap_in_numba_by_flags_that_are_replaced():
+    from llvmlite.ir import IRBuilder
+    from numba.cpython import numbers
+
+    assert callable(numbers._int_arith_flags)
+    assert "_int_arith_flags(sig.return_type)" in inspect.getsource(numbers.int_mul_impl)
+    assert "builder.fptosi" in inspect.getsource(numbers.float_to_integer)
+    assert callable(IRBuilder.fptosi)

@@ -64,7 +64,7 @@ def test_a_slow_packet_is_stale_later(tmp_path):
 def test_modes_flags_and_attitude_go_by_words(archive):
     with closing(read_only(archive)) as db:
         state = state_in_words(last_known(db, CHIBIS, DAY_MS), CHIBIS, NAMES)
-    assert state["stabilisation"] == "science" and state["flags"] == "3"
+    assert state["stabilisation"] == "science" and state["flags"] == "sunlit, attitude (3)"
     assert state["omega"] == "inf unknown unknown deg/s"
     field = next(f for f in CHIBIS.down["extended"].fields if f.name == "stb_mode")
     assert state["stb_mode"] == in_words(field, 1) != "1"

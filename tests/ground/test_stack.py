@@ -265,7 +265,7 @@ def test_a_delayed_command_counts_when_it_is_received_or_executed(bench):
 
 
 def test_at_s_counts_from_the_beginning_of_the_run(bench, monkeypatch):
-    monkeypatch.setattr(stack_module, "_now_ms", lambda: bench.now)
+    monkeypatch.setattr(stack_module, "now_ms", lambda: bench.now)
     bench.load(steps("", "at_s = 60"))
     bench.act("run")
     bench.turn(2)

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
+from llvmlite.ir import DoubleType, IntType, IRBuilder
 from numba import types
 from numba._dynfunc import make_function
 from numba.core import cgutils, event, sigutils
@@ -50,6 +51,7 @@ from numba.core.typing.templates import (
     infer_global,
     signature as signature_of,
 )
+from numba.cpython import numbers
 from numba.experimental.function_type import _get_wrapper_address
 
 from torquer.compile import sources
@@ -128,6 +130,46 @@ class PartCompiler(Compiler):
 
 #: How functions chosen by type that LLVM is to inline are compiled.
 INLINED_OPTIONS: Any = {**LOOP_OPTIONS, "pipeline_class": PartCompiler}
+
+
+class DefinedCompiler(Compiler):
+    """Compiles a user's function and what it calls so that every operation on numbers has a result.
+
+    Numba lets LLVM take it that sums, differences and products of whole numbers stay within 64 bits
+    and that floats made whole do, too: what comes of others changes with what is around them. Here
+    the former wrap, and the latter, NaN among them, are the least whole number.
+    """
+
+    def compile_extra(self, func):
+        with _defined_numbers():
+            return super().compile_extra(func)
+
+
+@contextlib.contextmanager
+def _defined_numbers() -> Iterator[None]:
+    flags, cast = numbers._int_arith_flags, IRBuilder.fptosi
+    numbers._int_arith_flags, IRBuilder.fptosi = _no_flags, _made_whole
+    try:
+        yield
+    finally:
+        numbers._int_arith_flags, IRBuilder.fptosi = flags, cast
+
+
+def _no_flags(kind) -> list[str]:
+    return []
+
+
+_cast_to_whole = IRBuilder.fptosi
+
+
+def _made_whole(builder, value, kind, name=""):
+    found = _cast_to_whole(builder, value, kind, name)
+    if (value.type, kind) != (DoubleType(), IntType(64)):
+        return found
+    limit = 2.0**63
+    above = builder.fcmp_ordered(">=", value, value.type(-limit))
+    below = builder.fcmp_ordered("<", value, value.type(limit))
+    return builder.select(builder.and_(above, below), found, kind(-(2**63)))
 
 
 def rebuild(target_context, payload) -> CompileResult:

@@ -13,6 +13,7 @@ from torquer.base.user_source import plain_function
 from torquer.flight.c99.precision import computing_in
 from torquer.flight.c99.print_c import INCLUDES, function_text, program_text
 from torquer.flight.c99.program import Program, translate_repeatedly
+from torquer.flight.c99.translation import FAILURES
 from torquer.flight.c99.types import INT, REAL, TIME, Array, Static, Tuple
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
@@ -60,11 +61,14 @@ def _entry(program, function) -> str:
         text = _given(program, kind, at)
         if name not in function.unused:
             texts.append(f"&{text}" if isinstance(kind, Tuple) and kind.is_large else text)
+    texts += ["&failures"] if function.reports else []
     answers = _answers("r", function.result)
     stores = "".join(f"    out[{k}] = {each};\n" for k, each in enumerate(answers))
-    head = f"void in_{function.name}(const double *d, double *memory, double *out)"
+    head = f"int64_t in_{function.name}(const double *d, double *memory, double *out)"
+    kind = program.type_name(FAILURES)
+    first = f"    {kind} failures = {{0}};\n    (void)d;\n    (void)memory;\n"
     call = f"    {program.type_name(function.result)} r = {function.name}({', '.join(texts)});\n"
-    return f"{head};\n{head}\n{{\n    (void)d;\n    (void)memory;\n{call}{stores}}}\n"
+    return f"{head};\n{head}\n{{\n{first}{call}{stores}    return failures.raised;\n}}\n"
 
 
 class InC:
@@ -93,6 +97,9 @@ class InC:
         subprocess.run(command, check=True)
         self._library = ctypes.CDLL(str(library))
 
+    #: The line in which the kernel that was called last has failed, 0 for none.
+    failed_line = 0
+
     def text(self, kernel) -> str:
         """The C text of a kernel."""
         return function_text(self.program, self._functions[kernel])
@@ -104,7 +111,9 @@ class InC:
         numbers = [n for a in arguments if not isinstance(a, np.ndarray) for n in flat(a)]
         d, out = np.array([*numbers, 0.0]), np.zeros(64)
         to = [each.ctypes.data_as(ctypes.c_void_p) for each in (d, memory, out)]
-        getattr(self._library, f"in_{function.name}")(*to)
+        entry = getattr(self._library, f"in_{function.name}")
+        entry.restype = ctypes.c_int64
+        self.failed_line = entry(*to)
         return out[: len(_answers("r", function.result))].tolist()
 
 
@@ -112,13 +121,28 @@ class InC:
 TYPES = [REAL, REAL, INT, INT, Tuple((REAL,) * 3), Array((6,))]
 
 
+class Cells(np.ndarray):
+    """Memory whose numbers are Python's own, by whose zeros a division raises."""
+
+    def __getitem__(self, place):
+        found = super().__getitem__(place)
+        return float(found) if isinstance(found, np.floating) else found
+
+
 def same_bits(c: InC, kernel, arguments: tuple, cells: list[float]) -> bool | None:
-    """Whether C and plain Python answer and leave the same bits; None where Python raises."""
-    in_python, in_c = np.array(cells), np.array(cells)
+    """Whether C and plain Python answer and leave the same bits, or fail and leave the same bits;
+    None where Python raises what compiled Python does not.
+    """
+    in_python, in_c = np.array(cells).view(Cells), np.array(cells)
     try:
         expected = plain_function(kernel)(*arguments, in_python)
+    except (ZeroDivisionError, IndexError):
+        c(kernel, *arguments, in_c)
+        return c.failed_line > 0 and list(map(bits, in_python)) == list(map(bits, in_c))
     except (ArithmeticError, ValueError):
         return None
     answer = c(kernel, *arguments, in_c)
+    if c.failed_line:
+        return False
     pairs = zip([*flat(expected), *in_python], [*answer, *in_c], strict=True)
     return all(bits(float(a)) == bits(b) for a, b in pairs)

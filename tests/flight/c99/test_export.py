@@ -1,6 +1,7 @@
 """Exports of whole computers: they build without a warning, and replay with the same bits."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -103,6 +104,52 @@ def test_a_replay_refuses_the_record_of_another_export(export, tmp_path):
     (tmp_path / "test/recorded.bin").write_bytes(data[:16] + b"\x01" + data[17:])
     done = replayed(built(export), tmp_path)
     assert (done.returncode, done.stdout) == (2, "the record is of another export\n")
+
+
+@needs_compiler
+def test_a_board_without_files_replays_the_first_steps_from_an_array(export, tmp_path):
+    array, program = export / "test/recorded.c", tmp_path / "replay"
+    sources = [export / name for name in ("adcs.c", "adcs_tables.c", "test/replay.c")]
+    command = [COMPILER, *FLAGS, *STRICT, "-DADCS_RECORDED", f"-I{export}", *sources, array]
+    subprocess.run([*command, "-o", program, "-lm"], check=True)
+    done = subprocess.run([program], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (
+        0, "40 control steps: the same bits in commands and state\n"
+    )  # fmt: skip
+    words = re.findall(r"UINT64_C\((0x[0-9a-f]{16})\)", array.read_text())
+    record = (export / "test/recorded.bin").read_bytes()
+    data = b"".join(int(each, 16).to_bytes(8, "little") for each in words)
+    assert data[:8] == record[:8] and data[32:] == record[32 : len(data)]
+    assert int.from_bytes(data[8:16], "little") == 40
+
+
+WORDS = """
+#define main replay_main
+#include "replay.c"
+#undef main
+int main(int count, char **arguments)
+{
+    const uint8_t bytes[8] = {0x01, 0x23, 0x45, 0x67, 0x89, 0xab, 0xcd, 0xef};
+    FILE *file = (count > 0) ? fopen(arguments[1], "wb") : NULL;
+    bool same = word_of(bytes) == UINT64_C(0xefcdab8967452301);
+    (void)replay_main;
+    same = same && is_word_written(file, UINT64_C(0x3ff0000000000001)) && fclose(file) == 0;
+    return same ? 0 : 1;
+}
+"""
+
+
+@needs_compiler
+def test_words_of_a_record_begin_with_the_lowest_byte_on_every_processor(export, tmp_path):
+    (tmp_path / "words.c").write_text(WORDS)
+    sources = [export / "adcs.c", export / "adcs_tables.c", tmp_path / "words.c"]
+    command = [COMPILER, *FLAGS, f"-I{export}", f"-I{export}/test", *sources]
+    subprocess.run([*command, "-o", tmp_path / "words", "-lm"], check=True)
+    subprocess.run([tmp_path / "words", tmp_path / "word"], check=True)
+    assert (tmp_path / "word").read_bytes() == bytes.fromhex("010000000000f03f")
+    text = (export / "test/replay.c").read_text()
+    reads = re.findall(r"\bf(?:read|write)\(([^,]+),", text)
+    assert reads == ["bytes", "bytes"]  # whatever is read or written goes through such words
 
 
 @needs_compiler

@@ -20,6 +20,10 @@ NOTICING = ("test_by_hand.py", "test_generated.py", "test_refused.py")
 OF_TIMES = "test_precision.py"
 
 
+#: Tests of what users' kernels must not do.
+OF_GUARDS = "test_guards.py"
+
+
 class Mistake(NamedTuple):
     """A text of a file of `torquer/flight/c99/`, and the one that takes its place."""
 
@@ -101,6 +105,27 @@ MISTAKES = {
         "scope.py", "        if value.type == TIME:\n            self.note_times(roots)\n", "",
         (OF_TIMES,),
     ),
+    "an index one too far": Mistake(
+        "guards.py", "if -count <= low and high < count:", "if -count <= low and high <= count:",
+        (OF_GUARDS,),
+    ),
+    "an index from the end one too far": Mistake(
+        "guards.py", "if -count <= low and high < count:", "if -count - 1 <= low and high < count:",
+        (OF_GUARDS,),
+    ),
+    "a division by zero": Mistake(
+        "guards.py", "if not (s.raises and isinstance(op, _DIVIDES)", "if not (False", (OF_GUARDS,)
+    ),
+    "a callee that has failed": Mistake(
+        "calls.py", "    if made.fails:\n        leave_failed(s)\n", "", (OF_GUARDS,)
+    ),
+    "whole numbers beyond 64 bits": Mistake(
+        "guards.py", "return (low, high) if low >= _LEAST and high <= _GREATEST else None",
+        "return low, high", (OF_GUARDS,),
+    ),
+    "a float that is no whole number": Mistake(
+        HELPERS, "(a < -least)) ? a : least", "(a < -least)) ? a : 0.0", (OF_GUARDS,)
+    ),
     "a constant for floats": Mistake(
         "precision.py", '{np.float32(value)!s}f"', '{np.float32(value):.5e}f"', (OF_TIMES,)
     ),
@@ -128,7 +153,7 @@ def tried(mistake: Mistake | None, folder: Path) -> subprocess.CompletedProcess:
     """The tests of constructs with this translator, up to the first that fails."""
     places = [str(with_mistake(mistake, folder)), str(TESTS)]
     command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider"]
-    noticing = mistake.noticing if mistake else (*NOTICING, OF_TIMES)
+    noticing = mistake.noticing if mistake else (*NOTICING, OF_TIMES, OF_GUARDS)
     command += ["-k", "not processor and not in_the_loop"]
     command += ["-c", str(TESTS.parent / "pyproject.toml"), "-o", f"pythonpath={' '.join(places)}"]
     return subprocess.run(

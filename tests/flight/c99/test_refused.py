@@ -11,7 +11,8 @@ from torquer.flight.c99.program import Program
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.types import INT, REAL, Array, Tuple
 
-HEAD = "import math\nimport numpy as np\nTABLE = np.zeros(3)\nGAINS = (1.0, 2, 3.0)\n"
+HEAD = "import math\nimport numpy as np\nfrom torquer.maths.geometry.vec3 import add\n"
+HEAD += "TABLE = np.zeros(3)\nGAINS = (1.0, 2, 3.0)\n"
 HEAD += "BASE, SINGLE, SMALL = 1.1, np.float32(0.1), np.int32(3)\n"
 HEAD += "def power(x, y):\n    return abs(x) ** y\n"
 HEAD += "def copied(to, of):\n    to[:] = of\n"
@@ -70,6 +71,13 @@ BODIES = {
     "return again(x, n, v, cells)": "loop",
     "return two(x, x)": "arguments",
     "return two(*cells)": "unpack",
+    "return add(v, x)[0]": "a float is a tuple",
+    "return cells[n % 3 :][0]": "constants",
+    "return cells[1 : n % 3][0]": "constants",
+    "k = n % 3 + 6\n    return cells[k]": "0 to 5",
+    "return x / 0.0": "not 0",
+    "return n // 0": "not 0",
+    "try:\n        x = cells[n]\n    except Exception:\n        x = 0.0\n    return x": "leave",
     "return (x, cells)": "stay where they are",
     "return cells": "numbers",
     "return y": "define",

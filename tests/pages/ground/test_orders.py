@@ -55,7 +55,7 @@ def act(client, action, place=None):
         ("POST", "stack", b'{"name": "../x"}', "name: must be words of lower-case"),
         ("POST", "stack", b'{"name": 3, "text": ""}', "name: must be words of lower-case"),
         ("POST", "stack", b'{"text": 3}', "text: must be a stack as TOML; received 3"),
-        ("POST", "stack", b'{"text": "\\ud800"}', "stack: must be text"),
+        ("POST", "stack", b'{"text": "\\ud800"}', "stack: must be a JSON object"),
         ("POST", "stack", b'{"text": ""}', "commands: must be given"),
         ("POST", "stack", WRONG, "commands[0].command: must be one of"),
         ("POST", "stack/fire", b'{"stack": 1, "place": 1}', "action: must be one of next"),

@@ -149,10 +149,8 @@ def test_what_does_not_compile_is_one_line(exports, tmp_path):
 
 
 def test_fused_products_are_refused(exports, tmp_path):
-    text = "return x * x + y == 0.0 && least"
-    fused = spoiled(
-        exports("my_law"), tmp_path, "adcs.c", text, "return fma(x, x, y) == 0.0 && least"
-    )
+    text = "sums = (x * x) + y == 0.0 &&"
+    fused = spoiled(exports("my_law"), tmp_path, "adcs.c", text, "sums = fma(x, x, y) == 0.0 &&")
     with pytest.raises(ValueError, match="must be compiled with -ffp-contract=off"):
         Library(fused)
 

@@ -28,7 +28,7 @@ class ExportOptions:
 
 def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) -> int:
     """Write estimators, modes and laws of SCENARIO as C99, with a replay that compares bits."""
-    from torquer.flight.c99.export import STEPS, export_c
+    from torquer.flight.c99.export import STEPS, export_c, export_notes
 
     satellite = load_usable(scenario, code, how.out)
     with writing_to(how.out):
@@ -38,6 +38,8 @@ def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) 
         print(json_text({"scenario": satellite.name, "files": [str(file) for file in files]}))
         return 0
     names = ", ".join(str(file.relative_to(how.out)) for file in files)
+    for note in export_notes(satellite):
+        print(harmless(f"note: {note}"))
     print(harmless(f"{satellite.name}: written to {how.out}: {names}"))
     print("build and replay: cmake -B build && cmake --build build && ctest --test-dir build")
     return 0

@@ -18,6 +18,7 @@ import numpy as np
 from torquer.base.user_source import cache_beside, plain_function, source_file
 from torquer.compile import engine
 from torquer.computer.blocks import plugin, reasons
+from torquer.computer.blocks.guarded import guarded_kernel
 from torquer.computer.inputs import Inputs, read_inputs
 from torquer.computer.interface import KNOWN
 
@@ -260,10 +261,11 @@ def make_inner(function: Callable, own: bool, shape: Shape):
     plain = plain_function(function)
     if own and shape.fixed:
         return function if function is not plain else engine.kernel(plain)
+    if not own:
+        return guarded_kernel(plain, **engine.FOR_KERNELS)
     import numba
 
-    model = {"error_model": "numpy"} if own else {"error_model": "python", "boundscheck": True}
-    return numba.njit(**model, **engine.FOR_KERNELS)(plain)
+    return numba.njit(error_model="numpy", **engine.FOR_KERNELS)(plain)
 
 
 def _explain(inner, shape: Shape, names, must: str, plainly: str) -> None:

@@ -5,9 +5,11 @@ import math
 import operator
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
+from torquer.flight.c99.helpers import LIBRARY
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.refusal import Impossible
 from torquer.flight.c99.types import BOOL, INT, REAL, TIME, UNBOUNDED, Bounds, Number
@@ -40,15 +42,11 @@ _COMPARE: dict[type, tuple[str, int, Callable]] = {
     ast.Eq: ("==", Rank.EQUAL, operator.eq),
     ast.NotEq: ("!=", Rank.EQUAL, operator.ne),
 }
-#: Functions of floats in C with the bits of Python's; both call the same library.
+#: Functions of floats in C with the bits of Python's: both call the same library. Those of
+#: `LIBRARY` go through a function of the C text; the others round correctly everywhere.
 OF_FLOATS: dict[Callable, str] = {
-    **{f: f"{f.__name__}_of" for f in (  # the library's or `torquer.flight.c99.portable`
-        math.sin, math.cos, math.asin, math.acos, math.atan, math.atan2,
-    )},
-    **{f: f.__name__ for f in (
-        math.sqrt, math.tan, math.exp, math.expm1, math.log, math.log1p, math.log2, math.log10,
-        math.sinh, math.cosh, math.tanh, math.fmod, math.copysign, math.fabs,
-    )},
+    **{getattr(math, name): f"{name}_of" for name in LIBRARY},
+    **{f: f.__name__ for f in (math.sqrt, math.fmod, math.copysign, math.fabs)},
     np.sqrt: "sqrt", np.abs: "fabs", np.fabs: "fabs", np.copysign: "copysign", np.floor: "floor",
     np.ceil: "ceil", np.trunc: "trunc", np.fmod: "fmod",
 }  # fmt: skip
@@ -56,8 +54,6 @@ OF_FLOATS: dict[Callable, str] = {
 OF_TWO = frozenset({"fmod", "copysign", "atan2_of"})
 #: NumPy's, of whole numbers whole: with no zero that has a sign.
 ROUNDING = frozenset({np.floor, np.ceil, np.trunc})
-#: Those that round correctly in every library, so that C has them for floats, too.
-_EXACT = frozenset({"sqrt", "fabs", "fmod", "copysign", "floor", "ceil", "trunc"})
 #: Whole numbers of floats.
 TO_WHOLE: dict[Callable, str] = {math.floor: "floor", math.ceil: "ceil", math.trunc: "trunc"}
 #: Truths of floats.
@@ -154,7 +150,9 @@ def _bits(kind: type, a: Value, b: Value) -> Value:
     if a.type != INT or b.type != INT:
         raise Impossible("use it on whole numbers")
     text = f"{a.within(Rank.SIGN)} {sign} {b.within(Rank.SIGN)}"
-    return Value(text, INT, rank, reads=a.reads or b.reads)
+    masks = [each.bounds[1] for each in (a, b) if kind is ast.BitAnd and each.bounds[0] >= 0]
+    bounds = (0, min(masks)) if masks else UNBOUNDED
+    return Value(text, INT, rank, reads=a.reads or b.reads, bounds=bounds)
 
 
 def _power(a: Value, b: Value, helpers: set[str]) -> Value:
@@ -174,9 +172,19 @@ def _help_out(kind: type, a: Value, b: Value, helpers: set[str]) -> Value:
         return as_real(help_out(of_floats, [a, b], helpers))
     helpers.add(of_whole)
     made = call_function(of_whole, [a, b], INT)
-    if kind is ast.Mod and b.is_known and b.known > 0:
-        return Value(made.text, INT, reads=made.reads, bounds=(0, b.known - 1))
-    return made
+    return replace(made, bounds=_bounds_of_quotient(kind, a.bounds, b.bounds))
+
+
+def _bounds_of_quotient(kind: type, a: Bounds, b: Bounds) -> Bounds:
+    """Least and greatest remainder, or quotient, by a positive number."""
+    if b[0] <= 0:
+        return UNBOUNDED
+    if kind is ast.Mod:
+        return 0, b[1] - 1
+    if b[0] != b[1]:
+        return UNBOUNDED
+    low, high = (each if math.isinf(each) else each // b[0] for each in a)
+    return low, high
 
 
 def help_out(name: str, values: list[Value], helpers: set[str]) -> Value:
@@ -193,17 +201,14 @@ def call_library(name: str, values: list[Value]) -> Value:
     """A call of a function of the C library.
 
     In single precision those that round correctly are the library's own for floats; the others are
-    computed for doubles and rounded, so that libraries which differ in a last bit agree.
+    computed for doubles and rounded, so that libraries which differ in a last bit agree (`_of`).
     """
     if any(each.type == TIME for each in values):
-        found = call_function(name, [as_time(each) for each in values], TIME)
+        twin = f"{name}_times" if name.endswith("_of") else name
+        found = call_function(twin, [as_time(each) for each in values], TIME)
         return found if name == "fabs" else as_real(found)
-    values = [as_real(each) for each in values]
-    if not is_single() or name.endswith("_of"):
-        return call_function(name, values, REAL)
-    if name in _EXACT:
-        return call_function(f"{name}f", values, REAL)
-    return as_real(call_function(name, [as_time(each) for each in values], TIME))
+    single = is_single() and not name.endswith("_of")
+    return call_function(f"{name}f" if single else name, [as_real(each) for each in values], REAL)
 
 
 def nearest_whole(name: str, value: Value) -> Value:
@@ -213,13 +218,13 @@ def nearest_whole(name: str, value: Value) -> Value:
     return call_function(f"{name}f" if is_single() else name, [value], REAL)
 
 
-def to_whole(value: Value, helpers: set[str]) -> Value:
+def to_whole(value: Value, helpers: set[str], is_checked: bool = False) -> Value:
     """A float without its fraction, as a whole number.
 
-    What is read from memory or parameters is one already. Of NaN and of numbers beyond 64 bits C
-    says nothing; `int_of` makes the number of them that an x86-64 makes.
+    What is read from memory or parameters is one already, unless it `is_checked`. Of NaN and of
+    numbers beyond 64 bits C says nothing; `int_of` makes the number of them that an x86-64 makes.
     """
-    if re.fullmatch(r"\w+(\.|->|\[)[^(]*", value.stored or value.text):
+    if not is_checked and re.fullmatch(r"\w+(\.|->|\[)[^(]*", value.stored or value.text):
         return Value(f"(int64_t){value.within(Rank.SIGN)}", INT, Rank.SIGN, reads=value.reads)
     name = "int_of_times" if value.type == TIME else "int_of"
     helpers.add(name)

@@ -18,6 +18,7 @@ from torquer.flight.c99.evaluate import (
     parts_in_order,
     translates,
 )
+from torquer.flight.c99.guards import leave_failed
 from torquer.flight.c99.places import Chosen, may_overlap
 from torquer.flight.c99.scope import Scope
 from torquer.flight.c99.types import (
@@ -27,6 +28,7 @@ from torquer.flight.c99.types import (
     PLACES,
     REAL,
     TIME,
+    UNBOUNDED,
     Array,
     Number,
     Record,
@@ -35,6 +37,7 @@ from torquer.flight.c99.types import (
     Tuple,
 )
 from torquer.flight.c99.values import Form, Rank, Value, as_float, as_real, constant, static
+from torquer.flight.c99.words import FAILURES_NAME
 
 #: Names of functions of Python and its library with what to write in their place.
 _INSTEAD = {
@@ -59,12 +62,24 @@ _INSTEAD = {
 
 
 class Cast:
-    """In place of a function: cells of memory seen as parameters or as a named memory."""
+    """In place of a function: cells of memory seen as parameters, as a named memory, or as many."""
 
-    def __init__(self, kind: Tuple | Record | None):
+    def __init__(self, kind: Tuple | Record | Array | None):
         self.kind = kind
 
     def __call__(self, cells):
+        raise TypeError("is for the translator alone")
+
+
+class Failed:
+    """In place of a function: what is answered for a law or an estimator that has failed, by its
+    number.
+    """
+
+    def __init__(self, number: int, answer):
+        self.number, self.answer = number, answer
+
+    def __call__(self):
         raise TypeError("is for the translator alone")
 
 
@@ -93,6 +108,8 @@ def translate_call(s: Scope, node, called, values: list[Value], named: dict) -> 
         return make_tuple(s, node, parts, called)
     if isinstance(called, Cast):
         return _cast(s, called.kind, values[0])
+    if isinstance(called, Failed):
+        return _failed(s, node, called)
     if named and not hasattr(plain_function(called), "__code__"):
         raise s.refuse(node, "give the arguments by their places")
     found = _call_numbers(s, node, called, values)
@@ -170,14 +187,22 @@ def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
         if name in made.times:
             s.note_times(value.roots)
     _check_call(s, node, made, given)
+    if made.reports:
+        s.report()
+        texts.append(FAILURES_NAME)
+    s.is_unproved |= made.is_unproved
     text = f"{made.name}({', '.join(texts)})"
     found = Value(text, made.result, form=Form.RESULT, reads=reads)
-    if not made.writes:
+    if not (made.writes or made.fails):
         return found
     if made.result == NOTHING:
         s.say(f"{text};", effect=True)
-        return replace(found, text="")
-    return s.kept(found, effect=True)
+        found = replace(found, text="")
+    else:
+        found = s.kept(found, effect=True)
+    if made.fails:
+        leave_failed(s)
+    return found
 
 
 def _check_call(s: Scope, node: ast.AST, made, given: dict[str, Value]) -> None:
@@ -205,14 +230,30 @@ def _argument(s: Scope, value: Value) -> str:
     return value.content.text
 
 
-def _cast(s: Scope, kind: Tuple | Record | None, cells: Value) -> Value:
+def _cast(s: Scope, kind: Tuple | Record | Array | None, cells: Value) -> Value:
     """Cells of memory as what a block takes; () where it has none."""
     if kind is None:
         return static(())
     assert isinstance(cells.type, Array)
+    if isinstance(kind, Array):
+        return replace(cells, type=replace(cells.type, shape=kind.shape))
     const = "const " if isinstance(kind, Tuple) else ""
     text = f"({const}{s.program.type_name(kind)} *){cells.within(Rank.ATOM)}"
     return Value(text, kind, Rank.SIGN, Form.ADDRESS, reads=cells.reads, roots=cells.roots)
+
+
+def _failed(s: Scope, node: ast.Call, failed: Failed) -> Value:
+    """Remember which block has failed and where, for it to work again at the next step."""
+    s.report()
+    s.say(f"{FAILURES_NAME}->line = {FAILURES_NAME}->raised;")
+    s.say(f"{FAILURES_NAME}->raised = 0;")
+    s.say(f"{FAILURES_NAME}->blocks |= INT64_C({failure_bit(failed.number)});")
+    return evaluate_outside(s, node, failed.answer)
+
+
+def failure_bit(number: int) -> int:
+    """The bit of a law or an estimator among those that have failed; the last one is shared."""
+    return 1 << min(number, 62)
 
 
 def _call_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value | None:
@@ -242,7 +283,7 @@ def _call_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Valu
         found = arithmetic.call_function(test, floats, BOOL)
         return replace(found, text=f"{found.text} != 0", rank=Rank.EQUAL)
     found = arithmetic.nearest_whole(whole or "", floats[0])
-    return arithmetic.to_whole(found, s.program.helpers)
+    return arithmetic.to_whole(found, s.program.helpers, s.checks)
 
 
 def _known_answer(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
@@ -279,7 +320,10 @@ def _magnitude_or_sign(s: Scope, node: ast.Call, called, value: Value) -> Value:
         return as_real(arithmetic.help_out("sign_of", [value], s.program.helpers))
     if value.type == INT:
         s.program.helpers.add("abs_int")
-        return arithmetic.call_function("abs_int", [value], INT)
+        low, high = value.bounds
+        most = max(abs(low), abs(high))  # of the least whole number there is no magnitude
+        bounds = (0, most) if most < 2**63 else UNBOUNDED
+        return replace(arithmetic.call_function("abs_int", [value], INT), bounds=bounds)
     return arithmetic.call_library("fabs", [value])
 
 
@@ -291,7 +335,7 @@ def _whole(s: Scope, node: ast.Call, value: Value) -> Value:
         except (OverflowError, ValueError):
             raise s.refuse(node, "make a finite number whole") from None
     if value.type in (REAL, TIME):
-        return arithmetic.to_whole(value, s.program.helpers)
+        return arithmetic.to_whole(value, s.program.helpers, s.checks)
     return arithmetic.as_whole(value)
 
 
@@ -317,7 +361,10 @@ def _least_or_greatest(s: Scope, node: ast.Call, name: str, values: list[Value])
     for each in values[1:]:
         if found.type == INT:
             s.program.helpers.add(f"{name}_of_int")
-            found = arithmetic.call_function(f"{name}_of_int", [found, each], INT)
+            made = arithmetic.call_function(f"{name}_of_int", [found, each], INT)
+            of = min if name == "min" else max
+            (a0, a1), (b0, b1) = found.bounds, each.bounds
+            found = replace(made, bounds=(of(a0, b0), of(a1, b1)))
         else:
             found = arithmetic.help_out(f"{name}_of", [found, each], s.program.helpers)
     return found

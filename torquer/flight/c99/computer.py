@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.base.user_source import plain_function
+from torquer.compile.sources import is_own
 from torquer.computer import computer as on_board, gate as gates
 from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
@@ -18,11 +19,12 @@ from torquer.computer.computer import Blocks, first_board
 from torquer.computer.interface import KNOWN
 from torquer.computer.modes import signals
 from torquer.computer.modes.table import ModeState
-from torquer.flight.c99.calls import Cast, call_switch
+from torquer.flight.c99.calls import Cast, Failed, call_switch
 from torquer.flight.c99.gate import make_gate
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.program import Program, translate_repeatedly
-from torquer.flight.c99.translation import Function
+from torquer.flight.c99.refusal import Refused
+from torquer.flight.c99.translation import FAILURES, Function
 from torquer.flight.c99.types import (
     BOOL,
     INT,
@@ -93,9 +95,12 @@ def find_computer(scenario: Scenario) -> OnBoard:
     table, selection = table._replace(oldest_s=oldest_s), make_selection(scenario, oldest_s)
     estimator = estimator_numbers(scenario, blocks)["estimator"]
     made = on_board.make_computer(_all_plain(blocks), estimator, table, selection, is_flown=False)
+    adapters = tuple(
+        _adapter(number, name, block, _key_of(scenario, name, block))
+        for number, (name, block) in enumerate(blocks.by_key().items())
+    )
     computer = {
-        "laws": tuple(map(_adapter, blocks.laws, blocks.laws.values())),
-        "estimators": tuple(map(_adapter, blocks.estimators, blocks.estimators.values())),
+        "laws": adapters[: len(blocks.laws)], "estimators": adapters[len(blocks.laws) :],
         "law_blocks": _number_blocks(made.law_blocks),
         "estimator_blocks": _number_blocks(made.estimator_blocks), "modes": table,
         "switch": _switches(table), "estimator": estimator, "host": 0, "selection": selection,
@@ -129,17 +134,34 @@ def _switches(table) -> tuple:
     return (on_board._switch_modes, *checks)
 
 
-def _adapter(name: str, block: Block) -> FunctionType:
-    """A block as the control step calls it: `blocks.adapter` without the compiler."""
-    plain, parameters, names = adapter._plain_adapter, block.parameters, memory_names(block.memory)
+def _key_of(scenario: Scenario, name: str, block: Block) -> str:
+    """The key of a law or an estimator in the scenario."""
+    control = scenario.control
+    if block.kind.name == "law":
+        return f"control.{control.key_of(name)}"
+    return f"control.estimators.{name}" if name in control.estimators else "control.estimator"
+
+
+def _adapter(number: int, name: str, block: Block, key: str) -> FunctionType:
+    """A block as the control step calls it: `blocks.adapter` without the compiler.
+
+    A user's that has failed answers with nothing; in the simulation the run would end.
+    """
+    own = is_own(plain_function(block.function))
+    plain = adapter._plain_adapter if own else adapter._guarded_adapter
+    parameters, names = block.parameters, memory_names(block.memory)
     kind = find_type(floats(parameters)) if parameters else None
-    memory = adapter._same if names is None else Cast(_memory_type(block, names))
+    cells = Array((len(block.first_memory()),))
+    memory = Cast(cells if names is None else _memory_type(block, names))
     parts = {
+        "_failed": Failed(number, block.kind.answer),
         "_function": block.function, "_inputs": adapter._first_record, "_unify": block.kind.unify,
         "_named": Cast(kind if isinstance(kind, Tuple) else None), "_cells": memory,
     }  # fmt: skip
-    own = f"{block.kind.name}_{name}"
-    return FunctionType(plain.__code__, {**plain.__globals__, **parts}, own)
+    globals_ = {**plain.__globals__, **parts}
+    made = FunctionType(plain.__code__, globals_, f"{block.kind.name}_{name}")
+    made.__dict__["key"] = key
+    return made
 
 
 def _memory_type(block: Block, names: tuple) -> Record:
@@ -168,7 +190,13 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
         for kernel in _ENTRIES:
             _entry(program, kernel, kinds)
 
-    program = translate_repeatedly(build, _replace(computer), again, _TIMES if is_single() else ())
+    times = _TIMES if is_single() else ()
+    try:
+        program = translate_repeatedly(build, _replace(computer), again, times)
+    except Refused as refused:
+        has_modes = bool(len(computer.board.modes.regions))
+        refused.key = refused.key or ("control.modes" if has_modes else "control")
+        raise
     for kind in (of_computer, of_gate, state):
         program.type_name(kind)
     entries = {plain_function(each).__name__: _entry(program, each, kinds) for each in _ENTRIES}
@@ -245,6 +273,7 @@ def board_type(board: on_board.Board) -> Record:
         ("modes", Record("ModesNow", modes)),
         ("chosen", Rows(make_record("Chosen", on_board.CHOSEN), 1)),
         ("selected", Array(board.selected.shape if len(board.selected) else (0,))),
+        ("failures", FAILURES),
     ))  # fmt: skip
 
 

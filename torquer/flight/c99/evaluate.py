@@ -11,6 +11,7 @@ from types import ModuleType
 import numpy as np
 
 from torquer.flight.c99 import arithmetic
+from torquer.flight.c99.guards import guard, wrapped
 from torquer.flight.c99.lines import Block
 from torquer.flight.c99.scope import Scope
 from torquer.flight.c99.times import type_constant, type_tuple, written_tuple
@@ -85,8 +86,10 @@ def operation(s: Scope, node: ast.AST, op: ast.operator, a: Value, b: Value) -> 
     if isinstance(op, ast.Pow):
         s.note_power(a)
         s.note_power(b)
+    b = guard(s, node, op, b)
     with s.refusing(node):
-        return arithmetic.binary(op, a, b, s.program.helpers)
+        found = arithmetic.binary(op, a, b, s.program.helpers)
+    return wrapped(s, op, arithmetic.as_whole(a), arithmetic.as_whole(b), found)
 
 
 def evaluate_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:

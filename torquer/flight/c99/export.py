@@ -5,7 +5,9 @@ from pathlib import Path
 from string import Template
 
 from torquer.base.spec import check_spec
+from torquer.base.user_source import plain_function
 from torquer.base.version import VERSION
+from torquer.compile.sources import is_own
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import GATE_NOW, first_gate
 from torquer.flight.c99.computer import (
@@ -30,10 +32,10 @@ from torquer.flight.c99.precision import HELD, computing_in, is_held, is_single
 from torquer.flight.c99.print_c import INCLUDES, program_text, signature, types_text
 from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
-from torquer.flight.c99.recording import record_steps
+from torquer.flight.c99.recording import record_steps, recorded_in_c
 from torquer.flight.c99.refusal import Refused
-from torquer.flight.c99.tables import constant_text, initialiser
-from torquer.flight.c99.texts import PRECISION, SINGLE_TEST, fill_template, read_template
+from torquer.flight.c99.tables import constant_text, first_state, initialiser
+from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
 from torquer.flight.c99.translation import Function
 from torquer.flight.c99.types import REAL, Rows, Static
 from torquer.scenario.spec import Scenario
@@ -42,6 +44,8 @@ from torquer.scenario.spec import Scenario
 _HARNESS = Path(__file__).parent / "harness"
 _OF_HARNESS = ("pil.py", "stack.py", "differences.py", "misra.py", "start.c", "target.ld")
 _EPHEMERIS = ("adcs_ephemeris.c", "adcs_ephemeris.h")
+#: The record as an array in C, and how many steps it has at most.
+_IN_C, _ON_BOARD = "test/recorded.c", 40
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
@@ -74,14 +78,17 @@ def export_c(
         record = record_steps(computer.scenario, steps, computer.gate)
         files: dict[str, str | bytes] = {**make_texts(computer, made, len(record.marks), own)}
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
-    for left in set(_EPHEMERIS) - set(files):  # of an export that was here before
+        if not is_single():
+            few = record.first(_ON_BOARD)
+            files[_IN_C] = recorded_in_c(few.as_bytes() + (_instants(own, 5) if own else b""))
+    for left in {*_EPHEMERIS, _IN_C} - set(files):  # of an export that was here before
         (Path(folder) / left).unlink(missing_ok=True)
     return [_write(Path(folder) / name, content) for name, content in files.items()]
 
 
-def _instants(ephemeris: OnBoardEphemeris) -> bytes:
-    """How many instants the replay has of the ephemeris, and their rows."""
-    rows = instants(ephemeris)
+def _instants(ephemeris: OnBoardEphemeris, most: int | None = None) -> bytes:
+    """How many instants the replay has of the ephemeris, at `most` so many, and their rows."""
+    rows = instants(ephemeris)[:most]
     return struct.pack("<Q", len(rows)) + rows.astype("<f8").tobytes()
 
 
@@ -97,12 +104,30 @@ def _check_parameters(computer: OnBoard) -> None:
 
 
 def export_notes(scenario: Scenario) -> list[str]:
-    """A note with the reason where a scenario's computer cannot be exported; else none."""
+    """A note with the reason where a scenario's computer cannot be exported; else notes of where
+    users' kernels may fail in flight.
+    """
+    computer = find_computer(scenario)
+    own = all(is_own(plain_function(each.function)) for each in computer.blocks.all())
     try:
-        translate_step(find_computer(scenario), again=0)
+        made = translate_step(computer, again=0 if own else 2)
     except Refused as refused:
         return [f"cannot be exported as C: {refused}"]
-    return []
+    return [
+        f"in flight a law fails, and commands nothing, where it would raise an error: {place}"
+        for place in checks_by_file(made.program)
+    ]
+
+
+def checks_by_file(program: Program) -> list[str]:
+    """Where users' kernels may fail, a text for each file."""
+    lines: dict[str, list[int]] = {}
+    for file, line, _ in program.checks:
+        lines.setdefault(Path(file).name, []).append(line)
+    return [
+        f"{name}, line{'s' * (len(set(of)) > 1)} {', '.join(map(str, sorted(set(of))))}"
+        for name, of in lines.items()
+    ]
 
 
 def _write(file: Path, content: str | bytes) -> Path:
@@ -134,7 +159,7 @@ def make_texts(
         ),
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
-        "README.md": readme_text(computer, name, steps, ephemeris),
+        "README.md": readme_text(computer, name, steps, ephemeris, checks_by_file(program)),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board, _fresh_gate(program), units),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
@@ -174,12 +199,10 @@ def _portable_texts(program: Program) -> dict[str, str]:
 
 def _precision_text() -> dict[str, str]:
     """What differs between an export in double and in single precision."""
-    names = ("precision", "single_test", "self_test", "to_double", "to_real")
     if not is_single():
-        return dict.fromkeys(names, "")
-    test = " && is_single_exact()"
-    parts = (PRECISION, SINGLE_TEST, test, "(double)", "(float)")
-    return dict(zip(names, parts, strict=True))
+        return {"precision": "", "to_double": "", "to_real": ""} | self_test(("double",))
+    casts = {"to_double": "(double)", "to_real": "(float)"}
+    return {"precision": PRECISION, **casts} | self_test(("double", "float"))
 
 
 #: What the interface hands to the kernels that it calls, by the names of their arguments.
@@ -207,6 +230,7 @@ def _call(entry: Function) -> str:
         for name, kind in entry.arguments
         if name not in entry.unused and not isinstance(kind, Static)
     ]
+    handed += ["&state->board.failures"] * entry.reports
     return f"{entry.name}({', '.join(handed)})"
 
 
@@ -217,7 +241,10 @@ def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
         "constants": constant_text(program, made.computer, "constants", computer.computer),
         "gate": constant_text(program, made.gate, "gate", computer.gate),
         "first": constant_text(
-            program, made.state, "first", {"board": computer.board, "gate": first_gate()}
+            program,
+            made.state,
+            "first",
+            {"board": first_state(computer.board), "gate": first_gate()},
         ),
         "fingerprint": computer.fingerprint + " float" * is_single(),
     }
@@ -229,6 +256,7 @@ def _cmake(has_ephemeris: bool) -> str:
     text = read_template("CMakeLists.txt").replace(
         recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
     )
+    text = text.partition("\n# without a file")[0] + "\n" if is_single() else text
     return text.replace(library, f"{library} {_EPHEMERIS[0]}" if has_ephemeris else library)
 
 

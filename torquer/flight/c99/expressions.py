@@ -16,6 +16,7 @@ from torquer.flight.c99.evaluate import (
     split_tuple,
     translates,
 )
+from torquer.flight.c99.guards import negative
 from torquer.flight.c99.scope import Scope
 from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.types import (
@@ -75,7 +76,9 @@ def _unary(s: Scope, node: ast.UnaryOp) -> Value:
             return arithmetic.inverse(value)
         if isinstance(node.op, ast.UAdd | ast.USub) and isinstance(value.type, Number):
             whole = arithmetic.as_whole(value)
-            return arithmetic.negative(value) if isinstance(node.op, ast.USub) else whole
+            if isinstance(node.op, ast.UAdd):
+                return whole
+            return negative(s, whole, arithmetic.negative(value))
     raise s.refuse(node, "write arithmetic of numbers")
 
 

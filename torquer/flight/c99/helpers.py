@@ -2,6 +2,7 @@
 
 import re
 
+from torquer.flight.c99.portable import PORTABLE
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.texts import read_template
 
@@ -13,30 +14,45 @@ def _read_functions() -> dict[str, str]:
 
 
 def _call_library(name: str, arguments: str) -> str:
-    """A function of the library, or the portable one where the build asks for it."""
+    """A function of the library; the portable one, if there is one, where the build asks for it.
+
+    A compiler that knew an argument would work out the answer itself, and round otherwise than the
+    library: volatile hides it.
+    """
     taken = ", ".join(f"REAL {each}" for each in arguments)
-    given = ", ".join(f"TO_DOUBLE{each}" for each in arguments)
-    return f"""\
-/* {name}: the library's, or with ADCS_PORTABLE the one whose bits are the same everywhere */
-static REAL {name}_of({taken})
-{{
-#ifdef ADCS_PORTABLE
-    return TO_REALportable_{name}({given});
-#else
-    return TO_REAL{name}({given});
-#endif
-}}"""
+    hidden = "".join(
+        f"    const volatile double given_{each} = TO_DOUBLE{each};\n" for each in arguments
+    )
+    given = ", ".join(f"given_{each}" for each in arguments)
+    body, said = f"{hidden}    return TO_REAL{name}({given});\n", "the library's"
+    if name in PORTABLE:
+        said = "the library's, or with ADCS_PORTABLE the one whose bits are the same everywhere"
+        plain = ", ".join(f"TO_DOUBLE{each}" for each in arguments)
+        portable = f"    return TO_REALportable_{name}({plain});\n"
+        body = f"#ifdef ADCS_PORTABLE\n{portable}#else\n{body}#endif\n"
+    comment = f"/* {name}: {said}, whatever a compiler knows of its argument */"
+    return f"{comment}\nstatic REAL {name}_of({taken})\n{{\n{body}}}"
 
 
+#: Functions of the library whose last bit is the library's own, with names of their arguments.
+LIBRARY = {
+    **dict.fromkeys(
+        ("sin", "cos", "tan", "asin", "acos", "atan", "exp", "expm1", "log", "log1p", "log2",
+         "log10", "sinh", "cosh", "tanh"), "x",
+    ),
+    "atan2": "yx",
+}  # fmt: skip
 #: C text of each, by name; only those that are used are printed.
 HELPERS = _read_functions() | {
-    f"{name}_of": _call_library(name, arguments)
-    for name, arguments in {
-        "sin": "x", "cos": "x", "asin": "x", "acos": "x", "atan": "x", "atan2": "yx",
-    }.items()
-}  # fmt: skip
+    f"{name}_of": _call_library(name, arguments) for name, arguments in LIBRARY.items()
+}
 #: Those that exist a second time, for times, in a program of single precision.
-_OF_TIMES = ("floor_mod", "floor_div", "min_of", "max_of", "sign_of", "int_of")
+_OF_TIMES = (
+    "floor_mod", "floor_div", "min_of", "max_of", "sign_of", "int_of",
+    *(f"{name}_of" for name in LIBRARY),
+)  # fmt: skip
+#: What differs in the text of a function of doubles.
+_DOUBLES = {"REAL": "double", "TO_DOUBLE": "", "TO_REAL": ""}
 #: All names of these functions.
 NAMES = frozenset({*HELPERS, *(f"{name}_times" for name in _OF_TIMES)})
 
@@ -44,11 +60,11 @@ NAMES = frozenset({*HELPERS, *(f"{name}_times" for name in _OF_TIMES)})
 def helper_texts() -> dict[str, str]:
     """The functions by their names, in the precision of the program."""
     if not is_single():
-        words = {"REAL": "double", "TO_DOUBLE": "", "TO_REAL": ""}
-        return {name: _fill(text, words) for name, text in HELPERS.items()}
+        return {name: _fill(text, _DOUBLES) for name, text in HELPERS.items()}
     words = {"REAL": "float", "TO_DOUBLE": "(double)", "TO_REAL": "(float)"}
     exact = {
-        f"{name}_times": HELPERS[name].replace(f" {name}(", f" {name}_times(") for name in _OF_TIMES
+        f"{name}_times": _fill(HELPERS[name].replace(f" {name}(", f" {name}_times("), _DOUBLES)
+        for name in _OF_TIMES
     }
     return exact | {
         name: _fill(text, words) if "TO_REAL" in text else _in_single(text)

@@ -4,9 +4,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from torquer.base.user_source import plain_function
+from torquer.compile.sources import is_own
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import MET, OUTCOMES
 from torquer.computer.interface import ESTIMATED, PLACES, SENSORS
+from torquer.flight.c99.calls import failure_bit
 from torquer.flight.c99.computer import OnBoard
 from torquer.simulation.setup.prepare import make_log
 from torquer.spacecraft.failures import in_words
@@ -104,7 +107,7 @@ def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
     """Numbers with names for the header, by what they are: name -> (number, what it is)."""
     modes = computer.scenario.control.named().modes
     found: dict[str, dict[str, tuple[int, str]]] = {
-        "regions": {}, "states": {}, "flags": {}, "logs": {}, "parameters": {},
+        "regions": {}, "states": {}, "flags": {}, "logs": {}, "parameters": {}, "failures": {},
     }  # fmt: skip
     if modes is not None:
         number = 0
@@ -120,6 +123,10 @@ def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
         found["logs"][c_constant("log", name)] = cells[0], f"{name} [{unit}], {len(cells)} cells"
     for name, (first, count) in parameter_places(computer.blocks).items():
         found["parameters"][c_constant("parameter", name)] = first, f"{name}, {count} numbers"
+    for number, (name, block) in enumerate(computer.blocks.by_key().items()):
+        if not is_own(plain_function(block.function)):
+            said = f"{block.kind.name} {name} has failed"
+            found["failures"][c_constant("failed", name)] = failure_bit(number), said
     return found
 
 

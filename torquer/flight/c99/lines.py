@@ -37,6 +37,11 @@ class Stored(Line):
 
 
 @dataclass
+class Left(Line):
+    """A return from a kernel that has failed, with nothing of its own to answer."""
+
+
+@dataclass
 class Block:
     """Lines that are collected; `effects`: whether they change memory."""
 

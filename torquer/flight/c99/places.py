@@ -14,6 +14,7 @@ from torquer.flight.c99.evaluate import (
     make_tuple,
     translates,
 )
+from torquer.flight.c99.guards import check_index
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.scope import Scope
 from torquer.flight.c99.types import (
@@ -139,7 +140,12 @@ def _part(s: Scope, node: ast.AST, value: Value, index: Value) -> Value:
 
 def _index(s: Scope, node: ast.AST, index: Value, count: int | None) -> str:
     """An index in C: negative ones count from the end."""
+    if s.checks and not index.is_known:
+        if count is None:
+            raise s.refuse(node, "use an array whose length is known")
+        index = check_index(s, node, index, count)
     low, high = index.bounds
+    s.is_unproved |= not s.checks and not (count is not None and -count <= low <= high < count)
     if index.is_known and count is not None:
         if not -count <= index.known < count:
             raise s.refuse(node, f"use an index from 0 to {count - 1}")
@@ -171,8 +177,12 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
         raise s.refuse(node, "cut a tuple at constants, or an array of one dimension")
     if low.bounds[0] < 0 or (high and high.bounds[0] < 0):
         raise s.refuse(node, "cut at places that are not negative")
-    known = high is not None and high.is_known and low.is_known and kind.shape[0] is not None
-    length = len(range(kind.shape[0])[low.known : high.known]) if known else None  # type: ignore
+    known = low.is_known and kind.shape[0] is not None
+    known = known and (high.is_known if high is not None else s.checks)
+    if s.checks and not known:
+        raise s.refuse(node, "cut an array at constants")
+    end = high.known if high is not None else None
+    length = len(range(kind.shape[0])[low.known : end]) if known else None  # type: ignore
     reads = value.reads or low.reads
     text = f"&{value.within(Rank.ATOM)}[{low.text}]"
     return Value(text, replace(kind, shape=(length,)), Rank.SIGN, reads=reads, roots=value.roots)

@@ -3,13 +3,14 @@
 import re
 
 from torquer.flight.c99.helpers import helper_texts
-from torquer.flight.c99.lines import Declared, Line, Stored
+from torquer.flight.c99.lines import Declared, Left, Line, Stored
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.program import Program
-from torquer.flight.c99.translation import Function
+from torquer.flight.c99.translation import FAILURES, Function
 from torquer.flight.c99.types import (
     BOOL,
     INT,
+    NOTHING,
     REAL,
     TIME,
     Array,
@@ -21,6 +22,7 @@ from torquer.flight.c99.types import (
     c_word,
     number_text,
 )
+from torquer.flight.c99.words import FAILURES_NAME
 
 #: Longest line of C text.
 _WIDTH = 100
@@ -90,6 +92,8 @@ def signature(program: Program, function: Function) -> str:
             texts.append(f"const {program.type_name(kind)} *{own}")
         else:
             texts.append(declarator(program, kind, own, name not in function.mutable))
+    if function.reports:
+        texts.append(declarator(program, FAILURES, FAILURES_NAME))
     return f"{program.type_name(function.result)} {function.name}({', '.join(texts) or 'void'})"
 
 
@@ -112,6 +116,8 @@ def _line(program: Program, function: Function, line: Line) -> str:
         text = _declaration(program, function, line)
     elif isinstance(line, Stored):
         text = f"{line.name} = {text};"
+    elif isinstance(line, Left):
+        text = _left(program, function.result)
     return wrap_line("    " * line.depth + text, line.depth)
 
 
@@ -132,6 +138,14 @@ def _declaration(program: Program, function: Function, line: Declared) -> str:
     if prefix and text.startswith(prefix):
         text = text[len(prefix) - 1 :]
     return f"{made} = {text};"
+
+
+def _left(program: Program, kind: Type) -> str:
+    """How a kernel is left that has nothing to answer."""
+    if kind == NOTHING:
+        return "return;"
+    zero = f"({program.type_name(kind)}){{0}}" if isinstance(kind, Tuple) else _zero(kind)
+    return f"return {zero};"
 
 
 def _zero(kind: Type) -> str:

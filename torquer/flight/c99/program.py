@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from torquer.base.user_source import plain_function
 from torquer.flight.c99 import calls, expressions, places  # noqa: F401  register what they translate
 from torquer.flight.c99.lines import Line, count_words, without_unread
+from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.scope import Scope, Variable
 from torquer.flight.c99.source import read_source
 from torquer.flight.c99.statements import block
@@ -23,6 +24,7 @@ from torquer.flight.c99.types import (
     Type,
 )
 from torquer.flight.c99.values import Form, Value
+from torquer.flight.c99.words import FAILURES_NAME
 
 
 class Program(Translation):
@@ -44,21 +46,40 @@ class Program(Translation):
         return None
 
     def function(self, kernel, types: list[Type], s: Place | None = None, node=None) -> Function:
-        """A kernel for these types of arguments."""
+        """A kernel for these types of arguments.
+
+        One of the package is made once more, with checks, where a user's kernel calls it and its
+        indices are not proved.
+        """
+        own = read_source(kernel).is_own
+        made = self._made(kernel, types, s, node, not own)
+        if own and made.is_unproved and s is not None and s.checks:
+            return self._made(kernel, types, s, node, True)
+        return made
+
+    def _made(self, kernel, types: list[Type], s: Place | None, node, checks: bool) -> Function:
         plain = plain_function(kernel)
-        key = (plain, tuple(types))
+        key = (plain, tuple(types), checks)
         if key in self._at_work:
             assert s is not None
             raise s.refuse(node, "write a loop", f"{plain.__name__}, which calls itself,")
         if key not in self.functions:
             self._at_work.append(key)
-            self.functions[key] = self._translate(kernel, types)
+            try:
+                self.functions[key] = self._translate(kernel, types, checks)
+            except Refused as refused:
+                if refused.is_own and s is not None and not s.is_own:  # what the user has written
+                    raise s.refuse(node, refused.instead) from None
+                refused.key = refused.key or getattr(plain, "key", "")
+                raise
             self._at_work.remove(key)
         return self.functions[key]
 
-    def _translate(self, kernel, types: list[Type]) -> Function:
+    def _translate(self, kernel, types: list[Type], checks: bool) -> Function:
         source = read_source(kernel)
-        s = Scope(self, source, _key_text(source.plain, types))
+        model = getattr(kernel, "targetoptions", {}).get("error_model", "python")
+        raises = model == "python" and not source.is_own
+        s = Scope(self, source, _key_text(source.plain, types, checks), checks, raises)
         self._declare_arguments(s, types)
         ended = block(s, source.body)
         if s.result not in (None, NOTHING) and not ended:
@@ -73,7 +94,8 @@ class Program(Translation):
             name, arguments, s.result or NOTHING, lines, names, frozenset(s.written),
             frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation,
             key=s.key, times=frozenset(s.times), powers=frozenset(s.powers),
-            copies=frozenset(s.copies),
+            copies=frozenset(s.copies), fails=s.fails, reports=s.reports,
+            is_unproved=s.is_unproved,
         )  # fmt: skip
 
     def _declare_arguments(self, s: Scope, types: list[Type]) -> None:
@@ -130,6 +152,7 @@ def _switch(
     """A function that calls one of several; a switch has two cases or more (MISRA C:2012, 16.6)."""
     names = [f"a{k}" for k in range(len(types))]
     first, last = next(iter(made.values())), list(made)[-1]
+    reports = any(each.reports for each in made.values())
     lines = [Line(1, "switch (number) {")]
     for number, each in made.items():
         head = "default" if number == last and not otherwise else f"case {number}"
@@ -149,6 +172,8 @@ def _switch(
         _written_by_any(made, names, "mutable"),
         frozenset(n for n, _ in arguments if n not in words),
         "The kernel of a number.", times=_written_by_any(made, names, "times"),
+        fails=any(each.fails for each in made.values()), reports=reports,
+        is_unproved=any(each.is_unproved for each in made.values()),
     )  # fmt: skip
 
 
@@ -168,13 +193,14 @@ def _hand_on(made: Function, names: list[str]) -> str:
     taken = [
         n for n, (own, kind) in pairs if own not in made.unused and not isinstance(kind, Static)
     ]
+    taken += [FAILURES_NAME] * made.reports
     call = f"{made.name}({', '.join(taken)});"
     return call if made.result == NOTHING else f"return {call}"
 
 
-def _key_text(plain: Callable, types: list[Type]) -> str:
+def _key_text(plain: Callable, types: list[Type], checks: bool) -> str:
     """A key that is the same when a program is translated once more."""
-    return repr([getattr(plain, "__qualname__", plain), tuple(types)])
+    return repr([getattr(plain, "__qualname__", plain), tuple(types), checks])
 
 
 def translate_repeatedly(

@@ -1,5 +1,7 @@
 """The README of an export: what differs between double and single precision, inputs, constants."""
 
+from collections.abc import Sequence
+
 from torquer.base.version import VERSION
 from torquer.computer.gate import GATE_NOW, MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
@@ -46,6 +48,8 @@ and writes the answers, whose differences `test/differences.py` shows:
 """
 
 
+_ARRAY = """ `test/recorded.c` holds
+the first steps as an array: with `ADCS_RECORDED` defined the replay takes them, without a file."""
 #: What nothing provides, by how the ephemeris on board finds the place.
 _MISSING = {
     None: "the model field, the orbit and the Sun, which are handed in",
@@ -54,12 +58,17 @@ _MISSING = {
 
 
 def readme_text(
-    computer: OnBoard, name: str, steps: int, ephemeris: OnBoardEphemeris | None = None
-) -> str:
-    """The README of the export of a computer with so many recorded steps."""
+    computer: OnBoard, name: str, steps: int, ephemeris: OnBoardEphemeris | None = None,
+    failures: Sequence[str] = (),
+) -> str:  # fmt: skip
+    """The README of the export of a computer with so many recorded steps.
+
+    `failures`: places in users' files where a law may fail.
+    """
     kind = ephemeris.kind if ephemeris else None
     places = _places(computer, steps) | {
         "name": name, "version": VERSION,
+        "failures": "\n".join(f"* {each}" for each in failures) or "Nothing here can fail so.",
         "ephemeris": ephemeris_readme(ephemeris) if ephemeris else "",
         "missing": _MISSING.get(kind, "determination of the orbit, whose elements are sent up"),
     }  # fmt: skip
@@ -85,6 +94,7 @@ def _places(computer: OnBoard, steps: int) -> dict[str, str]:
         "state_bytes": str(8 * count_state_words(computer.board) + GATE_NOW.itemsize),
         "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
+        "array": "" if is_single() else _ARRAY,
         "bits": _BITS_IN_SINGLE if is_single() else _BITS,
         "compared": _COMPARED_IN_SINGLE if is_single() else _COMPARED,
         "processor": "Cortex-M4F" if is_single() else "Cortex-M7 with `ADCS_PORTABLE`",

@@ -12,6 +12,7 @@ from torquer.computer.interface import PLACES
 from torquer.flight.c99.interface import handed_in
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.tables import count_state_words, state_numbers
+from torquer.flight.c99.texts import fill_template
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.members import WAITING
 from torquer.simulation.loop.state import CELLS
@@ -37,6 +38,12 @@ class Recorded(NamedTuple):
     marks: list[int]
     words: int
 
+    def first(self, steps: int) -> "Recorded":
+        """The first steps alone."""
+        rows = (self.afresh, self.inputs, self.commands, self.estimates)
+        afresh, inputs, commands, estimates = (part[:steps] for part in rows)
+        return Recorded(afresh, inputs, commands, estimates, self.marks[:steps], self.words)
+
     def as_bytes(self) -> bytes:
         """The file that `test/replay.c` reads (little-endian)."""
         head = struct.pack("<8sQQQ", _MAGIC, len(self.marks), self.inputs.shape[1], self.words)
@@ -46,6 +53,13 @@ class Recorded(NamedTuple):
             np.array([a, *i, *c], dtype="<f8").tobytes() + struct.pack("<Q", mark)
             for a, i, c, mark in rows
         )
+
+
+def recorded_in_c(words: bytes) -> str:
+    """The text of `test/recorded.c`: a record as an array, for boards without files."""
+    texts = [f"UINT64_C(0x{word:016x})" for word in np.frombuffer(words, "<u8").tolist()]
+    lines = [", ".join(texts[k : k + 4]) for k in range(0, len(texts), 4)]
+    return fill_template("recorded.c", {"words": str(len(texts)), "rows": ",\n    ".join(lines)})
 
 
 def mark_numbers(numbers: np.ndarray) -> int:

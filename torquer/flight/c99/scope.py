@@ -2,14 +2,14 @@
 
 import ast
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from torquer.flight.c99.lines import Block, Declared, Line, Stored
 from torquer.flight.c99.refusal import Impossible, Refused, quote_source, refuse
 from torquer.flight.c99.source import Source
 from torquer.flight.c99.times import common_type, convert
-from torquer.flight.c99.translation import Translation
+from torquer.flight.c99.translation import FAILURES, Translation
 from torquer.flight.c99.types import (
     NOTHING,
     PLACES,
@@ -38,10 +38,20 @@ class Variable:
 
 
 class Scope:
-    """What is known at a place of a kernel that is being translated."""
+    """What is known at a place of a kernel that is being translated.
 
-    def __init__(self, program: Translation, source: Source, key: str):
+    `checks`: whether its indices are checked and its whole numbers wrap; `raises`: whether a
+    division by zero fails; `handled`: what handles a failure here.
+    """
+
+    def __init__(
+        self, program: Translation, source: Source, key: str, checks: bool = False,
+        raises: bool = False,
+    ):  # fmt: skip
         self.program, self.source, self.key = program, source, key
+        self.checks, self.raises, self.is_own = checks, raises, source.is_own
+        self.fails = self.reports = self.is_unproved = False
+        self.handled: Callable[[], None] | None = None
         self.variables: dict[str, Variable] = {}
         self.first_variables: dict[str, Variable] = {}
         self.block, self.depth, self._count = Block(), 1, 0
@@ -79,6 +89,11 @@ class Scope:
         finally:
             self.block = outer
             self.depth -= deeper
+
+    def report(self) -> None:
+        """Have the kernel be handed what has failed."""
+        self.program.type_name(FAILURES)
+        self.reports = True
 
     def add(self, block: Block) -> None:
         """Lines that were kept apart."""
@@ -299,4 +314,5 @@ def _stores(statement: ast.stmt, name: str) -> bool:
         targets = [*statement.targets]
     elif isinstance(statement, ast.AugAssign | ast.AnnAssign | ast.For):
         targets = [statement.target]
-    return any(isinstance(n, ast.Name) and n.id == name for t in targets for n in ast.walk(t))
+    names = (n for t in targets for n in ast.walk(t) if isinstance(n, ast.Name))
+    return any(n.id == name and isinstance(n.ctx, ast.Store) for n in names)

@@ -21,7 +21,7 @@ _BLOCKS = ("body", "orelse")
 class Source:
     """A kernel's text. `tree`: its definition, with line numbers of its file; `stored`: names that
     are set; `own`: names of its arguments and variables; `read`: names that are read;
-    `outside`: values of the names outside it.
+    `outside`: values of the names outside it; `is_own`: whether it is of this package.
     """
 
     def __init__(self, function: Callable):
@@ -29,7 +29,7 @@ class Source:
         if not isinstance(self.plain, FunctionType):
             what = getattr(function, "__name__", repr(function))
             raise refuse("export", None, f"{what}, which has no text in Python,", "write a kernel")
-        self.file = self.plain.__code__.co_filename
+        self.file, self.is_own = self.plain.__code__.co_filename, is_own(self.plain)
         self.tree = self._parsed()
         self.body = self.tree.body
         if ast.get_docstring(self.tree) is not None:
@@ -67,7 +67,7 @@ class Source:
 
     def _check_unchanged(self, tree: ast.FunctionDef) -> None:
         """A text that is not what runs must not be exported."""
-        if not is_own(self.plain) and not source_text(self.plain):
+        if not self.is_own and not source_text(self.plain):
             what, instead = f"{tree.name}, edited since it was loaded,", "load the scenario again"
             raise refuse(self.file, tree, what, instead)
 

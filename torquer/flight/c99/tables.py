@@ -9,6 +9,7 @@ from torquer.computer.computer import Board
 from torquer.flight.c99.precision import double_text, is_single
 from torquer.flight.c99.print_c import wrap_line
 from torquer.flight.c99.program import Program
+from torquer.flight.c99.translation import FAILURES
 from torquer.flight.c99.types import REAL, Array, Record, Rows, Static, Tuple, Type, number_text
 
 
@@ -74,13 +75,19 @@ def constant_text(program: Program, kind: Record, name: str, value: Any) -> str:
 def state_numbers(board: Board) -> np.ndarray:
     """All numbers of a state, in the order in which its struct in C has them.
 
-    An array of no length has one place there, which stays zero.
+    An array of no length has one place there, which stays zero; nothing has failed.
     """
-    return np.concatenate([numbers_in(part) for part in state_parts(board)])
+    failures = np.zeros(len(FAILURES.fields))
+    return np.concatenate([*(numbers_in(part) for part in state_parts(board)), failures])
+
+
+def first_state(board: Board) -> dict[str, Any]:
+    """A state at the start, by the names of its parts: nothing has failed."""
+    return board._asdict() | {"failures": {name: 0 for name, _ in FAILURES.fields}}
 
 
 def state_parts(board: Board) -> list[np.ndarray]:
-    """The arrays of a state, in the order in which its struct in C has them."""
+    """The arrays of a state, in the order in which its struct in C has them before the failures."""
     return [
         *(board.known, board.parameters, board.memory),
         *(*board.modes, board.chosen, board.selected),

@@ -9,19 +9,11 @@ PRECISION = """\
 /* Kernels compute in single precision, but for times; interface and memory hold doubles. */
 
 """
-SINGLE_TEST = """\
-/* Whether floats have their bits, too. */
-static bool is_single_exact(void)
-{
-    volatile float a = 1.0f + 0x1p-12f;
-    volatile float b = -(1.0f + 0x1p-11f);
-    volatile float least = 0x1p-149f;
-    const float x = a;
-    const float y = b;
-    return x * x + y == 0.0f && least * 1.0f > 0.0f && sizeof(float) == 4u;
+#: Numbers of the self-test: a part of 1 whose square is lost in it, the least number.
+_OF_TEST = {
+    "double": {"real": "double", "f": "", "part": "0x1p-27", "least": "0x1p-1074"},
+    "float": {"real": "float", "f": "f", "part": "0x1p-12", "least": "0x1p-149"},
 }
-
-"""
 
 
 def read_template(file: str) -> str:
@@ -32,3 +24,12 @@ def read_template(file: str) -> str:
 def fill_template(file: str, places: dict[str, str]) -> str:
     """A file of `templates/` with its places (`$name`) filled."""
     return Template(read_template(file)).substitute(places)
+
+
+def self_test(reals: tuple[str, ...]) -> dict[str, str]:
+    """Text of what tests numbers of these types in `adcs_self_test`, and how that is called."""
+    return {
+        "checks": read_template("checks.h"),
+        "exact": "\n".join(fill_template("self_test.c", _OF_TEST[each]) for each in reals),
+        "is_exact": " && ".join(f"are_{each}s_exact()" for each in reals),
+    }

@@ -29,6 +29,9 @@ from torquer.flight.c99.types import (
 from torquer.flight.c99.values import Form, Rank, Value, constant
 from torquer.flight.c99.words import RESERVED, avoid_headers, is_reserved
 
+#: What of a computer has failed: the line that the kernel at work has raised in, 0 for none; the
+#: line of the latest failure; bits of the laws and estimators that have failed.
+FAILURES = Record("Failures", (("raised", INT), ("line", INT), ("blocks", INT)))
 #: A name of a constant, as the house writes them.
 _CONSTANT_NAME = re.compile(r"_?[A-Z][A-Z0-9_]+")
 
@@ -39,7 +42,9 @@ class Function:
 
     `writes`: arguments in whose memory it writes, `times`: in whose it writes times; `mutable`:
     whose memory must not be const; `powers`: those that are part of a power; `copies`: pairs of
-    arrays, of which the first is set to the second.
+    arrays, of which the first is set to the second; `fails`: whether its caller must see whether it
+    has failed; `reports`: whether it is handed what has failed; `is_unproved`: whether an index in
+    it is neither proved to be in its table nor checked.
     """
 
     name: str
@@ -57,12 +62,17 @@ class Function:
     times: frozenset[str] = frozenset()
     powers: frozenset[str] = frozenset()
     copies: frozenset[tuple[str, str]] = frozenset()
+    fails: bool = False
+    reports: bool = False
+    is_unproved: bool = False
 
 
 class Place(Protocol):
     """The place of a kernel at which the translation is: see `torquer.flight.c99.scope.Scope`."""
 
     program: "Translation"
+    checks: bool
+    is_own: bool
 
     def kept(self, value: Value) -> Value: ...
     def refuse(self, node: ast.AST, instead: str, construct: str = "") -> Refused: ...
@@ -94,6 +104,7 @@ class Translation(ABC):
         self.taken: set[str] = set(RESERVED)
         self.avoided = earlier.taken if earlier else set()
         self.locals: set[str] = set()
+        self.checks: dict[tuple[str, int, str], None] = {}
 
     @abstractmethod
     def function(

@@ -12,8 +12,10 @@ _LIBRARY = """
     lgamma remainder remquo scalbn ldexp frexp modf nan nextafter ilogb sqrtf fabsf fmodf copysignf
     floorf ceilf truncf
 """
+#: What kernels that may fail are handed what has failed as.
+FAILURES_NAME = "failures"
 #: Words of C, and names of its library, that a kernel's variable must not have.
-RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | NAMES
+RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | NAMES | {FAILURES_NAME}
 #: Names of macros and types of the headers, and of macros of compilers.
 _OF_HEADERS = re.compile(
     r"(PTRDIFF|SIZE|WCHAR|WINT|SIG_ATOMIC|U?INT(_LEAST|_FAST)?(8|16|32|64|MAX|PTR))_(MAX|MIN|C|WIDTH)"

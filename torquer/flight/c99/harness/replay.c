@@ -1,7 +1,8 @@
 /* Replay recorded control steps and compare every bit: replay recorded.bin
    replay recorded.bin OUT: the same inputs, with the answers of this build in place of the recorded
+   With ADCS_RECORDED defined the first steps are those of test/recorded.c, for boards without files.
 
-   A step in the file: 1.0 if the computer began anew before it, the inputs, the command, the
+   A record is words of 64 bits, the lowest byte first on whatever processor. A step in the file: 1.0 if the computer began anew before it, the inputs, the command, the
    estimate (attitude, rate), a mark of the whole state. A number that is not one has one mark,
    whatever its bits. After the steps come instants of the ephemeris on board, if there is one:
    how many, then for each its time, position and velocity (zeros unless they are given), and all
@@ -16,11 +17,98 @@
 #define NUMBERS (sizeof(((adcs_state *)0)->board) / sizeof(double))
 
 typedef struct {
-    char magic[8];
+    uint64_t magic;
     uint64_t steps;
     uint64_t inputs;
     uint64_t numbers;
 } head_of_file;
+
+/* A word by its eight bytes, the lowest first. */
+static uint64_t word_of(const uint8_t *bytes)
+{
+    uint64_t word = 0;
+    for (unsigned k = 0; k < 8u; k++) {
+        word |= (uint64_t)bytes[k] << (8u * k);
+    }
+    return word;
+}
+
+#ifdef ADCS_RECORDED
+extern const uint64_t adcs_recorded[];
+extern const size_t adcs_recorded_words;
+
+#define IS_AT_HAND true
+
+static bool is_word_read(FILE *file, uint64_t *word)
+{
+    static size_t place;
+    (void)file;
+    if (place >= adcs_recorded_words) {
+        return false;
+    }
+    *word = adcs_recorded[place];
+    place++;
+    return true;
+}
+#else
+#define IS_AT_HAND false
+
+static bool is_word_read(FILE *file, uint64_t *word)
+{
+    uint8_t bytes[8];
+    if (fread(bytes, 1, sizeof bytes, file) != sizeof bytes) {
+        return false;
+    }
+    *word = word_of(bytes);
+    return true;
+}
+#endif
+
+static bool is_word_written(FILE *file, uint64_t word)
+{
+    uint8_t bytes[8];
+    for (unsigned k = 0; k < 8u; k++) {
+        bytes[k] = (uint8_t)((word >> (8u * k)) & 0xffu);
+    }
+    return fwrite(bytes, 1, sizeof bytes, file) == sizeof bytes;
+}
+
+/* Numbers into a place that holds doubles alone. */
+static bool are_read(FILE *file, void *numbers, size_t count)
+{
+    for (size_t k = 0; k < count; k++) {
+        uint64_t word;
+        if (!is_word_read(file, &word)) {
+            return false;
+        }
+        memcpy((uint8_t *)numbers + (k * sizeof word), &word, sizeof word);
+    }
+    return true;
+}
+
+static bool are_written(FILE *file, const void *numbers, size_t count)
+{
+    for (size_t k = 0; k < count; k++) {
+        uint64_t word;
+        memcpy(&word, (const uint8_t *)numbers + (k * sizeof word), sizeof word);
+        if (!is_word_written(file, word)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool is_head_read(FILE *file, head_of_file *head)
+{
+    return is_word_read(file, &head->magic) && is_word_read(file, &head->steps) &&
+        is_word_read(file, &head->inputs) && is_word_read(file, &head->numbers);
+}
+
+static bool is_head_written(FILE *file, const head_of_file *head)
+{
+    return is_word_written(file, head->magic) && is_word_written(file, head->steps) &&
+        is_word_written(file, head->inputs) && is_word_written(file, head->numbers);
+}
 
 static uint64_t bits_of(double number)
 {
@@ -70,9 +158,9 @@ static bool is_written(FILE *out, double anew, const adcs_inputs *inputs,
         known->estimate_q_z, known->estimate_q_w, known->estimate_omega_x, known->estimate_omega_y,
         known->estimate_omega_z};
     const uint64_t mark = mark_of(state);
-    return fwrite(&anew, sizeof anew, 1, out) == 1 && fwrite(inputs, sizeof *inputs, 1, out) == 1 &&
-        fwrite(command, sizeof *command, 1, out) == 1 &&
-        fwrite(estimate, sizeof estimate, 1, out) == 1 && fwrite(&mark, sizeof mark, 1, out) == 1;
+    return are_written(out, &anew, 1) && are_written(out, inputs, INPUTS) &&
+        are_written(out, command, 6) && are_written(out, estimate, ESTIMATE) &&
+        is_word_written(out, mark);
 }
 
 /* Number of steps that are the same; `step` becomes the first that is not. With `out`, answers are
@@ -88,10 +176,8 @@ static uint64_t replayed(FILE *file, FILE *out, const head_of_file *head, uint64
         uint64_t mark;
         adcs_inputs inputs;
         adcs_command command;
-        if (fread(&anew, sizeof anew, 1, file) != 1 ||
-            fread(&inputs, sizeof inputs, 1, file) != 1 ||
-            fread(recorded, sizeof recorded, 1, file) != 1 ||
-            fread(&mark, sizeof mark, 1, file) != 1) {
+        if (!are_read(file, &anew, 1) || !are_read(file, &inputs, INPUTS) ||
+            !are_read(file, recorded, 6u + ESTIMATE) || !is_word_read(file, &mark)) {
             break;
         }
         if (anew > 0.0) {
@@ -130,11 +216,10 @@ static bool are_instants_the_same(FILE *file, FILE *out)
     uint64_t same = 0;
     instant recorded;
     adcs_first_elements(&elements);
-    if (fread(&count, sizeof count, 1, file) != 1 ||
-        (out != NULL && fwrite(&count, sizeof count, 1, out) != 1)) {
+    if (!is_word_read(file, &count) || (out != NULL && !is_word_written(out, count))) {
         return false;
     }
-    while (same < count && fread(&recorded, sizeof recorded, 1, file) == 1) {
+    while (same < count && are_read(file, &recorded, sizeof recorded / sizeof(double))) {
         adcs_inputs inputs = {0};
         double *const place = (double *)(void *)&inputs + POSITION;
         instant now = recorded;
@@ -148,7 +233,7 @@ static bool are_instants_the_same(FILE *file, FILE *out)
         for (size_t k = 0; k < 16u; k++) {
             is_same = is_same && bits_of(now.found[k]) == bits_of(recorded.found[k]);
         }
-        if ((out != NULL) ? fwrite(&now, sizeof now, 1, out) != 1 : !is_same) {
+        if ((out != NULL) ? !are_written(out, &now, sizeof now / sizeof(double)) : !is_same) {
             break;
         }
         same++;
@@ -171,6 +256,13 @@ static bool are_instants_the_same(FILE *file, FILE *out)
 }
 #endif
 
+static void close_file(FILE *file)
+{
+    if (file != NULL) {
+        (void)fclose(file);
+    }
+}
+
 int main(int count, char **arguments)
 {
     bool same_instants;
@@ -183,19 +275,19 @@ int main(int count, char **arguments)
         printf("this build computes otherwise: compile with -ffp-contract=off\n");
         return 2;
     }
-    if (file == NULL || fread(&head, sizeof head, 1, file) != 1) {
+    if ((file == NULL && !IS_AT_HAND) || !is_head_read(file, &head)) {
         printf("usage: replay recorded.bin\n");
         return 2;
     }
-    if (memcmp(head.magic, "ADCSREC2", 8) != 0 || head.inputs != INPUTS ||
+    if (head.magic != word_of((const uint8_t *)"ADCSREC2") || head.inputs != INPUTS ||
         head.numbers != NUMBERS) {
         printf("the record is of another export\n");
-        (void)fclose(file);
+        close_file(file);
         return 2;
     }
-    if (count > 2 && (out == NULL || fwrite(&head, sizeof head, 1, out) != 1)) {
+    if (count > 2 && (out == NULL || !is_head_written(out, &head))) {
         printf("%s cannot be written\n", arguments[2]);
-        (void)fclose(file);
+        close_file(file);
         return 2;
     }
     same = replayed(file, out, &head, &step);
@@ -204,7 +296,7 @@ int main(int count, char **arguments)
             (count > 2) ? "written" : "the same bits in commands and state");
     }
     same_instants = same == head.steps && are_instants_the_same(file, out);
-    (void)fclose(file);
+    close_file(file);
     if (out != NULL && fclose(out) != 0) {
         same = 0;
     }

@@ -57,7 +57,8 @@ adcs_outcome adcs_rebase(adcs_state *state, double shift_s);
 /* Let the estimators begin again, as at the start. */
 void adcs_restart_estimators(adcs_state *state);
 
-/* Whether this build computes with the bits of the export: no fused products, no flushed zeros. */
+/* Whether this build computes with the bits of the export: products, sums and quotients
+   rounded one by one, no flushed zeros, NaN seen, words in the order of IEEE 754. */
 bool adcs_self_test(void);
 
 /* Version of torquer, mark of its sources, mark of the computer: which export this is. */
@@ -65,6 +66,12 @@ const char *adcs_fingerprint(void);
 
 /* Number of the state (ADCS_STATE_...) in which a region (ADCS_REGION_...) is; -1 for none. */
 int32_t adcs_mode(const adcs_state *state, int32_t region);
+
+/* Laws and estimators of the user's that have failed since the start (bits ADCS_FAILED_...), as they
+   would end a simulation: by an index that is not in its table, or by a division by zero. One that
+   fails commands nothing, or estimates nothing, at that step. `line`: where in its Python file the
+   latest failed, 0 for none. */
+int64_t adcs_failures(const adcs_state *state, int64_t *line);
 
 /* A logged value: the cell ADCS_LOG_... or one that follows it; NaN beyond the memory. */
 double adcs_logged(const adcs_state *state, int32_t cell);

@@ -37,17 +37,19 @@ static double floor_div(double a, double b)
     return whole;
 }
 
-/* quotient of whole numbers as Python has it: rounded down; 0 where b is 0 */
+/* quotient of whole numbers as Python has it: rounded down; 0 where b is 0, or where it is beyond
+   64 bits, as in the simulation */
 static int64_t floor_div_int(int64_t a, int64_t b)
 {
-    const int64_t quotient = (b != 0) ? a / b : 0;
-    return ((b != 0) && (a % b != 0) && ((a < 0) != (b < 0))) ? quotient - 1 : quotient;
+    const bool is_defined = (b != 0) && ((a != INT64_MIN) || (b != -1));
+    const int64_t quotient = is_defined ? a / b : 0;
+    return (is_defined && (a % b != 0) && ((a < 0) != (b < 0))) ? quotient - 1 : quotient;
 }
 
 /* a % b of whole numbers as Python has it: the sign is that of b; 0 where b is 0 */
 static int64_t floor_mod_int(int64_t a, int64_t b)
 {
-    const int64_t rest = (b != 0) ? a % b : 0;
+    const int64_t rest = ((b != 0) && (b != -1)) ? a % b : 0;
     return ((rest != 0) && ((rest < 0) != (b < 0))) ? rest + b : rest;
 }
 
@@ -83,10 +85,40 @@ static int64_t max_of_int(int64_t a, int64_t b)
     return (b > a) ? b : a;
 }
 
-/* magnitude of a whole number */
+/* magnitude of a whole number; the least one has none and stays as it is */
 static int64_t abs_int(int64_t a)
 {
-    return (a < 0) ? -a : a;
+    return ((a < 0) && (a != INT64_MIN)) ? -a : a;
+}
+
+/* sum of whole numbers, which wraps beyond 64 bits */
+static int64_t sum_of_int(int64_t a, int64_t b)
+{
+    return (int64_t)((uint64_t)a + (uint64_t)b);
+}
+
+/* difference of whole numbers, which wraps beyond 64 bits */
+static int64_t difference_of_int(int64_t a, int64_t b)
+{
+    return (int64_t)((uint64_t)a - (uint64_t)b);
+}
+
+/* product of whole numbers, which wraps beyond 64 bits */
+static int64_t product_of_int(int64_t a, int64_t b)
+{
+    return (int64_t)((uint64_t)a * (uint64_t)b);
+}
+
+/* what a counter counts after k, which is below the end: the end where it would go past that */
+static int64_t next_up(int64_t k, int64_t step, int64_t end)
+{
+    return ((uint64_t)end - (uint64_t)k > (uint64_t)step) ? k + step : end;
+}
+
+/* what a counter that counts down counts after k, which is above the end */
+static int64_t next_down(int64_t k, int64_t step, int64_t end)
+{
+    return ((uint64_t)k - (uint64_t)end > (uint64_t)step) ? k - step : end;
 }
 
 /* -1, 0 or 1 by the sign of a number, NaN of NaN, as NumPy's sign */

@@ -71,6 +71,7 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
         given[k] = known[places[k]];
     }
     state.gate[0] = fresh[0];
+    memset(&state.board.failures, 0, sizeof state.board.failures);
     (void)adcs_step(&state, &inputs, &command);
     numbers = (double *)(void *)&state;
     for (size_t k = 0; k < PARTS; k++) {
@@ -78,4 +79,7 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
         numbers += words[k];
     }
     memcpy(answer, &state.gate[0].dipole_x, 6u * sizeof(double));
+    if (state.board.failures.blocks != 0) { /* a run ends where a law raises an error */
+        answer[0] = (double)NAN;
+    }
 }
