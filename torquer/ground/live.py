@@ -1,10 +1,15 @@
-"""What is sent to the browsers as it happens: bounded for each, whatever it reads."""
+"""What is sent to the browsers as it happens: bounded for each, whatever it reads.
+
+The text of a row or message is made once for all browsers.
+"""
 
 from __future__ import annotations
 
 import asyncio
 from collections import deque
+from collections.abc import Iterable
 from contextlib import suppress
+from itertools import chain
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -22,26 +27,26 @@ class Listener:
     """One browser: what waits for it; `dropped`: rows that it was too slow for."""
 
     def __init__(self) -> None:
-        self._rows: dict[tuple[str, str], deque] = {}
-        self._others: dict[str, deque] = {}
+        self._rows: dict[tuple[str, str], deque[str]] = {}
+        self._others: dict[str, deque[str]] = {}
         self._wakes = asyncio.Event()
         self.dropped = 0
 
-    def put_row(self, satellite: str, row: Row) -> None:
-        """Add a row."""
-        rows = self._rows.setdefault((satellite, row.packet), deque(maxlen=MOST_ROWS))
+    def put_row(self, satellite: str, packet: str, row: str) -> None:
+        """Add a row, as JSON."""
+        rows = self._rows.setdefault((satellite, packet), deque(maxlen=MOST_ROWS))
         self.dropped += len(rows) == MOST_ROWS
-        rows.append((satellite, row.packet, *row[1:5], row.values))
+        rows.append(row)
         self._wakes.set()
 
-    def put(self, kind: str, message: dict) -> None:
-        """Add a message of another kind."""
+    def put(self, kind: str, message: str) -> None:
+        """Add a message of another kind, as JSON."""
         self._others.setdefault(kind, deque(maxlen=MOST_MESSAGES)).append(message)
         self._wakes.set()
 
     def beat(self, clock_ms: int) -> None:
         """Add the report of each second, with the ground's clock; only the last one waits."""
-        self._others["beat"] = deque([{"clock_ms": clock_ms, "dropped": self.dropped}])
+        self._others["beat"] = deque([_text({"clock_ms": clock_ms, "dropped": self.dropped})])
         self._wakes.set()
 
     async def serve(self, socket: WebSocket) -> None:
@@ -63,17 +68,13 @@ class Listener:
         """What waits, as JSON, as soon as something does."""
         await self._wakes.wait()
         self._wakes.clear()
-        found: dict[str, Any] = {kind: list(waiting) for kind, waiting in self._others.items()}
-        rows = [
-            (satellite, packet, time_ms, received_ms, quality, values)
-            for waiting in self._rows.values()
-            for satellite, packet, time_ms, received_ms, quality, _, values in waiting
-        ]
-        if rows:
-            found["rows"] = rows
+        found: dict[str, Iterable[str]] = {**self._others}
+        if self._rows:
+            found["rows"] = chain.from_iterable(self._rows.values())
+        parts = [f'"{kind}":[{",".join(waiting)}]' for kind, waiting in found.items()]
         self._others.clear()
         self._rows.clear()
-        return json_text(found, None, INFINITIES)
+        return f"{{{','.join(parts)}}}"
 
 
 async def _until_closed(socket: WebSocket) -> None:
@@ -91,16 +92,29 @@ class Live:
 
     def rows(self, satellite: str, rows: list[Row]) -> None:
         """Rows for everybody."""
-        for listener in self.listeners:
-            for row in rows:
-                listener.put_row(satellite, row)
+        if not self.listeners:
+            return
+        for row in rows:
+            text = _text((satellite, row.packet, *row[1:4], row.values))
+            for listener in self.listeners:
+                listener.put_row(satellite, row.packet, text)
 
     def message(self, kind: str, satellite: str, message: dict) -> None:
         """A message for everybody."""
+        text = message_text(satellite, message)
         for listener in self.listeners:
-            listener.put(kind, {"satellite": satellite, **message})
+            listener.put(kind, text)
 
     def beat(self, clock_ms: int) -> None:
         """The report of each second for everybody."""
         for listener in self.listeners:
             listener.beat(clock_ms)
+
+
+def message_text(satellite: str, message: dict) -> str:
+    """A message of a satellite as JSON."""
+    return _text({"satellite": satellite, **message})
+
+
+def _text(data: Any) -> str:
+    return json_text(data, None, INFINITIES)

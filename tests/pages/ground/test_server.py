@@ -297,11 +297,15 @@ def test_strangers_are_refused_and_logged(client):
 
 def test_a_browser_that_does_not_read_costs_bounded_memory():
     async def run():
-        listener = live.Listener()
+        listener, everybody = live.Listener(), live.Live()
+        everybody.listeners.add(listener)
         for number in range(10_000):
-            listener.put_row("sat", Row("extended", number, number, 2, 0, 0, (0.5,) * 43))
-            listener.put("log", {"id": number})
+            row = Row("extended", number, number, 2, 0, 0, (0.5, math.inf, math.nan) * 14)
+            everybody.rows("sat", [row])
+            everybody.message("log", "sat", {"id": number})
         taken = json.loads(await listener.take())
+        assert taken["log"][-1] == {"satellite": "sat", "id": 9999}
+        assert taken["rows"][-1] == ["sat", "extended", 9999, 9999, 2, [0.5, "Infinity", None] * 14]
         assert len(taken["rows"]) == live.MOST_ROWS and len(taken["log"]) == live.MOST_MESSAGES
         assert taken["rows"][-1][2] == 9999 and listener.dropped == 10_000 - live.MOST_ROWS
 

@@ -31,7 +31,7 @@ from torquer.ground.commands import list_commands
 from torquer.ground.contact import Contact
 from torquer.ground.ground_clock import now_ms
 from torquer.ground.limits import describe_limits
-from torquer.ground.live import Listener, Live
+from torquer.ground.live import Listener, Live, message_text
 from torquer.ground.plan import has_plan
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
@@ -217,7 +217,7 @@ class _Routes:
         self._live.listeners.add(listener)
         listener.beat(now_ms())
         for contact in self._contacts.values():
-            listener.put("links", {"satellite": contact.key, **contact.state()})
+            listener.put("links", message_text(contact.key, contact.state()))
         try:
             await listener.serve(socket)
         except (WebSocketDisconnect, RuntimeError):
