@@ -10,6 +10,7 @@ import urllib.request
 from contextlib import closing
 
 import pytest
+from archived import WrittenAtOnce
 from ground_flight import flying, serving, table
 from slow_cases import slow_after
 
@@ -53,11 +54,12 @@ def alarmed(tmp_path):
     from torquer.computer.names import Names
     from torquer.ground.alarm import Now
     from torquer.ground.alarm_desk import AlarmDesk
-    from torquer.ground.archive import AUTHENTIC, Archive, Row
+    from torquer.ground.archive import AUTHENTIC, Row
 
     dictionary = load_link().dictionary
-    with closing(Archive(tmp_path / "sat.sqlite", dictionary)) as archive:
-        desk = AlarmDesk(archive, dictionary, Names({}, (), {}, {}, ()), print, print)
+    spool = WrittenAtOnce(tmp_path / "sat.sqlite", dictionary)
+    with closing(spool.archive):
+        desk = AlarmDesk(spool, dictionary, Names({}, (), {}, {}, ()), print, print)
         names = dictionary.down["housekeeping"].names
         for k, amperes in enumerate((1.7, 1.9)):
             values = dict.fromkeys(names, 0.0) | {"coils_current": amperes, "switched_off": 3}
@@ -66,7 +68,6 @@ def alarmed(tmp_path):
         (first, _) = desk.listed()["alarms"]
         desk.acknowledge({first["key"]: first["number"]}, "ann", "of the \x1b[31m test")
         desk.shelve("housekeeping.switched_off", 60.0, "bob", "repair")
-        desk.save(desk.unsaved())
     return tmp_path
 
 
@@ -270,7 +271,7 @@ def test_the_history_is_filtered_and_written_as_csv(call, folder):
         (("stack", "run", "--as", ""), "--as: must be 1 to 40 printable characters"),
         (("send", "x", "--as", "a\nb"), "--as: must be 1 to 40 printable characters"),
         (("stack",), "--folder: must be that of a running ground"),
-        (("history",), "--satellite: must be one of none in"),
+        (("history",), "--satellite: must be that of an archive in"),
         (("history", "--csv", "--json"), "--csv: must not be given with --json"),
         (("history", "--start", "x"), "--start: must be a time with a zone"),
         (("history", "--size", "0"), "--size: must lie within 1..20000"),

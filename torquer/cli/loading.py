@@ -1,7 +1,8 @@
-"""Scenarios that commands load: whose Python files may be executed, whose models can be used."""
+"""What commands load: scenarios whose Python files may be executed, archives of a ground."""
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,35 @@ from torquer.cli.output import make_writable
 if TYPE_CHECKING:
     from torquer.campaign.spec import Campaign
     from torquer.scenario.spec import Scenario
+
+
+#: Where a ground has its archives unless another folder is given.
+FOLDER = Path("runs/ground")
+
+
+def archive_in(folder: Path, satellite: str | None) -> Path:
+    """The archive of a satellite in a folder, or the only one; ValueError for none."""
+    known = sorted(path.stem for path in folder.glob("*.sqlite"))
+    name = known[0] if satellite is None and len(known) == 1 else satellite
+    if name not in known:
+        must = f"one of {', '.join(known)}" if known else f"that of an archive in {folder}"
+        raise ValueError(f"--satellite: must be {must}; received {name or 'nothing'}")
+    return folder / f"{name}.sqlite"
+
+
+def date_ms(option: str, text: str | None) -> int | None:
+    """Milliseconds since 1970 of a date with a zone; ValueError for anything else."""
+    if text is None:
+        return None
+    try:
+        at = datetime.fromisoformat(text)
+    except ValueError:
+        at = None
+    if at is None or at.tzinfo is None:
+        raise ValueError(
+            f"{option}: must be a time with a zone, such as 2012-01-01T00:00:00Z; received {text}"
+        )
+    return round(at.timestamp() * 1e3)
 
 
 def load_given(path: Path | None) -> Scenario | None:

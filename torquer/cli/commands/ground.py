@@ -9,13 +9,11 @@ from cyclopts import App
 
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
-from torquer.base.strict_json import INFINITIES, json_text
-from torquer.cli.alarm_words import alarm_in_words, violation_in_words
+from torquer.base.strict_json import json_text
 from torquer.cli.app import read_help
 from torquer.cli.commands.ground_orders import As, in_words
 from torquer.cli.examples import show_examples
-from torquer.cli.ground_options import FOLDER, date_ms
-from torquer.cli.loading import load_checked, load_given
+from torquer.cli.loading import FOLDER, date_ms, load_checked, load_given
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
     check_installed,
@@ -245,63 +243,6 @@ def cancel(number: int, /, *, how: PlanOptions = PlanOptions()) -> int:
     return 0 if found["state"] in ("cancelled", "executed") else FAILED_CODE
 
 
-@options
-class AlarmsOptions:
-    """Options of `torquer ground alarms`."""
-
-    satellite: str | None = None
-    """Short name of the satellite, where the folder has archives of several."""
-    log: bool = False
-    """List the out-of-limits log as well, the newest first."""
-    start: str | None = None
-    """First on-board time of the log, ISO 8601 with a zone [all]."""
-    end: str | None = None
-    """Last on-board time of the log, ISO 8601 with a zone [all]."""
-    size: Annotated[int, within(1, 100_000)] = 100
-    """Most entries of the log."""
-    folder: Path = FOLDER
-    """Folder of the ground's archives."""
-    json: Json = False
-
-
-@app.command(help_epilogue=show_examples("ground alarms"))
-def alarms(*, how: AlarmsOptions = AlarmsOptions()) -> int:
-    """List the alarms in an archive, whether a ground serves it or not, and the out-of-limits log.
-
-    Times are of the satellite's clock unless they are of operators. What the ground that runs knows
-    is in the archive within a second.
-    """
-    from torquer.ground.violations import read_alarms
-
-    start_ms, end_ms = date_ms("--start", how.start), date_ms("--end", how.end)
-    ends = -(2**53) if start_ms is None else start_ms, 2**53 if end_ms is None else end_ms
-    found = read_alarms(_archive(how.folder, how.satellite), *ends, how.size)
-    if how.json:
-        violations = {"violations": found.violations} if how.log else {}
-        print(json_text({"alarms": found.alarms} | violations, infinities=INFINITIES))
-        return 0
-    for each in found.alarms:
-        print(harmless(alarm_in_words(each)))
-    if not found.alarms:
-        print_note("no alarms")
-    if how.log:
-        print("out-of-limits log:")
-        for each in found.violations:
-            print(harmless(violation_in_words(each)))
-    return 0
-
-
-def _archive(folder: Path, name: str | None) -> Path:
-    """The archive of a satellite, or the only one of a folder."""
-    known = sorted(path.stem for path in folder.glob("*.sqlite"))
-    if name is None and len(known) == 1:
-        (name,) = known
-    if name not in known:
-        must = f"one of {', '.join(known)}" if known else f"that of an archive in {folder}"
-        raise ValueError(f"--satellite: must be {must}; received {name or 'nothing'}")
-    return folder / f"{name}.sqlite"
-
-
 def _good(order: dict) -> tuple[str, ...]:
     """States of a command that went well, as far as is waited for."""
     return ("executed", "received") if order["acknowledge"] else ("sent",)
@@ -475,6 +416,7 @@ def _progress(name: str):
 
 #: Commands that have files of their own, by these files.
 _OTHERS = {
+    "ground_alarms": ("alarms",),
     "ground_history": ("at", "gaps"),
     "ground_orders": ("history", "stack"),
     "ground_passes": ("passes", "report"),

@@ -4,10 +4,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from torquer.base.limits import RequestError
 from torquer.base.strict_json import INFINITIES, json_text
-from torquer.cli.ground_options import FOLDER, date_ms
-from torquer.cli.loading import load_given
+from torquer.cli.loading import FOLDER, archive_in, date_ms, load_given
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
@@ -45,7 +43,7 @@ def at(time: str, /, *, how: AtOptions = AtOptions()) -> int:
 
     at_ms = date_ms("TIME", time)
     assert at_ms is not None
-    names, path = Names({}, (), {}, {}, ()), _archive(how.folder, how.satellite)
+    names, path = Names({}, (), {}, {}, ()), archive_in(how.folder, how.satellite)
     if (scenario := load_given(how.scenario)) is not None:
         from torquer.simulation.outside.directed import computer_names
         from torquer.simulation.setup.prepare import make_blocks
@@ -117,7 +115,7 @@ def gaps(*, how: GapsOptions = GapsOptions()) -> int:
     from torquer.ground.archive import dictionary_in, read_only
     from torquer.ground.gaps import can_fill, find_gaps
 
-    path = _archive(how.folder, how.satellite)
+    path = archive_in(how.folder, how.satellite)
     with closing(read_only(path)) as db:
         dictionary = dictionary_in(db)
         for name in how.packet or ():
@@ -155,20 +153,6 @@ def _fill(satellite: str, folder: Path, found: list) -> list[dict]:
     wanted = [gap for gap in found if gap.packet == MAIN and not gap.stored][-_MOST_ORDERS:]
     orders = [fill(gap.start_ms, gap.end_ms).model_dump(exclude_none=True) for gap in wanted]
     return [each for order in orders for each in ground.send([order], satellite)]
-
-
-def _archive(folder: Path, satellite: str | None) -> Path:
-    """The archive of a satellite in a folder, or the only one."""
-    known = {path.stem: path for path in sorted(folder.glob("*.sqlite"))}
-    if satellite is None and len(known) == 1:
-        return next(iter(known.values()))
-    if satellite in known:
-        return known[satellite]
-    listed = ", ".join(known) or "none"
-    received = satellite or "nothing"
-    raise RequestError(
-        "satellite", f"must have an archive in {folder} ({listed}); received {received}"
-    )
 
 
 def _date(time_ms: int) -> str:

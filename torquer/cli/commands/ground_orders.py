@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from torquer.base.limits import within
 from torquer.base.strict_json import json_text
-from torquer.cli.ground_options import FOLDER, date_ms
+from torquer.cli.loading import FOLDER, archive_in, date_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
@@ -180,7 +180,7 @@ def history(*, how: HistoryOptions = HistoryOptions()) -> int:
         size=how.size or 1,
         **{key: value for key, value in span.items() if value is not None},
     )
-    with closing(read_only(_archive(how))) as db:
+    with closing(read_only(archive_in(how.folder, how.satellite))) as db:
         found = find_commands(db, wanted)[::-1]
     if how.json:
         print(json_text(found))
@@ -194,15 +194,3 @@ def history(*, how: HistoryOptions = HistoryOptions()) -> int:
         if not found:
             print_note("there are no such commands")
     return 0
-
-
-def _archive(how: HistoryOptions) -> Path:
-    """The archive of a satellite in the folder, or the only one."""
-    known = sorted(path.stem for path in how.folder.glob("*.sqlite"))
-    name = known[0] if how.satellite is None and len(known) == 1 else how.satellite
-    if name not in known:
-        raise ValueError(
-            f"--satellite: must be one of {', '.join(known) or 'none'} in {how.folder}; received "
-            f"{name or 'nothing'}"
-        )
-    return how.folder / f"{name}.sqlite"

@@ -11,8 +11,7 @@ from cyclopts import Parameter
 
 from torquer.base.limits import positive, within
 from torquer.base.strict_json import json_text
-from torquer.cli.ground_options import FOLDER
-from torquer.cli.loading import load_checked
+from torquer.cli.loading import FOLDER, load_checked
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 

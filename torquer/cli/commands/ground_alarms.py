@@ -1,0 +1,111 @@
+"""`torquer ground alarms`: the alarms in an archive, and the out-of-limits log."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+from torquer.base.limits import within
+from torquer.base.strict_json import INFINITIES, json_text
+from torquer.cli.loading import FOLDER, archive_in, date_ms
+from torquer.cli.options import Json, options
+from torquer.cli.output import harmless, print_note
+
+_STATES = {
+    "active": "not acknowledged",
+    "acknowledged": "acknowledged",
+    "returned": "in order again, not acknowledged",
+    "latched": "in order again, to be cleared, acknowledged",
+    "settling": "in order again, acknowledged",
+}
+
+
+@options
+class AlarmsOptions:
+    """Options of `torquer ground alarms`."""
+
+    satellite: str | None = None
+    """Short name of the satellite, where the folder has archives of several."""
+    log: bool = False
+    """List the out-of-limits log as well, the newest first."""
+    start: str | None = None
+    """First on-board time of the log, ISO 8601 with a zone [all]."""
+    end: str | None = None
+    """Last on-board time of the log, ISO 8601 with a zone [all]."""
+    size: Annotated[int, within(1, 100_000)] = 100
+    """Most entries of the log."""
+    folder: Path = FOLDER
+    """Folder of the ground's archives."""
+    json: Json = False
+
+
+def alarms(*, how: AlarmsOptions = AlarmsOptions()) -> int:
+    """List the alarms in an archive, whether a ground serves it or not, and the out-of-limits log.
+
+    Times are of the satellite's clock unless they are of operators. What the ground that runs knows
+    is in the archive within a second.
+    """
+    from torquer.ground.violations import read_alarms
+
+    start_ms, end_ms = date_ms("--start", how.start), date_ms("--end", how.end)
+    ends = -(2**53) if start_ms is None else start_ms, 2**53 if end_ms is None else end_ms
+    found = read_alarms(archive_in(how.folder, how.satellite), *ends, how.size)
+    if how.json:
+        violations = {"violations": found.violations} if how.log else {}
+        print(json_text({"alarms": found.alarms} | violations, infinities=INFINITIES))
+        return 0
+    for each in found.alarms:
+        print(harmless(_alarm_in_words(each)))
+    if not found.alarms:
+        print_note("no alarms")
+    if how.log:
+        print("out-of-limits log:")
+        for each in found.violations:
+            print(harmless(_violation_in_words(each)))
+    return 0
+
+
+def _alarm_in_words(alarm: dict) -> str:
+    """An alarm, or a shelf alone, as `read_alarms` has it."""
+    shelf = alarm.get("shelf")
+    shelved = "" if shelf is None else (
+        f"; shelved until {_iso(shelf['until_ms'])} by {shelf['by']}: {shelf['reason']}"
+    )  # fmt: skip
+    if "state" not in alarm:
+        return f"{'':8}{alarm['key']}{shelved}"
+    state = f"{_STATES[alarm['state']]}{_by(alarm)}"
+    return (
+        f"{alarm['severity']:8}{alarm['key']} {_limit(alarm)}, now {_value(alarm['value'])}, since "
+        f"{_iso(alarm['since_ms'])}, {alarm['count']} x, {state}{shelved}"
+    )
+
+
+def _violation_in_words(one: dict) -> str:
+    """A violation as `read_alarms` has it."""
+    seen = "" if one["acknowledged_ms"] is None else f", acknowledged{_by(one)}"
+    end = _iso(one["end_ms"]) if one["is_over"] else "now"
+    return (
+        f"{one['severity']:8}{one['key']} {_limit(one)}, {_value(one['extreme'])} at most, "
+        f"{_iso(one['start_ms'])} to {end}, {one['count']} x{seen}"
+    )
+
+
+def _limit(one: dict) -> str:
+    return f"{one['limit']} ({one['mode']})" if one["mode"] else one["limit"]
+
+
+def _value(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.7g}"
+
+
+def _by(one: dict) -> str:
+    if one["acknowledged_ms"] is None:
+        return ""
+    comment = f": {one['comment']}" if one["comment"] else ""
+    return f" by {one['acknowledged_by']} {_iso(one['acknowledged_ms'])}{comment}"
+
+
+def _iso(time_ms: int) -> str:
+    try:
+        return f"{datetime.fromtimestamp(time_ms * 1e-3, UTC):%Y-%m-%dT%H:%M:%SZ}"
+    except (ValueError, OverflowError, OSError):
+        return f"{time_ms} ms since 1970"
