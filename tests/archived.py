@@ -11,6 +11,8 @@ from torquer.ground.spool import Found
 class WrittenAtOnce:
     """In place of a `Spool`: everything is archived before it returns."""
 
+    is_behind = is_failing = False
+
     def __init__(self, path: Path, dictionary):
         self.path, self.archive = path, Archive(path, dictionary)
         counters = dict(self.archive.read("SELECT name, value FROM _counters"))

@@ -50,10 +50,13 @@ def test_what_waits_for_another_program_is_stored_in_order(spool, kind):
     """Another stack is loaded while steps of the first wait: the first leaves nothing behind."""
     put(spool, 1, "old")
     spool.flush()
+    assert not spool.is_behind
     with closing(sqlite3.connect(spool.path, isolation_level=None)) as other:
         other.execute(f"BEGIN {kind}")
         for place in (1, 2, 3):
             put(spool, place, "old", "done")
+        wait_for(lambda: spool.is_behind)
+        assert not spool.is_failing
         wait_for(lambda: spool.is_failing)
         spool.keep(("stack",), "DELETE FROM _stack", ())
         for place in (0, 1):

@@ -407,6 +407,46 @@ def test_one_stack_at_a_time(bench):
     bench.load(steps(""))
 
 
+# Archives that take nothing
+
+
+def test_a_run_waits_for_a_slow_archive(bench):
+    bench.load(steps("", ""))
+    bench.act("run")
+    bench.spool.is_behind = True
+    bench.turn(3)
+    assert bench.modules == [] and bench.stack.state()["state"] == "running"
+    bench.spool.is_behind = False
+    bench.turn(2)
+    assert bench.modules == [1]
+
+
+def test_a_run_holds_while_nothing_is_archived(bench):
+    bench.load(steps("", "", "", ""))
+    bench.act("run")
+    bench.turn(2)
+    bench.spool.is_behind = bench.spool.is_failing = True
+    bench.answer()
+    bench.turn(3)
+    found = bench.stack.state()
+    assert bench.modules == [1] and found["state"] == "held"
+    assert "nothing is archived" in found["reason"] and found["reason"] in bench.notes[-1]
+    bench.act("run")  # by somebody who knows
+    bench.turn(2)
+    bench.answer()
+    bench.turn(2)
+    assert bench.modules == [1, 2, 3]
+    bench.spool.is_behind = bench.spool.is_failing = False
+    bench.turn(2)
+    bench.spool.is_behind = bench.spool.is_failing = True  # another time, which nobody knows
+    bench.answer()
+    bench.turn(2)
+    assert bench.modules == [1, 2, 3] and bench.stack.state()["state"] == "held"
+    bench.act("next")
+    bench.turn(2)
+    assert bench.modules == [1, 2, 3, 4]
+
+
 # Restarts
 
 

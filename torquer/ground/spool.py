@@ -174,6 +174,12 @@ class Spool:
         return since[1] if since and time.monotonic() - since[0] > FAILING_S else None
 
     @property
+    def is_behind(self) -> bool:
+        """Whether something waits longer than anybody waits for the archive."""
+        since = self._since
+        return since is not None and time.monotonic() - since[0] > _WAIT_S
+
+    @property
     def is_failing(self) -> bool:
         """Whether the archive takes nothing."""
         return self.since_ms is not None

@@ -1,7 +1,9 @@
 """The command stack of a satellite: steps that go up one by one, stepped or run.
 
-A stack is held     loaded, or halted: by an operator, a command that failed, a start of the ground
-           running  its steps go up, each after its pause and what it waits for
+A stack is held     loaded, or halted: by an operator, a command that failed, a start of the
+                  ground, an archive that takes nothing
+           running  its steps go up, each after its pause and what it waits for, while the archive
+                  takes them; an operator who knows that it does not may run it all the same
            over     all its steps have gone or were skipped
            aborted  by an operator: nothing more goes up
 
@@ -54,6 +56,7 @@ _ENOUGH = {"executed": (EXECUTED,), "received": (RECEIVED, EXECUTED), "none": ()
 _FAILED = (REFUSED, UNANSWERED, CANCELLED)
 _FINAL = (EXECUTED, REFUSED, CANCELLED)
 _RESTARTED = "the ground has started again"
+_UNARCHIVED = "nothing is archived, so a ground that starts again would not know what has gone"
 
 
 class Orders(Protocol):
@@ -81,6 +84,7 @@ class Stack:
     def __init__(self, orders: Orders, changed: Callable[[dict], None]):
         self._orders, self._changed = orders, changed
         self._record, self._failed = StackRecord(orders.spool), 0
+        self._may_go_unarchived = False
         if self._record.state == RUNNING:
             self._record.put(HELD, _RESTARTED)
 
@@ -114,6 +118,7 @@ class Stack:
         elif action == "run":
             assert record.head is not None
             record.pause_until_s, self._failed = 0.0, 0
+            self._may_go_unarchived = self._orders.spool.is_failing
             begun_ms = record.head.begun_ms or now_ms()
             record.put(RUNNING, f"run by {by}", by=by, begun_ms=begun_ms)
         elif action == "skip":
@@ -126,6 +131,7 @@ class Stack:
     def advance(self, at_ms: int) -> None:
         """Look at the commands of the stack, and send the next one if it is time."""
         record = self._record
+        self._may_go_unarchived &= self._orders.spool.is_behind
         if record.head is None or not record.is_open:
             return
         self._look()
@@ -173,11 +179,15 @@ class Stack:
         at_ms = (record.head.begun_ms or now_ms) + 1e3 * record.lines[place - 1].step.at_s
         if time.monotonic() < record.pause_until_s or now_ms < at_ms:
             return
+        spool = self._orders.spool
+        if spool.is_behind and not self._may_go_unarchived:
+            if spool.is_failing:
+                self._hold(_UNARCHIVED)
+            return
         try:
             self._go(place)
         except ScenarioError as error:
-            record.put(HELD, f"step {place} was not taken: {error}")
-            self._tell("warning", record.reason)
+            self._hold(f"step {place} was not taken: {error}")
 
     def _go(self, place: int) -> None:
         """Have the command of a step made; `ScenarioError` if it cannot be, and it stays ready."""
@@ -235,8 +245,11 @@ class Stack:
     def _hold_after(self, place: int) -> None:
         line = self._record.lines[place - 1]
         why = f" ({line.why})" if line.why else ""
-        self._record.put(HELD, f"step {place}, command {line.command}, is {line.became}{why}")
-        self._tell("warning", self._record.reason)
+        self._hold(f"step {place}, command {line.command}, is {line.became}{why}")
+
+    def _hold(self, reason: str) -> None:
+        self._record.put(HELD, reason)
+        self._tell("warning", reason)
 
     def _abort(self, by: str) -> None:
         """Nothing more goes up; commands that wait here are cancelled, too."""
