@@ -96,7 +96,7 @@ def test_alarms_are_listed_from_the_archive(call, alarmed, capsys):
 
 def test_alarms_of_no_archive_or_none(call, alarmed, tmp_path):
     code, _, err = call("alarms", "--folder", tmp_path / "none")
-    assert code == 2 and "--satellite: must be that of an archive in" in err
+    assert code == 2 and "--folder: must hold an archive" in err
     code, _, err = call("alarms", "--folder", alarmed, "--satellite", "moon")
     assert code == 2 and err == "error: --satellite: must be one of sat; received moon\n"
     (alarmed / "text.sqlite").write_text("no archive")
@@ -366,7 +366,8 @@ def test_the_server_tells_its_address_and_ends_cleanly(tmp_path, number):
         (("g.toml", "--scenario", "s.toml"), "--scenario: must not be given with FILE"),
         (("g.toml", "--software", "s.toml"), "--software: must not be given with FILE"),
         (("g.toml", "--name", "chibis"), "--name: must not be given with FILE"),
-        (("--link", "serial:1"), "must be tcp:HOST:PORT"),
+        (("--link", "serial:1"), "error: satellite.link: must be tcp:HOST:PORT"),
+        (("--link", "tcp:h:99999", "--name", "a"), "error: a.link: port must be a whole number"),
         (("--link", "tcp:127.0.0.1:9", "--port", 70000), "--port: must lie within 0..65535"),
         (("--link", "tcp:127.0.0.1:9", "--name", "A B"), "--name: must be words of lower-case"),
         (("--link", "tcp:127.0.0.1:9", "--scenario", "no.toml"), "scenario: "),

@@ -67,7 +67,10 @@ class Contact:
     ):
         self.satellite, self._live = satellite, live
         self.key, self.dictionary = satellite.key, satellite.software.dictionary
-        self.link: Link = connect(satellite.link, self.dictionary)
+        try:
+            self.link: Link = connect(satellite.link, self.dictionary)
+        except ValueError as error:
+            raise ValueError(f"{self.key}.link: {error}") from None
         try:
             self.spool = Spool(folder / f"{satellite.key}.sqlite", self.dictionary)
         except BaseException:
