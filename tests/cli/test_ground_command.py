@@ -271,7 +271,7 @@ def test_the_history_is_filtered_and_written_as_csv(call, folder):
         (("stack", "run", "--as", ""), "--as: must be 1 to 40 printable characters"),
         (("send", "x", "--as", "a\nb"), "--as: must be 1 to 40 printable characters"),
         (("stack",), "--folder: must be that of a running ground"),
-        (("history",), "--satellite: must be that of an archive in"),
+        (("history",), "--folder: must hold an archive"),
         (("history", "--csv", "--json"), "--csv: must not be given with --json"),
         (("history", "--start", "x"), "--start: must be a time with a zone"),
         (("history", "--size", "0"), "--size: must lie within 1..20000"),

@@ -76,8 +76,8 @@ def test_gaps_are_filled_by_the_ground_that_runs(call, folder):
     [
         (("at", "noon", "--satellite", "one"), "TIME: must be a time with a zone"),
         (("at", "2012-01-01T00:00:00", "--satellite", "one"), "TIME: must be a time with a zone"),
-        (("at", "2012-01-01T00:00:00Z"), "--satellite: must have an archive in"),
-        (("at", "2012-01-01T00:00:00Z", "--satellite", "three"), "(one, two); received three"),
+        (("at", "2012-01-01T00:00:00Z"), "--satellite: must be one of one, two; received nothing"),
+        (("at", "2012-01-01T00:00:00Z", "--satellite", "three"), "one of one, two; received three"),
         (("gaps", "--satellite", "one", "--packet", "_log"), "--packet: must be one of beacon"),
         (("gaps", "--satellite", "one", "--start", "x"), "--start: must be a time with a zone"),
     ],

@@ -177,7 +177,7 @@ def test_the_report_of_a_span(call, folder, tmp_path):
         ((*FROM, "--to", "2012-01-28T10:00:00Z"), "--to: must not be before --from"),
         ((*FROM, "--to", "soon"), "--to: must be a time with a zone"),
         ((*FROM, "--to", "2012-02-29T00:00:00Z", "--name", "x"), "--name: must be one of"),
-        ((*FROM, "--to", "2012-02-29T00:00:00Z", "--folder", "none"), "--name: must be one of"),
+        ((*FROM, "--to", "2012-02-29T00:00:00Z", "--folder", "none"), "--folder: must hold"),
         (("7", "--file", "ground.toml", "--satellite", "chibis", *FROM),
          "NUMBER: must be one of the 6 passes; received 7"),
         (("0", "--file", "ground.toml", "--satellite", "chibis", *FROM), "NUMBER: must be one of"),

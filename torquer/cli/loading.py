@@ -18,14 +18,17 @@ if TYPE_CHECKING:
 FOLDER = Path("runs/ground")
 
 
-def archive_in(folder: Path, satellite: str | None) -> Path:
-    """The archive of a satellite in a folder, or the only one; ValueError for none."""
+def archive_in(folder: Path, name: str | None, option: str = "--satellite") -> Path:
+    """The archive of a satellite in a folder, or the only one; ValueError where there is none."""
     known = sorted(path.stem for path in folder.glob("*.sqlite"))
-    name = known[0] if satellite is None and len(known) == 1 else satellite
-    if name not in known:
-        must = f"one of {', '.join(known)}" if known else f"that of an archive in {folder}"
-        raise ValueError(f"--satellite: must be {must}; received {name or 'nothing'}")
-    return folder / f"{name}.sqlite"
+    if not known:
+        raise ValueError(f"--folder: must hold an archive, NAME.sqlite; received {folder}")
+    found = known[0] if name is None and len(known) == 1 else name
+    if found not in known:
+        raise ValueError(
+            f"{option}: must be one of {', '.join(known)}; received {name or 'nothing'}"
+        )
+    return folder / f"{found}.sqlite"
 
 
 def date_ms(option: str, text: str | None) -> int | None:

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from torquer.base.limits import positive, within
 from torquer.base.strict_json import json_text
-from torquer.cli.loading import FOLDER, load_checked
+from torquer.cli.loading import FOLDER, archive_in, load_checked
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 
@@ -297,7 +297,8 @@ def report(
         each = chosen.passes[number - 1]
         span = each.aos.time_ms, each.los.time_ms
         heading = heading_of(chosen.name, chosen.known, chosen.stations, each, chosen.radio)
-    archive = _archive(what, heading.satellite if number is not None else None)
+    named = number is not None and (what.folder / f"{heading.satellite}.sqlite").exists()
+    archive = archive_in(what.folder, what.name or (heading.satellite if named else None), "--name")
     heading = heading._replace(satellite=archive.stem)
     make_writable(what.out.parent)
     with writing_to(what.out):
@@ -315,16 +316,3 @@ def _span(what: ReportOptions, how: PassesOptions) -> tuple[int, int]:
     if start_ms > end_ms:
         raise ValueError(f"--to: must not be before --from; received {what.to}")
     return start_ms, end_ms
-
-
-def _archive(what: ReportOptions, satellite: str | None) -> Path:
-    """The archive in the folder."""
-    known = sorted(path.stem for path in what.folder.glob("*.sqlite"))
-    name = what.name or (satellite if satellite in known else None)
-    name = known[0] if name is None and len(known) == 1 else name
-    if name not in known:
-        raise ValueError(
-            f"--name: must be one of the archives in {what.folder} "
-            f"({', '.join(known) or 'none'}); received {name or 'none'}"
-        )
-    return what.folder / f"{name}.sqlite"
