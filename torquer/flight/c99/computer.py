@@ -186,7 +186,11 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
         "value": REAL, "shift_s": REAL,
     }  # fmt: skip
 
+    answer = find_type(gates.Answer((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0))
+    assert answer is not None
+
     def build(program: Program) -> None:
+        program.name_interface((of_computer, of_gate, state, given, answer))
         for kernel in _ENTRIES:
             _entry(program, kernel, kinds)
 
@@ -197,8 +201,6 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
         has_modes = bool(len(computer.board.modes.regions))
         refused.key = refused.key or ("control.modes" if has_modes else "control")
         raise
-    for kind in (of_computer, of_gate, state):
-        program.type_name(kind)
     entries = {plain_function(each).__name__: _entry(program, each, kinds) for each in _ENTRIES}
     return Export(program, entries, of_computer, of_gate, state)
 
