@@ -30,6 +30,7 @@ from torquer.flight.c99.types import (
     INT,
     NOTHING,
     REAL,
+    TIME,
     Array,
     Record,
     Rows,
@@ -58,7 +59,7 @@ _ENTRIES = (
     *(gates.command_mode, gates.hold, gates.set_flag, gates.set_parameter),
 )
 #: Inputs that are times; from them follows what else is one.
-_TIMES = frozenset({"Known.t_s", "Known.read_s"})
+_TIMES = frozenset({"Known.t_s", "Known.read_s", "GateNow.offset_s"})
 
 
 class OnBoard(NamedTuple):
@@ -183,7 +184,7 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
     kinds: dict[str, Type] = {
         "gate": of_gate, "computer": of_computer, "board": board, "gate_now": now,
         "inputs": given, "region": INT, "mode": INT, "flag": INT, "place": INT, "on": BOOL,
-        "value": REAL, "shift_s": REAL,
+        "value": REAL, "shift_s": TIME if is_single() else REAL,
     }  # fmt: skip
 
     answer = find_type(gates.Answer((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0))
