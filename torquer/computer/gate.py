@@ -97,6 +97,13 @@ def first_gate() -> np.ndarray:
 
 
 @inlined
+def own_time(now, given_s):
+    """A time by the computer's clock [s]. A sum: in single precision what lies between two times
+    is no time, and has fewer digits."""
+    return given_s + -now.offset_s
+
+
+@inlined
 def judge_clock(gate, now, given_s):
     """What is to be said of the time of a step; below `CLOCK_SET` and not 0: it is not taken.
 
@@ -106,7 +113,7 @@ def judge_clock(gate, now, given_s):
     """
     if not math.isfinite(given_s):
         return TIME_NOT_FINITE
-    t_s = given_s - now.offset_s
+    t_s = own_time(now, given_s)
     gap_s = gate.gap_s
     back = t_s < now.t_s
     ahead = t_s > now.t_s + gap_s and now.t_s > -math.inf
@@ -119,7 +126,7 @@ def judge_clock(gate, now, given_s):
     if not follows:
         return TIME_BACK if back else TIME_AHEAD
     if back:
-        now.offset_s = before_s - now.t_s
+        now.offset_s = before_s + -now.t_s
     now.other_s = math.nan
     return CLOCK_SET
 
@@ -147,7 +154,7 @@ def take_readings(gate, now, known, given):
     for n in range(gate.readings.shape[0]):
         checked = gate.readings[n]
         row = checked.row
-        read_s = given.read_s[row] - now.offset_s
+        read_s = own_time(now, given.read_s[row])
         if not (known.read_s[row] <= read_s and read_s <= known.t_s):
             met |= READING_NOT_IN_ORDER
             continue
@@ -230,7 +237,7 @@ def gated_step(gate, computer, board, gate_now, inputs):
     if met > 0 and met < CLOCK_SET:
         now.status = float(met)
         return Answer(NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, met)
-    known.t_s = given.t_s - now.offset_s
+    known.t_s = own_time(now, given.t_s)
     now.t_s = known.t_s
     known.coils_x, known.coils_y, known.coils_z = given.coils_x, given.coils_y, given.coils_z
     put_ephemeris(known, read_ephemeris(given))

@@ -141,6 +141,7 @@ def test_times_are_found_in_all_memory():
     times = {"t_s", "read_s", "gyro_s", "doubted_s", "watched", "past"}
     assert {f"kalman_gyro_memory.{name}" for name in times} <= found
     assert {"Known.t_s", "Known.estimate_s", "TransitionNow.true_since_s"} <= found
+    assert {f"GateNow.{name}" for name in ("offset_s", "t_s", "other_s")} <= found
     values = {"q", "states", "covariance", "gyro_rad_s", "innovation_sun"}
     assert not found & {f"kalman_gyro_memory.{name}" for name in values}
     assert not found & {"Known.estimate_q_x", "Known.b_x", "ConditionNow.latched"}
@@ -191,6 +192,46 @@ def test_an_export_builds_without_a_warning(tmp_path):
     folder = single("spinner_modes", tmp_path)
     for compiler in COMPILERS:
         built(folder, "-O0", "-Wfloat-conversion", compiler=compiler)
+
+
+#: Steps late in a flight, by a clock that is set in between; what the computer's own says.
+LATE = r"""
+#include "adcs.h"
+#include <stdio.h>
+int main(void)
+{
+    static adcs_state state;
+    static adcs_inputs inputs;
+    static adcs_command command;
+    const double late_s = 4e8;
+    const double shift_s = -123456789.125;
+    adcs_init(&state);
+    for (int k = 0; k < 20; k++) {
+        const double given_s = late_s + 0.25 * k + ((k < 10) ? 0.0 : shift_s);
+        inputs.t_s = given_s;
+        for (size_t n = 0; n < sizeof inputs.read_at_s / sizeof inputs.read_at_s[0]; n++) {
+            inputs.read_at_s[n] = given_s;
+        }
+        if (k == 10 && adcs_rebase(&state, shift_s) != ADCS_DONE) {
+            return 1;
+        }
+        const uint32_t met = adcs_step(&state, &inputs, &command);
+        printf("%.17g %u\n", state.board.known[0].t_s - late_s, (unsigned)(met & 63u));
+    }
+    return 0;
+}
+"""
+
+
+@needs_compiler
+def test_late_times_are_not_rounded_at_the_boundary(tmp_path):
+    folder = single("my_law", tmp_path)
+    (folder / "late.c").write_text(LATE)
+    sources = [folder / each for each in ("late.c", "adcs.c", "adcs_tables.c")]
+    command = [COMPILERS[0], "-std=c99", "-ffp-contract=off", f"-I{folder}", *sources]
+    subprocess.run([*command, "-o", folder / "late", "-lm"], check=True)
+    said = subprocess.run([folder / "late"], capture_output=True, text=True, check=True).stdout
+    assert said.splitlines() == [f"{0.25 * k:.17g} 0" for k in range(20)]
 
 
 @needs_compiler

@@ -88,10 +88,13 @@ int main(int count, char **values)
         inputs.t_s = k;
         inputs.read_at_s[0] = k;
         inputs.b_body_t[0] = atof(values[k]);
-        adcs_step(&state, &inputs, &command);
+        const uint32_t met = adcs_step(&state, &inputs, &command);
         const int64_t failed = adcs_failures(&state, &line);
-        printf("%.17g %lld %lld %g\n", command.dipole_a_m2[0], (long long)failed, (long long)line,
-            adcs_logged(&state, HITS + 4));
+        printf("%.17g %lld %lld %g %d\n", command.dipole_a_m2[0], (long long)failed,
+            (long long)line, adcs_logged(&state, HITS + 4), (met & ADCS_MET_LAW_FAILED) != 0u);
+        if (adcs_met(&state) != met) {
+            return 1;
+        }
     }
     return 0;
 }
@@ -175,10 +178,11 @@ BAD = ("6e-5", "1e-2", "nan", "inf", "-inf", "1e20", "-1e300", "1e308", "5e-324"
 @pytest.mark.parametrize("value", BAD)
 def test_no_reading_leads_out_of_a_table(flown, value):
     good, bad, after = flown("3e-5", value, "3e-5")
-    assert good[1:] == [0.0, 0.0, 8.0]
+    assert good[1:] == [0.0, 0.0, 8.0, 0.0]
     fails = value != "5e-324"  # which makes the index -1, the last one
     assert (int(bad[1]), int(bad[2])) == (2 * fails, fails * line_of("memory.hits[k] += 1.0"))
-    assert after[1] == bad[1]  # until it is asked for
+    assert (bad[4], after[4]) == (fails, 0.0)  # the status is that of the step
+    assert after[1] == bad[1]  # and what has failed since the start is kept
 
 
 @needs_compiler
@@ -187,6 +191,8 @@ def test_a_law_that_failed_commands_nothing_and_works_again(flown):
     others = flown("6e-5", "6e-5", "3e-5")
     assert again[0] == others[2][0]
     assert bad[0] != again[0]
+    statuses = [step[4] for step in flown("6e-5", "3e-5", "6e-5", "6e-5", "3e-5", "3e-5")]
+    assert statuses == [1.0, 0.0, 1.0, 1.0, 0.0, 0.0]
 
 
 def test_validate_says_where_laws_may_fail(export, tmp_path):

@@ -30,6 +30,7 @@ from torquer.flight.c99.types import (
     INT,
     NOTHING,
     REAL,
+    TIME,
     Array,
     Record,
     Rows,
@@ -58,7 +59,7 @@ _ENTRIES = (
     *(gates.command_mode, gates.hold, gates.set_flag, gates.set_parameter),
 )
 #: Inputs that are times; from them follows what else is one.
-_TIMES = frozenset({"Known.t_s", "Known.read_s"})
+_TIMES = frozenset({"Known.t_s", "Known.read_s", "GateNow.offset_s"})
 
 
 class OnBoard(NamedTuple):
@@ -183,10 +184,14 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
     kinds: dict[str, Type] = {
         "gate": of_gate, "computer": of_computer, "board": board, "gate_now": now,
         "inputs": given, "region": INT, "mode": INT, "flag": INT, "place": INT, "on": BOOL,
-        "value": REAL, "shift_s": REAL,
+        "value": REAL, "shift_s": TIME if is_single() else REAL,
     }  # fmt: skip
 
+    answer = find_type(gates.Answer((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0))
+    assert answer is not None
+
     def build(program: Program) -> None:
+        program.name_interface((of_computer, of_gate, state, given, answer))
         for kernel in _ENTRIES:
             _entry(program, kernel, kinds)
 
@@ -197,8 +202,6 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
         has_modes = bool(len(computer.board.modes.regions))
         refused.key = refused.key or ("control.modes" if has_modes else "control")
         raise
-    for kind in (of_computer, of_gate, state):
-        program.type_name(kind)
     entries = {plain_function(each).__name__: _entry(program, each, kinds) for each in _ENTRIES}
     return Export(program, entries, of_computer, of_gate, state)
 

@@ -1,9 +1,12 @@
 """Texts of the files of an export: `templates/` has them with places for what differs."""
 
+import re
 from pathlib import Path
 from string import Template
 
 _FOLDER = Path(__file__).parent / "templates"
+#: What stands around the kernels, or includes their types.
+_AROUND = ("adcs*.[ch]", "in_the_loop.c", "../harness/replay.c")
 #: What differs in single precision.
 PRECISION = """\
 /* Kernels compute in single precision, but for times; interface and memory hold doubles. */
@@ -33,3 +36,12 @@ def self_test(reals: tuple[str, ...]) -> dict[str, str]:
         "exact": "\n".join(fill_template("self_test.c", _OF_TEST[each]) for each in reals),
         "is_exact": " && ".join(f"are_{each}s_exact()" for each in reals),
     }
+
+
+def names_around() -> list[str]:
+    """Names of functions, types and tables of the text around the kernels."""
+    files = [each for pattern in _AROUND for each in sorted(_FOLDER.glob(pattern))]
+    texts = [each.read_text(encoding="utf-8") for each in files]
+    texts.append(self_test(("double", "float"))["exact"])
+    text = re.sub(r"/\*.*?\*/", "", "\n".join(texts), flags=re.S)
+    return re.findall(r"^[^\s#][^\n(\[;=]*?(\w+)\s*[(\[;=]", text, flags=re.M)

@@ -3,7 +3,7 @@
 import ast
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -27,7 +27,7 @@ from torquer.flight.c99.types import (
     Type,
 )
 from torquer.flight.c99.values import Form, Rank, Value, constant
-from torquer.flight.c99.words import RESERVED, avoid_headers, is_reserved
+from torquer.flight.c99.words import AROUND, RESERVED, avoid_headers, is_reserved
 
 #: What of a computer has failed: the line that the kernel at work has raised in, 0 for none; the
 #: line of the latest failure; bits of the laws and estimators that have failed.
@@ -102,6 +102,7 @@ class Translation(ABC):
         self.roots: dict[tuple[str, str], frozenset[str]] = {}
         self.known_roots = earlier.roots if earlier else {}
         self.taken: set[str] = set(RESERVED)
+        self.around: frozenset[str] = frozenset()
         self.avoided = earlier.taken if earlier else set()
         self.locals: set[str] = set()
         self.checks: dict[tuple[str, int, str], None] = {}
@@ -130,11 +131,17 @@ class Translation(ABC):
         """What a next translation needs to know of this one."""
         return self.times, self.kinds, self.roots
 
+    def name_interface(self, kinds: Iterable[Type]) -> None:
+        """Give types of the interface their names; from here on nothing else has one of its."""
+        for kind in kinds:
+            self.type_name(kind)
+        self.around = AROUND
+
     def free_name(self, word: str) -> str:
         """A name that nothing else has."""
         word = avoid_headers(word)
         name, count = word, 1
-        while name in self.taken or is_reserved(name):
+        while name in self.taken or name in self.around or is_reserved(name):
             count += 1
             name = f"{word}_{count}"
         self.taken.add(name)

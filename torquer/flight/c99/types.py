@@ -30,7 +30,7 @@ KEYWORDS = frozenset(_KEYWORDS.split())
 
 def c_word(name: str) -> str:
     """How C names a field of this name."""
-    return f"{name}_" if name in KEYWORDS else name
+    return f"{name}_" if name in KEYWORDS or name.startswith("ADCS_") else name
 
 
 @dataclass(frozen=True)

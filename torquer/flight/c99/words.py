@@ -3,6 +3,7 @@
 import re
 
 from torquer.flight.c99.helpers import NAMES
+from torquer.flight.c99.texts import names_around
 from torquer.flight.c99.types import KEYWORDS
 
 _LIBRARY = """
@@ -20,8 +21,11 @@ RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | NAMES | {FAILURES_NAME}
 _OF_HEADERS = re.compile(
     r"(PTRDIFF|SIZE|WCHAR|WINT|SIG_ATOMIC|U?INT(_LEAST|_FAST)?(8|16|32|64|MAX|PTR))_(MAX|MIN|C|WIDTH)"
     r"|u?int(_least|_fast)?(8|16|32|64|max|ptr)_t|(size|wchar|ptrdiff|max_align|float|double)_t"
-    r"|HUGE|HUGE_VAL[FL]?|M_\w+|FP_\w+|MATH_\w+|math_\w+|offsetof|linux|unix"
+    r"|HUGE|HUGE_VAL[FL]?|M_\w+|FP_\w+|MATH_\w+|math_\w+|ADCS_\w+|offsetof|linux|unix"
 )
+#: Names of the files around the kernels, and of the tables in them: a global name of a kernel's
+#: must not be one.
+AROUND = frozenset({*names_around(), "constants", "gate", "first", "fresh"})
 
 
 def avoid_headers(name: str) -> str:

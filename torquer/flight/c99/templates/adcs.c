@@ -16,8 +16,10 @@ static bool is_region(const adcs_state *state, int32_t region)
 
 uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
 {
+    const int64_t before = state->board.failures.blocks;
     Known given;
     Answer answer;
+    state->board.failures.blocks = 0;
 $copies    answer = $call_gated_step;
     for (int32_t k = 0; k < 3; k++) {
         command->dipole_a_m2[k] = ${to_double}answer.dipole_a_m2.v[k];
@@ -25,7 +27,9 @@ $copies    answer = $call_gated_step;
     }
     if (state->board.failures.blocks != 0) {
         answer.status |= ADCS_MET_LAW_FAILED;
+        state->gate[0].status = (double)answer.status;
     }
+    state->board.failures.blocks |= before;
     return (uint32_t)answer.status;
 }
 

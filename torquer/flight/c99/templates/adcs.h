@@ -67,10 +67,11 @@ const char *adcs_fingerprint(void);
 /* Number of the state (ADCS_STATE_...) in which a region (ADCS_REGION_...) is; -1 for none. */
 int32_t adcs_mode(const adcs_state *state, int32_t region);
 
-/* Laws and estimators of the user's that have failed since the start (bits ADCS_FAILED_...), as they
+/* Laws and estimators of the user's that have failed since adcs_init (bits ADCS_FAILED_...), as they
    would end a simulation: by an index that is not in its table, or by a division by zero. One that
-   fails commands nothing, or estimates nothing, at that step. `line`: where in its Python file the
-   latest failed, 0 for none. */
+   fails commands nothing, or estimates nothing, at that step, and is called again at the next;
+   ADCS_MET_LAW_FAILED is said of that step alone. `line`: where in its Python file the latest
+   failed, 0 for none. */
 int64_t adcs_failures(const adcs_state *state, int64_t *line);
 
 /* A logged value: the cell ADCS_LOG_... or one that follows it; NaN beyond the memory. */
