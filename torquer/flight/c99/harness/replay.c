@@ -2,11 +2,12 @@
    replay recorded.bin OUT: the same inputs, with the answers of this build in place of the recorded
    With ADCS_RECORDED defined the first steps are those of test/recorded.c, for boards without files.
 
-   A record is words of 64 bits, the lowest byte first on whatever processor. A step in the file: 1.0 if the computer began anew before it, the inputs, the command, the
-   estimate (attitude, rate), a mark of the whole state. A number that is not one has one mark,
-   whatever its bits. After the steps come instants of the ephemeris on board, if there is one:
-   how many, then for each its time, position and velocity (zeros unless they are given), and all
-   that is worked out from them. */
+   A record is words of 64 bits, the lowest byte first on whatever processor. A step in the file:
+   1.0 if the computer began anew before it, the inputs, the command, the estimate (attitude,
+   rate), a mark of the whole state. A number that is not one has one mark, whatever its bits.
+   After the steps come instants of the ephemeris on board, if there is one: how many, then for
+   each its time, position and velocity (zeros unless they are given), and all that is worked out
+   from them. */
 #include "adcs.h"
 
 #include <stdio.h>
