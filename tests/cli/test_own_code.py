@@ -18,6 +18,7 @@ from torquer.cli.app import COMMANDS, app
 
 #: What commands need besides the scenario: so many words that they come to it, and no more.
 MORE = {
+    "ground at": ("2012-01-01T00:00:00Z",),
     "ground report": ("1",),
     "export c": ("--out", "{folder}/c"),
     "ground": ("--link", "tcp:127.0.0.1:9"),

@@ -43,12 +43,13 @@ def at(time: str, /, *, how: AtOptions = AtOptions()) -> int:
 
     at_ms = date_ms("TIME", time)
     assert at_ms is not None
-    names, path = Names({}, (), {}, {}, ()), archive_in(how.folder, how.satellite)
+    names = Names({}, (), {}, {}, ())
     if (scenario := load_given(how.scenario)) is not None:
         from torquer.simulation.outside.directed import computer_names
         from torquer.simulation.setup.prepare import make_blocks
 
         names = computer_names(scenario, make_blocks(scenario))
+    path = archive_in(how.folder, how.satellite)
     with closing(read_only(path)) as db:
         dictionary = dictionary_in(db)
         known = last_known(db, dictionary, at_ms, how.by)
