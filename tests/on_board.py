@@ -1,5 +1,8 @@
 """The on-board computer without a satellite: laws and modes asked reading by reading."""
 
+import math
+
+import numpy as np
 from known import put_known
 
 from torquer.compile.engine import kernel, records
@@ -11,7 +14,18 @@ from torquer.computer.computer import (
     make_computer,
     parameter_places,
 )
+from torquer.computer.gate import (
+    BOUND,
+    CHECKED,
+    GUARD,
+    SETTABLE,
+    Gate,
+    first_gate,
+    gated_step,
+)
+from torquer.computer.interface import nothing_known
 from torquer.computer.modes.table import NO_MODES, first_state
+from torquer.spacecraft.sensors.devices import DEVICES
 
 
 @kernel
@@ -41,3 +55,24 @@ class OnBoard:
         """What a law remembers, by its names."""
         row = self.computer.law_blocks[list(self.blocks.laws).index(name)]
         return self.blocks.laws[name].record_of(self.board.memory[row["m0"] : row["m1"]])
+
+
+class Gated(OnBoard):
+    """The same behind a gate without bounds, whose clock may go ahead as it likes."""
+
+    def __init__(self, laws, modes=None):
+        super().__init__(laws, modes)
+        readings = [(row, device.count, math.inf) for row, device in enumerate(DEVICES)]
+        self.gate = records(
+            Gate(
+                *(np.array(readings, CHECKED), np.zeros(0, BOUND), np.zeros(0, BOUND)),
+                *(np.zeros(0, GUARD), np.zeros(len(self.board.parameters), SETTABLE)),
+                *(self.board.memory.copy(), math.inf, 0.0),
+            )
+        )
+        self.now, self.given = records(first_gate()), records(nothing_known())
+
+    def __call__(self, known):
+        """The answer."""
+        put_known(self.given, known)
+        return gated_step(self.gate, self.computer, self.board, self.now, self.given)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from computer.laws.test_laws import EXAMPLES, SPECS, readings
 from law_cases import UNKNOWN
-from on_board import OnBoard
+from on_board import Gated, OnBoard
 
 from torquer.computer.blocks.law import law
 from torquer.computer.laws import LAWS
@@ -44,9 +44,9 @@ def example(kind):
     return SPECS.validate_python({"kind": kind, **EXAMPLES[kind]}).law()
 
 
-def flown(made, rows):
+def flown(made, rows, on_board=OnBoard):
     """Commands for inputs one after another, and the memory that is left."""
-    board = OnBoard({"law": made})
+    board = on_board({"law": made})
     commands = [board(row) for row in rows]
     numbers = np.array([[*c.dipole_a_m2, *c.torque_n_m] for c in commands])
     return numbers, np.array(board.board.memory)
@@ -112,8 +112,8 @@ def test_a_reading_taken_at_no_time_is_none(kind):
 def test_at_a_time_that_is_no_number_nothing_is_done(kind):
     made, rows = example(kind), readings()
     lost = [row._replace(t_s=math.nan) for row in rows]
-    found, memory = flown(made, rows[:17] + lost[17:19] + rows[19:])
-    rested, kept = flown(made, rows[:17] + rows[19:])
+    found, memory = flown(made, rows[:17] + lost[17:19] + rows[19:], Gated)
+    rested, kept = flown(made, rows[:17] + rows[19:], Gated)
     assert not found[17:19].any()
     assert same(np.delete(found, [17, 18], axis=0), rested) and same(memory, kept)
 

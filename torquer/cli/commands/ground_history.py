@@ -45,10 +45,10 @@ def at(time: str, /, *, how: AtOptions = AtOptions()) -> int:
     assert at_ms is not None
     names = Names({}, (), {}, {}, ())
     if (scenario := load_given(how.scenario)) is not None:
+        from torquer.computer.computer import Blocks
         from torquer.simulation.outside.directed import computer_names
-        from torquer.simulation.setup.prepare import make_blocks
 
-        names = computer_names(scenario, make_blocks(scenario))
+        names = computer_names(scenario, Blocks({}, {}))  # states alone: no code is executed
     path = archive_in(how.folder, how.satellite)
     with closing(read_only(path)) as db:
         dictionary = dictionary_in(db)
