@@ -37,6 +37,10 @@ class Client:
         self.server, self.refused = server, []
         self.base = f"http://127.0.0.1:{server.port}"
 
+    def note_refusal(self, reason, what):
+        """Keep what was refused."""
+        self.refused.append(f"{reason} ({what})")
+
     def raw(self, path, body=None, token=None, **headers):
         """Status, body and headers of an answer."""
         data = None if body is None else json.dumps(body).encode()
@@ -64,7 +68,7 @@ def serving(text, folder, **how):
     server, ready = BoardServer(text, "satellite", folder, **how), threading.Event()
     client = Client(server)
     thread = threading.Thread(
-        target=server.serve, args=(ready.set, client.refused.append), daemon=True
+        target=server.serve, args=(ready.set, client.note_refusal), daemon=True
     )
     thread.start()
     try:
