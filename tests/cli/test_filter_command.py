@@ -208,8 +208,8 @@ def test_the_exported_filter_has_the_same_statistics(call, with_filter, tmp_path
     assert json.loads(flown) == json.loads(without)
     source = folder / "adcs.c"
     spoiled = source.read_text().replace(
-        "known->readings[3][0] = inputs->sun_body[0];",
-        "known->readings[3][0] = 0.999 * inputs->sun_body[0];",
+        "given.readings[3][0] = inputs->sun_body[0];",
+        "given.readings[3][0] = 0.999 * inputs->sun_body[0];",
     )
     source.write_text(spoiled)
     _, other, _ = call(*runs, "--computer", folder)

@@ -256,7 +256,7 @@ def restart_estimators(gate, computer, board):
 
 
 @kernel
-def shift_clock(gate_now, shift_s):
+def rebase(gate_now, shift_s):
     """Follow a clock that has been set forward by `shift_s`; what became of it."""
     if not math.isfinite(shift_s):
         return NOT_A_NUMBER

@@ -53,13 +53,13 @@ def log(
     In the order in which they were received, those of recordings by on-board time. `waiting`:
     entries of the ground that are not in the archive yet; `db` None: only these.
     """
-    own = {entry[0]: entry for entry in waiting if start_ms <= entry[1] <= end_ms}
-    found = {number: ground_entry(*entry) for number, entry in own.items()}
-    if db is None:
-        return sorted(found.values(), key=reception)[-size:]
-    found |= {each["id"]: each for each in islice(entries_of_ground(db, start_ms, end_ms), size)}
-    satellites = islice(entries_of_satellite(db, dictionary, start_ms, end_ms), size)
-    return sorted([*found.values(), *satellites], key=reception)[-size:]
+    found = [ground_entry(*entry) for entry in waiting if start_ms <= entry[1] <= end_ms][::-1]
+    satellites: list[dict] = []
+    if db is not None:
+        found += islice(entries_of_ground(db, start_ms, end_ms), size)
+        satellites += islice(entries_of_satellite(db, dictionary, start_ms, end_ms), size)
+    once = {each["id"]: each for each in found}  # newest first
+    return sorted([*once.values(), *satellites][::-1], key=reception)[-size:]
 
 
 def entries_of_ground(db: sqlite3.Connection, start_ms: int, end_ms: int) -> Iterator[dict]:

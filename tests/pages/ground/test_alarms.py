@@ -118,7 +118,7 @@ WRONG = {
     "a huge number": ("acknowledge", {"alarms": [{"key": "a", "number": 1e300}]}, "number"),
     "two lines": ("acknowledge", {"alarms": [{"key": "a", "number": 1}], "comment": "a\nb"},
                   "comment: must be one line"),
-    "surrogates": ("acknowledge", {"alarms": [{"key": "\ud800", "number": 1}]}, "alarms[0].key: "),
+    "surrogates": ("acknowledge", {"alarms": [{"key": "\ud800", "number": 1}]}, "alarms: must be"),
     "a long comment": ("acknowledge", {"alarms": [{"key": "a", "number": 1}], "comment": "a" * 501},
                        "comment: "),
     "an unknown key": ("unshelve", {"key": "a", "more": 1}, "more: must be a known key"),

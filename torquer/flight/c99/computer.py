@@ -55,7 +55,7 @@ from torquer.simulation.setup.several import make_selection
 
 #: What the interface calls: their arguments are known by their names.
 _ENTRIES = (
-    *(gates.gated_step, gates.restart_estimators, gates.shift_clock),
+    *(gates.gated_step, gates.restart_estimators, gates.rebase),
     *(gates.command_mode, gates.hold, gates.set_flag, gates.set_parameter),
 )
 #: Inputs that are times; from them follows what else is one.

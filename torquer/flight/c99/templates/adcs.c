@@ -127,7 +127,7 @@ adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value)
 
 adcs_outcome adcs_rebase(adcs_state *state, double shift_s)
 {
-    return (adcs_outcome)$call_shift_clock;
+    return (adcs_outcome)$call_rebase;
 }
 
 void adcs_restart_estimators(adcs_state *state)
