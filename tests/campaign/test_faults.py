@@ -12,7 +12,7 @@ from torquer.analysis.notes.fault_notes import unnoticed_faults
 from torquer.campaign.faults.contents import as_plain, fault_dataset, fault_table
 from torquer.campaign.faults.fly import choose_faults, fly_faults
 from torquer.campaign.faults.kinds import find_faults
-from torquer.campaign.faults.strikes import guarding_regions, strikes_in, without_guards
+from torquer.campaign.faults.strikes import strikes_in, without_guards
 from torquer.campaign.faults.verdict import (
     DEGRADED,
     LOST,
@@ -76,8 +76,8 @@ def test_a_fault_is_added_to_those_of_the_scenario(safe_mode):
 
 
 def test_guards_are_the_regions_that_only_watch(safe_mode):
-    assert guarding_regions(safe_mode.control.modes) == ["growth", "magnetometer", "field", "sun"]
-    assert guarding_regions(load_scenario(EXAMPLES / "chibis_m_day.toml").control.modes) == [
+    assert safe_mode.control.modes.guards() == ["growth", "magnetometer", "field", "sun"]
+    assert load_scenario(EXAMPLES / "chibis_m_day.toml").control.modes.guards() == [
         "gyro",
         "sun",
         "coil_x",
@@ -87,7 +87,7 @@ def test_guards_are_the_regions_that_only_watch(safe_mode):
     ]
     free = without_guards(safe_mode).control.modes
     assert free.regions["main"] == safe_mode.control.modes.regions["main"]
-    for name in guarding_regions(safe_mode.control.modes):
+    for name in safe_mode.control.modes.guards():
         region = free.regions[name]
         assert region.states.keys() == safe_mode.control.modes.regions[name].states.keys()
         assert not [*region.all_transitions()]
