@@ -71,6 +71,9 @@ def test_gaps_are_filled_by_the_ground_that_runs(call, folder):
     assert code == 2 and "must be that of a running ground" in err
 
 
+BACKWARDS = ("--start", "2012-01-02T00:00:00Z", "--end", "2012-01-01T00:00:00Z")
+
+
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
@@ -80,6 +83,11 @@ def test_gaps_are_filled_by_the_ground_that_runs(call, folder):
         (("at", "2012-01-01T00:00:00Z", "--satellite", "three"), "one of one, two; received three"),
         (("gaps", "--satellite", "one", "--packet", "_log"), "--packet: must be one of beacon"),
         (("gaps", "--satellite", "one", "--start", "x"), "--start: must be a time with a zone"),
+        (("gaps", "--satellite", "one", *BACKWARDS), "--end: must not be before --start; received"),
+        (("history", "--satellite", "one", *BACKWARDS), "--end: must not be before --start"),
+        (("alarms", "--satellite", "one", "--log", *BACKWARDS), "--end: must not be before"),
+        (("alarms", "--satellite", "one", *BACKWARDS[:2]), "--start: must be given with --log"),
+        (("alarms", "--satellite", "one", *BACKWARDS[2:]), "--end: must be given with --log"),
     ],
 )
 def test_wrong_questions_get_one_line(call, folder, arguments, problem):

@@ -191,3 +191,17 @@ def test_wrong_reports_get_one_line(
     code, out, err = call("report", *arguments, *given)
     assert code == 2 and not out and not (tmp_path / "pass.html").exists()
     assert message in err and err.count("error:") == 1
+
+
+@pytest.mark.parametrize("content", [None, b"", b"nonsense", b"\xff\x00"])
+def test_a_ground_says_at_its_start_that_elements_are_none(tmp_path, capsys, content):
+    from torquer.cli.commands.ground import _note_on_elements
+    from torquer.ground.file import SatelliteTable, make_satellite
+
+    file = tmp_path / "c.tle"
+    if content is not None:
+        file.write_bytes(content)
+    _note_on_elements(make_satellite("sat", SatelliteTable(link="udp:127.0.0.1:0", elements=file)))
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("note: sat: no passes until this is mended: elements: ")
+    assert "must" in line

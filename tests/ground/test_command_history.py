@@ -67,6 +67,21 @@ def test_a_table_has_times_and_no_formulas(db):
     }  # fmt: skip
 
 
+def test_what_is_known_by_now_takes_the_place_of_what_is_stored(db):
+    """A command that has become another since, one that is not stored yet; also without archive."""
+    stored = {each["id"]: each for each in find_commands(db, Wanted())}
+    newer = [stored[3] | {"state": "executed"}, stored[6] | {"id": 7, "state": "waiting"}]
+
+    def numbers(archive, **asked):
+        return [each["id"] for each in find_commands(archive, Wanted(**asked), newer)]
+
+    assert numbers(db) == [7, 6, 5, 4, 3, 2, 1] and numbers(db, size=2) == [7, 6]
+    assert numbers(db, state="executed") == [3] and 3 not in numbers(db, state="waiting")
+    assert numbers(None) == [7, 3] and numbers(None, before=7) == [3]
+    assert numbers(None, command="STATUS") == [3] and numbers(None, by="ada") == []
+    assert numbers(None, start=newer[1]["made_ms"]) == [7] and numbers(None, end=0) == []
+
+
 @pytest.mark.parametrize(
     ("time_ms", "text"),
     [

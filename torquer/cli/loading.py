@@ -46,6 +46,14 @@ def date_ms(option: str, text: str | None) -> int | None:
     return round(at.timestamp() * 1e3)
 
 
+def span_ms(start: str | None, end: str | None) -> tuple[int | None, int | None]:
+    """What `--start` and `--end` say [ms since 1970]; ValueError for an end before the start."""
+    start_ms, end_ms = date_ms("--start", start), date_ms("--end", end)
+    if start_ms is not None and end_ms is not None and start_ms > end_ms:
+        raise ValueError(f"--end: must not be before --start; received {end}")
+    return start_ms, end_ms
+
+
 def load_given(path: Path | None) -> Scenario | None:
     """The scenario of a file whose code is not executed; None where none is given."""
     from torquer.scenario.load import load_scenario

@@ -177,13 +177,18 @@ def greatest_share(bounds, v):
 
 
 @inlined
-def within_bounds(bounds, v):
-    """A vector, scaled to its bounds where it is beyond them."""
-    worst = greatest_share(bounds, v)
-    if worst > 1.0:
-        part = (1.0 - 4.0 * 2.220446049250313e-16) / worst
+def scaled(v, share):
+    """A vector that takes a share of its bounds, within them: rounding included."""
+    if share > 1.0:
+        part = (1.0 - 4.0 * 2.220446049250313e-16) / share
         return (part * v[0], part * v[1], part * v[2])
     return v
+
+
+@inlined
+def within_bounds(bounds, v):
+    """A vector, scaled to its bounds where it is beyond them."""
+    return scaled(v, greatest_share(bounds, v))
 
 
 @inlined
@@ -215,12 +220,12 @@ def check_answer(gate, computer, board, now, made):
         dipole, torque, met = NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, COMMAND_NOT_FINITE
     now.dipole_x, now.dipole_y, now.dipole_z = dipole
     now.torque_x, now.torque_y, now.torque_z = torque
-    limited = greatest_share(gate.dipole, dipole) > 1.0 or greatest_share(gate.torque, torque) > 1.0
-    met |= COMMAND_LIMITED if limited else 0
+    by_coils, by_wheels = greatest_share(gate.dipole, dipole), greatest_share(gate.torque, torque)
+    met |= COMMAND_LIMITED if by_coils > 1.0 or by_wheels > 1.0 else 0
     has_none = math.isnan(known.estimate_q_w) and math.isnan(known.estimate_omega_x)
     met |= NO_ESTIMATE if gate.needs_estimate > 0.0 and has_none else 0
     met |= GUARDED if is_guarded(gate, board) else 0
-    return Answer(within_bounds(gate.dipole, dipole), within_bounds(gate.torque, torque), met)
+    return Answer(scaled(dipole, by_coils), scaled(torque, by_wheels), met)
 
 
 @kernel

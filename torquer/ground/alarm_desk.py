@@ -10,7 +10,7 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, astuple
 from typing import Any
 
 from torquer.base.strict_json import INFINITIES, json_text
@@ -23,7 +23,7 @@ from torquer.ground.ground_clock import now_ms
 from torquer.ground.history import latest
 from torquer.ground.limits import Limits
 from torquer.ground.spool import PATIENCE_S, Spool
-from torquer.ground.violations import describe, stored_alarms, stored_violations
+from torquer.ground.violations import COLUMNS, describe, stored_alarms, stored_violations
 
 #: Rows of earlier times that go on for so long are a clock that was set back [s].
 _SET_BACK_S = 10.0
@@ -33,7 +33,7 @@ _LAST_MS = 2**53
 _IN_LOG = {"raised": "alarm raised", "again": "alarm raised anew", "unshelved": "no longer shelved"}
 _PUT_ALARM = "INSERT OR REPLACE INTO _alarms VALUES (?, ?, ?)"
 _TAKE_ALARM = "DELETE FROM _alarms WHERE key = ?"
-_PUT_VIOLATION = f"INSERT OR REPLACE INTO _violations VALUES ({', '.join('?' * 14)})"
+_PUT_VIOLATION = f"INSERT OR REPLACE INTO _violations VALUES ({', '.join('?' * len(COLUMNS))})"
 _ACKNOWLEDGE = (
     "UPDATE _violations SET acknowledged_by = ?, acknowledged_ms = ?, comment = ? "
     "WHERE key = ? AND acknowledged_ms IS NULL"
@@ -88,9 +88,12 @@ class AlarmDesk:
         self._tell(self.alarms.tick(at or now()))
 
     def tell(self, key: str, severity: str | None, text: str, time_ms: int) -> None:
-        """Raise a condition of the ground's own (`ground.archive`), or say that it is over."""
-        event = self.alarms.tell(key, severity, text, time_ms, now())
-        self._tell([] if event is None else [event])
+        """Raise a condition of the ground's own (`ground.archive`), or say that it is over.
+
+        Whoever tells it says it in the log.
+        """
+        self.alarms.tell(key, severity, text, time_ms, now())
+        self._tell([])
 
     def acknowledge(self, numbers: Mapping[str, int], by: str, comment: str) -> list[dict]:
         """Acknowledge alarms by key and number: all or none; RequestError with one line."""
@@ -166,7 +169,7 @@ class AlarmDesk:
             else:
                 self._keep(("alarm", key), _PUT_ALARM, key, _stored(alarm), _stored(shelf))
         for number, each in self.alarms.violations.items():
-            self._keep(("violation", number), _PUT_VIOLATION, *_storable(each))
+            self._keep(("violation", number), _PUT_VIOLATION, *astuple(each))
         self.alarms.violations.clear()
 
     def _keep(self, key: tuple, statement: str, *values) -> None:
@@ -219,11 +222,6 @@ class AlarmDesk:
 
 def _stored(what: Alarm | Shelf | None) -> str | None:
     return None if what is None else json_text(asdict(what), None, INFINITIES)
-
-
-def _storable(violation: Violation) -> tuple:
-    values = asdict(violation)
-    return tuple(values[name] for name in values)
 
 
 def _several(keys: Iterable[str]) -> str:

@@ -15,6 +15,7 @@ from pydantic import Field
 from torquer.base.spec import Spec
 from torquer.ground.archive import quote_names
 from torquer.ground.commands import COLUMNS, as_shown
+from torquer.ground.pieces import plain_cell
 
 #: Columns of a table of commands; times are those of the ground but for `execute`, the satellite's.
 TIMES = ("made", "sent", "received", "answered", "execute")
@@ -22,8 +23,6 @@ _FIELDS = ("id", "request", "command", "values", "state", "reason", "made_by")
 _LAST_MS = 2**53
 #: Most commands of one answer: more would keep a ground busy for seconds.
 MOST = 20_000
-#: What begins a formula where spreadsheets read text.
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 State = Literal["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"]
 
 
@@ -46,8 +45,33 @@ class Wanted(Spec):
     """How many at most, the last ones."""
 
 
-def find_commands(db: sqlite3.Connection, wanted: Wanted) -> list[dict]:
-    """Commands of an archive as users see them, newest first."""
+def find_commands(
+    db: sqlite3.Connection | None, wanted: Wanted, newer: Iterable[dict] = ()
+) -> list[dict]:
+    """Commands of an archive as users see them, newest first; `newer`: as they are by now.
+
+    `db` None: only these.
+    """
+    found = {} if db is None else {each["id"]: each for each in _stored(db, wanted)}
+    for each in newer:
+        found.pop(each["id"], None)
+        if _is_wanted(each, wanted):
+            found[each["id"]] = each
+    return [found[number] for number in sorted(found, reverse=True)[: wanted.size]]
+
+
+def _is_wanted(each: dict, wanted: Wanted) -> bool:
+    """The same question as that of `_stored`."""
+    return (
+        wanted.command.lower() in each["command"].lower()
+        and wanted.by.lower() in each["made_by"].lower()
+        and wanted.state in (None, each["state"])
+        and wanted.start <= each["made_ms"] <= wanted.end
+        and each["id"] < wanted.before
+    )
+
+
+def _stored(db: sqlite3.Connection, wanted: Wanted) -> list[dict]:
     rows = db.execute(
         f"SELECT {quote_names(COLUMNS)} FROM _commands WHERE instr(lower(command), lower(?)) "
         "AND instr(lower(made_by), lower(?)) AND (? IS NULL OR state = ?) "
@@ -85,5 +109,4 @@ def iso(time_ms: int | None) -> str:
 def _cell(value) -> str | int:
     if isinstance(value, int):
         return value
-    text = json.dumps(value) if isinstance(value, dict) else str(value)
-    return f"'{text}" if text.startswith(_FORMULA) else text
+    return plain_cell(json.dumps(value) if isinstance(value, dict) else str(value))

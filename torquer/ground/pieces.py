@@ -10,6 +10,9 @@ import numpy as np
 
 from torquer.ground.columns import Column
 
+#: What begins a formula where spreadsheets read text.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
 
 def csv_bytes(about: dict, columns: list[Column], parts: Iterable) -> Iterator[bytes]:
     """A packet as CSV, a piece for its head and one for each part."""
@@ -20,6 +23,11 @@ def csv_bytes(about: dict, columns: list[Column], parts: Iterable) -> Iterator[b
             for column, values in zip(columns, part, strict=True)
         ]
         yield _csv_lines(zip(*texts, strict=True))
+
+
+def plain_cell(text: str) -> str:
+    """A text for a table that spreadsheets do not take for a formula."""
+    return f"'{text}" if text.startswith(_FORMULA) else text
 
 
 def _csv_lines(rows: Iterable) -> bytes:

@@ -5,22 +5,19 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
-from torquer.ground.alarm import Alarm, Shelf
+from torquer.ground.alarm import Alarm, Shelf, Violation
 from torquer.ground.archive import ArchiveError, read_only
 
 _LAST_MS = 2**53
 
-#: Columns of the out-of-limits log: fields of `Violation`.
-COLUMNS = (
-    "id", "key", "severity", "limit", "mode", "start_ms", "end_ms", "received_ms", "extreme",
-    "count", "is_over", "acknowledged_by", "acknowledged_ms", "comment",
-)  # fmt: skip
+#: Columns of the out-of-limits log.
+COLUMNS = tuple(each.name for each in fields(Violation))
 _NAMES = ", ".join(f'"{name}"' for name in COLUMNS)
 _ALARM, _SHELF = TypeAdapter(Alarm | None), TypeAdapter(Shelf | None)
 

@@ -61,6 +61,10 @@ def test_another_program_holds_the_archive(tmp_path, kind):
             (text,) = has_said(client, "not archived since")
             assert "locked" in text
             assert goes_on(client, socket_)
+            assert len(client.get("sat/command-history")) == 2
+            alarms = client.get("sat/alarms")["alarms"]
+            assert [each["key"] for each in alarms] == ["ground.archive"]
+            assert not [each for each in client.texts("sat") if "ground.archive" in each]
             other.execute("ROLLBACK")
         (text,) = has_said(client, "archived again")
         assert text.endswith(" 0 lost") and not text.startswith("archived again: 0 rows")

@@ -75,6 +75,7 @@ def act(client, action, place=None):
         ("GET", "command-history?state=lost", b"", "state: must be"),
         ("GET", "command-history?size=0", b"", "size: must be"),
         ("GET", "command-history?size=1e3", b"", "size: must be a whole number"),
+        ("GET", "command-history?size=--5", b"", "size: must be a whole number"),
         ("GET", "command-history?start=" + "9" * 400, b"", "start: must be a whole number"),
         ("GET", "command-history?by=" + "x" * 101, b"", "by: must"),
         ("GET", "command-history?who=x", b"", "who: must be a known key"),

@@ -13,7 +13,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli.app import read_help
 from torquer.cli.commands.ground_orders import As, in_words
 from torquer.cli.examples import show_examples
-from torquer.cli.loading import FOLDER, date_ms, load_checked, load_given
+from torquer.cli.loading import FOLDER, load_checked, load_given, span_ms
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
     check_installed,
@@ -86,6 +86,7 @@ def serve(
         ground = Ground(satellites, how.folder, how.port or 0, counters)
         for each in satellites:
             _note_on_protection(each)
+            _note_on_elements(each)
         watch = f"{ground.watch_address}  (watch only)"
         ground.serve(lambda: show_address(ground, how.folder, how.no_browser, watch))
     for key, rows in ground.unarchived.items():
@@ -101,6 +102,18 @@ def _note_on_protection(satellite) -> None:
             f"{satellite.key}: its link is protected by keys that everybody knows; up_key and "
             "down_key of the software file name your own"
         )
+
+
+def _note_on_elements(satellite) -> None:
+    """Elements may come later, and are read again: a file that holds none is no reason to end."""
+    if satellite.table.elements is not None:
+        from torquer.ground.elements import orbit_of
+        from torquer.ground.ground_clock import now_ms
+
+        try:
+            orbit_of(satellite.table, None, now_ms())
+        except ValueError as error:
+            print_note(f"{satellite.key}: no passes until this is mended: {error}")
 
 
 def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> list:
@@ -387,9 +400,7 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
         check_installed("ground", ("pyarrow",))
     from torquer.ground.export import export_archive
 
-    start_ms, end_ms = date_ms("--start", how.start), date_ms("--end", how.end)
-    if start_ms is not None and end_ms is not None and start_ms > end_ms:
-        raise ValueError(f"--end: must not be before --start; received {how.end}")
+    start_ms, end_ms = span_ms(how.start, how.end)
     make_writable(how.out)
     lost: list[str] = []
     with writing_to(how.out), _progress(archive.name) as bar:

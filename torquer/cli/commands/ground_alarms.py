@@ -6,7 +6,7 @@ from typing import Annotated
 
 from torquer.base.limits import within
 from torquer.base.strict_json import INFINITIES, json_text
-from torquer.cli.loading import FOLDER, archive_in, date_ms
+from torquer.cli.loading import FOLDER, archive_in, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 
@@ -46,9 +46,13 @@ def alarms(*, how: AlarmsOptions = AlarmsOptions()) -> int:
     """
     from torquer.ground.violations import read_alarms
 
-    start_ms, end_ms = date_ms("--start", how.start), date_ms("--end", how.end)
-    ends = -(2**53) if start_ms is None else start_ms, 2**53 if end_ms is None else end_ms
-    found = read_alarms(archive_in(how.folder, how.satellite), *ends, how.size)
+    span = dict(zip(("start_ms", "end_ms"), span_ms(how.start, how.end), strict=True))
+    given = {key: value for key, value in span.items() if value is not None}
+    if given and not how.log:
+        raise ValueError(
+            f"--{next(iter(given))[:-3]}: must be given with --log, whose times it is of"
+        )
+    found = read_alarms(archive_in(how.folder, how.satellite), **given, size=how.size)
     if how.json:
         violations = {"violations": found.violations} if how.log else {}
         print(json_text({"alarms": found.alarms} | violations, infinities=INFINITIES))

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from torquer.base.strict_json import INFINITIES, json_text
-from torquer.cli.loading import FOLDER, archive_in, date_ms, load_given
+from torquer.cli.loading import FOLDER, archive_in, date_ms, load_given, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
@@ -124,8 +124,7 @@ def gaps(*, how: GapsOptions = GapsOptions()) -> int:
                 raise ValueError(
                     f"--packet: must be one of {', '.join(dictionary.down)}; received {name}"
                 )
-        span = date_ms("--start", how.start), date_ms("--end", how.end)
-        found = find_gaps(db, dictionary, how.packet, *span)
+        found = find_gaps(db, dictionary, how.packet, *span_ms(how.start, how.end))
     if how.fill and not can_fill(dictionary):
         raise ValueError("--fill: must be of a satellite with a record; its dictionary has none")
     sent = _fill(path.stem, how.folder, found) if how.fill else []

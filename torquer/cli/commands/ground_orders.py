@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from torquer.base.limits import within
 from torquer.base.strict_json import json_text
-from torquer.cli.loading import FOLDER, archive_in, date_ms
+from torquer.cli.loading import FOLDER, archive_in, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
@@ -172,7 +172,7 @@ def history(*, how: HistoryOptions = HistoryOptions()) -> int:
 
     if how.csv and how.json:
         raise ValueError("--csv: must not be given with --json; received both")
-    span = {"start": date_ms("--start", how.start), "end": date_ms("--end", how.end)}
+    span = dict(zip(("start", "end"), span_ms(how.start, how.end), strict=True))
     wanted = Wanted(
         command=how.command,
         state=how.state,

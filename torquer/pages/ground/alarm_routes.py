@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
+import sqlite3
 from collections.abc import Callable, Mapping
-from contextlib import closing
 from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -19,12 +18,12 @@ from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.ground.alarms import LONGEST_SHELF_S
-from torquer.ground.archive import read_only
 from torquer.ground.contact import Contact
 from torquer.ground.log_search import SEVERITIES, LogQuery, search
+from torquer.ground.pieces import plain_cell
 from torquer.ground.violations import stored_violations
 from torquer.pages.browser.files import json_object
-from torquer.pages.ground.asked import contact_of, made_by, whole
+from torquer.pages.ground.asked import contact_of, made_by, read_archive, whole
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 _MOST_BYTES, _MOST_ALARMS, _LAST_MS = 65_536, 500, 2**53
@@ -153,24 +152,23 @@ class _AlarmRoutes:
         """The out-of-limits log."""
         contact, span = self._contact(request), _asked(_Span, request)
 
-        def found() -> list[dict]:
-            with closing(read_only(contact.spool.path)) as db:
-                return stored_violations(db, span.start, span.end, span.size)
+        def found(db: sqlite3.Connection) -> list[dict]:
+            return stored_violations(db, span.start, span.end, span.size)
 
-        return _json(await run_in_threadpool(found))
+        return _json(await read_archive(contact, found))
 
     async def search(self, request: Request) -> Response:
         """Entries of the log, newest first, and whether the whole archive was searched."""
         contact, asked = self._contact(request), _asked(_Search, request)
         if asked.size > _MOST_ROWS:
             raise ScenarioError(f"size: must be at most {_MOST_ROWS}; received {asked.size}")
-        entries, is_all = await run_in_threadpool(_found, contact, asked)
+        entries, is_all = await _found(contact, asked)
         return _json({"entries": entries, "complete": is_all})
 
     async def log_file(self, request: Request) -> Response:
         """The same as CSV."""
         contact, asked = self._contact(request), _asked(_Search, request)
-        entries, _ = await run_in_threadpool(_found, contact, asked)
+        entries, _ = await _found(contact, asked)
         name = f'attachment; filename="{contact.key}-log.csv"'
         return Response(_csv(entries), media_type="text/csv; charset=utf-8",
                         headers={"Content-Disposition": name})  # fmt: skip
@@ -185,10 +183,9 @@ def _asked(spec, request: Request):
     return validate_tables(spec, given | numbers)
 
 
-def _found(contact: Contact, asked: _Search) -> tuple[list[dict], bool]:
+async def _found(contact: Contact, asked: _Search) -> tuple[list[dict], bool]:
     query = LogQuery(asked.start, asked.end, asked.severity, asked.source, asked.text)
-    with closing(read_only(contact.spool.path)) as db:
-        return search(db, contact.dictionary, query, asked.size)
+    return await read_archive(contact, lambda db: search(db, contact.dictionary, query, asked.size))
 
 
 def _answer(act: Callable[[], object]) -> Response:
@@ -208,7 +205,7 @@ def _csv(entries: list[dict]) -> str:
     table.writerow(["on_board_utc", "received_utc", "source", "severity", "text"])
     for each in entries:
         times = [_utc(each[key]) for key in ("time_ms", "received_ms")]
-        table.writerow([*times, each["source"], each["severity"], each["text"]])
+        table.writerow([*times, each["source"], each["severity"], plain_cell(each["text"])])
     return text.getvalue()
 
 

@@ -6,16 +6,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+import sqlite3
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from typing import TypeVar
 from urllib.parse import unquote
 
+from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from torquer.flight.packets.dictionary import Packet
+from torquer.ground.archive import read_only
 from torquer.ground.authors import OPERATOR, fault_of
 from torquer.ground.contact import Contact
+from torquer.ground.spool import PATIENCE_S
 from torquer.scenario.explain import ScenarioError
+
+T = TypeVar("T")
 
 
 def contact_of(contacts: Mapping[str, Contact], request: Request) -> Contact:
@@ -24,6 +32,16 @@ def contact_of(contacts: Mapping[str, Contact], request: Request) -> Contact:
     if found is None:
         raise HTTPException(404)
     return found
+
+
+async def read_archive(contact: Contact, ask: Callable[[sqlite3.Connection], T]) -> T:
+    """What `ask` makes of a satellite's archive, in a thread that waits a moment for others."""
+
+    def found() -> T:
+        with closing(read_only(contact.spool.path, PATIENCE_S)) as db:
+            return ask(db)
+
+    return await run_in_threadpool(found)
 
 
 def packet_of(contact: Contact, request: Request) -> Packet:

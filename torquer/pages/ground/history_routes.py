@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing
+from collections.abc import Awaitable, Iterator, Mapping
+from typing import TypeVar
 
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
@@ -14,7 +14,7 @@ from starlette.routing import Route
 
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
-from torquer.ground.archive import ArchiveError, read_only
+from torquer.ground.archive import ArchiveError
 from torquer.ground.columns import FIRST_MS, LAST_MS
 from torquer.ground.contact import Contact
 from torquer.ground.gaps import can_fill, fill, find_gaps
@@ -28,9 +28,10 @@ from torquer.ground.selection import (
     selection,
 )
 from torquer.pages.browser.files import json_object
-from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of
+from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of, read_archive
 from torquer.scenario.explain import ScenarioError, validate_tables
 
+T = TypeVar("T")
 #: Bytes of an order to fill a gap.
 _MOST_BYTES = 4096
 #: What a file of SQLite that cannot be read, or is not there any more, raises.
@@ -79,7 +80,8 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         selected = validate_tables(Selected, query | {"numbers": str(query.get("numbers", ""))})
         columns = check_selection(packet, selected)
         path, name = contact.spool.path, contact.dictionary.name
-        pieces = await _answered(lambda: selection(path, name, packet, columns, selected))
+        begun = run_in_threadpool(selection, path, name, packet, columns, selected)
+        pieces = await _answered(begun)
         kind = KINDS[selected.format].media_type
         return _File(pieces, file_name(contact.key, packet, selected), kind)
 
@@ -87,14 +89,14 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         contact = contact_of(contacts, request)
         asked = validate_tables(_Instant, query_of(request))
 
-        def found() -> str:
-            with closing(read_only(contact.spool.path)) as db:
-                known = last_known(db, contact.dictionary, asked.time, asked.by)
+        def found(db: sqlite3.Connection) -> str:
+            known = last_known(db, contact.dictionary, asked.time, asked.by)
             state = state_in_words(known, contact.dictionary, contact.satellite.names)
             answer = {"time": asked.time, "by": asked.by, "state": state, "packets": known}
             return json_text(answer, None, INFINITIES)
 
-        return Response(await _answered(found), media_type="application/json")
+        text = await _answered(read_archive(contact, found))
+        return Response(text, media_type="application/json")
 
     async def gaps(request: Request) -> Response:
         contact = contact_of(contacts, request)
@@ -103,12 +105,11 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
             raise ScenarioError("packet: must be one of the dictionary; received another")
         packets = None if asked.packet is None else [asked.packet]
 
-        def found() -> list[dict]:
-            with closing(read_only(contact.spool.path)) as db:
-                listed = find_gaps(db, contact.dictionary, packets, asked.start, asked.end)
+        def found(db: sqlite3.Connection) -> list[dict]:
+            listed = find_gaps(db, contact.dictionary, packets, asked.start, asked.end)
             return [gap._asdict() for gap in listed]
 
-        listed = await _answered(found)
+        listed = await _answered(read_archive(contact, found))
         return JSONResponse({"can_fill": can_fill(contact.dictionary), "gaps": listed})
 
     async def order(request: Request) -> Response:
@@ -130,10 +131,10 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
     ]
 
 
-async def _answered(what: Callable):
-    """What is found in an archive, in a thread; `ScenarioError` if it cannot be read."""
+async def _answered(asked: Awaitable[T]) -> T:
+    """What is found in an archive; `ScenarioError` if it cannot be read."""
     try:
-        return await run_in_threadpool(what)
+        return await asked
     except _UNREADABLE as error:
         line = " ".join(str(error).split())
         raise ScenarioError(f"archive: must be readable; received {line}") from None

@@ -5,8 +5,8 @@ Their list, with what each answers, is in `design/0014-ground.md`.
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Mapping
-from contextlib import closing
 
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -16,13 +16,13 @@ from starlette.routing import Route
 
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.flight.packets.mistakes import quote_value
-from torquer.ground.archive import read_only
-from torquer.ground.command_history import Wanted, commands_csv, find_commands
+from torquer.ground.archive import ArchiveError
+from torquer.ground.command_history import MOST, Wanted, commands_csv, find_commands
 from torquer.ground.contact import Contact
 from torquer.ground.plan import compare_plan, has_plan
 from torquer.ground.stack_file import MOST_BYTES, check_stack, checked_name, read_stack
 from torquer.pages.browser.files import json_object
-from torquer.pages.ground.asked import contact_of, made_by
+from torquer.pages.ground.asked import contact_of, made_by, read_archive, whole
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 #: Most bytes of a stack as JSON, which may write six for one.
@@ -64,12 +64,17 @@ class _Routes:
             raise ScenarioError(f"format: must be json or csv; received {quote_value(form)}")
         wanted = validate_tables(Wanted, {key: _number(key, text) for key, text in asked.items()})
 
-        def found() -> str:
-            with closing(read_only(contact.spool.path)) as db:
-                commands = find_commands(db, wanted)
+        newer = contact.commands.last(MOST)
+
+        def found(db: sqlite3.Connection | None) -> str:
+            commands = find_commands(db, wanted, newer)
             return commands_csv(commands) if form == "csv" else _json(commands)
 
-        return _answer(await run_in_threadpool(found), form, contact.key)
+        try:
+            text = await read_archive(contact, found)
+        except (ArchiveError, sqlite3.Error):  # what is known without it is better than nothing
+            text = await run_in_threadpool(found, None)
+        return _answer(text, form, contact.key)
 
     async def plan(self, request: Request) -> Response:
         """The plan on board beside that on the ground."""
@@ -77,11 +82,10 @@ class _Routes:
         if not has_plan(contact.dictionary):
             raise HTTPException(404)
 
-        def found() -> str:
-            with closing(read_only(contact.spool.path)) as db:
-                return _json(compare_plan(db, contact.dictionary))
+        def found(db: sqlite3.Connection) -> str:
+            return _json(compare_plan(db, contact.dictionary))
 
-        return _answer(await run_in_threadpool(found), "json", contact.key)
+        return _answer(await read_archive(contact, found), "json", contact.key)
 
     async def stack(self, request: Request) -> Response:
         """The stack with its steps, and the names of those that are saved."""
@@ -153,8 +157,8 @@ def _whole(data: dict, key: str) -> int:
 
 
 def _number(key: str, text: str) -> int | str:
-    is_number = Wanted.model_fields[key].annotation is int if key in Wanted.model_fields else False
-    return int(text) if is_number and text.lstrip("-").isdecimal() and len(text) < 20 else text
+    is_number = key in Wanted.model_fields and Wanted.model_fields[key].annotation is int
+    return whole(text) if is_number else text
 
 
 def _json(data) -> str:

@@ -17,8 +17,10 @@ from starlette.routing import Route
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.mistakes import quote_value
-from torquer.ground.contact import Contact, now_ms
+from torquer.ground.contact import Contact
 from torquer.ground.file import Satellite
+from torquer.ground.ground_clock import now_ms
+from torquer.pages.ground.asked import contact_of
 from torquer.scenario.explain import ScenarioError, validate_tables
 
 #: A satellite's clock is that of this machine if it is no further from it [ms]; else it is that of
@@ -104,8 +106,8 @@ class _Routes:
         return HTMLResponse(await run_in_threadpool(_report, contact, wanted))
 
     def _contact(self, request: Request) -> Contact:
-        found = self._contacts.get(request.path_params["satellite"])
-        if found is None or not has_passes(found.satellite):
+        found = contact_of(self._contacts, request)
+        if not has_passes(found.satellite):
             raise HTTPException(404)
         return found
 

@@ -33,6 +33,7 @@ from torquer.ground.ground_clock import now_ms
 from torquer.ground.limits import describe_limits
 from torquer.ground.live import Listener, Live, message_text
 from torquer.ground.plan import has_plan
+from torquer.ground.spool import PATIENCE_S
 from torquer.pages.browser import scene
 from torquer.pages.browser.files import answer_missing, json_object, serve_files
 from torquer.pages.ground.alarm_routes import alarm_routes
@@ -46,8 +47,6 @@ WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.
 MOST_ROWS, _MOST_BYTES = 20_000, 65_536
 _LAST_MS = 2**53
-#: How long a request waits for another program that holds the archive [s].
-_PATIENCE_S = 1.0
 
 
 class _Span(Spec):
@@ -242,7 +241,7 @@ class _Routes:
 
         def rows():
             try:
-                with closing(read_only(contact.spool.path, _PATIENCE_S)) as db:
+                with closing(read_only(contact.spool.path, PATIENCE_S)) as db:
                     yield from ask(db)
             except (ArchiveError, sqlite3.Error):
                 if not is_known_without:
