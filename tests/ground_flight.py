@@ -19,8 +19,8 @@ from torquer.pages.ground.server import Ground
 
 #: Far longer than anything here takes: only a failure waits so long.
 PATIENCE_S = 60.0
-#: Pause after each control step of a flight [s].
-PACE_S = 0.01
+#: Pause after each control step of a flight [s], and where a browser needs much of the machine.
+PACE_S, SLOW_PACE_S = 0.01, 0.1
 
 
 def until(what, why="it takes too long"):
@@ -33,15 +33,17 @@ def until(what, why="it takes too long"):
 
 
 @contextlib.contextmanager
-def flying(software=None, address="tcp:127.0.0.1:0", memory=None, flown=None):
-    """The address of a satellite that flies; `log`: bytes that went up; `flown`: its scenario."""
+def flying(software=None, address="tcp:127.0.0.1:0", memory=None, flown=None, pace_s=PACE_S):
+    """The address of a satellite that flies; `log`: bytes that went up; `flown`: its scenario;
+    `pace_s`: the pause after each control step.
+    """
     core = Core(flown or scenario(864000.0), software, memory)
     link = open_link(address, core.software.dictionary, screens_of(core.software, core.judge))
     core.tick()  # compiled before anybody waits
     ended, flight = threading.Event(), Flying(link.address)
 
     def fly():
-        while not ended.wait(PACE_S):
+        while not ended.wait(pace_s):
             uplink = flight.injected + link.receive()
             flight.injected = b""
             flight.uplink += uplink
@@ -155,3 +157,14 @@ def serving(folder, counters=AS_ARCHIVED, **tables):
         ground.stop()
         thread.join(PATIENCE_S)
         assert not thread.is_alive() and not ground.unarchived, ground.unarchived
+
+
+@contextlib.contextmanager
+def serving_slowly(folder):
+    """A client of a ground with a satellite in flight that leaves a browser much of the machine."""
+    with (
+        flying(pace_s=SLOW_PACE_S) as satellite,
+        serving(folder, chibis=table(satellite.address)) as client,
+    ):
+        client.value("omega_x")
+        yield client

@@ -40,18 +40,35 @@ def scenario(tmp_path):
     return path
 
 
-@pytest.fixture
-def call(capsys):
-    """`call("run", path)`: exit code, standard output, standard error of a command."""
+def caller(capsys, *words):
+    """What calls commands that begin with words."""
 
     def run(*arguments):
         with pytest.raises(SystemExit) as left:
-            main([str(argument) for argument in arguments])
+            main([str(argument) for argument in (*words, *arguments)])
         out, err = capsys.readouterr()
         assert "Traceback" not in err
         return left.value.code, out, err
 
     return run
+
+
+@pytest.fixture
+def call(capsys):
+    """`call("run", path)`: exit code, standard output, standard error of a command."""
+    return caller(capsys)
+
+
+@pytest.fixture
+def call_ground(capsys):
+    """The same of `torquer ground`, whose exit code is a number."""
+    run = caller(capsys, "ground")
+
+    def ended(*arguments):
+        code, out, err = run(*arguments)
+        return code or 0, out, err
+
+    return ended
 
 
 @pytest.fixture(autouse=True)

@@ -14,7 +14,6 @@ from archived import WrittenAtOnce
 from ground_flight import flying, serving, table
 from slow_cases import slow_after
 
-from torquer.cli import main
 from torquer.compile import engine
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.protected import TelemetrySender
@@ -25,15 +24,8 @@ PATIENCE_S = 120
 
 
 @pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main(["ground", *(str(argument) for argument in arguments)])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return left.value.code or 0, out, err
-
-    return run
+def call(call_ground):
+    return call_ground
 
 
 @pytest.fixture(scope="module")

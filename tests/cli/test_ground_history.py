@@ -5,19 +5,10 @@ import json
 import pytest
 from made_archive import archive_of, row
 
-from torquer.cli import main
-
 
 @pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main(["ground", *(str(argument) for argument in arguments)])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return left.value.code or 0, out, err
-
-    return run
+def call(call_ground):
+    return call_ground
 
 
 @pytest.fixture(scope="module")

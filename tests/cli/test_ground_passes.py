@@ -5,7 +5,6 @@ import json
 import pytest
 from station_skies import CHIBIS
 
-from torquer.cli import main
 from torquer.flight.packets.software_file import load_link
 from torquer.ground.archive import Archive, Row
 from torquer.ground.passes import ms_of
@@ -15,15 +14,8 @@ TARUSA = ("--station", "54.73,37.18,180")
 
 
 @pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main(["ground", *(str(argument) for argument in arguments)])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return left.value.code or 0, out, err
-
-    return run
+def call(call_ground):
+    return call_ground
 
 
 @pytest.fixture

@@ -17,22 +17,13 @@ pytestmark = [
 
 #: Far longer than anything here takes: only a failure waits so long [ms].
 PATIENCE_MS = 40_000
-#: Pause after each control step of the flight [s]: much of the machine is left to the browser.
-PACE_S = 0.1
 
 
 @pytest.fixture(scope="module")
 def ground(tmp_path_factory):
-    import ground_flight
-    from ground_flight import flying, serving, table
+    from ground_flight import serving_slowly
 
-    with (
-        pytest.MonkeyPatch.context() as patch,
-        flying() as satellite,
-        serving(tmp_path_factory.mktemp("ground"), chibis=table(satellite.address)) as client,
-    ):
-        patch.setattr(ground_flight, "PACE_S", PACE_S)
-        client.value("omega_x")
+    with serving_slowly(tmp_path_factory.mktemp("ground")) as client:
         yield client
 
 
