@@ -18,8 +18,9 @@ typedef struct {
 $inputs} adcs_inputs;
 
 /* What it answers, in body axes: dipole of the coils [A m^2], torque on the body by wheels [N m].
-   Both are finite and within the limits of coils and wheels; polarity of the coils and torques of
-   single wheels are the drivers'. */
+   Both are finite, and what coils and wheels make of them is within their limits; a part along an
+   axis that they lack is left as it is. Polarity of the coils and torques of single wheels are the
+   drivers'. */
 typedef struct {
     double dipole_a_m2[3];
     double torque_n_m[3];
