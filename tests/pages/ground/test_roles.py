@@ -181,7 +181,7 @@ def test_no_process_and_no_history_shows_a_token(tmp_path, command):
             _, err = server.communicate(timeout=PATIENCE_S)
     text = "\n".join(seen)
     assert "open_in_browser_" in text  # the browser was among those seen
-    assert not any(token in text for token in tokens) and "code=" not in text
+    assert not any(token in text for token in tokens) and "?code=" not in text
     assert "Traceback" not in err
     assert not list(tmp_path.rglob("open_in_browser_*"))
     for history in profile.rglob("History"):
