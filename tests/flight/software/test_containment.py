@@ -12,6 +12,7 @@ from torquer.flight.software.core import Core
 from torquer.flight.software.modules.drivers import Mag
 from torquer.flight.software.software import load_software
 from torquer.flight.software.state import Cause, Telecommand
+from torquer.flight.software.strikes import OFF
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 SOFTWARE = load_software()
@@ -159,6 +160,22 @@ def test_what_is_no_command_answer_or_frame_costs_nobody_else(queue, what):
     ground = flown(Own, duration_s=60.0)
     assert ground.core.flight.done
     assert not [name for name, slot in ground.core.state.slots.items() if slot.failures]
+
+
+@pytest.mark.verifies("REQ-COR-005", "REQ-BOO-006")
+@pytest.mark.parametrize("end", [None, SystemExit(1)], ids=["goes on", "exits"])
+def test_a_module_that_reboots_where_it_starts_is_kept_off(end):
+    """Nobody asked for it: each one is a strike."""
+
+    class Own(Mag):
+        def start(self, core):
+            core.reboot()
+            if end:
+                raise end
+
+    core = flown(Own, duration_s=120.0).core
+    assert core.services.kept_off() == ["mag"]
+    assert core.state.reboots == OFF and core.flight.done
 
 
 @pytest.mark.verifies("REQ-COR-005")

@@ -30,7 +30,10 @@ MODULES = sorted(SOFTWARE.modules)
 FREE = [name for name in MODULES if name not in REQUIRED]
 #: Time of a boot, and until the watchdog bites when it is no longer fed [s].
 RESET_S = 90.0
-DEFECTS = ["step raises", "start raises", "is not made", "stops", "exits", "reboots"]
+DEFECTS = [
+    *("step raises", "start raises", "is not made", "stops", "exits", "reboots"),
+    "start reboots",
+]
 
 
 def with_defect(name, defect, until_s=np.inf):
@@ -48,6 +51,8 @@ def with_defect(name, defect, until_s=np.inf):
             super().start(core)
             if defect == "start raises" and core.t_s < until_s:
                 raise RuntimeError("defect")
+            if defect == "start reboots" and core.t_s < until_s:
+                core.reboot()
 
         def step(self, core):
             if core.t_s >= until_s:

@@ -207,11 +207,13 @@ def start_module(core: AnyCore, name: str) -> None:
     if slot.is_off:
         core.services.report(name, Reason.KEPT_OFF, core.state.strikes.modules[name])
         return
+    was_ending = core.services.is_ending
     try:
         core.services.start(name)
     except BaseException as error:
         core.keep(name, error)
         core.services.report(name, Reason.MODULE_FAILED)
+    core.services.blame_for_reboot(name, was_ending)
 
 
 def _start_watchdog(core: AnyCore) -> None:

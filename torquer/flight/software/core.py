@@ -187,7 +187,7 @@ class Core:
 
     def _work(self, slot: Slot) -> None:
         """A step of one module; an error in it costs this step only, but the watchdog counts."""
-        core, is_asked = self.services, self.state.reboot is not None
+        core, was_ending = self.services, self.services.is_ending
         try:
             slot.module.step(core)
         except BaseException as error:
@@ -196,8 +196,7 @@ class Core:
         else:
             slot.steps += 1
             slot.fed_s = core.t_s
-        if self.state.reboot is not None and not is_asked:  # by the module, not by the ground
-            core.keep_strikes(core.strikes.against([slot.name]))
+        core.blame_for_reboot(slot.name, was_ending)
 
     def _execute(self, slot: Slot) -> None:
         """The commands that wait for a module, each with its answer.

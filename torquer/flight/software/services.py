@@ -398,6 +398,11 @@ class Services:
         self._state.strikes = strikes
         return self.memory.write(STRIKES, strikes.save())
 
+    def blame_for_reboot(self, module: str, was_ending: bool) -> None:
+        """A strike against a module whose code, not the ground, asked for a reboot since then."""
+        if self.is_ending and not was_ending:
+            self.keep_strikes(self.strikes.against([module]))
+
     def kept_off(self) -> list[str]:
         """Modules that are kept off."""
         return [name for name, slot in self._state.slots.items() if slot.is_off]
