@@ -147,7 +147,7 @@ def test_a_validator_that_raises_anything_costs_the_settings_only():
 
 
 @pytest.mark.verifies("REQ-COR-005")
-@pytest.mark.parametrize("queue", ["acks", "ground", "mag", "svr", "tm"])
+@pytest.mark.parametrize("queue", ["acks", "ground", "mag", "state", "svr", "tm"])
 @pytest.mark.parametrize("what", [None, 5, "word", object()], ids=["none", "number", "text", "odd"])
 def test_what_is_no_command_answer_or_frame_costs_nobody_else(queue, what):
     """A module that puts anything into queues; commands of the ground are carried out."""
@@ -159,6 +159,7 @@ def test_what_is_no_command_answer_or_frame_costs_nobody_else(queue, what):
 
     ground = flown(Own, duration_s=60.0)
     assert ground.core.flight.done
+    assert len(ground.named("extended")) > 50
     assert not [name for name, slot in ground.core.state.slots.items() if slot.failures]
 
 

@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from torquer.base.spec import Spec
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
+from torquer.flight.software.modules.state_vector import newest_state
 from torquer.flight.software.modules.telemetry import DEG, bits, devices, states
 from torquer.flight.software.strikes import REQUIRED
 
@@ -295,7 +296,7 @@ class Svr(Module):
         return Reason.DONE
 
     def _classify(self, core) -> None:
-        state, settings = core.cdh.newest("state"), self.settings
+        state, settings = newest_state(core), self.settings
         if state is None or not state.is_valid(core.t_s):
             self.rate_class = self.angle_class = NONE
             return

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from torquer.flight.software.modules.state_vector import newest_state
+
 DEG = 180.0 / math.pi
 #: Unknown numbers of packets: the lowest raw number, which the encoder would take for NaN, too,
 #: but not as fast.
@@ -53,7 +55,7 @@ def extended_values(core) -> tuple:
         bits(wrong) if any(wrong := (*e.isolated, *e.isolated_units)) else 0,
         svr.get("rate_class", 0),
         svr.get("angle_class", 0),
-        *_attitude(core.cdh.newest("state")),
+        *_attitude(newest_state(core)),
         _within(e.sigma_rad * DEG),
         _within(core.t_s - e.t_s),
         b[0] * 1e9,
