@@ -608,3 +608,21 @@ def test_coils_that_spun_the_satellite_up_are_an_event_and_a_flag(ground):
     assert told("coils_off") == (0, True)
     assert told("tried") == (0, False)
     assert told("coils_off") == (1, True)
+
+
+@pytest.mark.verifies("REQ-MEM-003")
+@pytest.mark.parametrize("writes", [1, 40])
+def test_a_memory_that_takes_nothing_leaves_a_bounded_queue_of_reports(writes):
+    """More go wrong in a period than are told in it."""
+    ground = flying(120.0)
+    memory = ground.core.memory
+    for place in ("main", "reserve"):
+        spoil(memory, Full, "", (place,))
+    for number in range(100):
+        for file in range(writes):
+            memory.write(f"file.{file}", bytes([number]))
+        ground.tick()
+    fs = ground.dictionary.modules["fs"]
+    events = [v["code"] for v in ground.named("event") if v["module_id"] == fs]
+    assert events.count(Reason.FILE_NOT_WRITTEN) > 100
+    assert len(ground.core.state.modules["fs"].reports) <= 64

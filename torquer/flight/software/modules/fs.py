@@ -16,8 +16,8 @@ from torquer.flight.software.memory import Report
 from torquer.flight.software.modules.module import Module
 from torquer.flight.software.update import mark, read_table, update_file
 
-#: Events in a step: a part of what the log holds.
-_AT_ONCE = 16
+#: Events in a step: a part of what the log holds; most that wait, the newest of more.
+_AT_ONCE, _WAITING = 16, 64
 
 
 class FsSettings(Spec):
@@ -44,7 +44,7 @@ class Fs(Module):
 
     def step(self, core) -> None:
         """Events of the memory, a few at a time; argument: CRC-32 of the file's name, 31 bits."""
-        self.reports += core.memory.take_reports()
+        self.reports = [*self.reports, *core.memory.take_reports()][-_WAITING:]
         for report in self.reports[:_AT_ONCE]:
             core.report("fs", report.code, zlib.crc32(report.name.encode()) & 0x7FFFFFFF)
         del self.reports[:_AT_ONCE]
