@@ -13,7 +13,8 @@ down.acknowledgement  TM[1,x]: `torquer.flight.packets.pus_verification`
 
 Behind these IDs come the fields of the packet, as the dictionary packs them (little-endian); of a
 command those after `acknowledge`, which the ack flags replace. Numbers N of repetitions are u8. A
-packet of one of these names with other fields than the profile knows is an ordinary one.
+packet of one of these names with other fields than the profile knows is an ordinary one. A request
+has no room for the last second at which it may be received (`frames.last_second`).
 """
 
 from __future__ import annotations
