@@ -110,7 +110,7 @@ def command(client, key="sat"):
 
 def ground_process(folder, address, **keys):
     """A ground in a process of its own, once it serves, and its client."""
-    run = [sys.executable, "-m", "torquer", "ground", "--link", address, "--name", "sat"]
+    run = [sys.executable, "-m", "torquer", "ground", "--link", address, "--satellite", "sat"]
     run += ["--folder", str(folder), "--port", "0", "--no-browser"]
     process = subprocess.Popen(
         run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys

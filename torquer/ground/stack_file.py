@@ -171,8 +171,9 @@ class SavedStacks:
         return self._folder / f"{checked_name(name)}.toml"
 
     def _unknown(self, name: str) -> ScenarioError:
-        known = ", ".join(self.names()) or "nothing is saved"
-        return ScenarioError(f"name: must be one of {known}; received {name}")
+        known = self.names()
+        must = f"one of {', '.join(known)}" if known else "that of a saved stack, and none is saved"
+        return ScenarioError(f"name: must be {must}; received {name}")
 
 
 def checked_name(name) -> str:

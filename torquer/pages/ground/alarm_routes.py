@@ -6,7 +6,6 @@ import csv
 import io
 import sqlite3
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -14,6 +13,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
+from torquer.base.dates import iso_ms
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
@@ -204,15 +204,6 @@ def _csv(entries: list[dict]) -> str:
     table = csv.writer(text)
     table.writerow(["on_board_utc", "received_utc", "source", "severity", "text"])
     for each in entries:
-        times = [_utc(each[key]) for key in ("time_ms", "received_ms")]
+        times = [iso_ms(each[key]) for key in ("time_ms", "received_ms")]
         table.writerow([*times, each["source"], each["severity"], plain_cell(each["text"])])
     return text.getvalue()
-
-
-def _utc(time_ms: int | None) -> str:
-    if time_ms is None:
-        return ""
-    try:
-        return datetime.fromtimestamp(time_ms * 1e-3, UTC).isoformat(timespec="milliseconds")
-    except (ValueError, OverflowError, OSError):
-        return f"{time_ms} ms since 1970"
