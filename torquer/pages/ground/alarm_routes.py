@@ -49,6 +49,10 @@ class _Seen(Spec):
     """`packet.number`."""
     number: int = Field(ge=0, le=_LAST_MS)
     """Its number."""
+    state: str = Field(default="", max_length=20)
+    """Its state [any]: where it is `active` or `returned`, and somebody else was quicker, nothing
+    is left to do.
+    """
 
 
 class _Acknowledged(Spec):
@@ -132,8 +136,9 @@ class _AlarmRoutes:
         contact = self._contact(request)
         asked = validate_tables(_Acknowledged, await json_object(request, "alarms", _MOST_BYTES))
         numbers = {each.key: each.number for each in asked.alarms}
+        not_yet = {each.key for each in asked.alarms if each.state in ("active", "returned")}
         desk, by = contact.alarms, made_by(request)
-        return _answer(lambda: desk.acknowledge(numbers, by, asked.comment))
+        return _answer(lambda: desk.acknowledge(numbers, by, asked.comment, not_yet))
 
     async def shelve(self, request: Request) -> Response:
         """Shelve a point."""
