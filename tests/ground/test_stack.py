@@ -394,7 +394,7 @@ def test_what_is_not_possible_is_refused(bench, what):
 
 
 def test_one_stack_at_a_time(bench):
-    with pytest.raises(ScenarioError, match="stack: must be the one that is loaded, there is none"):
+    with pytest.raises(ScenarioError, match="stack: must be loaded before run; received none"):
         bench.stack.act("run", 1, None, "Ada")
     bench.load(steps(""))
     with pytest.raises(ScenarioError, match="must be over or aborted before another is loaded"):

@@ -56,6 +56,12 @@ def over(client):
     return state if state["state"] == "over" else None
 
 
+def test_what_is_not_loaded_is_not_run(client):
+    answers = at_once(client, "stack/run", {"stack": 0}, {"stack": 7})
+    line = "stack: must be loaded before run; received none"
+    assert answers == 2 * [(400, {"error": line})]
+
+
 def test_the_same_stack_is_run_once(client, satellite):
     number, obeyed = load(client), len(satellite.obeyed)
     answers = at_once(client, "stack/run", *[{"stack": number, "place": 1}] * 4)

@@ -14,6 +14,7 @@ from starlette.routing import Route
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
+from torquer.flight.packets.mistakes import quote_value
 from torquer.ground.archive import ArchiveError
 from torquer.ground.columns import FIRST_MS, LAST_MS
 from torquer.ground.contact import Contact
@@ -100,7 +101,8 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         contact = contact_of(contacts, request)
         asked = validate_tables(_Stretch, query_of(request))
         if asked.packet is not None and asked.packet not in contact.dictionary.down:
-            raise ScenarioError("packet: must be one of the dictionary; received another")
+            text = quote_value(asked.packet)
+            raise ScenarioError(f"packet: must be one of the dictionary; received {text}")
         packets = None if asked.packet is None else [asked.packet]
 
         def found(db: sqlite3.Connection) -> list[dict]:

@@ -1,4 +1,4 @@
-"""A satellite by UDP, whose datagrams come twice and overtake each other, or that starts again."""
+"""A satellite by UDP, whose datagrams come twice and overtake each other; one that starts again."""
 
 import pytest
 from ground_flight import serving, table, until
@@ -46,3 +46,15 @@ def test_a_satellite_that_starts_again_is_received_and_commanded(tmp_path, relay
             assert command(client) == "executed"
             assert sum("counts from the beginning" in text for text in client.texts("sat")) == 1
             assert again.obeyed == ["get_parameter"]
+
+
+def test_the_same_on_a_bus(tmp_path):
+    pytest.importorskip("can")
+    bus = "can:virtual:starts_again"
+    with serving(tmp_path, sat=table(bus, in_scenario=None)) as client:
+        for first in (0, 1000):
+            with small_satellite(address=bus) as satellite:
+                satellite.sent = first
+                until(lambda number=first + 20: number in received(client))
+                assert command(client) == "executed"
+                assert satellite.obeyed == ["get_parameter"]
