@@ -103,6 +103,17 @@ def test_odd_bodies_get_one_line(client, capfd, body, message):
     assert "Traceback" not in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("place", ["commands", "stack", "gaps", "alarms/acknowledge"])
+def test_who_goes_before_the_end_of_a_question_is_no_failure(client, capfd, place):
+    head = f"POST /api/sat/{place} HTTP/1.1\r\nHost: 127.0.0.1:{client.port}\r\n"
+    head += f"Authorization: Bearer {client.token}\r\nContent-Length: 100\r\n\r\n{{"
+    with socket.create_connection(("127.0.0.1", client.port), 20) as end:
+        end.sendall(head.encode())
+        time.sleep(0.2)
+    time.sleep(0.5)
+    assert client.raw("/")[0] == 200 and capfd.readouterr().err == ""
+
+
 @pytest.mark.parametrize(
     "message", [b"\xff" * 9, "text", b"", b"\x00" * 70_000, b"a" * 10**6], ids=range(5)
 )
@@ -140,11 +151,13 @@ def fuzz(client, satellite, capfd, number, seed=20261127):
     """Send that many messages of each kind; the ground must go on as if nothing had been."""
     fuzzer = Fuzzer(client, seed)
     obeyed = len(satellite.obeyed)
+    begun_s = time.monotonic()
     fuzzer.send(number)
     satellite.injected = fuzzer.link(number, satellite.wrap)
     until(lambda: satellite.injected is None)
     errors = capfd.readouterr().err
-    assert "Traceback" not in errors and errors.count("\n") < 100, errors[:3000]
+    most = 100 + (time.monotonic() - begun_s)  # a cause that is seldom is said each time
+    assert "Traceback" not in errors and errors.count("\n") < most, errors[:3000]
     assert command(client) == "executed"
     assert not any("service failed" in text for text in client.texts("sat"))
     assert set(satellite.obeyed[obeyed:]) <= {"get_parameter", "replay"}, "by who had the token"
