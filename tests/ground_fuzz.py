@@ -1,95 +1,45 @@
-"""Mutated HTTP, websocket and link messages for a ground, by a seed: thousands in a minute."""
+"""Mutated HTTP, websocket and link messages for a ground, by a seed: hundreds in a second.
 
+A connection carries several requests, of which the last one is damaged: most of the time would else
+go into connections. Many connections are open at a time, since a damaged message has no answer.
+"""
+
+import asyncio
 import contextlib
 import random
-import socket
+import re
+from collections import Counter
 
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.software_file import load_link
 
-_METHODS = [
-    "GET",
-    "GET",
-    "GET",
-    "POST",
-    "POST",
-    "HEAD",
-    "PUT",
-    "DELETE",
-    "OPTIONS",
-    "PATCH",
-    "TRACE",
-    "CONNECT",
-    "X-",
-    "get",
-]
-_PLACES = [
-    "/",
-    "/api/satellites",
-    "/api/sat/history/parameter",
-    "/api/sat/history/parameter/value",
-    "/api/sat/log",
-    "/api/sat/sent",
-    "/api/sat/commands",
-    "/api/sat/commands/1/cancel",
-    "/api/sat/modes",
-    "/api/sat/scene",
-    "/api/sat/orbit",
-    "/api/live",
-    "/main.js",
-    "/vendor/openmct/openmct.js",
-    "/%00",
-    "/..%2f..%2fetc",
-    "/api/sat/commands/99999999999999999999999999/cancel",
-    "/api/%F0%9F%98%80/log",
-    "/%ff%fe",
-    "//x",
-    "/a/../b",
-    "*",
-    "http://evil.example/",
-    "/api/sat/history/_log/text",
-]
-_KEYS = [
-    "start",
-    "end",
-    "size",
-    "by",
-    "latest",
-    "time",
-    "token",
-    "x",
-    "%F0%9F%98%80",
-    "%00",
-    "size&size",
-]
-_VALUES = [
-    "0",
-    "-1",
-    "1",
-    "1e999",
-    "nan",
-    "NaN",
-    "Infinity",
-    "9999999999999999999999",
-    "%C2%B2",
-    "%F0%9F%98%80",
-    "%00",
-    "received",
-    "time",
-    "--5",
-    "+5",
-    "0x10",
-    "%ff%fe",
-    "'",
-    '";',
-    "[]",
-    "{}",
-    "é",
-    "true",
-    "null",
-    "1.5",
-    "-0",
-]
+_words = re.compile(r"\S+").findall
+_METHODS = _words(
+    "GET GET GET GET POST POST POST HEAD PUT DELETE OPTIONS PATCH TRACE CONNECT X- get"
+)
+_PLACES = _words("""
+/ * //x /%00 /%ff%fe /a/../b /..%2f..%2fetc http://evil.example/ /main.js /style.css
+/vendor/Apache-2.0.txt /api/%F0%9F%98%80/log /api/live /api/role /api/formats /api/satellites
+/api/sat/history/parameter /api/sat/history/parameter/value /api/sat/history/_log/text
+/api/sat/export/parameter /api/sat/past /api/sat/gaps /api/sat/log /api/sat/log/search
+/api/sat/log.csv /api/sat/alarms /api/sat/alarms/acknowledge /api/sat/alarms/shelve
+/api/sat/alarms/unshelve /api/sat/violations /api/sat/sent /api/sat/command-history
+/api/sat/commands /api/sat/commands /api/sat/commands/1/cancel
+/api/sat/commands/99999999999999999999999999/cancel /api/sat/stack /api/sat/stack
+/api/sat/stack/next /api/sat/stack/run /api/sat/stack/hold /api/sat/stack/skip
+/api/sat/stack/abort /api/sat/stack/%00 /api/sat/stacks/one /api/sat/stacks/..%2fone
+/api/sat/stacks/%F0%9F%98%80 /api/sat/plan /api/sat/modes /api/sat/scene /api/sat/orbit
+/api/sat/passes /api/sat/report /api/sat/map /api/coastline
+""")
+_KEYS = _words("""
+start end size by latest time token code format numbers severity source text command state before
+packet hours station x %F0%9F%98%80 %00 size&size
+""")
+_VALUES = _words("""
+0 -1 1 1e999 nan NaN Infinity 9999999999999999999999 9007199254740992 1700000000000 %C2%B2
+%F0%9F%98%80 %00 received time value csv parquet executed alarm ground parameter --5 +5 0x10 %ff%fe
+' "; [] {} é true null 1.5 -0
+""")
 _BODIES = [
     b'{"command": "get_parameter", "values": {"index": 0}}',
     b'{"command": "get_parameter", "values": {"index": NaN}}',
@@ -99,6 +49,15 @@ _BODIES = [
     b'{"commands": [{"command": "get_parameter", "values": {"index": [[[[]]]]}}]}',
     b'{"command": "set_mode", "values": {"region": "\xff\xfe", "state": 1}}',
     b'{"command": 1' + b"0" * 5000 + b"}",
+    b'{"text": "\\u0000[[", "name": ["one"]}',
+    b'{"name": "one"}',
+    b'{"stack": 1, "place": 1}',
+    b'{"stack": 1e400, "place": -1}',
+    b'{"alarms": [{"key": "parameter.value", "number": 1}], "comment": "seen"}',
+    b'{"alarms": [[]], "comment": "\\u2028"}',
+    b'{"key": "parameter.value", "for_s": 1e-9, "reason": "x"}',
+    b'{"key": "_log.text", "for_s": NaN, "reason": ""}',
+    b'{"start": 1, "end": 0}',
     b"[" * 3000,
     b'{"a":' * 3000,
     b"\xef\xbb\xbf{}",
@@ -106,54 +65,99 @@ _BODIES = [
     b"",
     b"null",
 ]
+_STACK = (
+    """{"text": "[[commands]]\\ncommand = 'get_parameter'\\nvalues = {index = 0}", "name": "one"}"""
+)
+#: Requests that a ground grants: method, place, body.
+_GRANTED = [
+    ("GET", "/api/sat/history/parameter/value?by=received&latest=1&size=20&start=0", ""),
+    ("GET", "/api/sat/history/parameter?start=0&end=4000000000000&size=20", ""),
+    ("GET", "/api/sat/export/parameter?format=csv&numbers=value&start=0&end=1700000000000", ""),
+    ("GET", "/api/sat/past?time=1900000000000&by=received", ""),
+    ("GET", "/api/sat/gaps?packet=parameter&start=0&end=1900000000000", ""),
+    ("POST", "/api/sat/gaps", '{"start": 5, "end": 0}'),
+    ("GET", "/api/sat/log/search?severity=alarm&source=ground&text=refused&size=20", ""),
+    ("GET", "/api/sat/log.csv?size=20", ""),
+    ("GET", "/api/sat/violations?size=5", ""),
+    ("GET", "/api/sat/command-history?command=get&state=executed&by=page&size=20&format=csv", ""),
+    ("GET", "/api/sat/sent?size=20", ""),
+    ("POST", "/api/sat/alarms/acknowledge", '{"alarms": [{"key": "_sat.link", "number": 1}]}'),
+    ("POST", "/api/sat/alarms/shelve", '{"key": "_sat.link", "for_s": 5, "reason": "a"}'),
+    ("POST", "/api/sat/alarms/unshelve", '{"key": "_sat.link"}'),
+    ("POST", "/api/sat/commands", '{"command": "get_parameter", "values": {"index": 0}}'),
+    ("POST", "/api/sat/stack", _STACK),
+    ("POST", "/api/sat/stack", '{"name": "one"}'),
+    ("PUT", "/api/sat/stacks/one", _STACK),
+    ("GET", "/api/sat/stacks/one", ""),
+    ("DELETE", "/api/sat/stacks/one", ""),
+    *[("POST", f"/api/sat/stack/{act}", '{"stack": 1}') for act in ("run", "next", "abort")],
+]
 _WS = b"GET /api/live HTTP/1.1\r\nHost: HOST\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
 _WS += b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
 
-#: How long an answer to a whole message may take; others get none before their end [s].
-_ANSWER_S = 0.3
+#: How long an answer may take before the end of what was sent is said, and after it [s].
+_ANSWER_S, _END_S = 0.3, 20.0
+#: Requests of a connection, connections at a time, and the share of them that are websockets.
+_ON_ONE, _AT_ONCE, _WEBSOCKETS = 8, 64, 0.5
+#: Who sends: nobody who is known, who watches, who commands.
+_NOBODY, _WATCHER, _COMMANDER = "nobody", "watcher", "commander"
+_STATUS = re.compile(rb"HTTP/1\.1 (\d\d\d) ")
 
 
 class Fuzzer:
-    """Messages for the ground of a client; `knows`: whether a message has the token."""
+    """Messages for the ground of a client; `statuses`: how many were answered by which."""
 
     def __init__(self, client, seed):
         self.random, self._port = random.Random(seed), client.port
-        self._token = client.token.encode()
-        self._cookie = b"Cookie: torquer_%d=%s\r\n" % (client.port, self._token)
+        tokens = {_NOBODY: "", _WATCHER: client.watcher, _COMMANDER: client.token}
+        self._tokens = {who: token.encode() for who, token in tokens.items()}
         self._host = b"127.0.0.1:%d" % client.port
-        self.statuses = {}
+        self.statuses: Counter = Counter()
+        self.messages = 0
 
-    def http(self):
-        """A request, as bytes."""
+    def _cookie(self, who):
+        return b"Cookie: torquer_%d=%s\r\n" % (self._port, self._tokens[who])
+
+    def http(self, who, is_last=True):
+        """A request, as bytes; one that is last may be damaged, or not whole."""
         pick, chance = self.random.choice, self.random.random
-        place = pick(_PLACES)
+        method, place, text = pick(_GRANTED)
+        body = text.encode()
         if chance() < 0.6:
+            method, place = pick(_METHODS), pick(_PLACES)
+            body = pick(_BODIES) if chance() < 0.4 else b""
+        if chance() < 0.4:
             parts = [f"{pick(_KEYS)}={pick(_VALUES)}" for _ in range(self.random.randrange(1, 4))]
-            place += "?" + "&".join(parts)
-        if chance() < 0.02:
-            place += "a" * self.random.choice([300, 5000, 70_000])
-        body = pick(_BODIES) if chance() < 0.4 else b""
-        lines = [f"{pick(_METHODS)} {place} HTTP/1.1\r\n".encode(), b"Host: %s\r\n" % self._host]
-        if chance() < 0.7:
-            proofs = [b"Authorization: Bearer %s\r\n" % self._token, self._cookie]
-            lines.append(pick(proofs))
-        if chance() < 0.3:
+            place += ("&" if "?" in place else "?") + "&".join(parts)
+        if is_last and chance() < 0.05:
+            place += "a" * pick([300, 5000, 70_000])
+        lines = [f"{method} {place} HTTP/1.1\r\n".encode(), b"Host: %s\r\n" % self._host]
+        if self._tokens[who]:
+            lines.append(
+                pick([b"Authorization: Bearer %s\r\n" % self._tokens[who], self._cookie(who)])
+            )
+        if chance() < 0.15:
             origins = [self._host, b"evil.example", b"\xff\xfe", b"", b"null"]
             lines.append(b"Origin: http://%s\r\n" % pick(origins))
         if chance() < 0.1:
             lines.append(b'Cookie: a=\xff\xf0; torquer_%d="\\377\\400"\r\n' % self._port)
-        if chance() < 0.05:
+        if chance() < 0.1:
+            lines.append(b"Torquer-Operator: %s\r\n" % pick(_VALUES).encode())
+        if is_last and chance() < 0.1:
             lines.append(b"X: " + self.random.randbytes(40).replace(b"\n", b"") + b"\r\n")
         if body or chance() < 0.1:
-            size = len(body) if chance() < 0.9 else self.random.choice([0, 10**6, 10**30])
+            is_right = not is_last or chance() < 0.9
+            size = len(body) if is_right else self.random.choice([0, 10**6, 10**30])
             lines.append(b"Content-Length: %d\r\n" % size)
-        return self._mutated(b"".join(lines) + b"Connection: close\r\n\r\n" + body, 0.3)
+        if not is_last:
+            return b"".join(lines) + b"\r\n" + body
+        return self._mutated(b"".join(lines) + b"Connection: close\r\n\r\n" + body, 0.6)
 
-    def websocket(self):
+    def websocket(self, who):
         """A handshake, mostly a good one, and frames, mostly bad ones."""
         shake = _WS.replace(b"HOST", self._host)
-        if self.random.random() < 0.8:
-            shake += self._cookie + b"Origin: http://%s\r\n" % self._host
+        if self._tokens[who]:
+            shake += self._cookie(who) + b"Origin: http://%s\r\n" % self._host
         frames = b"".join(self._frame() for _ in range(self.random.randrange(4)))
         return self._mutated(shake + b"\r\n", 0.15) + frames
 
@@ -182,22 +186,65 @@ class Fuzzer:
                 del found[at:]
         return bytes(found)
 
-    def send(self, message):
-        """Send a message; it must get no answer that it may not have, and none of a failure."""
-        with socket.create_connection(("127.0.0.1", self._port), 20) as end:
-            answer = b""
-            end.settimeout(_ANSWER_S)
-            with contextlib.suppress(OSError):
-                end.sendall(message)
-                answer = end.recv(4096)
-            with contextlib.suppress(OSError):
-                end.shutdown(socket.SHUT_WR)  # what is not whole now never will be
-                answer = answer or end.recv(4096)
-        status = answer[9:12].decode("latin-1") if answer.startswith(b"HTTP/1.1 ") else ""
-        self.statuses[status] = self.statuses.get(status, 0) + 1
-        assert not status.startswith("5"), (status, message[:500], answer[:300])
-        if self._token not in message:
-            assert status[:1] in ("", "4"), (status, message[:500])
+    def send(self, number):
+        """Send about that many requests and handshakes.
+
+        None may get an answer that it may not have, and none one of a failure.
+        """
+        asyncio.run(self._send_all(self.messages + number))
+
+    async def _send_all(self, until):
+        async def go_on():
+            while self.messages < until:
+                who = self.random.choice([_NOBODY, _WATCHER, _COMMANDER, _COMMANDER])
+                if self.random.random() < _WEBSOCKETS:
+                    await self._ask(who, [self.websocket(who)])
+                else:
+                    number = self.random.randrange(1, 2 * _ON_ONE)
+                    await self._ask(
+                        who, [self.http(who, k == number) for k in range(1, number + 1)]
+                    )
+
+        async with asyncio.TaskGroup() as group:
+            for _ in range(min(_AT_ONCE, until - self.messages)):
+                group.create_task(go_on())
+
+    async def send_one(self, message, who=_COMMANDER):
+        """Send one message by a connection of its own."""
+        await self._ask(who, [message])
+
+    async def _ask(self, who, messages):
+        """Send messages by a connection, and judge their answers, which come in their order."""
+        self.messages += len(messages)
+        answer = await self._answer(b"".join(messages))
+        found = [int(status) for status in _STATUS.findall(answer)]
+        self.statuses.update(found or [0])
+        for status, message in zip(found, messages, strict=False):
+            self._judge(who, status, message)
+        assert len(found) <= len(messages) + 1, (messages[-1][:500], found)
+
+    def _judge(self, who, status, message):
+        what = who, status, message[:500]
+        assert status < 500, what
+        method = message.split(b" ")[0].strip()
+        may = who == _COMMANDER or (who == _WATCHER and method in (b"GET", b"HEAD"))
+        assert may or status >= 400, what
+
+    async def _answer(self, data):
+        reader, writer = await asyncio.open_connection("127.0.0.1", self._port)
+        answer = b""
+        with contextlib.suppress(OSError):
+            writer.write(data)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(_ANSWER_S):
+                    answer = await reader.read(65_536)
+            writer.write_eof()  # what is not whole now never will be
+            async with asyncio.timeout(_END_S):
+                answer += await reader.read()
+        writer.close()
+        with contextlib.suppress(OSError):
+            await writer.wait_closed()
+        return answer
 
     def link(self, number, wrap):
         """That many frames of telemetry, most of them damaged, as bytes that `wrap` protects."""

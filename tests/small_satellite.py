@@ -36,6 +36,7 @@ class SmallSatellite:
         self.receiver = CommandReceiver(own, keys.spacecraft)
         self._stream, self._made = Stream(self._dictionary, "up"), Downlink(self._dictionary)
         self._link, self.pace_s = open_link(address), pace_s
+        self._is_on_bus = address.startswith("can:")  # where nobody knows who listens
         self.address, self.sent, self.obeyed, self.is_mute = self._link.address, 0, [], False
         self.injected = None
         self._ended = threading.Event()
@@ -48,7 +49,11 @@ class SmallSatellite:
             for part in self.receiver.feed(self._link.receive()):
                 for frame in self._stream.feed(part):
                     self._obey(frame)
-            if self._link.peers and not self.is_mute and time.monotonic() >= due_s:
+            if (
+                (self._link.peers or self._is_on_bus)
+                and not self.is_mute
+                and time.monotonic() >= due_s
+            ):
                 due_s = time.monotonic() + self.pace_s
                 self.sent += 1
                 self._send("parameter", (7, float(self.sent)))
@@ -110,7 +115,7 @@ def command(client, key="sat"):
 
 def ground_process(folder, address, **keys):
     """A ground in a process of its own, once it serves, and its client."""
-    run = [sys.executable, "-m", "torquer", "ground", "--link", address, "--name", "sat"]
+    run = [sys.executable, "-m", "torquer", "ground", "--link", address, "--satellite", "sat"]
     run += ["--folder", str(folder), "--port", "0", "--no-browser"]
     process = subprocess.Popen(
         run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys

@@ -218,7 +218,7 @@ def test_a_stack_that_fails_is_held_and_aborted(call, folder, tmp_path):
 @flies
 def test_stacks_are_saved_on_the_ground(call, folder, tmp_path):
     example = "examples/software/commissioning.toml"
-    name = ("--name", "morning", "--folder", folder)
+    name = ("--satellite", "morning", "--folder", folder)
     assert call("stack", "save", example, *name)[0] == 0
     assert call("stack", "list", "--folder", folder)[1] == "morning\n"
     with open(example, encoding="utf-8") as file:
@@ -357,11 +357,17 @@ def test_the_server_tells_its_address_and_ends_cleanly(tmp_path, number):
         (("nothing.toml",), "ground: "),
         (("g.toml", "--scenario", "s.toml"), "--scenario: must not be given with FILE"),
         (("g.toml", "--software", "s.toml"), "--software: must not be given with FILE"),
-        (("g.toml", "--name", "chibis"), "--name: must not be given with FILE"),
+        (("g.toml", "--satellite", "chibis"), "--satellite: must not be given with FILE"),
         (("--link", "serial:1"), "error: satellite.link: must be tcp:HOST:PORT"),
-        (("--link", "tcp:h:99999", "--name", "a"), "error: a.link: port must be a whole number"),
+        (
+            ("--link", "tcp:h:99999", "--satellite", "a"),
+            "error: a.link: port must be a whole number",
+        ),
         (("--link", "tcp:127.0.0.1:9", "--port", 70000), "--port: must lie within 0..65535"),
-        (("--link", "tcp:127.0.0.1:9", "--name", "A B"), "--name: must be words of lower-case"),
+        (
+            ("--link", "tcp:127.0.0.1:9", "--satellite", "A B"),
+            "--satellite: must be words of lower-case",
+        ),
         (("--link", "tcp:127.0.0.1:9", "--scenario", "no.toml"), "scenario: "),
         (("--link", "tcp:127.0.0.1:9", "--software", "no.toml"), "software: "),
     ],
@@ -415,9 +421,9 @@ def recording(tmp_path):
 
 def test_a_recording_is_imported_and_exported(call, recording, tmp_path):
     folder = tmp_path / "archives"
-    code, out, _ = call("import", recording, "--folder", folder, "--name", "chibis")
+    code, out, _ = call("import", recording, "--folder", folder, "--satellite", "chibis")
     assert code == 0 and "frames 40, new 40, lost bytes 5" in out
-    code, out, _ = call("import", recording, "--folder", folder, "--name", "chibis", "--json")
+    code, out, _ = call("import", recording, "--folder", folder, "--satellite", "chibis", "--json")
     assert json.loads(out)["new"] == 0
     archive, out_folder = folder / "chibis.sqlite", tmp_path / "out"
     for format in ("netcdf", "parquet"):

@@ -151,6 +151,26 @@ def test_the_report_of_a_pass(call, ground, folder, tmp_path):
     assert "SGP4 with elements of 38051" in text
 
 
+def test_the_report_by_options_names_its_archive_as_other_commands_do(call, tle, folder, tmp_path):
+    page = tmp_path / "new" / "pass.html"
+    (folder / "other.sqlite").write_bytes((folder / "chibis.sqlite").read_bytes())
+    orbit = ("--elements", tle, "--station", "54.73,37.18", *FROM)
+    options = ("--satellite", "other", "--folder", folder, "--out", page)
+    code, out, _ = call("report", "2", *orbit, *options)
+    assert (code, out) == (0, f"{page}\n")
+    assert "other over 54.73,37.18" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("place", [".", "page.html/pass.html"])
+def test_a_page_that_cannot_be_written_is_no_folder(call, folder, tmp_path, monkeypatch, place):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "page.html").write_text("")
+    span = ("--from", "2012-02-28T10:00:00Z", "--to", "2012-02-28T10:01:40Z")
+    code, out, err = call("report", *span, "--folder", folder, "--out", place)
+    assert code == 2 and not out
+    assert f"--out: must be a file that can be written; received {place} (" in err
+
+
 def test_the_report_of_a_span(call, folder, tmp_path):
     page = tmp_path / "pass.html"
     span = ("--from", "2012-02-28T10:00:00Z", "--to", "2012-02-28T10:01:40Z")
@@ -168,7 +188,7 @@ def test_the_report_of_a_span(call, folder, tmp_path):
         (("--to", "2012-02-28T10:00:00Z"), "--from: must be given with --to"),
         ((*FROM, "--to", "2012-01-28T10:00:00Z"), "--to: must not be before --from"),
         ((*FROM, "--to", "soon"), "--to: must be a time with a zone"),
-        ((*FROM, "--to", "2012-02-29T00:00:00Z", "--name", "x"), "--name: must be one of"),
+        ((*FROM, "--to", "2012-02-29T00:00:00Z", "--satellite", "x"), "--satellite: must be one"),
         ((*FROM, "--to", "2012-02-29T00:00:00Z", "--folder", "none"), "--folder: must hold"),
         (("7", "--file", "ground.toml", "--satellite", "chibis", *FROM),
          "NUMBER: must be one of the 6 passes; received 7"),

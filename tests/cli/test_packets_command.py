@@ -122,8 +122,11 @@ def test_recording_of_another_satellite_needs_another_name(call, tmp_path):
     other = software(tmp_path, OTHER.replace("house", "home"), "space_packets")
     code, out, err = call(*asked, other)
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "with rows of house, which it lacks: give another satellite another --name" in err
-    assert call(*asked, other, "--name", "other")[0] == 0
+    assert (
+        "with rows of house, which it lacks: give another satellite another name by --satellite"
+        in err
+    )
+    assert call(*asked, other, "--satellite", "other")[0] == 0
 
 
 def test_numbers_before_2010_and_lowest_ones_are_kept(call, tmp_path):

@@ -11,7 +11,7 @@ from torquer.computer.names import Names
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.ground.archive import Archive, read_only
-from torquer.ground.command_history import Wanted, commands_csv, find_commands, iso
+from torquer.ground.command_history import Wanted, commands_csv, find_commands
 
 NOW = 1_800_000_000_000
 
@@ -80,16 +80,3 @@ def test_what_is_known_by_now_takes_the_place_of_what_is_stored(db):
     assert numbers(None) == [7, 3] and numbers(None, before=7) == [3]
     assert numbers(None, command="STATUS") == [3] and numbers(None, by="ada") == []
     assert numbers(None, start=newer[1]["made_ms"]) == [7] and numbers(None, end=0) == []
-
-
-@pytest.mark.parametrize(
-    ("time_ms", "text"),
-    [
-        (None, ""),
-        (0, "1970-01-01T00:00:00.000Z"),
-        (-1, "1969-12-31T23:59:59.999Z"),
-        (2**53, "9007199254740992"),
-    ],
-)
-def test_a_time_is_written_whatever_it_is(time_ms, text):
-    assert iso(time_ms) == text

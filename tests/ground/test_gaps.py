@@ -7,12 +7,13 @@ import pytest
 from made_archive import CHIBIS, archive_of, row
 from onboard_ground import flying
 
+from torquer.base.limits import RequestError
 from torquer.compile import engine
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.packets.software_file import load_link
 from torquer.ground import gaps as gaps_
 from torquer.ground.archive import EPOCH_MS, Archive, read_only
-from torquer.ground.gaps import SPAN_MS, can_fill, fill, find_gaps
+from torquer.ground.gaps import SPAN_MS, can_fill, fill, find_gaps, is_on_board
 from torquer.ground.recording import import_recording
 
 
@@ -89,8 +90,19 @@ def test_orders_name_whole_seconds_around_a_gap():
     sent = fill(EPOCH_MS + 1500, EPOCH_MS + 2500)
     assert (sent.command, sent.values) == ("replay", {"from_s": 1, "to_s": 3, "every": 1})
     assert fill(0, 2**60).values == {"from_s": 0, "to_s": 2**32 - 1, "every": 1}
+    assert fill(0, EPOCH_MS + 1).values == {"from_s": 0, "to_s": 1, "every": 1}
     assert can_fill(CHIBIS)
     assert not can_fill(CHIBIS.model_copy(update={"up": {}}))
+
+
+@pytest.mark.parametrize(
+    ("start_ms", "end_ms"),
+    [(-(2**53), 0), (0, 1000), (0, EPOCH_MS), (EPOCH_MS + 1000 * 2**32, 2**60)],
+)
+def test_a_gap_of_which_the_satellite_can_have_no_record_orders_none(start_ms, end_ms):
+    assert not is_on_board(start_ms, end_ms)
+    with pytest.raises(RequestError, match=r"^gap: must be within 2010-01-01T00:00:00Z to 2146-"):
+        fill(start_ms, end_ms)
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="a flight: minutes without JIT")

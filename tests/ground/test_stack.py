@@ -175,6 +175,8 @@ def test_all_that_is_wrong_is_told_before_the_first_goes_up(bench):
 def test_stacks_are_saved_listed_and_deleted(tmp_path):
     saved = SavedStacks(tmp_path / "stacks")
     assert saved.names() == []
+    with pytest.raises(ScenarioError, match=r"^name: must be that of a saved stack, and none is"):
+        saved.text("morning")
     saved.save("morning", "a = 1\r\n# é\n")
     saved.save("evening", "b = 1\n")
     saved.save("morning", "c = 1\n")
@@ -392,7 +394,7 @@ def test_what_is_not_possible_is_refused(bench, what):
 
 
 def test_one_stack_at_a_time(bench):
-    with pytest.raises(ScenarioError, match="stack: must be the one that is loaded, there is none"):
+    with pytest.raises(ScenarioError, match="stack: must be loaded before run; received none"):
         bench.stack.act("run", 1, None, "Ada")
     bench.load(steps(""))
     with pytest.raises(ScenarioError, match="must be over or aborted before another is loaded"):

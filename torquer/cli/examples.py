@@ -121,7 +121,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "ground import": (
         "torquer ground import runs/chibis_m_day-flight/downlink.bin",
-        "torquer ground import north.bin south.bin --name cubesat --software my_software.toml",
+        "torquer ground import north.bin south.bin --satellite cubesat --software my_software.toml",
     ),
     "ground passes": (
         "torquer ground passes examples/software/ground.toml --out runs/passes",

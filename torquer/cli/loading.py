@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FOLDER = Path("runs/ground")
 
 
-def archive_in(folder: Path, name: str | None, option: str = "--satellite") -> Path:
+def archive_in(folder: Path, name: str | None) -> Path:
     """The archive of a satellite in a folder, or the only one; ValueError where there is none."""
     known = sorted(path.stem for path in folder.glob("*.sqlite"))
     if not known:
@@ -26,7 +26,7 @@ def archive_in(folder: Path, name: str | None, option: str = "--satellite") -> P
     found = known[0] if name is None and len(known) == 1 else name
     if found not in known:
         raise ValueError(
-            f"{option}: must be one of {', '.join(known)}; received {name or 'nothing'}"
+            f"--satellite: must be one of {', '.join(known)}; received {name or 'nothing'}"
         )
     return folder / f"{found}.sqlite"
 

@@ -117,15 +117,15 @@ def describe_interrupt(out: Path, what: str, there: bool) -> str:
 
 
 @contextmanager
-def writing_to(out: Path, option: str = "--out"):
-    """Within the block, report a write error as an error of that folder."""
+def writing_to(out: Path, option: str = "--out", what: str = "folder"):
+    """Within the block, report a write error as an error of that folder, or what it is."""
     try:
         yield
     except BrokenPipeError:
         raise
     except OSError as error:
         raise ValueError(
-            f"{option}: must be a folder that can be written; received {out} "
+            f"{option}: must be a {what} that can be written; received {out} "
             f"({error.strerror or error})"
         ) from None
 

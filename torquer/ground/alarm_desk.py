@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sqlite3
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import closing
 from dataclasses import asdict, astuple
 from typing import Any
@@ -95,17 +95,25 @@ class AlarmDesk:
         self.alarms.tell(key, severity, text, time_ms, now())
         self._tell([])
 
-    def acknowledge(self, numbers: Mapping[str, int], by: str, comment: str) -> list[dict]:
-        """Acknowledge alarms by key and number: all or none; RequestError with one line."""
+    def acknowledge(
+        self, numbers: Mapping[str, int], by: str, comment: str, not_yet: Collection[str] = ()
+    ) -> list[dict]:
+        """Acknowledge alarms by key and number: all or none; RequestError with one line.
+
+        `not_yet`: keys of those that the operator has seen as not acknowledged. Where somebody was
+        quicker nothing is left to do: who only wants to acknowledge a latched one does not clear
+        it.
+        """
         at = now()
-        for key, number in numbers.items():
-            self.alarms.check(key, number)
-        found = [self.alarms.acknowledge(key, n, by, comment, at) for key, n in numbers.items()]
-        for alarm in found:
-            self._keep(("acknowledged", alarm.key), _ACKNOWLEDGE, by, at.ms, comment, alarm.key)
-        self._note("info", f"acknowledged by {by}: {_several(numbers)}{_because(comment)}")
-        self._tell([])
-        return [self._described(alarm.key) for alarm in found]
+        checked = [self.alarms.check(key, number) for key, number in numbers.items()]
+        mine = [each.key for each in checked if _is_for_somebody(each, each.key in not_yet)]
+        for key in mine:
+            self.alarms.acknowledge(key, numbers[key], by, comment, at)
+            self._keep(("acknowledged", key), _ACKNOWLEDGE, by, at.ms, comment, key)
+        if mine:
+            self._note("info", f"acknowledged by {by}: {_several(mine)}{_because(comment)}")
+            self._tell([])
+        return [self._described(key) for key in numbers]
 
     def shelve(self, key: str, for_s: float, by: str, reason: str) -> dict:
         """Shelve a point for a time; RequestError with one line."""
@@ -222,6 +230,12 @@ class AlarmDesk:
 
 def _stored(what: Alarm | Shelf | None) -> str | None:
     return None if what is None else json_text(asdict(what), None, INFINITIES)
+
+
+def _is_for_somebody(alarm: Alarm, is_to_be_acknowledged: bool) -> bool:
+    """Whether an alarm is left to be acknowledged, or cleared by who knows that it was."""
+    is_clearing = alarm.state == "latched" and not is_to_be_acknowledged
+    return alarm.acknowledged_ms is None or is_clearing
 
 
 def _several(keys: Iterable[str]) -> str:

@@ -6,7 +6,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Sequence
 from pathlib import Path
-from urllib.parse import parse_qs, quote, urlsplit
+from urllib.parse import parse_qs, quote, urlencode, urlsplit
 
 from torquer.base.limits import RequestError
 from torquer.ground.authors import OPERATOR, fault_of
@@ -89,6 +89,13 @@ class RunningGround:
                 return plan["entries"]
             time.sleep(_LOOK_S)
         raise RequestError("satellite", f"must list its plan; plan_list is {asked['state']}")
+
+    def history(self, satellite: str | None = None, **wanted) -> list[dict]:
+        """Commands with what became of them, newest first, also such as are not archived yet.
+
+        `wanted`: fields of `torquer.ground.command_history.Wanted`.
+        """
+        return self._get(f"/api/{self.satellite(satellite)}/command-history?{urlencode(wanted)}")
 
     def stack(self, satellite: str | None = None) -> dict:
         """The command stack of a satellite, None if there is none, and the names of saved ones."""

@@ -7,13 +7,13 @@ import io
 import json
 import sqlite3
 from collections.abc import Iterable
-from datetime import UTC, datetime
-from typing import Literal
 
 from pydantic import Field
 
+from torquer.base.dates import iso_ms
 from torquer.base.spec import Spec
 from torquer.ground.archive import quote_names
+from torquer.ground.command_states import State
 from torquer.ground.commands import COLUMNS, as_shown
 from torquer.ground.pieces import plain_cell
 
@@ -23,7 +23,6 @@ _FIELDS = ("id", "request", "command", "values", "state", "reason", "made_by")
 _LAST_MS = 2**53
 #: Most commands of one answer: more would keep a ground busy for seconds.
 MOST = 20_000
-State = Literal["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"]
 
 
 class Wanted(Spec):
@@ -90,20 +89,9 @@ def commands_csv(commands: Iterable[dict]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*_FIELDS, *TIMES])
     for each in commands:
-        cells = [each[name] for name in _FIELDS] + [iso(each[f"{name}_ms"]) for name in TIMES]
+        cells = [each[name] for name in _FIELDS] + [iso_ms(each[f"{name}_ms"]) for name in TIMES]
         writer.writerow([_cell(value) for value in cells])
     return text.getvalue()
-
-
-def iso(time_ms: int | None) -> str:
-    """A time as ISO 8601, to the millisecond; "" for none."""
-    if time_ms is None:
-        return ""
-    try:
-        at = datetime.fromtimestamp(time_ms // 1000, UTC)
-    except (ValueError, OverflowError, OSError):
-        return str(time_ms)
-    return f"{at.isoformat()[:19]}.{time_ms % 1000:03d}Z"
 
 
 def _cell(value) -> str | int:

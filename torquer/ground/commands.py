@@ -29,6 +29,15 @@ from torquer.flight.packets.dictionary import Dictionary
 from torquer.flight.packets.frames import LAST_REQUEST, Uplink, last_second
 from torquer.flight.packets.reasons import Reason, describe_code
 from torquer.ground.archive import EPOCH_MS, quote_names
+from torquer.ground.command_states import (
+    CANCELLED,
+    EXECUTED,
+    RECEIVED,
+    REFUSED,
+    SENT,
+    UNANSWERED,
+    WAITING,
+)
 from torquer.scenario.explain import ScenarioError
 
 #: Time after which an answer is no longer waited for [ms]; of a delayed command, after its
@@ -40,8 +49,6 @@ LATEST_MS = 3_600_000
 MOST_OPEN = 1000
 #: The command that takes another out of the satellite's plan.
 CANCEL = "plan_cancel"
-WAITING, SENT, RECEIVED = "waiting", "sent", "received"
-EXECUTED, REFUSED, UNANSWERED, CANCELLED = "executed", "refused", "unanswered", "cancelled"
 #: Columns of a command, as `as_shown` takes them.
 COLUMNS = (
     *("id", "made_ms", "made_by", "command", "values", "execute_s", "state"),

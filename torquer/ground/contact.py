@@ -17,7 +17,8 @@ from torquer.flight.packets.keys import KEY_COMMAND
 from torquer.flight.packets.station import Station
 from torquer.ground.alarm_desk import AlarmDesk
 from torquer.ground.archive import RECORDED, SUSPECT, Row
-from torquer.ground.commands import ANSWER_MS, EXECUTED, Commands
+from torquer.ground.command_states import EXECUTED
+from torquer.ground.commands import ANSWER_MS, Commands
 from torquer.ground.file import Satellite
 from torquer.ground.ground_clock import now_ms
 from torquer.ground.history import ground_entry, has_events, satellite_entry

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.dates import iso_ms, iso_s
+from torquer.base.limits import RequestError
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import Dictionary
 from torquer.ground.archive import EPOCH_MS, RECORDED, ArchiveError
@@ -24,6 +26,8 @@ REPLAY, _FIELDS, STORED = "replay", ("from_s", "to_s", "every"), "stored"
 MAIN = "extended"
 #: Rows are missing where the next one comes later than so many usual times between two.
 _GAP = 1.5
+#: Last second that a satellite counts from its epoch.
+_LAST_S = 2**32 - 1
 #: Share of steps that must be close to the usual one, and how close, in a packet with a period.
 _REGULAR, _CLOSE = 0.5, 0.2
 #: Fewest rows of which a period is told, and rows that are looked at at a time.
@@ -119,9 +123,21 @@ def can_fill(dictionary: Dictionary) -> bool:
     return command is not None and set(_FIELDS) <= set(command.names) and STORED in dictionary.down
 
 
+def is_on_board(start_ms: int, end_ms: int) -> bool:
+    """Whether the satellite's count of seconds has an interval of on-board time, or some of it."""
+    return end_ms > EPOCH_MS and start_ms < EPOCH_MS + 1000 * _LAST_S
+
+
 def fill(start_ms: int, end_ms: int) -> Sent:
-    """The order to send what is stored of an interval of on-board time."""
+    """The order to send what is stored of an interval of on-board time.
+
+    RequestError for one in which the satellite counts no seconds, so that none is of it.
+    """
+    if not is_on_board(start_ms, end_ms):
+        text = f"{iso_ms(start_ms)} to {iso_ms(end_ms)}"
+        first, last = iso_s(EPOCH_MS), iso_s(EPOCH_MS + 1000 * _LAST_S)
+        raise RequestError("gap", f"must be within {first} to {last}; received {text}")
     seconds = (start_ms - EPOCH_MS) // 1000, -((EPOCH_MS - end_ms) // 1000)
-    from_s, to_s = (min(max(each, 0), 2**32 - 1) for each in seconds)
+    from_s, to_s = (min(max(each, 0), _LAST_S) for each in seconds)
     values = {"from_s": from_s, "to_s": to_s, "every": 1}
     return Sent(at_s=0.0, command=REPLAY, values=values)

@@ -157,9 +157,13 @@ class Stack:
         record, following = self._record, self._record.following or 0
         if action not in ACTIONS:
             raise ScenarioError(f"action: must be one of {', '.join(ACTIONS)}; received {action!r}")
-        if record.head is None or number != record.head.id:
-            now = "there is none" if record.head is None else f"that is {record.head.id}"
-            raise ScenarioError(f"stack: must be the one that is loaded, {now}; received {number}")
+        if record.head is None:
+            raise ScenarioError(f"stack: must be loaded before {action}; received none")
+        if number != record.head.id:
+            raise ScenarioError(
+                f"stack: must be the one that is loaded, that is {record.head.id}; received "
+                f"{number}"
+            )
         if not record.is_open:
             raise ScenarioError(f"stack: must be loaded; received one that is {record.state}")
         if ACTIONS[action] and (place != following or not following):

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from threading import Lock
 from typing import Literal, Self
 
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
@@ -129,7 +130,7 @@ class SavedStacks:
     """Stacks of a satellite that are kept in a folder, a TOML file each, by their names."""
 
     def __init__(self, folder: Path):
-        self._folder = folder
+        self._folder, self._saving = folder, Lock()
 
     def names(self) -> list[str]:
         """The names of all, sorted."""
@@ -148,15 +149,16 @@ class SavedStacks:
     def save(self, name: str, text: str) -> None:
         """Keep a text under a name, in place of one that has it."""
         path = self._path(name)
-        if len(self.names()) >= MOST_SAVED and not path.exists():
-            raise ScenarioError(f"name: must be one of those that are saved: {MOST_SAVED} are")
-        part = path.with_suffix(".part")
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            part.write_text(text, encoding="utf-8")
-            os.replace(part, path)
-        except (OSError, ValueError) as error:
-            raise ScenarioError(f"name: must be a stack that can be written; {error}") from None
+        with self._saving:  # of two at once neither writes into the file of the other
+            if len(self.names()) >= MOST_SAVED and not path.exists():
+                raise ScenarioError(f"name: must be one of those that are saved: {MOST_SAVED} are")
+            part = path.with_suffix(".part")
+            try:
+                self._folder.mkdir(parents=True, exist_ok=True)
+                part.write_text(text, encoding="utf-8")
+                os.replace(part, path)
+            except (OSError, ValueError) as error:
+                raise ScenarioError(f"name: must be a stack that can be written; {error}") from None
 
     def delete(self, name: str) -> None:
         """Forget one; `ScenarioError` for a name that none has."""
@@ -171,8 +173,9 @@ class SavedStacks:
         return self._folder / f"{checked_name(name)}.toml"
 
     def _unknown(self, name: str) -> ScenarioError:
-        known = ", ".join(self.names()) or "nothing is saved"
-        return ScenarioError(f"name: must be one of {known}; received {name}")
+        known = self.names()
+        must = f"one of {', '.join(known)}" if known else "that of a saved stack, and none is saved"
+        return ScenarioError(f"name: must be {must}; received {name}")
 
 
 def checked_name(name) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import UTC, datetime
 
+from torquer.base.dates import table_utc
 from torquer.ground.ground_clock import machine_ahead_ms
 from torquer.ground.kept_counters import KeptCounters
 from torquer.ground.spool import Spool
@@ -26,9 +26,8 @@ class StorageReport:
         yield from self._spool.notes()
         since_ms = self._spool.since_ms
         if self._has_become_wrong("archive", since_ms is not None):
-            at = datetime.fromtimestamp((since_ms or 0) * 1e-3, UTC)
             reason = self._spool.reason or "it is slow"
-            yield "alarm", f"not archived since {at:%Y-%m-%d %H:%M:%S} UTC: {reason}"
+            yield "alarm", f"not archived since {table_utc(since_ms or 0)} UTC: {reason}"
         if (made_up := self._spool.made_up()) is not None:
             late, lost = made_up
             text = f"archived again: {late} rows archived late, {lost} lost"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Mapping
 from contextlib import closing
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from torquer.base.dates import table_utc
 from torquer.ground.archive import ArchiveError, dictionary_in, read_only
 from torquer.ground.elements import KnownOrbit
 from torquer.ground.pass_report import MOST_GAPS, PassReport, report_pass
@@ -61,7 +61,7 @@ def report_page(archive: Path, heading: Heading, start_ms: int, end_ms: int) -> 
 def pass_page(heading: Heading, found: PassReport) -> str:
     """A whole page of HTML; all texts from archive and dictionary are escaped."""
     over = f" over {heading.station}" if heading.station else ""
-    title = f"{heading.satellite}{over}, {_day(found.start_ms)} UTC"
+    title = f"{heading.satellite}{over}, {table_utc(found.start_ms)} UTC"
     return page(
         "pass.html",
         title,
@@ -83,15 +83,15 @@ def _facts(heading: Heading, found: PassReport) -> list[tuple[str, str]]:
     length_s = 1e-3 * (found.end_ms - found.start_ms)
     suspect = sum(each.suspect for each in found.received)
     facts = [
-        ("AOS", f"{_day(found.start_ms)} UTC"),
-        ("LOS", f"{_day(found.end_ms)} UTC"),
+        ("AOS", f"{table_utc(found.start_ms)} UTC"),
+        ("LOS", f"{table_utc(found.end_ms)} UTC"),
         ("Duration", f"{int(length_s // 60)} min {length_s % 60:.0f} s"),
         *_sky_facts(heading.sky),
         ("Packets received", str(found.rows)),
         ("Packets missing in gaps", str(found.missing)),
         ("Packets directly after lost bytes", str(suspect)),
         ("Commands sent", str(len(found.commands))),
-        ("By the ground's clock", f"{_day(found.ground_ms[0])} to {_day(found.ground_ms[1])} UTC"),
+        ("By the ground's clock", f"{' to '.join(map(table_utc, found.ground_ms))} UTC"),
     ]
     return facts + ([("Prediction", heading.orbit)] if heading.orbit else [])
 
@@ -130,9 +130,5 @@ def _command_row(each: dict) -> tuple[str, ...]:
     return str(each["id"]), sent, each["made_by"], words, each["state"], each["reason"]
 
 
-def _day(time_ms: int) -> str:
-    return f"{datetime.fromtimestamp(time_ms / 1e3, UTC):%Y-%m-%d %H:%M:%S}"
-
-
 def _clock(time_ms: int) -> str:
-    return _day(time_ms)[11:]
+    return table_utc(time_ms)[11:]

@@ -155,6 +155,41 @@ def test_lost_doubled_reordered_frames_deliver_data_once_in_order(seed):
     assert receiver.feed(sender.wrap(b"after") + sender.flush()) == [b"after"]
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_frames_that_may_be_late_are_accepted_once(seed):
+    """Of datagrams that overtake each other and come twice, each frame of whole packets counts."""
+    rng, datas = random.Random(seed), [bytes([n]) * 100 for n in range(200)]
+    sender, receiver = link()
+    receiver = TelemetryReceiver({SPI: KEY}, SPACECRAFT, late=8)
+    frames = sent_by(sender, datas, at_once=1)
+    first, *rest = frames
+    places = [(k + rng.uniform(0.0, 4.0), frame) for k, frame in enumerate(rest)]
+    again = [(place + 1.0, frame) for place, frame in places if rng.random() < 0.3]
+    line = [frame for _, frame in sorted(places + again, key=lambda each: each[0])]
+    lost = []
+    arrived = receiver.feed(first)
+    for frame in line:
+        arrived += receiver.feed(frame)
+        lost.append(receiver.lost_frames)
+    assert sorted(arrived) == datas and arrived != datas
+    assert min(lost) == 0 < max(lost) and receiver.lost_frames == 0
+    assert receiver.rejected == {"repeated": len(again)}
+
+
+def test_a_counter_that_begins_again_is_no_late_frame():
+    sender, _ = link()
+    receiver = TelemetryReceiver({SPI: KEY}, SPACECRAFT, late=8)
+    for frame in sent_by(sender, [bytes([n]) * 100 for n in range(5)], at_once=1):
+        receiver.feed(frame)
+    again, _ = link()
+    frames = sent_by(again, [bytes([n]) * 100 for n in range(50, 60)], at_once=1)
+    assert receiver.feed(frames[0]) == [] and receiver.rejected == {"replayed": 1}
+    receiver.counters[SPI] = 0
+    assert receiver.feed(b"".join(frames)) == [bytes([n]) * 100 for n in range(50, 60)]
+    assert receiver.lost_frames == 0
+    assert receiver.feed(frames[-2]) == [] and receiver.rejected["repeated"] == 1
+
+
 def test_lost_frames_are_counted_and_what_is_whole_is_kept():
     sender, receiver = link(64)  # with room for 34 bytes
     frames = sent_by(sender, [bytes([n]) * 30 for n in range(12)], at_once=100)

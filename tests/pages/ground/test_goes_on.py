@@ -14,6 +14,7 @@ import pytest
 from ground_flight import serving, table, until
 from small_satellite import command, ground_process, received, small_satellite
 
+from torquer.cli.commands.ground_orders import HistoryOptions, history as commands_history
 from torquer.ground import contact as contacts, ground_clock, spool
 
 
@@ -97,7 +98,7 @@ def limit_pages(monkeypatch, most):
     monkeypatch.setattr(spool.Archive, "store", store)
 
 
-def test_a_full_disk_that_is_freed(tmp_path, monkeypatch):
+def test_a_full_disk_that_is_freed(tmp_path, monkeypatch, capsys):
     most = [1]  # no page more than there are
     with small_satellite(pace_s=0.005) as satellite:
         limit_pages(monkeypatch, most)
@@ -109,6 +110,10 @@ def test_a_full_disk_that_is_freed(tmp_path, monkeypatch):
             assert len(live_numbers(socket_, 100)) >= 100
             entries = client.get("sat/log")
             assert [each["severity"] for each in entries if each["text"] == text] == ["alarm"]
+            capsys.readouterr()
+            assert commands_history(how=HistoryOptions(folder=tmp_path, json=True)) == 0
+            listed = json.loads(capsys.readouterr().out)
+            assert [each["state"] for each in listed] == 20 * ["executed"]
             most[0] = 10**6
             (text,) = has_said(client, "archived again")
             assert text.endswith(" 0 lost")

@@ -102,7 +102,7 @@ def test_gaps_are_listed_and_their_record_is_ordered(client):
         ("sat/past?time=now", 400, "time: must be a whole number"),
         ("sat/past?time=" + "9" * 400, 400, "time: "),
         ("sat/past?time=0&by=x", 400, "by: "),
-        ("sat/gaps?packet=sqlite_master", 400, "packet: must be one of the dictionary"),
+        ("sat/gaps?packet=a", 400, "packet: must be one of the dictionary; received 'a'"),
         ("sat/gaps?start=x", 400, "start: "),
     ],
 )
@@ -114,7 +114,11 @@ def test_wrong_questions_get_one_line(client, path, status, text):
 
 
 @pytest.mark.parametrize(
-    "body", [b"", b"[]", b"{", b'{"start": 1}', b'{"start": 5, "end": 4}', b"x" * 5000]
+    "body",
+    [
+        *(b"", b"[]", b"{", b'{"start": 1}', b'{"start": 5, "end": 4}', b"x" * 5000),
+        b'{"start": 0, "end": 1000}',  # the satellite counts seconds from 2010 on
+    ],
 )
 def test_wrong_orders_get_one_line(client, body):
     status, answer, _ = client.raw("/api/sat/gaps", body)
@@ -140,8 +144,13 @@ def test_an_archive_that_is_gone_gets_one_line(client):
     there, away = client.folder / "sat.sqlite", client.folder / "away"
     shutil.move(there, away)
     try:
-        for path in ("export/extended", "past?time=0", "gaps"):
+        for path in (
+            *("export/extended", "past?time=0", "gaps", "violations", "log/search", "log.csv"),
+            *("plan", "history/extended", "history/extended/omega_x"),
+        ):
             status, body, _ = client.raw(f"/api/sat/{path}")
-            assert status == 400 and "archive: must be" in json.loads(body)["error"]
+            error = json.loads(body)["error"]
+            assert status == 503 and "archive: cannot be read now: must be an archive" in error
+            assert error.count("archive:") == 1 and "\n" not in error
     finally:
         shutil.move(away, there)

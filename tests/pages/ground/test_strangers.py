@@ -1,12 +1,12 @@
 """What browsers and links send, whatever it is: one line, and no other effect."""
 
+import asyncio
 import json
 import os
 import socket
 import sys
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from ground_flight import serving, table, until
@@ -14,8 +14,6 @@ from ground_fuzz import Fuzzer
 from small_satellite import command, ground_process, received, small_satellite
 
 pytest.importorskip("uvicorn")
-#: Messages of a kind that are made at a time.
-_AT_ONCE = 50
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +103,17 @@ def test_odd_bodies_get_one_line(client, capfd, body, message):
     assert "Traceback" not in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("place", ["commands", "stack", "gaps", "alarms/acknowledge"])
+def test_who_goes_before_the_end_of_a_question_is_no_failure(client, capfd, place):
+    head = f"POST /api/sat/{place} HTTP/1.1\r\nHost: 127.0.0.1:{client.port}\r\n"
+    head += f"Authorization: Bearer {client.token}\r\nContent-Length: 100\r\n\r\n{{"
+    with socket.create_connection(("127.0.0.1", client.port), 20) as end:
+        end.sendall(head.encode())
+        time.sleep(0.2)
+    time.sleep(0.5)
+    assert client.raw("/")[0] == 200 and capfd.readouterr().err == ""
+
+
 @pytest.mark.parametrize(
     "message", [b"\xff" * 9, "text", b"", b"\x00" * 70_000, b"a" * 10**6], ids=range(5)
 )
@@ -121,8 +130,8 @@ def test_what_a_browser_says_by_the_websocket_is_not_heard(client, capfd, messag
 def test_odd_frames_end_the_websocket_with_a_line(client, capfd, frame):
     fuzzer = Fuzzer(client, 1)
     for _ in range(20):
-        shake = fuzzer.websocket().partition(b"\r\n\r\n")[0] + b"\r\n\r\n"
-        fuzzer.send(shake + frame)
+        shake = fuzzer.websocket("commander").partition(b"\r\n\r\n")[0] + b"\r\n\r\n"
+        asyncio.run(fuzzer.send_one(shake + frame))
     assert "Traceback" not in capfd.readouterr().err
 
 
@@ -142,33 +151,33 @@ def fuzz(client, satellite, capfd, number, seed=20261127):
     """Send that many messages of each kind; the ground must go on as if nothing had been."""
     fuzzer = Fuzzer(client, seed)
     obeyed = len(satellite.obeyed)
-    with ThreadPoolExecutor(24) as pool:
-        for _ in range(0, number, _AT_ONCE):
-            messages = [make() for _ in range(_AT_ONCE) for make in (fuzzer.http, fuzzer.websocket)]
-            list(pool.map(fuzzer.send, messages))
+    begun_s = time.monotonic()
+    fuzzer.send(number)
     satellite.injected = fuzzer.link(number, satellite.wrap)
     until(lambda: satellite.injected is None)
     errors = capfd.readouterr().err
-    assert "Traceback" not in errors and errors.count("\n") < 100, errors[:3000]
+    most = 100 + (time.monotonic() - begun_s)  # a cause that is seldom is said each time
+    assert "Traceback" not in errors and errors.count("\n") < most, errors[:3000]
     assert command(client) == "executed"
     assert not any("service failed" in text for text in client.texts("sat"))
-    assert set(satellite.obeyed[obeyed:]) <= {"get_parameter"}, "by who had the token"
+    assert set(satellite.obeyed[obeyed:]) <= {"get_parameter", "replay"}, "by who had the token"
     place = "sat/history/parameter/value?by=received&latest=1&size=500"
     coming = satellite.sent + 1
     until(lambda: coming in [value for _, _, value, _ in client.get(place)])
-    return fuzzer.statuses
+    return fuzzer
 
 
 def test_mutated_messages_change_nothing(client, satellite, capfd):
-    statuses = fuzz(client, satellite, capfd, 150)
-    assert {"200", "400", "403", "404", "405"} <= set(statuses)
+    statuses = fuzz(client, satellite, capfd, 1500).statuses
+    assert {101, 200, 400, 403, 404, 405} <= set(statuses)
 
 
 @pytest.mark.slow
 def test_thousands_of_mutated_messages_change_nothing(client, satellite, capfd):
-    number = int(os.environ.get("TORQUER_FUZZ", "3000"))
-    statuses = fuzz(client, satellite, capfd, number, seed=1)
-    print(number, statuses)
+    number, seed = (
+        int(os.environ.get(f"TORQUER_FUZZ{x}", y)) for x, y in (("", 10_000), ("_SEED", 1))
+    )
+    fuzz(client, satellite, capfd, number, seed)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits of descriptors")

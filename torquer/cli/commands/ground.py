@@ -1,12 +1,12 @@
 """`torquer ground`: telemetry in the browser, commands, archives."""
 
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import App
 
+from torquer.base.dates import iso_s
 from torquer.base.folder_lock import claim
 from torquer.base.limits import at_least, within
 from torquer.base.strict_json import json_text
@@ -45,7 +45,7 @@ class GroundOptions:
     """Its scenario: names for commands and sensors, mode table, orbit [none: numbers only]."""
     software: Path | None = None
     """Its software file: packets, kind of frames, keys [that of Chibis-M]."""
-    name: str = NAME
+    satellite: str = NAME
     """Its short name, also of its archive."""
     folder: Path = FOLDER
     """Folder of the archives."""
@@ -127,7 +127,7 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
         for name, is_given in (
             ("scenario", how.scenario is not None),
             ("software", how.software is not None),
-            ("name", how.name != NAME),
+            ("satellite", how.satellite != NAME),
         ):
             if is_given:
                 raise ValueError(f"--{name}: must not be given with FILE, which has its own")
@@ -135,7 +135,7 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
         tables, stations = file.satellites, file.stations
     else:
         table = {"link": how.link, "software": how.software, "scenario": how.scenario}
-        tables, stations = {_short_name(how.name): SatelliteTable.model_validate(table)}, {}
+        tables, stations = {_short_name(how.satellite): SatelliteTable.model_validate(table)}, {}
     for each in tables.values():
         if each.scenario is not None:
             load_checked(each.scenario, code)
@@ -151,7 +151,7 @@ def _short_name(name: str) -> str:
         return TypeAdapter(Name).validate_python(name)
     except ValidationError:
         raise ValueError(
-            "--name: must be words of lower-case letters and digits, with '_' between them; "
+            "--satellite: must be words of lower-case letters and digits, with '_' between them; "
             f"received {name!r}"
         ) from None
 
@@ -228,11 +228,11 @@ def plan(*, how: PlanOptions = PlanOptions()) -> int:
         print(json_text(found))
         return 0
     for each in found:
-        at = datetime.fromtimestamp(each["execute_ms"] * 1e-3, UTC)
+        at = iso_s(each["execute_ms"])
         what = f"{each['command'] or 'of another dictionary'}, request {each['request']}"
         if each["id"] is not None:
             what = f"{each['id']} {in_words(each)}"
-        print(harmless(f"{at:%Y-%m-%dT%H:%M:%SZ}  {what}: {each['mark']}"))
+        print(harmless(f"{at}  {what}: {each['mark']}"))
     if not found:
         print_note("no command waits on board")
     return 0
@@ -304,8 +304,8 @@ class ImportOptions:
     """Software file of the satellite: packets, kind of frames, keys [that of Chibis-M]."""
     scenario: Path | None = None
     """Its scenario: names of its sensors in packets [none]."""
-    name: str = NAME
-    """Its short name."""
+    satellite: str = NAME
+    """Its short name, also of its archive."""
     folder: Path = FOLDER
     """Folder of the archives."""
     json: Json = False
@@ -326,7 +326,7 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     from torquer.ground.archive import Archive, OtherPacketsError
     from torquer.ground.recording import import_recording
 
-    name = _short_name(how.name)
+    name = _short_name(how.satellite)
     link = load_link(how.software).for_satellite(load_given(how.scenario))
     recordings = [recording, *further]
     for each in recordings:
@@ -338,7 +338,7 @@ def import_(recording: Path, *further: Path, how: ImportOptions = ImportOptions(
     try:
         archive = Archive(path, link.dictionary)
     except OtherPacketsError as error:
-        raise ValueError(f"{error}: give another satellite another --name") from None
+        raise ValueError(f"{error}: give another satellite another name by --satellite") from None
     try:
         with _progress(recording.name) as progress:
             found = import_recording(link, recordings, archive, progress)

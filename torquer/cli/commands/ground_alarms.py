@@ -1,9 +1,9 @@
 """`torquer ground alarms`: the alarms in an archive, and the out-of-limits log."""
 
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
+from torquer.base.dates import iso_s
 from torquer.base.limits import within
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.cli.loading import FOLDER, archive_in, span_ms
@@ -72,24 +72,24 @@ def _alarm_in_words(alarm: dict) -> str:
     """An alarm, or a shelf alone, as `read_alarms` has it."""
     shelf = alarm.get("shelf")
     shelved = "" if shelf is None else (
-        f"; shelved until {_iso(shelf['until_ms'])} by {shelf['by']}: {shelf['reason']}"
+        f"; shelved until {iso_s(shelf['until_ms'])} by {shelf['by']}: {shelf['reason']}"
     )  # fmt: skip
     if "state" not in alarm:
         return f"{'':8}{alarm['key']}{shelved}"
     state = f"{_STATES[alarm['state']]}{_by(alarm)}"
     return (
         f"{alarm['severity']:8}{alarm['key']} {_limit(alarm)}, now {_value(alarm['value'])}, since "
-        f"{_iso(alarm['since_ms'])}, {alarm['count']} x, {state}{shelved}"
+        f"{iso_s(alarm['since_ms'])}, {alarm['count']} x, {state}{shelved}"
     )
 
 
 def _violation_in_words(one: dict) -> str:
     """A violation as `read_alarms` has it."""
     seen = "" if one["acknowledged_ms"] is None else f", acknowledged{_by(one)}"
-    end = _iso(one["end_ms"]) if one["is_over"] else "now"
+    end = iso_s(one["end_ms"]) if one["is_over"] else "now"
     return (
         f"{one['severity']:8}{one['key']} {_limit(one)}, {_value(one['extreme'])} at most, "
-        f"{_iso(one['start_ms'])} to {end}, {one['count']} x{seen}"
+        f"{iso_s(one['start_ms'])} to {end}, {one['count']} x{seen}"
     )
 
 
@@ -105,11 +105,4 @@ def _by(one: dict) -> str:
     if one["acknowledged_ms"] is None:
         return ""
     comment = f": {one['comment']}" if one["comment"] else ""
-    return f" by {one['acknowledged_by']} {_iso(one['acknowledged_ms'])}{comment}"
-
-
-def _iso(time_ms: int) -> str:
-    try:
-        return f"{datetime.fromtimestamp(time_ms * 1e-3, UTC):%Y-%m-%dT%H:%M:%SZ}"
-    except (ValueError, OverflowError, OSError):
-        return f"{time_ms} ms since 1970"
+    return f" by {one['acknowledged_by']} {iso_s(one['acknowledged_ms'])}{comment}"

@@ -1,9 +1,9 @@
 """`torquer ground at` and `torquer ground gaps`: what an archive knew, and what it lacks."""
 
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
+from torquer.base.dates import iso_ms
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.cli.loading import FOLDER, archive_in, date_ms, load_given, span_ms
 from torquer.cli.options import Json, options
@@ -59,7 +59,7 @@ def at(time: str, /, *, how: AtOptions = AtOptions()) -> int:
         print(json_text(found, 2, INFINITIES))
     else:
         clock = "on-board time" if how.by == "time" else "time of reception"
-        print(f"{path.stem} at {_date(at_ms)}, {clock}")
+        print(f"{path.stem} at {iso_ms(at_ms)}, {clock}")
         for name, text in state.items():
             print(harmless(f"{name}: {text}"))
         for each in known:
@@ -73,12 +73,12 @@ def _show_packet(known: dict, packet) -> None:
     from torquer.ground.past import in_words
 
     received = known["received_ms"]
-    came = "from a recording" if received is None else f"received {_date(received)}"
+    came = "from a recording" if received is None else f"received {iso_ms(received)}"
     stale = ", STALE" if known["stale"] else ""
     age = f"{known['age_ms'] / 1e3:.1f} s old{stale}"
     quality = _QUALITIES[known["quality"]]
     print(
-        harmless(f"\n{packet.name}: {_date(known['time_ms'])} on board, {came}, {quality}, {age}")
+        harmless(f"\n{packet.name}: {iso_ms(known['time_ms'])} on board, {came}, {quality}, {age}")
     )
     for name, field, _ in packet.numbers():
         unit = f" {field.unit}" if field.unit else ""
@@ -133,7 +133,7 @@ def gaps(*, how: GapsOptions = GapsOptions()) -> int:
     else:
         for gap in found:
             print(
-                f"{gap.packet}: {_date(gap.start_ms)} to {_date(gap.end_ms)}: {gap.missing} rows "
+                f"{gap.packet}: {iso_ms(gap.start_ms)} to {iso_ms(gap.end_ms)}: {gap.missing} rows "
                 f"of one each {gap.every_ms / 1e3:g} s are missing; {gap.stored} stored ones came"
             )
         for each in sent:
@@ -147,18 +147,10 @@ def gaps(*, how: GapsOptions = GapsOptions()) -> int:
 def _fill(satellite: str, folder: Path, found: list) -> list[dict]:
     """Order what is stored of gaps, one after the other: the satellite sends one at a time."""
     from torquer.ground.client import RunningGround
-    from torquer.ground.gaps import MAIN, fill
+    from torquer.ground.gaps import MAIN, fill, is_on_board
 
     ground = RunningGround(folder)
-    wanted = [gap for gap in found if gap.packet == MAIN and not gap.stored][-_MOST_ORDERS:]
-    orders = [fill(gap.start_ms, gap.end_ms).model_dump(exclude_none=True) for gap in wanted]
+    wanted = [gap for gap in found if gap.packet == MAIN and not gap.stored]
+    spans = [(gap.start_ms, gap.end_ms) for gap in wanted if is_on_board(gap.start_ms, gap.end_ms)]
+    orders = [fill(*span).model_dump(exclude_none=True) for span in spans[-_MOST_ORDERS:]]
     return [each for order in orders for each in ground.send([order], satellite)]
-
-
-def _date(time_ms: int) -> str:
-    """A time in ISO 8601, UTC; what is none as its number."""
-    try:
-        at = datetime.fromtimestamp(time_ms / 1e3, UTC)
-    except (ValueError, OverflowError, OSError):
-        return f"{time_ms} ms"
-    return f"{at:%Y-%m-%dT%H:%M:%S}.{time_ms % 1000:03d}Z"

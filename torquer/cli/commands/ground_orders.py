@@ -6,12 +6,14 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from torquer.base.dates import iso_ms
 from torquer.base.limits import within
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import FOLDER, archive_in, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
+from torquer.ground.command_states import State
 
 #: A name that is stated with commands.
 As = Annotated[str | None, Parameter(name="--as")]
@@ -21,7 +23,6 @@ _SAVED = ("text", "save", "delete")
 Action = Literal[
     "show", "load", "next", "run", "hold", "skip", "abort", "list", "text", "save", "delete"
 ]
-State = Literal["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"]
 #: Time between two looks at a stack that runs [s].
 _LOOK_S = 0.3
 
@@ -163,12 +164,10 @@ class HistoryOptions:
 def history(*, how: HistoryOptions = HistoryOptions()) -> int:
     """List commands with who made them, when, and what became of each, oldest first.
 
-    They are read from the archive, whether the ground runs or not.
+    They are asked of the ground that runs in --folder, which also knows those that a full disk does
+    not take; without one they are read from the archive.
     """
-    from contextlib import closing
-
-    from torquer.ground.archive import read_only
-    from torquer.ground.command_history import Wanted, commands_csv, find_commands, iso
+    from torquer.ground.command_history import Wanted, commands_csv
 
     if how.csv and how.json:
         raise ValueError("--csv: must not be given with --json; received both")
@@ -180,8 +179,7 @@ def history(*, how: HistoryOptions = HistoryOptions()) -> int:
         size=how.size or 1,
         **{key: value for key, value in span.items() if value is not None},
     )
-    with closing(read_only(archive_in(how.folder, how.satellite))) as db:
-        found = find_commands(db, wanted)[::-1]
+    found = _find(archive_in(how.folder, how.satellite), wanted)[::-1]
     if how.json:
         print(json_text(found))
     elif how.csv:
@@ -189,8 +187,24 @@ def history(*, how: HistoryOptions = HistoryOptions()) -> int:
     else:
         for each in found:
             reason = f" ({each['reason']})" if each["reason"] else ""
-            when = f"{each['id']} {iso(each['made_ms'])}"
+            when = f"{each['id']} {iso_ms(each['made_ms'])}"
             print(harmless(f"{when} {in_words(each)}: {each['state']}{reason}, {each['made_by']}"))
         if not found:
             print_note("there are no such commands")
     return 0
+
+
+def _find(archive: Path, wanted) -> list[dict]:
+    """Commands by the ground that writes an archive, else by the archive, newest first."""
+    from contextlib import closing
+
+    from torquer.ground.archive import read_only
+    from torquer.ground.client import RunningGround
+    from torquer.ground.command_history import find_commands
+
+    try:
+        asked = wanted.model_dump(exclude_none=True)
+        return RunningGround(archive.parent).history(archive.stem, **asked)
+    except ValueError:  # none runs, or it serves other satellites
+        with closing(read_only(archive)) as db:
+            return find_commands(db, wanted)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from datetime import UTC, datetime
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
+from torquer.base.dates import table_utc
 from torquer.base.limits import positive, within
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import FOLDER, archive_in, load_checked
@@ -33,7 +34,7 @@ class PassesOptions:
     """Options of `torquer ground passes`."""
 
     satellite: str | None = None
-    """Short name of the satellite, where FILE has several."""
+    """Short name of the satellite, where FILE, or the folder of archives, has several."""
     station: list[str] | None = None
     """Only this station of FILE, or LATITUDE,LONGITUDE[,ALTITUDE] in degrees and metres; may be
     repeated.
@@ -209,8 +210,8 @@ def _in_words(number: int, each: dict) -> tuple[str, ...]:
     return (
         str(number),
         each["station"],
-        f"{'' if each['rises'] else 'before '}{_utc(aos['time_ms'])}",
-        f"{'' if each['sets'] else 'after '}{_utc(los['time_ms'])[11:]}",
+        f"{'' if each['rises'] else 'before '}{table_utc(aos['time_ms'])}",
+        f"{'' if each['sets'] else 'after '}{table_utc(los['time_ms'])[11:]}",
         f"{each['duration_s'] / 60.0:.1f}",
         f"{each['highest']['elevation_deg']:.1f}°",
         f"{aos['azimuth_deg']:.0f}° to {los['azimuth_deg']:.0f}°",
@@ -230,16 +231,12 @@ def _light(each: dict) -> str:
     return "eclipse" if dark_s > each["duration_s"] - 1.0 else f"eclipse {dark_s:.0f} s"
 
 
-def _utc(time_ms: int) -> str:
-    return f"{datetime.fromtimestamp(time_ms / 1e3, UTC):%Y-%m-%d %H:%M:%S}"
-
-
 def _write(chosen: _Chosen, answer: dict, out: Path) -> list[str]:
     from torquer.report.common.figure import save_figure
     from torquer.report.passes import draw_passes
 
     make_writable(out)
-    title = f"{chosen.name} · passes from {_utc(chosen.start_ms)} UTC"
+    title = f"{chosen.name} · passes from {table_utc(chosen.start_ms)} UTC"
     with writing_to(out):
         figure = draw_passes(
             title, chosen.known.around, chosen.stations, chosen.passes, chosen.radio.frequency_hz
@@ -255,8 +252,6 @@ class ReportOptions:
 
     file: Path | None = None
     """Ground file with stations and orbit, for NUMBER."""
-    name: str | None = None
-    """Short name of the archive [the satellite in the ground file, or the folder's only one]."""
     to: str | None = None
     """End, ISO 8601 with a zone, in place of NUMBER."""
     folder: Path = FOLDER
@@ -287,9 +282,11 @@ def report(
             f"{'neither' if number is None else 'both'}"
         )
     if number is None:
-        span, heading = _span(what, how), Heading(what.name or "satellite")
+        span, heading, name = _span(what, how), Heading(""), how.satellite
     else:
-        chosen = _choose(what.file, how, code)
+        # without a ground file the name is that of the archive alone
+        asked = how if what.file is not None else replace(how, satellite=None)
+        chosen = _choose(what.file, asked, code)
         if not 1 <= number <= len(chosen.passes):
             raise ValueError(
                 f"NUMBER: must be one of the {len(chosen.passes)} passes; received {number}"
@@ -297,12 +294,14 @@ def report(
         each = chosen.passes[number - 1]
         span = each.aos.time_ms, each.los.time_ms
         heading = heading_of(chosen.name, chosen.known, chosen.stations, each, chosen.radio)
-    named = number is not None and (what.folder / f"{heading.satellite}.sqlite").exists()
-    archive = archive_in(what.folder, what.name or (heading.satellite if named else None), "--name")
+        is_there = (what.folder / f"{chosen.name}.sqlite").exists()
+        name = how.satellite or (chosen.name if is_there else None)
+    archive = archive_in(what.folder, name)
     heading = heading._replace(satellite=archive.stem)
-    make_writable(what.out.parent)
-    with writing_to(what.out):
-        what.out.write_text(report_page(archive, heading, *span), encoding="utf-8")
+    page = report_page(archive, heading, *span)
+    with writing_to(what.out, what="file"):
+        what.out.parent.mkdir(parents=True, exist_ok=True)
+        what.out.write_text(page, encoding="utf-8")
     print(what.out)
     return 0
 

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 
 from torquer.flight.packets.security import (
     OVERHEAD,
+    SECURITY,
     TRAILER,
     Receiver,
     check_link,
@@ -169,14 +170,22 @@ class TelemetryReceiver(Receiver):
 
     mark, header = _TM_MARK, _TM_HEADER
 
-    def __init__(self, keys: Mapping[int, bytes], spacecraft: int, frame_bytes: int = 256):
-        """Counters may leap as far as they go: frames are sent also where no one listens."""
+    def __init__(
+        self, keys: Mapping[int, bytes], spacecraft: int, frame_bytes: int = 256, late: int = 0
+    ):
+        """Counters may leap as far as they go: frames are sent also where no one listens.
+
+        `late`: counts by which a frame may come late, for links whose datagrams overtake each other
+        and come twice; data is then not always in order. Such a frame is accepted once; one that
+        comes again as it was is `repeated`, and no sign that somebody replays frames.
+        """
         check_link(keys, spacecraft)
         room_in(frame_bytes)
         super().__init__(keys, spacecraft << 4, window=2**32)
         self.frame_bytes = frame_bytes
         self.lost_frames = self.lost_packets = 0
-        self._last = (0, 0)
+        self._last, self._highest, self._late = (0, 0), (0, 0), late
+        self._lately: dict[int, bytes] = {}
         self._packets = bytearray()
         self._follows = False
 
@@ -190,13 +199,46 @@ class TelemetryReceiver(Receiver):
             found += self._complete()
         return found
 
+    def _judge(self, frame: bytes) -> str:
+        """As `Receiver`; a frame that was overtaken is accepted, too."""
+        spi, number = SECURITY.unpack_from(frame, self.header)
+        last, reason = self.counters.get(spi, 0), super()._judge(frame)
+        if reason == "replayed" and number > last - self._late:
+            return self._judge_late(spi, number, frame[-TRAILER:])
+        if not reason:
+            if (spi, last) == self._highest:
+                self.lost_frames += number - last - 1
+            else:
+                self._lately.clear()  # the first one, or counters have begun again
+            self._highest = spi, number
+            self._remember(number, frame[-TRAILER:])
+        return reason
+
+    def _judge_late(self, spi: int, number: int, trailer: bytes) -> str:
+        """Why a frame with a counter below the last one is not accepted; "" if it was overtaken."""
+        if self._lately.get(number) == trailer:
+            return "repeated"
+        is_known = spi == self._highest[0] and number > min(self._lately, default=number)
+        if number in self._lately or not is_known:
+            return "replayed"
+        self.lost_frames -= 1  # it was thought to be lost
+        self._remember(number, trailer)
+        return ""
+
+    def _remember(self, number: int, trailer: bytes) -> None:
+        """Note a frame that was accepted, and forget those that are too old to come again."""
+        if not self._late:
+            return
+        self._lately[number] = trailer
+        if len(self._lately) > 2 * self._late:
+            self._lately = {k: self._lately[k] for k in sorted(self._lately)[-self._late :]}
+
     def _join(self, frame: bytes) -> None:
         """Append a frame's data field, after a gap from its first packet on."""
         spi, number, first, field = data_field(frame)
         last_spi, last = self._last
         self._last = (spi, number)
         if spi != last_spi or number != last + 1:
-            self.lost_frames += number - last - 1 if spi == last_spi else 0
             self.lost_packets += len(self._packets) > 0
             self._packets.clear()
             self._follows = False

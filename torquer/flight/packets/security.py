@@ -85,7 +85,7 @@ def next_number(counter: int) -> int:
 
 
 #: Why an authentic frame is rejected.
-_COUNTED = ("replayed", "leap", "closed")
+_COUNTED = ("replayed", "repeated", "leap", "closed")
 
 
 class Receiver:

@@ -13,6 +13,9 @@ from torquer.flight.packets.pus_user import User
 from torquer.flight.packets.software_file import SpaceLink
 from torquer.flight.packets.space_stream import SpaceStream
 
+#: Counts by which a frame may come late: two seconds of a fast link, far less than a lost pass.
+_LATE = 64
+
 
 class Protection(NamedTuple):
     """Senders of commands and of changes of their key, receiver of telemetry."""
@@ -39,7 +42,7 @@ class Station:
             self.protection = Protection(
                 CommandSender(keys.up, keys.spi, keys.spacecraft),
                 CommandSender(keys.recovery, keys.recovery_spi, keys.spacecraft),
-                TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft),
+                TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft, late=_LATE),
             )
 
     def command(self, frame: bytes) -> bytes:

@@ -15,6 +15,8 @@ import secrets
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
 
+from starlette.requests import ClientDisconnect
+
 from torquer.pages.browser.login import Login
 
 #: What a page may load: its own files; plots set styles.
@@ -99,6 +101,8 @@ class Guard:
 
         try:
             await self._app(scope, receive, self._with_headers(sending))
+        except ClientDisconnect:
+            return  # whoever asked has gone before the end of the question: no failure of ours
         except Exception as error:
             reason = f"{type(error).__name__}: {error}"
             self._failed(reason, _describe(scope))

@@ -6,7 +6,6 @@ import csv
 import io
 import sqlite3
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -14,6 +13,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
+from torquer.base.dates import iso_ms
 from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
@@ -49,6 +49,10 @@ class _Seen(Spec):
     """`packet.number`."""
     number: int = Field(ge=0, le=_LAST_MS)
     """Its number."""
+    state: str = Field(default="", max_length=20)
+    """Its state [any]: where it is `active` or `returned`, and somebody else was quicker, nothing
+    is left to do.
+    """
 
 
 class _Acknowledged(Spec):
@@ -132,8 +136,9 @@ class _AlarmRoutes:
         contact = self._contact(request)
         asked = validate_tables(_Acknowledged, await json_object(request, "alarms", _MOST_BYTES))
         numbers = {each.key: each.number for each in asked.alarms}
+        not_yet = {each.key for each in asked.alarms if each.state in ("active", "returned")}
         desk, by = contact.alarms, made_by(request)
-        return _answer(lambda: desk.acknowledge(numbers, by, asked.comment))
+        return _answer(lambda: desk.acknowledge(numbers, by, asked.comment, not_yet))
 
     async def shelve(self, request: Request) -> Response:
         """Shelve a point."""
@@ -204,15 +209,6 @@ def _csv(entries: list[dict]) -> str:
     table = csv.writer(text)
     table.writerow(["on_board_utc", "received_utc", "source", "severity", "text"])
     for each in entries:
-        times = [_utc(each[key]) for key in ("time_ms", "received_ms")]
+        times = [iso_ms(each[key]) for key in ("time_ms", "received_ms")]
         table.writerow([*times, each["source"], each["severity"], plain_cell(each["text"])])
     return text.getvalue()
-
-
-def _utc(time_ms: int | None) -> str:
-    if time_ms is None:
-        return ""
-    try:
-        return datetime.fromtimestamp(time_ms * 1e-3, UTC).isoformat(timespec="milliseconds")
-    except (ValueError, OverflowError, OSError):
-        return f"{time_ms} ms since 1970"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Awaitable, Iterator, Mapping
-from typing import TypeVar
+from collections.abc import Iterator, Mapping
 
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
@@ -12,8 +11,10 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
+from torquer.flight.packets.mistakes import quote_value
 from torquer.ground.archive import ArchiveError
 from torquer.ground.columns import FIRST_MS, LAST_MS
 from torquer.ground.contact import Contact
@@ -31,7 +32,6 @@ from torquer.pages.browser.files import json_object
 from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of, read_archive
 from torquer.scenario.explain import ScenarioError, validate_tables
 
-T = TypeVar("T")
 #: Bytes of an order to fill a gap.
 _MOST_BYTES = 4096
 #: What a file of SQLite that cannot be read, or is not there any more, raises.
@@ -80,8 +80,7 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         selected = validate_tables(Selected, query | {"numbers": str(query.get("numbers", ""))})
         columns = check_selection(packet, selected)
         path, name = contact.spool.path, contact.dictionary.name
-        begun = run_in_threadpool(selection, path, name, packet, columns, selected)
-        pieces = await _answered(begun)
+        pieces = await run_in_threadpool(selection, path, name, packet, columns, selected)
         kind = KINDS[selected.format].media_type
         return _File(pieces, file_name(contact.key, packet, selected), kind)
 
@@ -95,21 +94,22 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
             answer = {"time": asked.time, "by": asked.by, "state": state, "packets": known}
             return json_text(answer, None, INFINITIES)
 
-        text = await _answered(read_archive(contact, found))
+        text = await read_archive(contact, found)
         return Response(text, media_type="application/json")
 
     async def gaps(request: Request) -> Response:
         contact = contact_of(contacts, request)
         asked = validate_tables(_Stretch, query_of(request))
         if asked.packet is not None and asked.packet not in contact.dictionary.down:
-            raise ScenarioError("packet: must be one of the dictionary; received another")
+            text = quote_value(asked.packet)
+            raise ScenarioError(f"packet: must be one of the dictionary; received {text}")
         packets = None if asked.packet is None else [asked.packet]
 
         def found(db: sqlite3.Connection) -> list[dict]:
             listed = find_gaps(db, contact.dictionary, packets, asked.start, asked.end)
             return [gap._asdict() for gap in listed]
 
-        listed = await _answered(read_archive(contact, found))
+        listed = await read_archive(contact, found)
         return JSONResponse({"can_fill": can_fill(contact.dictionary), "gaps": listed})
 
     async def order(request: Request) -> Response:
@@ -119,7 +119,11 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
             raise ScenarioError(f"end: must not be before start; received {asked.end}")
         if not can_fill(contact.dictionary):
             raise ScenarioError("satellite: must have a record; its dictionary names no replay")
-        return JSONResponse(contact.order([fill(asked.start, asked.end)], made_by(request))[0])
+        try:
+            sent = fill(asked.start, asked.end)
+        except RequestError as error:
+            raise ScenarioError(str(error)) from None
+        return JSONResponse(contact.order([sent], made_by(request))[0])
 
     one = "/api/{satellite}"
     return [
@@ -129,15 +133,6 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
         Route(f"{one}/gaps", gaps, methods=["GET"]),
         Route(f"{one}/gaps", order, methods=["POST"]),
     ]
-
-
-async def _answered(asked: Awaitable[T]) -> T:
-    """What is found in an archive; `ScenarioError` if it cannot be read."""
-    try:
-        return await asked
-    except _UNREADABLE as error:
-        line = " ".join(str(error).split())
-        raise ScenarioError(f"archive: must be readable; received {line}") from None
 
 
 class _File(StreamingResponse):

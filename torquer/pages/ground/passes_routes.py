@@ -17,6 +17,7 @@ from starlette.routing import Route
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.mistakes import quote_value
+from torquer.ground.archive import ArchiveError
 from torquer.ground.contact import Contact
 from torquer.ground.file import Satellite
 from torquer.ground.ground_clock import now_ms
@@ -200,6 +201,8 @@ def _report(contact: Contact, wanted: _Wanted) -> str:
     try:
         heading = _heading(contact, wanted.station, *span)
         return report_page(contact.spool.path, heading, *span)
+    except ArchiveError:
+        raise
     except ValueError as error:
         raise ScenarioError(str(error)) from None
 

@@ -327,5 +327,5 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 
 async def _unreadable(request: Request, error: Exception) -> Response:
-    why = " ".join(str(error).split())
+    why = " ".join(str(error).removeprefix("archive: ").split())
     return JSONResponse({"error": f"archive: cannot be read now: {why}"}, 503)

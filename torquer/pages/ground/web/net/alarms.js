@@ -53,7 +53,7 @@ export class AlarmStore {
     return Promise.all(
       keys.map((satellite) => {
         const some = alarms.filter((one) => one.satellite === satellite);
-        const seen = some.map(({ key, number }) => ({ key, number }));
+        const seen = some.map(({ key, number, state }) => ({ key, number, state }));
         return post(route(satellite, "alarms", "acknowledge"), { alarms: seen, comment });
       }),
     );
