@@ -38,6 +38,7 @@ lint: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python docs/generate.py peers.md
 	$(BIN)/python benchmarks/lanes.py
 	$(BIN)/python benchmarks/campaign_peers.py
 	$(BIN)/python benchmarks/flight_software.py

@@ -1,7 +1,8 @@
 """All benchmarks: ratios measured side by side in one run, medians of interleaved turns.
 
 `make bench` prints them and writes benchmarks/results.json. All engines agree on the final
-state before a clock is looked at. Absolute times belong to this machine; ratios travel.
+state before a clock is looked at. Absolute times belong to this machine; ratios travel. What
+another program is not installed for stays as it was measured, with its day.
 """
 
 import json
@@ -11,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +20,13 @@ from basilisk_peer import measure as measure_basilisk
 from build import compiler_version
 from cpp_peer import CppPeer
 from detumble_task import DEGREE, Task, read_coefficients
+from measured_before import measured_before
 from on_board import measure as measure_on_board
 from scipy_loop import run as run_scipy
 from torquer_side import TorquerSide, task_at_start, user_law, year_at_start
 
 HERE = Path(__file__).parent
+RESULTS = HERE / "results.json"
 TURNS = 15
 
 
@@ -79,7 +83,7 @@ def detumble(task: Task, g, h) -> dict:
 
 
 def scipy_and_basilisk(task: Task, g, h, c_us: float, own_us: float) -> dict:
-    """The slow ways, per simulated second; Basilisk only where it is installed."""
+    """The slow ways, per simulated second; Basilisk where it is installed, or from RESULTS."""
     seconds = 100
     state, per_second = run_scipy(task, g, h, seconds)
     error = float(np.abs(state - CppPeer(g, h).run(task, seconds, substeps=32)).max())
@@ -91,9 +95,11 @@ def scipy_and_basilisk(task: Task, g, h, c_us: float, own_us: float) -> dict:
     }
     basilisk = measure_basilisk(task)
     if basilisk:
+        out["basilisk_measured_on"] = datetime.now(UTC).date().isoformat()
         out["basilisk"] = basilisk
         out["basilisk_to_torquer"] = {k: v["us_per_second"] / own_us for k, v in basilisk.items()}
-    return out
+        return out
+    return {**measured_before(RESULTS, "slow", "basilisk"), **out}
 
 
 def field_alone(g, h) -> dict:
@@ -166,7 +172,7 @@ def main() -> None:
         "on_board": measure_on_board(TURNS),
     }
     text = json.dumps(results, indent=2)
-    (HERE / "results.json").write_text(text + "\n", encoding="utf-8")
+    RESULTS.write_text(text + "\n", encoding="utf-8")
     print(text)
 
 

@@ -9,6 +9,7 @@ import functools
 import importlib.util
 import inspect
 import io
+import json
 import re
 import subprocess
 import sys
@@ -34,16 +35,26 @@ def _generator():
     return module
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        *("scenario.md", "equations.md", "api.md", "variables.md", "packets.md"),
-        *("commands.md", "peers.md"),
-    ],
-)
+def _generated() -> list[str]:
+    """Names of the pages that are generated, without loading what generates them."""
+    text = (ROOT / "docs/generate.py").read_text(encoding="utf-8")
+    return sorted(re.findall(r'^    "([\w/-]+\.md)": \w+_page,$', text, re.MULTILINE))
+
+
+def test_all_generated_pages_are_known():
+    assert _generated() == sorted(_generator().PAGES)
+
+
+@pytest.mark.parametrize("name", _generated())
 def test_generated_page_is_up_to_date(name):
     made = _generator().PAGES[name]()
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "run docs/generate.py"
+
+
+def test_the_page_of_peers_leaves_out_what_was_never_measured():
+    slow = json.loads((ROOT / "benchmarks/results.json").read_text(encoding="utf-8"))["slow"]
+    assert f"(measured on {slow['basilisk_measured_on']})" in " ".join(_generator()._basilisk(slow))
+    assert _generator()._basilisk({}) == []
 
 
 def test_every_page_that_cites_a_source_links_to_the_sources():

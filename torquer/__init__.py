@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from torquer.analysis.summary import summarise as summarise, summary_rows as summary_rows
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
+    from torquer.campaign.parts import join_parts as join_parts
     from torquer.computer.blocks.law import Law as Law, law as law
     from torquer.computer.estimation import ESTIMATORS as ESTIMATORS
     from torquer.computer.estimation.estimator import estimator as estimator

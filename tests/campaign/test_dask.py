@@ -44,7 +44,8 @@ class Client:
         assert retries > 0 and not pure  # Dask itself flies the chunks of a lost worker again
         return self
 
-    def submit(self, function, first, last):
+    def submit(self, function, text, given):
+        first = given["first"]
         event, future = self.events.get(first), Future()
         if self.closed or event == "closed":
             self.closed = True
@@ -59,7 +60,7 @@ class Client:
             future.set_exception(OSError("in <TCP>: Stream is closed"))
         else:  # as on another machine
             try:
-                future.set_result(pickle.loads(pickle.dumps(function))(first, last))
+                future.set_result(function(text, pickle.loads(pickle.dumps(given))))
             except Exception as error:
                 future.set_exception(error)
         return future

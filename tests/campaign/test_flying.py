@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from tip_off import SCENARIO, TABLE, campaign
 
 import torquer
 from torquer.campaign import fleet, fly
 from torquer.campaign.fly import OneByOne
-from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import chunks_folder, chunks_there, remove
 from torquer.compile import engine
@@ -21,27 +21,6 @@ from torquer.simulation.setup import size
 from torquer.simulation.setup.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-
-SCENARIO = """
-name = "tip_off"
-start = 2012-03-04T10:31:47Z
-orbit = { kind = "circular", altitude_km = 550, inclination_deg = 60 }
-environment.field.kind = "averaged"
-spacecraft.body.inertia_kg_m2 = [1.0, 1.3, 1.7]
-spacecraft.coils.limit_a_m2 = 3.0
-initial.rate_deg_s = [1.0, -0.6, 0.8]
-control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e5 }, sample_s = 1.0 }
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-"""
-TABLE = {
-    "runs": 40,
-    "seed": 5,
-    "vary": {
-        "initial.attitude": "uniform",
-        "initial.rate_deg_s": {"direction": "uniform", "magnitude": {"uniform": [0.5, 5.0]}},
-    },
-    "success": {"final_rate_deg_s": {"below": 2.0}},
-}
 
 
 @pytest.fixture(autouse=True)
@@ -52,10 +31,6 @@ def small_chunks(monkeypatch):
 @pytest.fixture
 def scenario():
     return scenario_from_text(SCENARIO)
-
-
-def campaign(scenario, **changes):
-    return campaign_from_data({**TABLE, **changes}, scenario)
 
 
 @pytest.fixture(scope="module")

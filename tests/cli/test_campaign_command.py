@@ -250,3 +250,43 @@ def test_a_campaign_of_which_nothing_is_left_is_no_success(
     code, printed, _ = call("campaign", scenario, *again)
     found = json.loads(printed)
     assert (code, found["failed"] == found["members"]) == (expected, expected == 1)
+
+
+@needs_jit
+def test_parts_are_joined_to_the_campaign(call, campaign_file, tmp_path):
+    whole, parts = tmp_path / "whole", [tmp_path / f"part-{k}" for k in (1, 2)]
+    assert call("campaign", campaign_file, "--out", whole, "--no-report")[0] == 0
+    code, printed, _ = call("campaign", campaign_file, "--out", parts[0], "--part", "1/2")
+    assert code == 0 and "part 1/2: members 0 to 9, 0 failed; `torquer campaign join`" in printed
+    code, printed, _ = call("campaign", campaign_file, "--out", parts[1], "--part", "2/2", "--json")
+    assert json.loads(printed) == {"part": "2/2", "first": 10, "last": 19, "failed": 0}
+    assert [*parts[0].iterdir()] == [parts[0] / "campaign.nc"]
+    out = tmp_path / "joined"
+    code, printed, err = call("campaign", "join", *parts, "--out", out, "--json")
+    assert (code, err) == (0, "")
+    assert json.loads(printed) == json.loads((whole / "summary.json").read_text())
+    assert (out / "report.html").exists()
+    assert torquer.load(out / "campaign.nc").identical(torquer.load(whole / "campaign.nc"))
+    assert call("campaign", "join", *parts, "--out", out)[0] == 2  # there is one already
+
+
+@needs_jit
+@pytest.mark.parametrize("part", ["3/2", "0/2", "1/21"])
+def test_a_part_that_there_is_not(call, campaign_file, tmp_path, part):
+    code, _, err = call("campaign", campaign_file, "--out", tmp_path / "out", "--part", part)
+    expected = f"error: --part: must be K/N with 1 <= K <= N <= 20 (runs); received {part}\n"
+    assert (code, err) == (2, expected)
+
+
+@pytest.mark.parametrize("part", ["2", "1-2", "a/b", "1/2/3", "-1/2", " 1/2"])
+def test_a_part_that_is_none(call, campaign_file, tmp_path, part):
+    code, _, err = call("campaign", campaign_file, "--out", tmp_path / "out", f"--part={part}")
+    assert (code, err) == (2, f"error: --part: must be K/N, such as 2/8; received {part!r}\n")
+
+
+def test_parts_that_are_none(call, campaign_file, tmp_path):
+    out = tmp_path / "out"
+    code, _, err = call("campaign", "join", tmp_path / "none", "--out", out)
+    assert code == 2 and err.startswith("error: PARTS: must be files that can be read; received ")
+    code, _, err = call("campaign", campaign_file, "--member", "1", "--part", "1/2")
+    assert (code, err) == (2, "error: --part: must not be given with --member; received both\n")

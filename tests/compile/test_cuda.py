@@ -24,7 +24,10 @@ from torquer.simulation.propagate import fixed_steps, interval
 from torquer.simulation.setup.run import prepare
 
 pytest.importorskip("numba_cuda", reason="needs the extra 'cuda'")
-pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="compiles by Numba")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not engine.COMPILED, reason="compiles by Numba"),
+]
 
 from numba import cuda  # noqa: E402  (of numba-cuda, which has been found)
 from numba.cuda import compiler, dispatcher, libdevice  # noqa: E402

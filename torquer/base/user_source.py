@@ -76,7 +76,12 @@ def source_mark(function: Callable) -> str:
     file = source_file(plain)
     if file is None or engine.is_own(plain):
         return ""
-    return mark_files(_imported_from_beside(file))
+    return mark_with_imports(file)
+
+
+def mark_with_imports(file: Path) -> str:
+    """Mark of a user's file and, of a Python file, those next to it that it imports."""
+    return mark_files(_imported_from_beside(file) if file.suffix == ".py" else [file])
 
 
 def source_text(function: Callable) -> str:

@@ -2,10 +2,14 @@
 
 import contextlib
 import functools
+import logging
+import math
 import multiprocessing
 import os
 import pickle
 import threading
+import time
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import (
     BrokenExecutor,
@@ -20,20 +24,45 @@ from typing import Any
 import numpy as np
 
 from torquer.campaign.fleet import Fleet
+from torquer.campaign.provenance import OtherProvenance, check_provenance, files_named, provenance
+from torquer.campaign.spec import Campaign
 from torquer.campaign.store import chunk_dataset
+from torquer.scenario.spec import Scenario
 
 #: How often Dask tries a chunk again whose worker was lost.
 _RETRIES = 5
 #: Worker processes that may die before a campaign ends.
 _MOST_DEATHS = 3
+#: How often a cluster is asked for its workers [s], and how long it may have none unsaid.
+_ASKED_EVERY_S, _PATIENCE_S = 1.0, 3.0
 
 
-def chunk_elsewhere(pickled: bytes, first: int, last: int):
+#: A campaign as it is sent to another process: the user's files by the keys that name them; what
+#: numbers depend on besides; scenario, campaign, and the export that flies or None, pickled (text
+#: would lose which keys were given, and times). Plain, as the other package may lack our classes.
+Task = tuple[dict[str, str], dict[str, str], bytes]
+#: Evaluated by a worker of a cluster. A function that it cannot find would end its connection.
+_AT_WORKER = (
+    "__import__('torquer.campaign.executors', fromlist=['*']).chunk_of_task(task, first, last)"
+)
+
+
+def task_of(
+    scenario: Scenario, campaign: Campaign, computer: str | os.PathLike | None = None
+) -> Task:
+    """A campaign for other processes; `computer`: the export that flies."""
+    told = scenario, campaign, computer
+    files = files_named(*told)
+    return files, provenance(files), pickle.dumps(told)
+
+
+def chunk_of_task(task: Task, first: int, last: int):
     """The dataset of members first..last-1, in a process that may not know the campaign yet.
 
-    `pickled`: the scenario, the campaign, and the export that flies or None. Text would lose which
-    keys were given, and times.
+    OtherProvenance if it would compute other numbers.
     """
+    files, expected, pickled = task
+    check_provenance(expected, provenance(files))
     return _here(_prepare_fleet(pickled), first, last)
 
 
@@ -47,34 +76,63 @@ class _Refused(Exception):
     """A cluster takes no more chunks."""
 
 
-class Pool:
-    """Flies chunks, several at once; `workers`: how many.
+class Waiting(UserWarning):
+    """A cluster has no workers."""
 
-    `losses`: exceptions by which chunks are lost that were submitted. `cluster`: address of the one
-    that is to fly them, for which every exception on submitting is a loss.
+
+class Pool:
+    """Flies chunks, several at once.
+
+    `count`: how many at once, now. `fly`: for the first and last of some members, what is to be
+    called, and with what. `losses`: exceptions by which chunks are lost that were
+    submitted. `cluster`: address of the one that is to fly them, for which every exception on
+    submitting is a loss. `is_elsewhere`: whether other processes fly them.
     """
 
     def __init__(
         self,
         begin: Callable[[], Executor],
-        workers: int,
+        count: Callable[[], int],
         fly,
         losses: tuple = (BrokenExecutor,),
         cluster: str = "",
+        is_elsewhere: bool = True,
     ):
-        self._begin, self.workers, self._fly = begin, workers, fly
+        self._begin, self._count, self._fly = begin, count, fly
         self.losses, self._cluster = (*losses, _Refused), cluster
+        self.is_elsewhere = is_elsewhere
         self._executor = begin()
         self._deaths = 0
+
+    @property
+    def workers(self) -> int:
+        """How many chunks are flown at once, now; at least one, for which workers are awaited."""
+        try:
+            return max(1, self._count())
+        except Exception as error:
+            raise self._refused(error) from error
+
+    def _refused(self, error: Exception) -> Exception:
+        return _Refused(f"{type(error).__name__}: {error}") if self._cluster else error
 
     def submit(self, first: int, last: int) -> Future:
         """Members first..last-1 as a dataset, when they have been flown."""
         try:
-            return self._executor.submit(self._fly, first, last)
+            return self._executor.submit(*self._fly(first, last))
         except Exception as error:
-            if self._cluster:
-                raise _Refused(f"{type(error).__name__}: {error}") from error
-            raise
+            raise self._refused(error) from error
+
+    def result(self, future: Future):
+        """The dataset of members that have been flown; OtherProvenance if a worker cannot do it."""
+        try:
+            return future.result()
+        except (ImportError, AttributeError) as error:
+            if not self._cluster:
+                raise
+            raise OtherProvenance(
+                "where: must have workers with the package of this campaign; received one with "
+                f"another, or with none ({type(error).__name__}: {error})"
+            ) from None
 
     def renew(self, loss: Exception) -> None:
         """Begin again with new workers after one has died, with which its pool ends.
@@ -106,22 +164,24 @@ class Pool:
 @contextlib.contextmanager
 def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     """A pool of `workers`; `where`: 'threads', 'processes', or the address of a Dask scheduler."""
-    pickled = pickle.dumps((fleet.scenario, fleet.campaign, fleet.computer))
-    elsewhere = functools.partial(chunk_elsewhere, pickled)
     if where not in ("threads", "processes"):
+        task = task_of(*fleet.told)
         with _cluster(where) as (client, losses):
             # a worker that is lost costs its chunks one more try
             theirs = functools.partial(client.get_executor, retries=_RETRIES, pure=False)
-            yield Pool(theirs, max(1, len(client.nthreads())), elsewhere, losses, where)
+            yield Pool(theirs, _Threads(client), functools.partial(_at_worker, task), losses, where)
         return
     begin: Callable[[], Executor]
+    call: tuple
     if where == "threads":
-        begin, fly = functools.partial(ThreadPoolExecutor, workers), functools.partial(_here, fleet)
+        begin, call = functools.partial(ThreadPoolExecutor, workers), (_here, fleet)
     else:
         spawned = multiprocessing.get_context("spawn")
         begin = functools.partial(ProcessPoolExecutor, workers, spawned, end_with_parent)
-        fly = elsewhere
-    made = Pool(begin, workers, fly)
+        call = (chunk_of_task, task_of(*fleet.told))
+    made = Pool(
+        begin, lambda: workers, lambda *span: (*call, *span), is_elsewhere=where != "threads"
+    )
     try:
         yield made
     finally:
@@ -141,8 +201,50 @@ def end_with_parent() -> None:
     threading.Thread(target=leave, daemon=True).start()
 
 
+def _at_worker(task: Task, first: int, last: int) -> tuple:
+    """What a worker of a cluster is to call, and with what."""
+    return eval, _AT_WORKER, {"task": task, "first": first, "last": last}
+
+
 def _here(fleet: Fleet, first: int, last: int):
     return chunk_dataset(fleet, fleet.fly(np.arange(first, last)))
+
+
+class _Threads:
+    """How many threads the workers of a cluster have; they come and go."""
+
+    def __init__(self, client):
+        self._client, self._count = client, 0
+        self._asked_s, self._had_some_s, self._is_said = -math.inf, time.monotonic(), False
+
+    def __call__(self) -> int:
+        now_s = time.monotonic()
+        if now_s - self._asked_s > _ASKED_EVERY_S:
+            self._asked_s, self._count = now_s, sum(self._client.nthreads().values())
+        if self._count:
+            self._had_some_s, self._is_said = now_s, False
+        elif now_s - self._had_some_s > _PATIENCE_S and not self._is_said:
+            self._is_said = True
+            warnings.warn("the cluster has no workers; waiting", Waiting, stacklevel=4)
+        return self._count
+
+
+@contextlib.contextmanager
+def _quiet(name: str) -> Iterator[None]:
+    """Nothing is logged by a library: what it has to say comes as an exception, too."""
+    loggers = [
+        each
+        for key, each in logging.root.manager.loggerDict.items()
+        if key.partition(".")[0] == name and isinstance(each, logging.Logger)
+    ]
+    levels = [each.level for each in loggers]
+    for each in loggers:
+        each.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for each, level in zip(loggers, levels, strict=True):
+            each.setLevel(level)
 
 
 @contextlib.contextmanager
@@ -166,8 +268,9 @@ def _cluster(address: str) -> Iterator[tuple[Any, tuple]]:
         raise ValueError(
             f"where: must be the address of a Dask scheduler; received {address!r} ({error})"
         ) from None
-    try:
-        yield client, (KilledWorker, CancelledError, OSError)
-    finally:
-        with contextlib.suppress(OSError, RuntimeError):  # as of a scheduler that has gone
-            client.close()
+    with _quiet("distributed"):
+        try:
+            yield client, (KilledWorker, CancelledError, OSError)
+        finally:
+            with contextlib.suppress(OSError, RuntimeError):  # as of a scheduler that has gone
+                client.close()

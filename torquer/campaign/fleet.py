@@ -59,6 +59,7 @@ class Fleet:
         self, scenario: Scenario, campaign: Campaign, computer: str | os.PathLike | None = None
     ):
         self.scenario, self.campaign, self.computer = scenario, campaign, computer
+        self.told = scenario, campaign, computer
         run = flown_by(computer, scenario)
         self._library = run.library
         self.t_s = np.arange(run.steps // run.plan.record_steps + 1) * (
@@ -141,8 +142,8 @@ class Fleet:
                 return True
         return False
 
-    def fly(self, members: np.ndarray) -> Chunk:
-        """Fly members by their numbers."""
+    def unflown(self, members: np.ndarray) -> Chunk:
+        """Members by their numbers: their inputs, and no outcomes yet."""
         drawn = draw(self.campaign, self.scenario, members)
         seeds = member_seeds(self.campaign, members)
         count = len(members)
@@ -150,11 +151,15 @@ class Fleet:
         shape = (count, len(self.kept))
         signals = [k for k, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
         series = {name: np.full(shape, np.nan, np.float32) for name in signals}
-        chunk = Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
+        return Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
+
+    def fly(self, members: np.ndarray) -> Chunk:
+        """Fly members by their numbers."""
+        chunk = self.unflown(members)
         if self._lanes is not None:
             self._fly_in_lanes(self._lanes, chunk)
         else:
-            for row in range(count):
+            for row in range(len(members)):
                 self._fly_alone(chunk, row)
         return chunk
 

@@ -17,10 +17,12 @@ from torquer.base.spec import check_spec
 from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
 from torquer.campaign.load import check_campaign, check_own_parts
+from torquer.campaign.parts import Part, check_part
 from torquer.campaign.spec import SUCCESS, Campaign
 from torquer.campaign.statistics import is_enough
 from torquer.campaign.store import (
     campaign_attributes,
+    check_arrived,
     finish_file,
     is_there,
     join_chunks,
@@ -58,6 +60,7 @@ def fly_campaign(
     resume: bool = False,
     progress: Callable[[Progress], None] | None = None,
     computer: str | os.PathLike | None = None,
+    part: tuple[int, int] | None = None,
 ) -> xr.Dataset:
     """Fly all members of a campaign; one row each in the order of their numbers.
 
@@ -69,11 +72,13 @@ def fly_campaign(
     fail are kept, with the reason. `computer`: a folder of `export_c`, or a shared library built
     from it, whose computer in C flies in all members, with the same bits; members may differ in
     parameters and memory of laws and estimators, and ValueError names a key that changes more.
-    KeyboardInterrupt ends the campaign; what has been written is kept.
+    `part`: (k, n) flies the k-th of n parts alone, as each of n machines does; `join_parts` makes
+    one campaign of them. KeyboardInterrupt ends the campaign; what has been written is kept.
     """
     with noted_signals().raising():
         check_campaign(campaign, check_spec(scenario))
         check_own_parts(campaign, scenario)
+        of_part = check_part(part, campaign)
     path = None if to is None else Path(to)
     if path is not None and not resume and is_there(path):
         raise ValueError(
@@ -84,17 +89,18 @@ def fly_campaign(
     with noting_signals() as signals:
         with signals.raising():
             fleet = Fleet(scenario, campaign, computer)
-            known = _Known(campaign)
+            known = _Known(campaign, of_part)
             for data in load_members(path, fleet) if path is not None else ():
                 known.add(data)
         if fleet.why_not_in_lanes:
             text = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(text, OneByOne, stacklevel=2)
         with pool(fleet, workers, where) as fliers:
-            parts = _fly(known, fliers, path, progress)
+            parts = _fly(known, fleet, fliers, path, progress)
     if path is not None:
-        return finish_file(path, known.members, campaign_attributes(fleet))
-    return join_chunks(parts, campaign_attributes(fleet)).isel(member=slice(0, known.members))
+        return finish_file(path, known.wanted_members(), campaign_attributes(fleet))
+    whole = join_chunks(parts, campaign_attributes(fleet))
+    return whole.isel(member=slice(0, len(known.wanted_members())))
 
 
 class _Known:
@@ -104,11 +110,18 @@ class _Known:
     the order in which chunks end nor a resume changes where the campaign ends.
     """
 
-    def __init__(self, campaign: Campaign):
+    def __init__(self, campaign: Campaign, part: Part | None):
         self.runs = self.members = campaign.runs
+        self._part = part
+        self.wanted = np.zeros(campaign.runs, bool)
+        self.wanted[self.wanted_members()] = True
         self.there, self.done = np.zeros(campaign.runs, bool), 0
         self._stop, self._looked_at = campaign.stop, 0
         self._values = np.empty(campaign.runs if campaign.stop else 0)
+
+    def wanted_members(self) -> np.ndarray:
+        """Numbers of the members that there will be, of the part if one is flown."""
+        return np.arange(self.members) if self._part is None else self._part.members(self.runs)
 
     @property
     def has_enough(self) -> bool:
@@ -143,14 +156,14 @@ def _spans(known: _Known) -> Iterator[tuple[int, int]]:
     """First and last members of the chunks that are missing, as long as there are not enough."""
     for first in range(0, known.runs, CHUNK):
         last = min(first + CHUNK, known.runs)
-        missing = np.flatnonzero(~known.there[first:last])
+        missing = np.flatnonzero(known.wanted[first:last] & ~known.there[first:last])
         if known.has_enough:
             return
         if len(missing):
-            yield first + int(missing[0]), last
+            yield first + int(missing[0]), first + int(missing[-1]) + 1
 
 
-def _fly(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
+def _fly(known: _Known, fleet: Fleet, fliers: Pool, path, progress) -> list[xr.Dataset]:
     """Chunks in order, unless they go to a file, once all are flown, or enough of them."""
     spans = _spans(known)
     lost: list[tuple[int, int]] = []
@@ -172,31 +185,33 @@ def _fly(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
         ended, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
         if noted_signals().asked:
             raise KeyboardInterrupt
-        found, of_running = _came_back(ended, running, fliers.losses)
-        for first, data in found:
+        found, of_running = _came_back(ended, running, fliers)
+        for span, data in found:
+            if fliers.is_elsewhere:
+                check_arrived(data, fleet, *span)
             if path is None:
-                parts[first] = data
+                parts[span[0]] = data
             else:
                 put_chunk(path, data)
             known.add(data)
             if progress:
-                progress(Progress(known.done, known.runs))
+                progress(Progress(known.done, int(np.count_nonzero(known.wanted))))
         if loss := loss or of_running:
             fliers.renew(loss)
             lost, running = [*running.values(), *lost], {}
 
 
-def _came_back(ended, running: dict[Future, tuple[int, int]], losses: tuple):
-    """First members and datasets of chunks that have ended, and one of the losses if any did so.
+def _came_back(ended, running: dict[Future, tuple[int, int]], fliers: Pool):
+    """Spans and datasets of chunks that have ended, and one of the losses if any did so.
 
     What has come back is taken out of `running`.
     """
     found, loss = [], None
     for future in ended:
         try:
-            data = future.result()
-        except losses as error:
+            data = fliers.result(future)
+        except fliers.losses as error:
             loss = error
         else:
-            found.append((running.pop(future)[0], data))
+            found.append((running.pop(future), data))
     return found, loss

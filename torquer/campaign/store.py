@@ -20,6 +20,7 @@ from torquer.base.validate import as_storable
 from torquer.campaign.contents import outcome_unit, signal_unit
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import evaluate_success
+from torquer.campaign.provenance import check_same_provenance, provenance
 from torquer.scenario.keys import key_unit
 from torquer.simulation.results.dataset import law_attributes, part_attributes, versions
 from torquer.simulation.results.file import explain_errors, load, own_folder, save
@@ -87,6 +88,7 @@ def campaign_attributes(fleet: Fleet) -> dict[str, str]:
         "scenario": fleet.scenario.model_dump_json(exclude_unset=True),
         "campaign": fleet.campaign.model_dump_json(exclude_none=True),
         "versions": json.dumps(versions()),
+        "provenance": json.dumps(provenance()),
         **law_attributes(fleet.base),
         **part_attributes(fleet.base),
     }
@@ -98,7 +100,7 @@ def chunks_folder(path: Path) -> Path:
 
 
 #: What all files of a campaign say alike.
-_ALIKE = ("campaign", "scenario", "versions", "laws", "parts")
+ALIKE = ("campaign", "scenario", "versions", "laws", "parts", "provenance")
 
 
 def is_there(path: Path) -> bool:
@@ -131,6 +133,27 @@ def chunks_there(path: Path) -> dict[int, Path]:
     return found
 
 
+def check_arrived(data: xr.Dataset, fleet: Fleet, first: int, last: int) -> None:
+    """ValueError for what is not the dataset of members first..last-1, from another process."""
+    members = np.arange(first, last)
+    expected = chunk_dataset(fleet, fleet.unflown(members))
+    for name, part in expected.variables.items():
+        wrong = f"where: must return members {first} to {last - 1} of this campaign; received "
+        found = data.variables.get(name)
+        if found is None or _form(found) != _form(part):
+            raise ValueError(f"{wrong}a chunk with another {name}, or with none")
+        is_known = part.attrs.get("role") == "input" or name in ("member", "time", "seed")
+        if is_known and not part.identical(found):
+            raise ValueError(f"{wrong}a chunk with other numbers as {name}")
+    for key, text in expected.attrs.items():
+        if data.attrs.get(key) != text:
+            raise ValueError(f"{wrong}a chunk that states other {key}")
+
+
+def _form(variable) -> tuple:
+    return variable.dims, variable.shape, variable.dtype.kind
+
+
 def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
     """Members that have been flown, file by file; ValueError for one that cannot be continued."""
     alike: list = []
@@ -138,9 +161,7 @@ def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
         data = load(file)
         if "member" not in data.coords or not data.sizes["member"] or "campaign" not in data.attrs:
             raise ValueError(f"to: must be the file of a campaign; received {file}")
-        said = [
-            data.attrs.get(key) for key in ("campaign", "scenario", "versions", "laws", "parts")
-        ]
+        said = [data.attrs.get(key) for key in ALIKE]
         if said != alike:  # else it has been checked with a file before it
             with explain_errors(file):
                 _check_same(file, data, fleet)
@@ -151,7 +172,7 @@ def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
         if file != path and int(file.stem) != numbers[0]:
             raise ValueError(
                 "to: must have chunks next to it that are named after their first member; received "
-                f"{file} with {_in_words(numbers)}"
+                f"{file} with {in_words(numbers)}"
             )
         if numbers.max() >= fleet.campaign.runs:
             raise ValueError(
@@ -161,7 +182,7 @@ def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
         yield data
 
 
-def _in_words(numbers) -> str:
+def in_words(numbers) -> str:
     """Members by their numbers, as "0 to 127, 256": at most four spans."""
     numbers = np.unique(numbers)
     spans = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1) if len(numbers) else []
@@ -183,23 +204,24 @@ def join_chunks(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Da
     return whole.assign_attrs(attributes)
 
 
-def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.Dataset:
-    """Join the chunks up to a number of members into the file of the campaign.
+def finish_file(path: Path, members: np.ndarray, attributes: Mapping[str, str]) -> xr.Dataset:
+    """Join the chunks of some members into the file of the campaign.
 
     Members that the file has already stay.
     """
     parts = [load(file) for file in files_there(path)]
     if path.exists():
-        members = max(members, parts[0].sizes["member"])
+        members = np.union1d(members, parts[0]["member"].values)
     whole = join_chunks(parts, attributes)
     whole = whole.isel(member=np.unique(whole["member"].values, return_index=True)[1])
-    whole = whole.isel(member=whole["member"].values < members)
-    missing = np.setdiff1d(np.arange(members), whole["member"].values)
+    whole = whole.isel(member=np.isin(whole["member"].values, members))
+    missing = np.setdiff1d(members, whole["member"].values)
     if len(missing):
+        there = len(members) - len(missing)
         raise ValueError(
-            f"to: must have all {members} members when they are joined; received "
-            f"{members - len(missing)}, without {_in_words(missing)}, whose chunks are gone from "
-            f"{chunks_folder(path)}: resume flies them again"
+            f"to: must have all {len(members)} members when they are joined; received {there}, "
+            f"without {in_words(missing)}, whose chunks are gone from {chunks_folder(path)}: "
+            "resume flies them again"
         )
     save(whole, path)
     shutil.rmtree(chunks_folder(path), ignore_errors=True)
@@ -209,6 +231,7 @@ def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.D
 def _check_same(path: Path, began: xr.Dataset, fleet: Fleet) -> None:
     """ValueError unless a campaign can continue with the members of a file."""
     check_version(began)
+    check_same_provenance(path, began.attrs.get("provenance", "{}"))
     if not are_one_run(scenario_in(began), fleet.scenario):
         raise ValueError(f"scenario: must be the one {path} was started with; received another")
     now = campaign_attributes(fleet)

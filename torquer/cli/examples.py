@@ -22,6 +22,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer campaign examples/tip_off_campaign.toml --member 17",
         "torquer campaign compare runs/a runs/b",
     ),
+    "campaign join": ("torquer campaign join runs/part-1 runs/part-2 --out runs/whole",),
     "campaign compare": ("torquer campaign compare runs/a runs/b --out runs/a-and-b",),
     "compare": (
         "torquer compare runs/gain_low runs/gain_high",

@@ -30,9 +30,10 @@ from torquer.simulation.setup.signals import ALL, noting_signals
 
 #: Options of arguments of `fly_campaign`, and of keys that they replace.
 _OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign.runs": "--runs",
-            "computer": "--computer"}  # fmt: skip
+            "computer": "--computer", "part": "--part"}  # fmt: skip
 #: Width of the table of a comparison where the output is not a terminal.
 _WIDTH = 120
+_PART = "Fly part K of N alone, such as 2/8; `torquer campaign join` makes one campaign of all."
 app = App(name="campaign", help_epilogue=show_examples("campaign"), version_flags=[])
 
 
@@ -49,6 +50,7 @@ class CampaignOptions:
     """Number of workers [one per core]."""
     where: str = "threads"
     """Where runs are computed: 'threads', 'processes', or a Dask address."""
+    part: Annotated[str | None, Parameter(help=_PART)] = None
     resume: bool = False
     """Continue the campaign in the output folder, or add runs."""
     overwrite: bool = False
@@ -73,12 +75,12 @@ def fly(
     """
     from torquer.campaign.fly import fly_campaign
     from torquer.campaign.store import files_there
-    from torquer.campaign.summary import summary_rows
 
     if how.member is not None:
         return _fly_member(scenario, how.member, how, code)
     if how.plots:
         raise ValueError("--plots: must be given with --member only; received it without")
+    part = _part_of(how.part)
     check_computer(how.computer, code)
     satellite, campaign = _load(scenario, how, code)
     out = how.out or Path("runs") / f"{satellite.name}-campaign"
@@ -90,7 +92,10 @@ def fly(
                 result = fly_campaign(
                     satellite, campaign, to=out / "campaign.nc", workers=how.workers,
                     where=how.where, resume=how.resume, progress=progress, computer=how.computer,
+                    part=part,
                 )  # fmt: skip
+            if part is not None:
+                return _say_part(result, how, out)
             with signals.raising():
                 summary = _write(result, out, how)
         except KeyboardInterrupt:
@@ -101,6 +106,13 @@ def fly(
         except ValueError as error:
             text = re.sub(r"(?<!-)\bresume (?=continues|flies)", "--resume ", str(error))
             raise ValueError(as_options(text, _OPTIONS)) from None
+    return _show(summary, how, out)
+
+
+def _show(summary: dict, how: CampaignOptions, out: Path) -> int:
+    """Show the summary of a campaign; the exit code."""
+    from torquer.campaign.summary import summary_rows
+
     ended = FAILED_CODE if summary["failed"] == summary["members"] else 0
     if how.json:
         print(json_text(summary))
@@ -110,6 +122,57 @@ def fly(
         summary["name"], summary_rows(summary), out, "campaign.nc", "summary.json", *report
     )
     return ended
+
+
+def _part_of(text: str | None) -> tuple[int, int] | None:
+    """The numbers of --part."""
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII)
+    if not found:
+        raise ValueError(f"--part: must be K/N, such as 2/8; received {text!r}")
+    return int(found[1]), int(found[2])
+
+
+def _say_part(result, how: CampaignOptions, out: Path) -> int:
+    """Say what a part has flown; statistics are those of all parts together."""
+    members, failed = result["member"].values, int((result["how_it_ended"] != "complete").sum())
+    told = {"part": how.part, "first": int(members[0]), "last": int(members[-1]), "failed": failed}
+    if how.json:
+        print(json_text(told))
+    else:
+        print(
+            f"{out}: campaign.nc, part {how.part}: members {told['first']} to {told['last']}, "
+            f"{failed} failed; `torquer campaign join` makes one campaign of all parts"
+        )
+    return FAILED_CODE if failed == len(members) else 0
+
+
+@app.command(help_epilogue=show_examples("campaign join"))
+def join(
+    parts: Annotated[list[Path], Parameter(negative_iterable=())],
+    /,
+    *,
+    out: Annotated[Path, Parameter(help="Output folder.")],
+    json: Json = False,
+    no_report: Annotated[bool, Parameter(help="Write no report and no pictures.")] = False,
+) -> int:
+    """Make one campaign of its PARTS, given by their folders or campaign.nc files.
+
+    The parts are flown by `torquer campaign SCENARIO --part K/N`, each into a folder of its own.
+    """
+    from torquer.campaign.parts import join_parts
+
+    files = [each / "campaign.nc" if each.is_dir() else each for each in parts]
+    make_writable(out)
+    how = CampaignOptions(out=out, json=json, no_report=no_report)
+    with writing_to(out), claim(out):
+        try:
+            result = join_parts(files, out / "campaign.nc")
+        except ValueError as error:
+            raise ValueError(as_options(str(error), {"files": "PARTS", "to": "--out"})) from None
+        summary = _write(result, out, how)
+    return _show(summary, how, out)
 
 
 def _make_free(path: Path, how: CampaignOptions) -> None:
@@ -150,6 +213,7 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
         ("--workers", how.workers is not None),
         ("--where", how.where != "threads"),
         ("--computer", how.computer is not None),
+        ("--part", how.part is not None),
     ):
         if given:
             raise ValueError(f"{option}: must not be given with --member; received both")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import pickle
 import threading
 import time
 from collections.abc import Callable
@@ -17,7 +16,7 @@ from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 
-from torquer.campaign.executors import chunk_elsewhere, end_with_parent
+from torquer.campaign.executors import Task, chunk_of_task, end_with_parent, task_of
 from torquer.campaign.load import check_campaign
 from torquer.campaign.spec import Campaign
 from torquer.pages.board.flown import Superseded
@@ -58,10 +57,10 @@ class Starts:
         with self._lock:
             campaign = make_campaign(scenario)
             check_campaign(campaign, scenario)
-            pickled = pickle.dumps((scenario, campaign, None))
+            task = task_of(scenario, campaign)
             rates, failed, t_s = [], 0, np.zeros(0)
             for first in range(0, campaign.runs, PART):
-                part = self._part(pickled, first, is_superseded)
+                part = self._part(task, first, is_superseded)
                 flown = np.array([how == "complete" for how in part["how_it_ended"].values])
                 failed += int(np.count_nonzero(~flown))
                 rates.append(part["series.rate"].values[flown])
@@ -73,13 +72,13 @@ class Starts:
         if self._pool is not None:
             self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _part(self, pickled: bytes, first: int, is_superseded: Callable[[], bool]):
+    def _part(self, task: Task, first: int, is_superseded: Callable[[], bool]):
         if is_superseded():
             raise Superseded
         if self._pool is None:
             spawned = multiprocessing.get_context("spawn")
             self._pool = ProcessPoolExecutor(1, spawned, _begin)
-        future: Future = self._pool.submit(chunk_elsewhere, pickled, first, first + PART)
+        future: Future = self._pool.submit(chunk_of_task, task, first, first + PART)
         try:
             while not future.done():
                 if is_superseded():
