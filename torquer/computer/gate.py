@@ -19,7 +19,7 @@ from torquer.maths.geometry.vec3 import is_finite
 
 #: What a step has met, bit by bit, with what it means for whoever called it.
 MET = {
-    "time_not_finite": "t_s is no finite number: no step was taken",
+    "time_not_finite": "t_s is no number within 1e10 s of 0: no step was taken",
     "time_back": "t_s is before that of the last step: no step was taken",
     "time_ahead": "t_s is far ahead of the last step: no step was taken",
     "clock_set": "the second time in a row from another clock: the computer goes on with it",
@@ -36,6 +36,9 @@ MET = {
     TIME_NOT_FINITE, TIME_BACK, TIME_AHEAD, CLOCK_SET, READING_NOT_FINITE, READING_NOT_IN_ORDER,
     READING_OLD, COMMAND_NOT_FINITE, COMMAND_LIMITED, NO_ESTIMATE, GUARDED, LAW_FAILED,
 ) = (1 << bit for bit in range(len(MET)))  # fmt: skip
+
+#: Times are below it [s]: at 1e20 s a clock that was believed would not tell steps apart any more.
+LATEST_S = 1e10
 
 #: A sensor or device whose readings are checked: its row, the numbers of a reading, how old the
 #: scenario lets it become [s].
@@ -111,7 +114,7 @@ def judge_clock(gate, now, given_s):
     ahead, time has passed; back, the clock was set, and the computer's own goes on from where it
     was, so that no estimator and no mode sees time go back. Meets REQ-BRD-003.
     """
-    if not math.isfinite(given_s):
+    if not abs(given_s) < LATEST_S:
         return TIME_NOT_FINITE
     t_s = own_time(now, given_s)
     gap_s = gate.gap_s

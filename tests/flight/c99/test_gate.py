@@ -191,6 +191,19 @@ def test_a_clock_that_is_set_costs_one_step(exported):
 
 
 @needs_compiler
+@pytest.mark.verifies("REQ-BRD-003")
+@pytest.mark.parametrize("time_s", [1e20, -1e20, 1e300, 2.0 * gates.LATEST_S])
+def test_a_time_at_which_no_step_moves_the_clock_is_never_believed(exported, time_s):
+    """However often: a clock of 1e20 s has a resolution of 16384 s, and laws would see no time."""
+    rows = exported.inputs[:200].copy()
+    rows[100:104, 0] = time_s
+    commands, statuses = exported.both(rows)
+    assert (statuses[100:104] == gates.TIME_NOT_FINITE).all() and not commands[100:104].any()
+    assert not (statuses[104:] & (gates.TIME_BACK | gates.TIME_AHEAD | gates.CLOCK_SET)).any()
+    assert len({each.tobytes() for each in commands[110:]}) > 10
+
+
+@needs_compiler
 def test_a_clock_that_the_ground_sets_costs_nothing(exported):
     exported.c.begin()
     rows = np.ascontiguousarray(exported.inputs.copy())
