@@ -19,7 +19,7 @@ from torquer.maths.geometry.vec3 import is_finite
 
 #: What a step has met, bit by bit, with what it means for whoever called it.
 MET = {
-    "time_not_finite": "t_s is no finite number: no step was taken",
+    "time_not_finite": "t_s is no number within 1e10 s of 0: no step was taken",
     "time_back": "t_s is before that of the last step: no step was taken",
     "time_ahead": "t_s is far ahead of the last step: no step was taken",
     "clock_set": "the second time in a row from another clock: the computer goes on with it",
@@ -36,6 +36,9 @@ MET = {
     TIME_NOT_FINITE, TIME_BACK, TIME_AHEAD, CLOCK_SET, READING_NOT_FINITE, READING_NOT_IN_ORDER,
     READING_OLD, COMMAND_NOT_FINITE, COMMAND_LIMITED, NO_ESTIMATE, GUARDED, LAW_FAILED,
 ) = (1 << bit for bit in range(len(MET)))  # fmt: skip
+
+#: Times are below it [s]: at 1e20 s a clock that was believed would not tell steps apart any more.
+LATEST_S = 1e10
 
 #: A sensor or device whose readings are checked: its row, the numbers of a reading, how old the
 #: scenario lets it become [s].
@@ -109,9 +112,9 @@ def judge_clock(gate, now, given_s):
 
     One stamp that is off is not believed. A second one that goes on from it is another clock:
     ahead, time has passed; back, the clock was set, and the computer's own goes on from where it
-    was, so that no estimator and no mode sees time go back.
+    was, so that no estimator and no mode sees time go back. Meets REQ-BRD-003.
     """
-    if not math.isfinite(given_s):
+    if not abs(given_s) < LATEST_S:
         return TIME_NOT_FINITE
     t_s = own_time(now, given_s)
     gap_s = gate.gap_s
@@ -149,7 +152,10 @@ def is_number(given, row, count):
 
 @inlined
 def take_readings(gate, now, known, given):
-    """Put the readings that are in order into what is known; what was met."""
+    """Put the readings that are in order into what is known; what was met.
+
+    Meets REQ-BRD-002.
+    """
     met = 0
     for n in range(gate.readings.shape[0]):
         checked = gate.readings[n]
@@ -211,7 +217,10 @@ def forget(gate, board, blocks):
 
 @inlined
 def check_answer(gate, computer, board, now, made):
-    """The command within its limits, and what was met."""
+    """The command within its limits, and what was met.
+
+    Meets REQ-BRD-001.
+    """
     met = 0
     known = board.known[0]
     dipole, torque = made.dipole_a_m2, made.torque_n_m
@@ -233,7 +242,8 @@ def gated_step(gate, computer, board, gate_now, inputs):
     """A control step for what others hand in: see the head of this file.
 
     `gate_now`: a record of `GATE_NOW`; `inputs`: one of `KNOWN`, whose estimate is not looked at.
-    A step that is not taken commands nothing and changes nothing but the gate.
+    A step that is not taken commands nothing and changes nothing but the gate. Meets REQ-BRD-001,
+    REQ-BRD-005.
     """
     now = gate_now[0]
     given = inputs[0]
@@ -262,7 +272,10 @@ def restart_estimators(gate, computer, board):
 
 @kernel
 def rebase(gate_now, shift_s):
-    """Follow a clock that has been set forward by `shift_s`; what became of it."""
+    """Follow a clock that has been set forward by `shift_s`; what became of it.
+
+    Meets REQ-BRD-003, REQ-BRD-004.
+    """
     if not math.isfinite(shift_s):
         return NOT_A_NUMBER
     gate_now[0].offset_s += shift_s
@@ -271,7 +284,10 @@ def rebase(gate_now, shift_s):
 
 @kernel
 def command_mode(computer, board, region, mode):
-    """Have a region enter one of its states at the next step; what became of it."""
+    """Have a region enter one of its states at the next step; what became of it.
+
+    Meets REQ-SVR-001, REQ-BRD-004.
+    """
     regions = computer.modes.regions
     if region < 0 or region >= regions.shape[0]:
         return NO_SUCH
@@ -283,7 +299,10 @@ def command_mode(computer, board, region, mode):
 
 @kernel
 def hold(computer, board, region, on):
-    """Keep the transitions of a region from firing, or let them again; what became of it."""
+    """Keep the transitions of a region from firing, or let them again; what became of it.
+
+    Meets REQ-SVR-005, REQ-BRD-004.
+    """
     if region < 0 or region >= computer.modes.regions.shape[0]:
         return NO_SUCH
     board.modes.regions[region].held = 1.0 if on else 0.0
@@ -292,7 +311,10 @@ def hold(computer, board, region, on):
 
 @kernel
 def set_flag(board, flag, on):
-    """Raise or lower a flag; what became of it."""
+    """Raise or lower a flag; what became of it.
+
+    Meets REQ-BRD-004.
+    """
     if flag < 0 or flag >= board.modes.flags.shape[0]:
         return NO_SUCH
     board.modes.flags[flag] = 1.0 if on else 0.0
@@ -301,7 +323,10 @@ def set_flag(board, flag, on):
 
 @kernel
 def set_parameter(gate, board, place, value):
-    """Set a number of a parameter [SI]; what became of it."""
+    """Set a number of a parameter [SI]; what became of it.
+
+    Meets REQ-SVR-006, REQ-BRD-004.
+    """
     if place < 0 or place >= gate.parameters.shape[0]:
         return NO_SUCH
     if not math.isfinite(value):

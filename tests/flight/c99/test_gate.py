@@ -140,6 +140,7 @@ def exported(request, tmp_path_factory):
 
 
 @needs_compiler
+@pytest.mark.verifies("REQ-BRD-005")
 def test_a_sound_flight_meets_nothing_but_limits(exported):
     commands, statuses = exported.both(exported.inputs)
     assert exported.limited(commands)
@@ -149,6 +150,7 @@ def test_a_sound_flight_meets_nothing_but_limits(exported):
 
 
 @needs_compiler
+@pytest.mark.verifies("REQ-BRD-001")
 @pytest.mark.parametrize("seed", range(6))
 def test_spoiled_inputs_leave_a_finite_command_within_limits(exported, seed):
     rows = spoil(np.random.default_rng(seed), exported, exported.inputs, slice(50, 120))
@@ -163,6 +165,7 @@ def test_spoiled_inputs_leave_a_finite_command_within_limits(exported, seed):
 
 
 @needs_compiler
+@pytest.mark.verifies("REQ-BRD-002")
 @pytest.mark.parametrize("number", BAD[:3])
 def test_one_bad_sample_disables_no_law(exported, number):
     """Each input in turn, for one step alone: what the laws command afterwards goes on changing."""
@@ -175,6 +178,7 @@ def test_one_bad_sample_disables_no_law(exported, number):
 
 
 @needs_compiler
+@pytest.mark.verifies("REQ-BRD-003")
 def test_a_clock_that_is_set_costs_one_step(exported):
     """Back by a day, ahead by a day: refused once, then the computer goes on."""
     for shift_s, first in ((-86400.0, gates.TIME_BACK), (86400.0, gates.TIME_AHEAD)):
@@ -184,6 +188,19 @@ def test_a_clock_that_is_set_costs_one_step(exported):
         assert statuses[100] == first and statuses[101] & gates.CLOCK_SET
         assert not commands[100].any() and exported.limited(commands)
         assert not (statuses[102:] & (first | gates.CLOCK_SET | gates.READING_NOT_IN_ORDER)).any()
+
+
+@needs_compiler
+@pytest.mark.verifies("REQ-BRD-003")
+@pytest.mark.parametrize("time_s", [1e20, -1e20, 1e300, 2.0 * gates.LATEST_S])
+def test_a_time_at_which_no_step_moves_the_clock_is_never_believed(exported, time_s):
+    """However often: a clock of 1e20 s has a resolution of 16384 s, and laws would see no time."""
+    rows = exported.inputs[:200].copy()
+    rows[100:104, 0] = time_s
+    commands, statuses = exported.both(rows)
+    assert (statuses[100:104] == gates.TIME_NOT_FINITE).all() and not commands[100:104].any()
+    assert not (statuses[104:] & (gates.TIME_BACK | gates.TIME_AHEAD | gates.CLOCK_SET)).any()
+    assert len({each.tobytes() for each in commands[110:]}) > 10
 
 
 @needs_compiler
@@ -205,6 +222,7 @@ def test_a_clock_that_the_ground_sets_costs_nothing(exported):
 
 
 @needs_compiler
+@pytest.mark.verifies("REQ-BRD-004")
 def test_setters_refuse_what_there_is_not(exported):
     c, parts = exported.c, exported.parts
     c.begin()

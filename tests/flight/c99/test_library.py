@@ -1,6 +1,7 @@
 """Functions of the library: no compiler works them out itself; builds that round otherwise show."""
 
 import math
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -68,6 +69,7 @@ MAIN = """
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 {exact}
 int main(void)
 {{
@@ -97,9 +99,14 @@ def ran(folder: Path, flags: list[str], reals=("double", "float"), checks: bool 
         text = text.replace("{exact}", "").replace(
             "#include <stdbool.h>\n", f"#include <stdbool.h>\n{parts['checks']}"
         )
+    return code_of(folder, flags, text)
+
+
+def code_of(folder: Path, flags: list[str], text: str, compiler: str = COMPILER or "") -> int:
+    """What a program of this text returns; -1 if it does not build for an `#error`."""
     source, program = folder / "test.c", folder / "test"
     source.write_text(text)
-    command = [COMPILER, "-std=c99", "-O2", *flags, "-Wall", "-o", program, source, "-lm"]
+    command = [compiler, "-std=c99", "-O2", *flags, "-Wall", "-o", program, source, "-lm"]
     made = subprocess.run(command, capture_output=True, text=True)
     if made.returncode:
         assert "#error" in made.stderr, made.stderr
@@ -126,6 +133,38 @@ def test_such_a_build_is_refused_or_says_so(name, tmp_path):
     flags = (OTHERWISE | SEEN_BY_THE_PREPROCESSOR)[name]
     skip_without(flags)
     assert ran(tmp_path, flags, checks=True) in (-1, 3)
+
+
+#: A product less a number beside a product and a number: 3 where they are fused.
+PAIRS = """
+static void pairs(const double *a, const double *b, double *restrict to)
+{
+    to[0] = (a[0] * a[0]) - b[0];
+    to[1] = (a[1] * a[1]) + b[1];
+}
+void (*volatile hidden)(const double *, const double *, double *restrict) = pairs;
+int main(void)
+{
+    const double a[2] = {1.0 + 0x1p-27, 1.0 + 0x1p-27}, b[2] = {1.0 + 0x1p-26, -1.0 - 0x1p-26};
+    double to[2];
+    hidden(a, b, to);
+    return (to[0] == 0.0 && to[1] == 0.0) ? 0 : 3;
+}
+"""
+
+
+@needs_compiler
+@pytest.mark.parametrize("reals", [("double",), ("float",)], ids=str)
+@pytest.mark.parametrize("level", ["-O1", "-O2", "-O3"])
+@pytest.mark.parametrize("compiler", [each for each in ("gcc", "clang") if shutil.which(each)])
+def test_the_self_test_sees_pairs_that_a_vectoriser_fuses(compiler, level, reals, tmp_path):
+    """GCC 12 fuses them although -ffp-contract=off says no; others do not, and are not refused."""
+    flags = [level, "-ffp-contract=off", "-mfma"]
+    skip_without(flags)
+    text = MAIN.format(**self_test(reals))
+    is_fused = code_of(tmp_path, flags, PAIRS, compiler)
+    assert code_of(tmp_path, flags, text, compiler) == is_fused
+    assert code_of(tmp_path, [*flags, "-fno-tree-slp-vectorize"], text, compiler) == 0
 
 
 @needs_compiler

@@ -1,5 +1,6 @@
 """A scenario's on-board computer written as a folder of C99."""
 
+import re
 import struct
 from pathlib import Path
 from string import Template
@@ -36,13 +37,16 @@ from torquer.flight.c99.recording import record_steps, recorded_in_c
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text, first_state, initialiser
 from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
+from torquer.flight.c99.trace import trace_table
 from torquer.flight.c99.translation import Function
 from torquer.flight.c99.types import REAL, Rows, Static
 from torquer.scenario.spec import Scenario
 
 #: What runs an export on an emulated processor, copied as it is.
 _HARNESS = Path(__file__).parent / "harness"
-_OF_HARNESS = ("pil.py", "stack.py", "differences.py", "misra.py", "start.c", "target.ld")
+_OF_HARNESS = (
+    "pil.py", "stack.py", "differences.py", "misra.py", "coverage.py", "start.c", "target.ld",
+)  # fmt: skip
 _EPHEMERIS = ("adcs_ephemeris.c", "adcs_ephemeris.h")
 #: The record as an array in C, and how many steps it has at most.
 _IN_C, _ON_BOARD = "test/recorded.c", 40
@@ -151,7 +155,7 @@ def make_texts(
         **outcome_enums(),
         "contract": contract_text(computer),
     }
-    return {
+    texts = {
         "adcs.h": fill_template("adcs.h", general | inputs | _precision_text()),
         "adcs_types.h": fill_template("adcs_types.h", general | places),
         "adcs.c": fill_template(
@@ -167,6 +171,8 @@ def make_texts(
         **(ephemeris_files(ephemeris, name) if ephemeris else {}),
         **{f"test/{each}": (_HARNESS / each).read_text() for each in _OF_HARNESS},
     }
+    sources = {each: text for each, text in texts.items() if re.fullmatch(r"adcs\w*\.c", each)}
+    return texts | {"TRACE.csv": trace_table(sources)}
 
 
 def _fresh_gate(program: Program) -> str:

@@ -106,7 +106,8 @@ def function_text(program: Program, function: Function) -> str:
 
 
 def _comment(function: Function) -> str:
-    lines = [each.replace("*/", "* /") for each in (function.doc, function.equation) if each]
+    said = "\n".join((function.doc, function.equation, function.origin)).replace("*/", "* /")
+    lines = [each for each in said.splitlines() if each]
     return f"/* {chr(10).join(lines)} */\n".replace("\n", "\n   ", len(lines) - 1) if lines else ""
 
 

@@ -11,6 +11,7 @@ from torquer.flight.c99.scope import Scope, Variable
 from torquer.flight.c99.source import read_source
 from torquer.flight.c99.statements import block
 from torquer.flight.c99.times import common_type, convert
+from torquer.flight.c99.trace import origin_lines
 from torquer.flight.c99.translation import Function, Place, Translation
 from torquer.flight.c99.types import (
     INT,
@@ -95,7 +96,7 @@ class Program(Translation):
             frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation,
             key=s.key, times=frozenset(s.times), powers=frozenset(s.powers),
             copies=frozenset(s.copies), fails=s.fails, reports=s.reports,
-            is_unproved=s.is_unproved,
+            is_unproved=s.is_unproved, origin=origin_lines(source),
         )  # fmt: skip
 
     def _declare_arguments(self, s: Scope, types: list[Type]) -> None:

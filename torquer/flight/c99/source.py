@@ -19,7 +19,8 @@ _BLOCKS = ("body", "orelse")
 
 
 class Source:
-    """A kernel's text. `tree`: its definition, with line numbers of its file; `stored`: names that
+    """A kernel's text. `text`: of its lines, from line `first` of its file on; `tree`: its
+    definition, with line numbers of its file; `stored`: names that
     are set; `own`: names of its arguments and variables; `read`: names that are read;
     `outside`: values of the names outside it; `is_own`: whether it is of this package.
     """
@@ -54,12 +55,13 @@ class Source:
 
     def _parsed(self) -> ast.FunctionDef:
         try:
-            lines, first = inspect.getsourcelines(self.plain)
-            tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
+            lines, self.first = inspect.getsourcelines(self.plain)
+            self.text = "".join(lines)
+            tree = ast.parse(textwrap.dedent(self.text)).body[0]
         except (OSError, SyntaxError):
             what, instead = f"{self.plain.__name__}, whose text is not found,", "put it in a file"
             raise refuse(self.file, None, what, instead) from None
-        ast.increment_lineno(tree, first - 1)
+        ast.increment_lineno(tree, self.first - 1)
         if not isinstance(tree, ast.FunctionDef):
             raise refuse(self.file, tree, "a lambda", "write a function with def")
         self._check_unchanged(tree)
@@ -72,14 +74,19 @@ class Source:
             raise refuse(self.file, tree, what, instead)
 
     @property
+    def docstring(self) -> str:
+        """The docstring; '' if there is none."""
+        return ast.get_docstring(self.tree) or ""
+
+    @property
     def doc(self) -> str:
         """First line of the docstring."""
-        return (ast.get_docstring(self.tree) or "").partition("\n")[0]
+        return self.docstring.partition("\n")[0]
 
     @property
     def equation(self) -> str:
         """The line of the docstring that cites a published equation; '' if there is none."""
-        found = re.search(r"^Source: .*$", ast.get_docstring(self.tree) or "", re.M)
+        found = re.search(r"^Source: .*$", self.docstring, re.M)
         return found[0] if found else ""
 
     @functools.cache  # noqa: B019  sources are kept, too

@@ -44,7 +44,8 @@ class Function:
     whose memory must not be const; `powers`: those that are part of a power; `copies`: pairs of
     arrays, of which the first is set to the second; `fails`: whether its caller must see whether it
     has failed; `reports`: whether it is handed what has failed; `is_unproved`: whether an index in
-    it is neither proved to be in its table nor checked.
+    it is neither proved to be in its table nor checked; `origin`: lines of its comment on where it
+    comes from.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Function:
     fails: bool = False
     reports: bool = False
     is_unproved: bool = False
+    origin: str = ""
 
 
 class Place(Protocol):

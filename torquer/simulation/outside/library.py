@@ -64,8 +64,8 @@ class Library:
             )
         if not self._code.adcs_self_test():
             raise ValueError(
-                f"computer: must be compiled with -ffp-contract=off; received {file}, which "
-                "computes other bits"
+                "computer: must be compiled with -ffp-contract=off and -fno-tree-slp-vectorize; "
+                f"received {file}, which computes other bits"
             )
 
     def check(self, computer: Computer, blocks: Blocks) -> None:

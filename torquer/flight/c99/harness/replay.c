@@ -273,7 +273,8 @@ int main(int count, char **arguments)
     FILE *file = (count > 1) ? fopen(arguments[1], "rb") : NULL;
     FILE *out = (count > 2) ? fopen(arguments[2], "wb") : NULL;
     if (!adcs_self_test()) {
-        printf("this build computes otherwise: compile with -ffp-contract=off\n");
+        printf("this build computes otherwise: compile with -ffp-contract=off "
+            "-fno-tree-slp-vectorize\n");
         return 2;
     }
     if ((file == NULL && !IS_AT_HAND) || !is_head_read(file, &head)) {
