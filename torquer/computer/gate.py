@@ -31,7 +31,7 @@ MET = {
     "no_estimate": "laws use attitude or rate, and the estimate has none",
     "guarded": "a region that only guards has left its first state",
     "law_failed": "a law or estimator of your own has left its tables, or divided by zero",
-    "not_begun": "the state was not begun by the library's own beginning: no step was taken",
+    "not_begun": "the state was not begun by this export: no step was taken",
 }
 (
     TIME_NOT_FINITE, TIME_BACK, TIME_AHEAD, CLOCK_SET, READING_NOT_FINITE, READING_NOT_IN_ORDER,
