@@ -64,6 +64,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer run examples/my_law.toml --computer runs/mine",
         "torquer export c examples/turn_to_the_sun.toml --real float --out runs/single",
         "torquer export c examples/chibis_m_detumble.toml --ephemeris sgp4 --out runs/known",
+        "torquer export c examples/safe_mode.toml --prefix safe --out runs/safe",
     ),
     "faults": (
         "torquer faults examples/safe_mode.toml --out runs/faults",

@@ -31,10 +31,12 @@ MET = {
     "no_estimate": "laws use attitude or rate, and the estimate has none",
     "guarded": "a region that only guards has left its first state",
     "law_failed": "a law or estimator of your own has left its tables, or divided by zero",
+    "not_begun": "the state was not begun by this export: no step was taken",
 }
 (
     TIME_NOT_FINITE, TIME_BACK, TIME_AHEAD, CLOCK_SET, READING_NOT_FINITE, READING_NOT_IN_ORDER,
     READING_OLD, COMMAND_NOT_FINITE, COMMAND_LIMITED, NO_ESTIMATE, GUARDED, LAW_FAILED,
+    NOT_BEGUN,
 ) = (1 << bit for bit in range(len(MET)))  # fmt: skip
 
 #: Times are below it [s]: at 1e20 s a clock that was believed would not tell steps apart any more.

@@ -23,6 +23,8 @@ class ExportOptions:
     ephemeris: Literal["given", "kepler", "sgp4"] | None = None
     """Ephemeris on board: model field and Sun at a position that is handed in ("given"), or with
     position and velocity by a Kepler orbit that drifts by J2 or by SGP4 [all is handed in]."""
+    prefix: str = "adcs"
+    """What the names of files, functions, types and macros begin with."""
     json: Json = False
 
 
@@ -33,7 +35,7 @@ def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) 
     satellite = load_usable(scenario, code, how.out)
     with writing_to(how.out):
         steps = STEPS if how.steps is None else how.steps
-        files = export_c(satellite, how.out, steps, how.real, how.ephemeris)
+        files = export_c(satellite, how.out, steps, how.real, how.ephemeris, how.prefix)
     if how.json:
         print(json_text({"scenario": satellite.name, "files": [str(file) for file in files]}))
         return 0

@@ -11,12 +11,13 @@ import numpy as np
 
 from torquer.base.user_source import plain_function
 from torquer.compile.sources import is_own
-from torquer.computer import computer as on_board, gate as gates
+from torquer.computer import computer as on_board, gate as gates, reports
 from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
 from torquer.computer.blocks.block import Block
 from torquer.computer.computer import Blocks, first_board
 from torquer.computer.interface import KNOWN
+from torquer.computer.laws.pointing import to_orbital_frame
 from torquer.computer.modes import signals
 from torquer.computer.modes.table import ModeState
 from torquer.flight.c99.calls import Cast, Failed, call_switch
@@ -57,6 +58,7 @@ from torquer.simulation.setup.several import make_selection
 _ENTRIES = (
     *(gates.gated_step, gates.restart_estimators, gates.rebase),
     *(gates.command_mode, gates.hold, gates.set_flag, gates.set_parameter),
+    *(reports.is_active, reports.active_estimator, reports.is_tripped),
 )
 #: Inputs that are times; from them follows what else is one.
 _TIMES = frozenset({"Known.t_s", "Known.read_s", "GateNow.offset_s"})
@@ -179,20 +181,22 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
     of_computer = constants_type("Computer", computer.computer)
     of_gate = constants_type("Gate", computer.gate._asdict())
     board, now = board_type(computer.board), Rows(make_record("GateNow", gates.GATE_NOW), 1)
-    state = Record("adcs_state", (("board", board), ("gate", now)))
+    state = Record("OnBoard", (("board", board), ("gate", now)))
     given = Rows(make_record("Known", KNOWN), 1)
     kinds: dict[str, Type] = {
         "gate": of_gate, "computer": of_computer, "board": board, "gate_now": now,
         "inputs": given, "region": INT, "mode": INT, "flag": INT, "place": INT, "on": BOOL,
-        "value": REAL, "shift_s": TIME if is_single() else REAL,
+        "value": REAL, "shift_s": TIME if is_single() else REAL, "law": INT,
+        "q": Tuple((REAL,) * 4), **dict.fromkeys(("omega", "r", "v"), Tuple((REAL,) * 3)),
     }  # fmt: skip
 
+    called = (*_ENTRIES, *((to_orbital_frame,) if "ephemeris" in computer.needs else ()))
     answer = find_type(gates.Answer((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0))
     assert answer is not None
 
     def build(program: Program) -> None:
         program.name_interface((of_computer, of_gate, state, given, answer))
-        for kernel in _ENTRIES:
+        for kernel in called:
             _entry(program, kernel, kinds)
 
     times = _TIMES if is_single() else ()
@@ -202,7 +206,7 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
         has_modes = bool(len(computer.board.modes.regions))
         refused.key = refused.key or ("control.modes" if has_modes else "control")
         raise
-    entries = {plain_function(each).__name__: _entry(program, each, kinds) for each in _ENTRIES}
+    entries = {plain_function(each).__name__: _entry(program, each, kinds) for each in called}
     return Export(program, entries, of_computer, of_gate, state)
 
 

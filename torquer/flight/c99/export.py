@@ -1,5 +1,6 @@
 """A scenario's on-board computer written as a folder of C99."""
 
+import hashlib
 import re
 import struct
 from pathlib import Path
@@ -26,21 +27,33 @@ from torquer.flight.c99.interface import (
     enums,
     input_copies,
     input_members,
+    mode_names,
     outcome_enums,
+    state_bytes,
 )
 from torquer.flight.c99.portable import PORTABLE
 from torquer.flight.c99.precision import HELD, computing_in, is_held, is_single
+from torquer.flight.c99.prefix import (
+    DEFAULT,
+    check_prefix,
+    files_with_prefix,
+    kept,
+    named_with,
+    with_prefix,
+)
 from torquer.flight.c99.print_c import INCLUDES, program_text, signature, types_text
 from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps, recorded_in_c
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text, first_state, initialiser
+from torquer.flight.c99.telemetry import telemetry_texts, told_fields
 from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
 from torquer.flight.c99.trace import trace_table
 from torquer.flight.c99.translation import Function
 from torquer.flight.c99.types import REAL, Rows, Static
 from torquer.scenario.spec import Scenario
+from torquer.simulation.outside.library import find_prefix
 
 #: What runs an export on an emulated processor, copied as it is.
 _HARNESS = Path(__file__).parent / "harness"
@@ -56,7 +69,7 @@ STEPS = 2000
 
 def export_c(
     scenario: Scenario, folder: Path | str, steps: int = STEPS, real: str = "double",
-    ephemeris: str | None = None,
+    ephemeris: str | None = None, prefix: str = DEFAULT,
 ) -> list[Path]:  # fmt: skip
     """Write the on-board computer of a scenario as C99 into a folder; returns the files.
 
@@ -67,6 +80,8 @@ def export_c(
     "given": position and velocity are, the export works out field and Sun. "kepler", "sgp4": it
     works out all, by a Kepler orbit that drifts by J2 or by SGP4, from elements that the ground
     can send up.
+    `prefix`: what the names of files, functions, types and macros begin with; two computers in one
+    image have two.
     Raises a ValueError of one line for a kernel that cannot be translated (file, line, construct,
     what to write instead), and for an orbit or a field that the ephemeris cannot have.
     """
@@ -74,19 +89,26 @@ def export_c(
         raise ValueError(f"steps: must be a whole number of 1 or more; received {steps!r}")
     if real not in ("double", "float"):
         raise ValueError(f"real: must be 'double' or 'float'; received {real!r}")
+    check_prefix(prefix)
+    here = find_prefix(Path(folder))
+    if here not in (None, prefix):
+        raise ValueError(f"prefix: must be that of the export in {folder}, {here!r}, or the folder "
+                         f"another one; received {prefix!r}")  # fmt: skip
     computer = find_computer(check_spec(scenario))
     own = None if ephemeris is None else find_ephemeris(computer.scenario, ephemeris)
-    with computing_in(real):
+    with computing_in(real), named_with(prefix):
         _check_parameters(computer)
         made = translate_step(computer)
         record = record_steps(computer.scenario, steps, computer.gate)
-        files: dict[str, str | bytes] = {**make_texts(computer, made, len(record.marks), own)}
+        files: dict[str, str | bytes] = {**_texts(computer, made, len(record.marks), own)}
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
         if not is_single():
             few = record.first(_ON_BOARD)
             files[_IN_C] = recorded_in_c(few.as_bytes() + (_instants(own, 5) if own else b""))
-    for left in {*_EPHEMERIS, _IN_C} - set(files):  # of an export that was here before
-        (Path(folder) / left).unlink(missing_ok=True)
+        left = with_prefix(" ".join({*_EPHEMERIS, _IN_C} - set(files))).split()
+        files = files_with_prefix(files)
+    for each in left:  # of an export that was here before
+        (Path(folder) / each).unlink(missing_ok=True)
     return [_write(Path(folder) / name, content) for name, content in files.items()]
 
 
@@ -144,7 +166,14 @@ def make_texts(
     computer: OnBoard, made: Export, steps: int, ephemeris: OnBoardEphemeris | None = None
 ) -> dict[str, str]:
     """All texts of an export by the names of their files."""
-    name = computer.scenario.name.replace("*/", "* /")
+    return files_with_prefix(_texts(computer, made, steps, ephemeris))
+
+
+def _texts(
+    computer: OnBoard, made: Export, steps: int, ephemeris: OnBoardEphemeris | None
+) -> dict[str, str]:
+    """These texts before they have their prefix."""
+    name = kept(computer.scenario.name.replace("*/", "* /"))
     program, general = made.program, {"name": name, "version": VERSION}
     constants = program.type_name(made.computer)
     places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
@@ -154,16 +183,20 @@ def make_texts(
         "inputs": input_members(units),
         **outcome_enums(),
         "contract": contract_text(computer),
+        "telemetry": telemetry_texts(computer, made)["members"],
     }
     texts = {
-        "adcs.h": fill_template("adcs.h", general | inputs | _precision_text()),
+        "adcs.h": _header(computer, general | inputs | _precision_text()),
         "adcs_types.h": fill_template("adcs_types.h", general | places),
         "adcs.c": fill_template(
             "adcs.c", general | _source_text(computer, made) | _precision_text()
         ),
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
-        "README.md": readme_text(computer, name, steps, ephemeris, checks_by_file(program)),
+        "adcs.pc.in": read_template("adcs.pc.in"),
+        "README.md": readme_text(
+            computer, name, steps, told_fields(computer, made), ephemeris, checks_by_file(program)
+        ),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board, _fresh_gate(program), units),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
@@ -173,6 +206,21 @@ def make_texts(
     }
     sources = {each: text for each, text in texts.items() if re.fullmatch(r"adcs\w*\.c", each)}
     return texts | {"TRACE.csv": trace_table(sources)}
+
+
+def _header(computer: OnBoard, places: dict[str, str]) -> str:
+    """The public header, which states a mark of itself and one of what a state is."""
+    size = state_bytes(computer)
+    places |= {
+        "state_bytes": str(size),
+        "state_version": f"0x{_mark(f'{computer.fingerprint} {is_single()} {size}', 16)}",
+    }
+    text = fill_template("adcs.h", places | {"interface": "0"})
+    return fill_template("adcs.h", places | {"interface": f"0x{_mark(text, 8)}"})
+
+
+def _mark(text: str, digits: int) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:digits]
 
 
 def _fresh_gate(program: Program) -> str:
@@ -197,10 +245,11 @@ def _portable_texts(program: Program) -> dict[str, str]:
     public = [each for each in program.functions.values() if each.is_public]
     prototypes = "".join(f"{signature(program, each)};\n" for each in public)
     places = {"version": VERSION, "includes": INCLUDES, "program": program_text(program)}
-    return {
+    texts = {
         "adcs_math.h": fill_template("adcs_math.h", {"prototypes": prototypes}),
         "adcs_math.c": fill_template("adcs_math.c", places),
     }
+    return {file: re.sub(r"\b(?=portable_)", "adcs_", text) for file, text in texts.items()}
 
 
 def _precision_text() -> dict[str, str]:
@@ -213,8 +262,8 @@ def _precision_text() -> dict[str, str]:
 
 #: What the interface hands to the kernels that it calls, by the names of their arguments.
 _HANDED = {
-    "gate": "adcs_gate()", "computer": "adcs_constants()", "board": "&state->board",
-    "gate_now": "state->gate", "inputs": "&given", "value": "${to_real}value",
+    "gate": "adcs_gate()", "computer": "adcs_constants()", "board": "&own->board",
+    "gate_now": "own->gate", "inputs": "&given", "value": "${to_real}value",
 }  # fmt: skip
 
 
@@ -222,6 +271,7 @@ def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:
     entries = made.entries.values()
     return {
         "program": program_text(made.program, False, tuple(each.name for each in entries)),
+        "telemetry": telemetry_texts(computer, made)["fill"],
         "copies": input_copies(computer.scenario.spacecraft.units()),
         **{f"call_{name}": _call(each) for name, each in made.entries.items()},
         "has_modes": "true" if len(computer.board.modes.regions) else "false",
@@ -236,7 +286,7 @@ def _call(entry: Function) -> str:
         for name, kind in entry.arguments
         if name not in entry.unused and not isinstance(kind, Static)
     ]
-    handed += ["&state->board.failures"] * entry.reports
+    handed += ["&own->board.failures"] * entry.reports
     return f"{entry.name}({', '.join(handed)})"
 
 
@@ -246,24 +296,30 @@ def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
         "gate": constant_text(program, made.gate, "gate", computer.gate),
-        "first": constant_text(
-            program,
-            made.state,
-            "first",
-            {"board": first_state(computer.board), "gate": first_gate()},
+        "first": initialiser(
+            {"board": first_state(computer.board), "gate": first_gate()}, made.state
         ),
+        "mode_names": mode_names(computer),
         "fingerprint": computer.fingerprint + " float" * is_single(),
     }
 
 
 def _cmake(has_ephemeris: bool) -> str:
     """The file of CMake; in single precision a replay has no recorded bits to compare with."""
-    recorded, library = "test/recorded.bin)", "add_library(adcs adcs.c"
-    text = read_template("CMakeLists.txt").replace(
-        recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
-    )
-    text = text.partition("\n# without a file")[0] + "\n" if is_single() else text
-    return text.replace(library, f"{library} {_EPHEMERIS[0]}" if has_ephemeris else library)
+    text = read_template("CMakeLists.txt").replace("VERSION 0.0.0", f"VERSION {_cmake_version()}")
+    if is_single():
+        text = text.replace("test/recorded.bin)", "test/recorded.bin answers.bin)")
+        text = text.partition("\n# without a file")[0] + "\n"
+    if has_ephemeris:
+        source, header = _EPHEMERIS
+        text = text.replace("add_library(adcs adcs.c", f"add_library(adcs adcs.c {source}")
+        text = text.replace("install(FILES adcs.h", f"install(FILES adcs.h {header}")
+    return text
+
+
+def _cmake_version() -> str:
+    """The version of torquer by its numbers alone."""
+    return ".".join(re.findall(r"\d+", VERSION)[:3])
 
 
 def _replay(has_ephemeris: bool) -> str:

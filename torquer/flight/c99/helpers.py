@@ -28,7 +28,7 @@ def _call_library(name: str, arguments: str) -> str:
     if name in PORTABLE:
         said = "the library's, or with ADCS_PORTABLE the one whose bits are the same everywhere"
         plain = ", ".join(f"TO_DOUBLE{each}" for each in arguments)
-        portable = f"    return TO_REALportable_{name}({plain});\n"
+        portable = f"    return TO_REALadcs_portable_{name}({plain});\n"
         body = f"#ifdef ADCS_PORTABLE\n{portable}#else\n{body}#endif\n"
     comment = f"/* {name}: {said}, whatever a compiler knows of its argument */"
     return f"{comment}\nstatic REAL {name}_of({taken})\n{{\n{body}}}"

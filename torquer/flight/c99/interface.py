@@ -1,16 +1,25 @@
 """The interface of an export: what flight software hands in and gets, in words and in C."""
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from torquer.base.user_source import plain_function
 from torquer.compile.sources import is_own
-from torquer.computer.computer import parameter_places
-from torquer.computer.gate import MET, OUTCOMES
+from torquer.computer.computer import (
+    NO_ESTIMATOR,
+    OF_LAW,
+    SENSOR_READINGS,
+    parameter_places,
+)
+from torquer.computer.gate import GATE_NOW, MET, OUTCOMES
 from torquer.computer.interface import ESTIMATED, PLACES, SENSORS
+from torquer.computer.modes.spec import Modes
 from torquer.flight.c99.calls import failure_bit
 from torquer.flight.c99.computer import OnBoard
+from torquer.flight.c99.prefix import kept
+from torquer.flight.c99.tables import count_state_words
 from torquer.simulation.setup.prepare import make_log
 from torquer.spacecraft.failures import in_words
 from torquer.spacecraft.sensors.device import MOST_PARTS
@@ -100,34 +109,66 @@ def input_copies(units: Sequence[Flown] = ()) -> str:
 
 def c_constant(*words: str) -> str:
     """The name of a constant made of words."""
-    return re.sub(r"\W+", "_", "_".join(["adcs", *words])).upper()
+    return re.sub(r"\W+", "_", "_".join(["adcs", *words]), flags=re.ASCII).upper()
+
+
+#: Numbers of what stands in place of an estimator.
+_NO_ESTIMATORS = {
+    "ADCS_READINGS": (SENSOR_READINGS, "in place of an estimator: attitude sensor and gyro"),
+    "ADCS_NO_ESTIMATOR": (NO_ESTIMATOR, "no estimator works"),
+    "ADCS_LAWS_ESTIMATE": (OF_LAW, "what a law estimates"),
+}
 
 
 def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
     """Numbers with names for the header, by what they are: name -> (number, what it is)."""
     modes = computer.scenario.control.named().modes
     found: dict[str, dict[str, tuple[int, str]]] = {
-        "regions": {}, "states": {}, "flags": {}, "logs": {}, "parameters": {}, "failures": {},
+        "regions": {}, "states": {}, "flags": {}, "laws": {}, "estimators": {}, "logs": {},
+        "parameters": {}, "failures": {},
     }  # fmt: skip
-    if modes is not None:
-        number = 0
-        for place, (name, region) in enumerate(modes.regions.items()):
-            found["regions"][c_constant("region", name)] = place, f"region {name}"
-            for state in region.states:
-                found["states"][c_constant("state", name, state)] = number, f"{name}: {state}"
-                number += 1
-        for place, flag in enumerate(modes.flags):
-            found["flags"][c_constant("flag", flag)] = place, f"flag {flag}"
+    for number, (region, state) in enumerate(_states(modes)):
+        _name(found["states"], number, f"{region}: {state}", "state", region, state)
+    for place, name in enumerate(modes.regions if modes else ()):
+        _name(found["regions"], place, f"region {name}", "region", name)
+    for place, flag in enumerate(modes.flags if modes else ()):
+        _name(found["flags"], place, f"flag {flag}", "flag", flag)
+    for number, name in enumerate(computer.blocks.laws):
+        _name(found["laws"], number, f"law {name}", "law", name)
+    for number, name in enumerate(computer.blocks.estimators):
+        _name(found["estimators"], number, f"estimator {name}", "estimator", name)
+    found["estimators"] |= _NO_ESTIMATORS
     for name, _, part, cells in make_log(computer.blocks):
-        unit = part.unit or "units by axis"
-        found["logs"][c_constant("log", name)] = cells[0], f"{name} [{unit}], {len(cells)} cells"
+        said = f"{name} [{part.unit or 'units by axis'}], {len(cells)} cells"
+        _name(found["logs"], cells[0], said, "log", name)
     for name, (first, count) in parameter_places(computer.blocks).items():
-        found["parameters"][c_constant("parameter", name)] = first, f"{name}, {count} numbers"
+        _name(found["parameters"], first, f"{name}, {count} numbers", "parameter", name)
     for number, (name, block) in enumerate(computer.blocks.by_key().items()):
         if not is_own(plain_function(block.function)):
             said = f"{block.kind.name} {name} has failed"
-            found["failures"][c_constant("failed", name)] = failure_bit(number), said
+            _name(found["failures"], failure_bit(number), said, "failed", name)
     return found
+
+
+def _states(modes: Modes | None) -> list[tuple[str, str]]:
+    """Region and state, by the numbers of the states."""
+    regions = modes.regions.items() if modes else ()
+    return [(name, state) for name, region in regions for state in region.states]
+
+
+def _name(of: dict[str, tuple[int, str]], number: int, said: str, *words: str) -> None:
+    """Add a constant; two that would have one name in C are numbered."""
+    name = own = c_constant(*words)
+    count = 1
+    while own in of:
+        count += 1
+        own = f"{name}_{count}"
+    of[own] = number, kept(said)
+
+
+def state_bytes(computer: OnBoard) -> int:
+    """Size of an `adcs_state`: its version and its seal, then what the computer remembers."""
+    return 16 + 8 * count_state_words(computer.board) + GATE_NOW.itemsize
 
 
 def outcome_enums() -> dict[str, str]:
@@ -174,6 +215,19 @@ def contract_text(computer: OnBoard) -> str:
     return "".join(f"#define {name} {number} /* {said} */\n" for name, number, said in rows)
 
 
+def mode_names(computer: OnBoard) -> str:
+    """The body of a function that names a state by its number."""
+    modes = computer.scenario.control.named().modes
+    names = [kept(json.dumps(state)) for _, state in _states(modes)]
+    if not names:
+        return '    (void)mode;\n    return "";\n'
+    rows = "".join(f"        {name},\n" for name in names)
+    return (
+        f"    static const char *const names[{len(names)}] = {{\n{rows[:-2]}}};\n"
+        f'    return (mode >= 0 && mode < {len(names)}) ? names[mode] : "";\n'
+    )
+
+
 def enums(computer: OnBoard) -> str:
     """These numbers as constants of C."""
     texts = []
@@ -183,6 +237,9 @@ def enums(computer: OnBoard) -> str:
             f"    {name} = {number}{comma} /* {said} */\n"
             for (name, (number, said)), comma in zip(names.items(), commas, strict=False)
         ]
-        if lines:
+        if what == "failures":  # of 64 bits, as no enumerator is
+            texts += [f"#define {name} INT64_C({number}) /* {said} */\n"
+                      for name, (number, said) in names.items()]  # fmt: skip
+        elif lines:
             texts.append(f"/* {what} */\nenum {{\n{''.join(lines)}}};\n")
     return "\n".join(texts)

@@ -3,13 +3,20 @@
 from collections.abc import Sequence
 
 from torquer.base.version import VERSION
-from torquer.computer.gate import GATE_NOW, MET, OUTCOMES
+from torquer.computer.gate import MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
 from torquer.flight.c99.ephemeris import OnBoardEphemeris
 from torquer.flight.c99.ephemeris_texts import ephemeris_readme
-from torquer.flight.c99.interface import c_constant, contract, inputs_for, named_constants
+from torquer.flight.c99.interface import (
+    c_constant,
+    contract,
+    inputs_for,
+    named_constants,
+    state_bytes,
+)
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.tables import count_state_words
+from torquer.flight.c99.prefix import kept
+from torquer.flight.c99.telemetry import Told, left_out
 from torquer.flight.c99.texts import fill_template
 
 #: What the README says of the bits of an export in double and in single precision.
@@ -50,6 +57,7 @@ and writes the answers, whose differences `test/differences.py` shows:
 
 _ARRAY = """ `test/recorded.c` holds
 the first steps as an array: with `ADCS_RECORDED` defined the replay takes them, without a file."""
+_NONE = "Nothing here can fail so."
 #: What nothing provides, by how the ephemeris on board finds the place.
 _MISSING = {
     None: "the model field, the orbit and the Sun, which are handed in",
@@ -58,17 +66,20 @@ _MISSING = {
 
 
 def readme_text(
-    computer: OnBoard, name: str, steps: int, ephemeris: OnBoardEphemeris | None = None,
-    failures: Sequence[str] = (),
+    computer: OnBoard, name: str, steps: int, told: Sequence[Told],
+    ephemeris: OnBoardEphemeris | None = None, failures: Sequence[str] = (),
 ) -> str:  # fmt: skip
     """The README of the export of a computer with so many recorded steps.
 
-    `failures`: places in users' files where a law may fail.
+    `told`: the fields of its telemetry; `failures`: places in users' files where a law may fail.
     """
     kind = ephemeris.kind if ephemeris else None
     places = _places(computer, steps) | {
         "name": name, "version": VERSION,
-        "failures": "\n".join(f"* {each}" for each in failures) or "Nothing here can fail so.",
+        "report": "\n".join(f"| `{each.field.name}` | {each.count} | {each.said} |"
+                            for each in told),
+        "left_out": ", ".join(f"`{each}`" for each in left_out(told)),
+        "failures": "\n".join(f"* {kept(each)}" for each in failures) or _NONE,
         "ephemeris": ephemeris_readme(ephemeris) if ephemeris else "",
         "missing": _MISSING.get(kind, "determination of the orbit, whose elements are sent up"),
     }  # fmt: skip
@@ -91,7 +102,7 @@ def _places(computer: OnBoard, steps: int) -> dict[str, str]:
     rules = [f"| `{name}` | {number} | {said} |" for name, number, said in contract(computer)]
     return {
         "contract": "\n".join(rules), "met": "\n".join(met), "outcomes": "\n".join(outcomes),
-        "state_bytes": str(8 * count_state_words(computer.board) + GATE_NOW.itemsize),
+        "state_bytes": str(state_bytes(computer)),
         "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
         "array": "" if is_single() else _ARRAY,

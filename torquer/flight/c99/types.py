@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from torquer.flight.c99.precision import real_text
+from torquer.flight.c99.prefix import is_of_prefix
 
 #: Numbers from which on a tuple is handed over by its address.
 _LARGE = 8
@@ -30,7 +31,8 @@ KEYWORDS = frozenset(_KEYWORDS.split())
 
 def c_word(name: str) -> str:
     """How C names a field of this name."""
-    return f"{name}_" if name in KEYWORDS or name.startswith("ADCS_") else name
+    taken = name in KEYWORDS or name.startswith("ADCS_") or is_of_prefix(name)
+    return f"{name}_" if taken else name
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import re
 
 from torquer.flight.c99.helpers import NAMES
+from torquer.flight.c99.prefix import is_of_prefix
 from torquer.flight.c99.texts import names_around
 from torquer.flight.c99.types import KEYWORDS
 
@@ -30,9 +31,13 @@ AROUND = frozenset({*names_around(), "constants", "gate", "first", "fresh"})
 
 def avoid_headers(name: str) -> str:
     """A name that no header has."""
-    return f"own_{name}" if _OF_HEADERS.fullmatch(name) else name
+    return f"own_{name}" if _is_of_headers(name) else name
+
+
+def _is_of_headers(name: str) -> bool:
+    return _OF_HEADERS.fullmatch(name) is not None or is_of_prefix(name)
 
 
 def is_reserved(name: str) -> bool:
     """Whether a name means something else in C."""
-    return name in RESERVED or _OF_HEADERS.fullmatch(name) is not None
+    return name in RESERVED or _is_of_headers(name)

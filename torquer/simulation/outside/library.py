@@ -21,9 +21,9 @@ from torquer.compile.c_library import build_library
 from torquer.compile.engine import COMPILED
 from torquer.computer.computer import Blocks, Board, Computer, parameter_places
 
-#: Files of an export that make up the library, and those that they include.
-SOURCES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "test/in_the_loop.c")
-HEADERS = ("adcs.h", "adcs_types.h", "adcs_math.h")
+#: Ends of the names of files that make up the library, after the prefix, and of what they include.
+_SOURCES, _HEADERS = (".c", "_tables.c", "_math.c"), (".h", "_types.h", "_math.h")
+_IN_THE_LOOP = "test/in_the_loop.c"
 _MUST = "computer: must be a folder of `torquer export c`, or a shared library built from one"
 _AGAIN = "export it again with `torquer export c`"
 
@@ -43,10 +43,10 @@ class Library:
         file = _find_library(self.path)
         try:
             self._code = ctypes.CDLL(str(file.resolve()))
-            self._code.adcs_fingerprint.restype = ctypes.c_char_p
-            text = self._code.adcs_fingerprint().decode()
-            step = self._code.adcs_in_the_loop
-            self._code.adcs_self_test.restype = ctypes.c_bool
+            self._code.torquer_fingerprint.restype = ctypes.c_char_p
+            text = self._code.torquer_fingerprint().decode()
+            step = self._code.torquer_step
+            self._code.torquer_self_test.restype = ctypes.c_bool
         except (OSError, AttributeError) as error:
             raise ValueError(f"{_MUST}; received {file} ({error})") from None
         self.fingerprint = text
@@ -62,7 +62,7 @@ class Library:
                 f"computer: must be exported by torquer {VERSION}; received {self.path} by {other}:"
                 f" {_AGAIN}"
             )
-        if not self._code.adcs_self_test():
+        if not self._code.torquer_self_test():
             raise ValueError(
                 "computer: must be compiled with -ffp-contract=off and -fno-tree-slp-vectorize; "
                 f"received {file}, which computes other bits"
@@ -83,7 +83,7 @@ class Library:
             count = max(len(board.parameters), 1)
             here[:count] = here[:count].astype(np.float32)
         first = np.zeros(len(here))
-        self._code.adcs_first(first.ctypes.data_as(ctypes.c_void_p))
+        self._code.torquer_first(first.ctypes.data_as(ctypes.c_void_p))
         differ = np.flatnonzero((here != first) & ~(np.isnan(here) & np.isnan(first)))
         if not len(differ):
             return
@@ -104,11 +104,22 @@ def _find_library(path: Path) -> Path:
     """The shared library of a folder, compiled, or the file itself."""
     if path.is_file():
         return path
-    c_files, headers = [path / name for name in SOURCES], [path / name for name in HEADERS]
+    prefix = find_prefix(path) or "adcs"
+    c_files = [*(path / f"{prefix}{end}" for end in _SOURCES), path / _IN_THE_LOOP]
+    headers = [path / f"{prefix}{end}" for end in _HEADERS]
     if missing := [each for each in (*c_files, *headers) if not each.is_file()]:
         name = missing[0].relative_to(path)
         raise ValueError(f"{_MUST}; received {path}, in which there is no {name}")
     return build_library(c_files, headers, "computer: must be compiled")
+
+
+def find_prefix(folder: Path) -> str | None:
+    """The prefix of the export in a folder; None where there is none."""
+    for file in sorted(folder.glob("*_tables.c")):
+        prefix = file.name.removesuffix("_tables.c")
+        if f"{prefix}_fingerprint(void)" in file.read_text(encoding="utf-8", errors="replace"):
+            return prefix
+    return None
 
 
 def kernels_mark() -> str:

@@ -9,13 +9,14 @@
    each its time, position and velocity (zeros unless they are given), and all that is worked out
    from them. */
 #include "adcs.h"
+#include "adcs_types.h"
 
 #include <stdio.h>
 #include <string.h>
 
 #define INPUTS (sizeof(adcs_inputs) / sizeof(double))
 #define ESTIMATE 7u
-#define NUMBERS (sizeof(((adcs_state *)0)->board) / sizeof(double))
+#define NUMBERS (sizeof(((OnBoard *)0)->board) / sizeof(double))
 
 typedef struct {
     uint64_t magic;
@@ -126,7 +127,7 @@ static uint64_t mark_of(const adcs_state *state)
 {
     static double numbers[NUMBERS];
     uint64_t mark = UINT64_C(0xcbf29ce484222325);
-    memcpy(numbers, &state->board, sizeof numbers);
+    memcpy(numbers, &((const Held *)(const void *)state)->now.board, sizeof numbers);
     for (size_t k = 0; k < NUMBERS; k++) {
         mark = (mark ^ bits_of(numbers[k])) * UINT64_C(0x100000001b3);
     }
@@ -154,10 +155,10 @@ void adcs_after_step(uint32_t part);
 static bool is_written(FILE *out, double anew, const adcs_inputs *inputs,
     const adcs_command *command, const adcs_state *state)
 {
-    const Known *known = &state->board.known[0];
-    const double estimate[ESTIMATE] = {known->estimate_q_x, known->estimate_q_y,
-        known->estimate_q_z, known->estimate_q_w, known->estimate_omega_x, known->estimate_omega_y,
-        known->estimate_omega_z};
+    const adcs_estimate known = adcs_estimated(state);
+    const double *q = known.q_body_to_inertial;
+    const double *omega = known.omega_body_rad_s;
+    const double estimate[ESTIMATE] = {q[0], q[1], q[2], q[3], omega[0], omega[1], omega[2]};
     const uint64_t mark = mark_of(state);
     return are_written(out, &anew, 1) && are_written(out, inputs, INPUTS) &&
         are_written(out, command, 6) && are_written(out, estimate, ESTIMATE) &&

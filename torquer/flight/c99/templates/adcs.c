@@ -1,5 +1,5 @@
 /* Kernels of the on-board computer of $name, exported by torquer $version. */
-#include "adcs.h"
+#include "adcs_types.h"
 #ifdef ADCS_PORTABLE
 #include "adcs_math.h"
 #endif
@@ -8,28 +8,84 @@
 
 $checks
 $program
-static bool is_region(const adcs_state *state, int32_t region)
+/* A target on which a state is not as the header says: the file does not compile. */
+typedef struct {
+    char first;
+    Held held;
+} beside_held;
+typedef struct {
+    char first;
+    adcs_state state;
+} beside_state;
+typedef char state_has_its_size[(sizeof(Held) == sizeof(adcs_state)) ? 1 : -1];
+typedef char state_is_aligned[
+    (offsetof(beside_held, held) <= offsetof(beside_state, state)) ? 1 : -1];
+
+static const Held *held_by(const adcs_state *state)
 {
-    const size_t count = sizeof state->board.modes.regions / sizeof state->board.modes.regions[0];
+    return (const Held *)state;
+}
+
+static const OnBoard *seen(const adcs_state *state)
+{
+    return &held_by(state)->now;
+}
+
+/* What a state holds, to be changed: no seal is true any more. */
+static OnBoard *opened(adcs_state *state)
+{
+    Held *held = (Held *)state;
+    held->seal = 0;
+    return &held->now;
+}
+
+/* Mark of all numbers of a state, never 0. No step of it loses a bit: one word that is another one
+   is always seen. */
+static uint64_t mark_of(const OnBoard *own)
+{
+    const unsigned char *bytes = (const unsigned char *)own;
+    uint64_t mark = 0xcbf29ce484222325u;
+    for (size_t k = 0; k < sizeof *own; k += sizeof mark) {
+        uint64_t word = 0;
+        for (size_t n = k; n < k + sizeof word; n++) {
+            word = (word << 8) | bytes[n];
+        }
+        mark = (mark ^ word) * 0x100000001b3u;
+        mark ^= mark >> 29;
+    }
+    return (mark != 0u) ? mark : 1u;
+}
+
+static bool is_region(const OnBoard *own, int32_t region)
+{
+    const size_t count = sizeof own->board.modes.regions / sizeof own->board.modes.regions[0];
     return $has_modes && region >= 0 && (size_t)region < count;
 }
 
 uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
 {
-    const int64_t before = state->board.failures.blocks;
+    OnBoard *own;
     Known given;
     Answer answer;
-    state->board.failures.blocks = 0;
+    int64_t before;
+    if (held_by(state)->version != ADCS_STATE_VERSION) {
+        const adcs_command none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+        *command = none;
+        return ADCS_MET_NOT_BEGUN;
+    }
+    own = opened(state);
+    before = own->board.failures.blocks;
+    own->board.failures.blocks = 0;
 $copies    answer = $call_gated_step;
     for (int32_t k = 0; k < 3; k++) {
         command->dipole_a_m2[k] = ${to_double}answer.dipole_a_m2.v[k];
         command->torque_n_m[k] = ${to_double}answer.torque_n_m.v[k];
     }
-    if (state->board.failures.blocks != 0) {
+    if (own->board.failures.blocks != 0) {
         answer.status |= ADCS_MET_LAW_FAILED;
-        state->gate[0].status = (double)answer.status;
+        own->gate[0].status = (double)answer.status;
     }
-    state->board.failures.blocks |= before;
+    own->board.failures.blocks |= before;
     return (uint32_t)answer.status;
 }
 
@@ -54,33 +110,84 @@ bool adcs_self_test(void)
     return $is_exact && are_words_in_order();
 }
 
+void adcs_seal_state(adcs_state *state)
+{
+    Held *held = (Held *)state;
+    held->seal = mark_of(&held->now);
+}
+
+adcs_integrity adcs_check_state(const adcs_state *state)
+{
+    const Held *held = held_by(state);
+    if (held->version != ADCS_STATE_VERSION) {
+        return ADCS_OF_ANOTHER_EXPORT;
+    }
+    if (held->seal == 0u) {
+        return ADCS_NOT_SEALED;
+    }
+    return (held->seal == mark_of(&held->now)) ? ADCS_SOUND : ADCS_DAMAGED;
+}
+
 int32_t adcs_mode(const adcs_state *state, int32_t region)
 {
-    return is_region(state, region) ? (int32_t)state->board.modes.regions[region].state : -1;
+    const OnBoard *own = seen(state);
+    return is_region(own, region) ? (int32_t)own->board.modes.regions[region].state : -1;
 }
 
 int64_t adcs_failures(const adcs_state *state, int64_t *line)
 {
-    *line = state->board.failures.line;
-    return state->board.failures.blocks;
+    const OnBoard *own = seen(state);
+    *line = own->board.failures.line;
+    return own->board.failures.blocks;
 }
 
 double adcs_logged(const adcs_state *state, int32_t cell)
 {
-    const size_t count = sizeof state->board.memory / sizeof state->board.memory[0];
-    return (cell >= 0 && (size_t)cell < count) ? state->board.memory[cell] : (double)NAN;
+    const OnBoard *own = seen(state);
+    const size_t count = sizeof own->board.memory / sizeof own->board.memory[0];
+    return (cell >= 0 && (size_t)cell < count) ? own->board.memory[cell] : (double)NAN;
 }
+
+bool adcs_is_active(const adcs_state *state, int32_t law)
+{
+    const OnBoard *own = seen(state);
+    (void)own;
+    (void)law;
+    return $call_is_active;
+}
+
+int32_t adcs_estimator(const adcs_state *state)
+{
+    const OnBoard *own = seen(state);
+    (void)own;
+    return (int32_t)$call_active_estimator;
+}
+
+bool adcs_is_tripped(const adcs_state *state, int32_t region)
+{
+    const OnBoard *own = seen(state);
+    (void)own;
+    (void)region;
+    return $call_is_tripped;
+}
+
+void adcs_telemetry(const adcs_state *state, const adcs_inputs *inputs,
+    const adcs_command *command, adcs_report *out)
+{
+$telemetry}
 
 uint32_t adcs_met(const adcs_state *state)
 {
-    return (uint32_t)state->gate[0].status;
+    const OnBoard *own = seen(state);
+    return (uint32_t)own->gate[0].status;
 }
 
 adcs_estimate adcs_estimated(const adcs_state *state)
 {
-    const Known *known = &state->board.known[0];
+    const OnBoard *own = seen(state);
+    const Known *known = &own->board.known[0];
     const adcs_estimate estimate = {
-        known->estimate_s + state->gate[0].offset_s,
+        known->estimate_s + own->gate[0].offset_s,
         {known->estimate_q_x, known->estimate_q_y, known->estimate_q_z, known->estimate_q_w},
         {known->estimate_omega_x, known->estimate_omega_y, known->estimate_omega_z},
         {known->estimate_bias_x, known->estimate_bias_y, known->estimate_bias_z},
@@ -90,47 +197,62 @@ adcs_estimate adcs_estimated(const adcs_state *state)
 
 bool adcs_is_held(const adcs_state *state, int32_t region)
 {
-    return is_region(state, region) && state->board.modes.regions[region].held > 0.0;
+    const OnBoard *own = seen(state);
+    return is_region(own, region) && own->board.modes.regions[region].held > 0.0;
 }
 
 bool adcs_flag(const adcs_state *state, int32_t flag)
 {
-    const size_t count = sizeof state->board.modes.flags / sizeof state->board.modes.flags[0];
-    return flag >= 0 && (size_t)flag < count && state->board.modes.flags[flag] > 0.0;
+    const OnBoard *own = seen(state);
+    const size_t count = sizeof own->board.modes.flags / sizeof own->board.modes.flags[0];
+    return flag >= 0 && (size_t)flag < count && own->board.modes.flags[flag] > 0.0;
 }
 
 double adcs_parameter(const adcs_state *state, int32_t place)
 {
-    const size_t count = sizeof state->board.parameters / sizeof state->board.parameters[0];
-    return (place >= 0 && (size_t)place < count) ? ${to_double}state->board.parameters[place] : (double)NAN;
+    const OnBoard *own = seen(state);
+    const size_t count = sizeof own->board.parameters / sizeof own->board.parameters[0];
+    return (place >= 0 && (size_t)place < count) ? ${to_double}own->board.parameters[place] : (double)NAN;
 }
 
 adcs_outcome adcs_command_mode(adcs_state *state, int32_t region, int32_t mode)
 {
+    OnBoard *own = opened(state);
+    (void)own;
     return (adcs_outcome)$call_command_mode;
 }
 
 adcs_outcome adcs_hold(adcs_state *state, int32_t region, bool on)
 {
+    OnBoard *own = opened(state);
+    (void)own;
     return (adcs_outcome)$call_hold;
 }
 
 adcs_outcome adcs_set_flag(adcs_state *state, int32_t flag, bool on)
 {
+    OnBoard *own = opened(state);
+    (void)own;
     return (adcs_outcome)$call_set_flag;
 }
 
 adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value)
 {
+    OnBoard *own = opened(state);
+    (void)own;
     return (adcs_outcome)$call_set_parameter;
 }
 
 adcs_outcome adcs_rebase(adcs_state *state, double shift_s)
 {
+    OnBoard *own = opened(state);
+    (void)own;
     return (adcs_outcome)$call_rebase;
 }
 
 void adcs_restart_estimators(adcs_state *state)
 {
+    OnBoard *own = opened(state);
+    (void)own;
     $call_restart_estimators;
 }

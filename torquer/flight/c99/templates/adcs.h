@@ -7,7 +7,24 @@
 #ifndef ADCS_H
 #define ADCS_H
 
-#include "adcs_types.h"
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Mark of this header: adcs_interface_version() has it if library and header are of one export. */
+#define ADCS_INTERFACE_VERSION ${interface}u
+
+/* All that changes. It may be static, copied and kept elsewhere; what is in it is the library's.
+   ADCS_STATE_VERSION is its first word, by which a state of another export is known. */
+#define ADCS_STATE_BYTES $state_bytes
+#define ADCS_STATE_VERSION ${state_version}u
+typedef struct {
+    double aligned;
+    unsigned char bytes[ADCS_STATE_BYTES - 8];
+} adcs_state;
 
 ${precision}/* When to call it, and what the limits are. If ADCS_MEASURE_S is above 0, the coils are off for so
    long while sensors measure; wheels follow every command. */
@@ -43,6 +60,18 @@ typedef struct {
     double sigma_rad_s;
 } adcs_estimate;
 
+/* Whether a state that was kept elsewhere can be gone on with. */
+typedef enum {
+    ADCS_SOUND = 0, /* it is whole */
+    ADCS_OF_ANOTHER_EXPORT = 1, /* it was not begun by adcs_init of this export */
+    ADCS_NOT_SEALED = 2, /* it was changed after it was sealed, or never sealed */
+    ADCS_DAMAGED = 3 /* its bits are not those that were sealed */
+} adcs_integrity;
+
+/* Telemetry in the units of the packets' dictionary; NaN: not known. */
+typedef struct {
+$telemetry} adcs_report;
+
 /* Begin: parameters, memory and modes as at the start of the scenario. */
 void adcs_init(adcs_state *state);
 
@@ -58,12 +87,21 @@ adcs_outcome adcs_rebase(adcs_state *state, double shift_s);
 /* Let the estimators begin again, as at the start. */
 void adcs_restart_estimators(adcs_state *state);
 
+/* Seal a state before it is kept elsewhere; whatever changes it breaks the seal. */
+void adcs_seal_state(adcs_state *state);
+
+/* Whether a state that comes back is as it was sealed. Begin with adcs_init where it is not. */
+adcs_integrity adcs_check_state(const adcs_state *state);
+
 /* Whether this build computes with the bits of the export: products, sums and quotients
    rounded one by one, no flushed zeros, NaN seen, words in the order of IEEE 754. */
 bool adcs_self_test(void);
 
 /* Version of torquer, mark of its sources, mark of the computer: which export this is. */
 const char *adcs_fingerprint(void);
+
+/* ADCS_INTERFACE_VERSION of the library. */
+uint32_t adcs_interface_version(void);
 
 /* Number of the state (ADCS_STATE_...) in which a region (ADCS_REGION_...) is; -1 for none. */
 int32_t adcs_mode(const adcs_state *state, int32_t region);
@@ -77,6 +115,22 @@ int64_t adcs_failures(const adcs_state *state, int64_t *line);
 
 /* A logged value: the cell ADCS_LOG_... or one that follows it; NaN beyond the memory. */
 double adcs_logged(const adcs_state *state, int32_t cell);
+
+/* What a state of a region is called, by its number; "" for none. */
+const char *adcs_mode_name(int32_t mode);
+
+/* Whether a law (ADCS_LAW_...) works in the present modes. */
+bool adcs_is_active(const adcs_state *state, int32_t law);
+
+/* The estimator (ADCS_ESTIMATOR_...) that works in the present modes. */
+int32_t adcs_estimator(const adcs_state *state);
+
+/* Whether a region that only guards has left its first state. */
+bool adcs_is_tripped(const adcs_state *state, int32_t region);
+
+/* Telemetry of the last step, with what it was given and has answered. */
+void adcs_telemetry(const adcs_state *state, const adcs_inputs *inputs,
+    const adcs_command *command, adcs_report *out);
 
 /* What the last step has met. */
 uint32_t adcs_met(const adcs_state *state);
@@ -99,5 +153,9 @@ bool adcs_flag(const adcs_state *state, int32_t flag);
    beyond the parameters. */
 adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value);
 double adcs_parameter(const adcs_state *state, int32_t place);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -8,6 +8,10 @@
 
 #include "adcs.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Numbers that the ground may send up; all that changes. */
 typedef struct {
 $members} adcs_elements;
@@ -18,5 +22,9 @@ void adcs_first_elements(adcs_elements *elements);
 /* Set r_inertial_m to sunlit_fraction of the inputs for their t_s$place.
    False, with NaN in position, velocity, field and Sun, where there is no place$nowhere. */
 bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -3,5 +3,13 @@
 #ifndef ADCS_MATH_H
 #define ADCS_MATH_H
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 $prototypes
+#ifdef __cplusplus
+}
+#endif
+
 #endif

@@ -1,5 +1,5 @@
 /* Parameters, mode tables and first state of the on-board computer of $name. */
-#include "adcs.h"
+#include "adcs_types.h"
 
 $constants
 $gate
@@ -13,13 +13,23 @@ const Gate *adcs_gate(void)
     return &gate;
 }
 
-$first
+static const Held first = {ADCS_STATE_VERSION, 0u, $first};
+
 const char *adcs_fingerprint(void)
 {
     return "$fingerprint";
 }
 
+const char *adcs_mode_name(int32_t mode)
+{
+$mode_names}
+
+uint32_t adcs_interface_version(void)
+{
+    return ADCS_INTERFACE_VERSION;
+}
+
 void adcs_init(adcs_state *state)
 {
-    *state = first;
+    *(Held *)state = first;
 }

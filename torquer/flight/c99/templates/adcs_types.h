@@ -1,9 +1,18 @@
-/* Types of the kernels; those of memory are places in the state. */
+/* Types of the kernels, for the library's own files; an adcs_state holds a Held. */
 #ifndef ADCS_TYPES_H
 #define ADCS_TYPES_H
 
+#include "adcs.h"
+
 $includes
 $types
+/* What an adcs_state holds. `version`: ADCS_STATE_VERSION; `seal`: of adcs_seal_state, 0: none. */
+typedef struct {
+    uint64_t version;
+    uint64_t seal;
+    OnBoard now;
+} Held;
+
 /* Constants of the computer. */
 const $computer *adcs_constants(void);
 

@@ -2,8 +2,9 @@
 
    The simulation keeps the state in arrays of its own. They are copied into the state, one control
    step is taken through the interface of adcs.h, and the state is copied back. An array of no
-   length has one row in the struct, which stays zero. */
-#include "adcs.h"
+   length has one row in the struct, which stays zero. The simulation knows no prefix: what it calls
+   has names of its own. */
+#include "adcs_types.h"
 
 #include <string.h>
 
@@ -20,8 +21,10 @@ static const size_t places[GIVEN] = {$places};
 
 /* The gate of each call is a new one: the simulation's clock needs none. */
 $fresh
-void adcs_first(double *numbers);
-void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
+const char *torquer_fingerprint(void);
+bool torquer_self_test(void);
+void torquer_first(double *numbers);
+void torquer_step(double *known, double *parameters, double *memory, double *regions,
     double *states, double *transitions, double *conditions, double *clock,
     double *sensors, double *checks, double *flags, double *chosen, double *selected,
     double *answer);
@@ -42,17 +45,28 @@ static void get(double *part, const double *place, size_t k)
 ${get_floats}    memcpy(part, place, lengths[k] * sizeof(double));
 }
 
+const char *torquer_fingerprint(void)
+{
+    return adcs_fingerprint();
+}
+
+bool torquer_self_test(void)
+{
+    return adcs_self_test();
+}
+
 /* Parameters, then memory, at the start, into zeros. */
-void adcs_first(double *numbers)
+void torquer_first(double *numbers)
 {
     const size_t memory = (lengths[PARAMETERS] > 0) ? lengths[PARAMETERS] : 1u;
     adcs_state state;
+    const OnBoard *own = &((const Held *)(const void *)&state)->now;
     adcs_init(&state);
-    get(numbers, (const double *)(const void *)state.board.parameters, PARAMETERS);
-    memcpy(numbers + memory, state.board.memory, sizeof state.board.memory);
+    get(numbers, (const double *)(const void *)own->board.parameters, PARAMETERS);
+    memcpy(numbers + memory, own->board.memory, sizeof own->board.memory);
 }
 
-void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
+void torquer_step(double *known, double *parameters, double *memory, double *regions,
     double *states, double *transitions, double *conditions, double *clock,
     double *sensors, double *checks, double *flags, double *chosen, double *selected,
     double *answer)
@@ -61,7 +75,9 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
     adcs_state state;
     adcs_inputs inputs;
     adcs_command command;
-    double *numbers = (double *)(void *)&state;
+    Held *held = (Held *)(void *)&state;
+    OnBoard *own = &held->now;
+    double *numbers = (double *)(void *)own;
     double *given = (double *)(void *)&inputs;
     for (size_t k = 0; k < PARTS; k++) {
         put(numbers, parts[k], k);
@@ -70,16 +86,17 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
     for (size_t k = 0; k < GIVEN; k++) {
         given[k] = known[places[k]];
     }
-    state.gate[0] = fresh[0];
-    memset(&state.board.failures, 0, sizeof state.board.failures);
+    held->version = ADCS_STATE_VERSION;
+    own->gate[0] = fresh[0];
+    memset(&own->board.failures, 0, sizeof own->board.failures);
     (void)adcs_step(&state, &inputs, &command);
-    numbers = (double *)(void *)&state;
+    numbers = (double *)(void *)own;
     for (size_t k = 0; k < PARTS; k++) {
         get(parts[k], numbers, k);
         numbers += words[k];
     }
-    memcpy(answer, &state.gate[0].dipole_x, 6u * sizeof(double));
-    if (state.board.failures.blocks != 0) { /* a run ends where a law raises an error */
+    memcpy(answer, &own->gate[0].dipole_x, 6u * sizeof(double));
+    if (own->board.failures.blocks != 0) { /* a run ends where a law raises an error */
         answer[0] = (double)NAN;
     }
 }
