@@ -19,6 +19,7 @@ from torquer.flight.c99.computer import (
 )
 from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, instants
 from torquer.flight.c99.ephemeris_texts import ephemeris_files
+from torquer.flight.c99.frameworks import FRAMEWORK_FILES, FRAMEWORKS, framework_texts
 from torquer.flight.c99.in_the_loop import in_the_loop_text
 from torquer.flight.c99.interface import (
     contract_text,
@@ -52,7 +53,7 @@ STEPS = 2000
 
 def export_c(
     scenario: Scenario, folder: Path | str, steps: int = STEPS, real: str = "double",
-    ephemeris: str | None = None,
+    ephemeris: str | None = None, framework: str | None = None,
 ) -> list[Path]:  # fmt: skip
     """Write the on-board computer of a scenario as C99 into a folder; returns the files.
 
@@ -63,6 +64,7 @@ def export_c(
     "given": position and velocity are, the export works out field and Sun. "kepler", "sgp4": it
     works out all, by a Kepler orbit that drifts by J2 or by SGP4, from elements that the ground
     can send up.
+    `framework`: "fprime", "cfs" or "freertos" writes a component, app or task around it as well.
     Raises a ValueError of one line for a kernel that cannot be translated (file, line, construct,
     what to write instead), and for an orbit or a field that the ephemeris cannot have.
     """
@@ -70,6 +72,9 @@ def export_c(
         raise ValueError(f"steps: must be a whole number of 1 or more; received {steps!r}")
     if real not in ("double", "float"):
         raise ValueError(f"real: must be 'double' or 'float'; received {real!r}")
+    if framework not in (None, *FRAMEWORKS):
+        known = ", ".join(map(repr, FRAMEWORKS))
+        raise ValueError(f"framework: must be one of {known} or None; received {framework!r}")
     computer = find_computer(check_spec(scenario))
     own = None if ephemeris is None else find_ephemeris(computer.scenario, ephemeris)
     with computing_in(real):
@@ -77,11 +82,14 @@ def export_c(
         made = translate_step(computer)
         record = record_steps(computer.scenario, steps, computer.gate)
         files: dict[str, str | bytes] = {**make_texts(computer, made, len(record.marks), own)}
+        if framework is not None:
+            files |= framework_texts(computer, framework, own is not None)
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
         if not is_single():
             few = record.first(_ON_BOARD)
             files[_IN_C] = recorded_in_c(few.as_bytes() + (_instants(own, 5) if own else b""))
-    for left in {*_EPHEMERIS, _IN_C} - set(files):  # of an export that was here before
+    seldom = {*_EPHEMERIS, _IN_C, *FRAMEWORK_FILES}
+    for left in seldom - set(files):  # of an export that was here before
         (Path(folder) / left).unlink(missing_ok=True)
     return [_write(Path(folder) / name, content) for name, content in files.items()]
 
