@@ -50,17 +50,13 @@ static void check(bool good, const char *what)
 static CFE_SB_Buffer_t *next_of_bad_times(void)
 {
     static unsigned trials;
-    static uint32 taken;
-    static bool is_handed_in;
-    if (is_handed_in && ADCS_APP_Data.Cycle.steps == taken) {
-        return filled(ADCS_APP_WAKEUP_MID, 0, sizeof message.NoArgs);
-    }
-    is_handed_in = trials < 40;
-    if (!is_handed_in) {
+    if (trials == 40) {
         return NULL;
     }
+    if (!ADCS_APP_Data.IsDue) {
+        return filled(ADCS_APP_WAKEUP_MID, 0, sizeof message.NoArgs);
+    }
     trials++;
-    taken = ADCS_APP_Data.Cycle.steps;
     message.Inputs.Payload = step.inputs;
     message.Inputs.Payload.t_s = (trials % 2 == 0) ? (double)NAN : step.inputs.t_s;
     return filled(ADCS_APP_INPUTS_MID, 0, sizeof message.Inputs);
@@ -121,11 +117,10 @@ static CFE_SB_Buffer_t *next_of_ground(void)
     }
 }
 
-/* The inputs of a step, then ticks until it has been taken. */
+/* Ticks until a step is due, then its inputs. */
 static CFE_SB_Buffer_t *next_of_flight(void)
 {
-    const uint32 taken = ADCS_APP_Data.Cycle.steps;
-    if (is_read && taken == (uint32)(same + 1)) {
+    if (is_read) {
         const adcs_estimate estimate = adcs_estimated(&ADCS_APP_Data.Cycle.state);
         is_read = false;
         if (!are_same(ADCS_APP_Data.Cycle.command.dipole_a_m2, step.command, 3) ||
@@ -139,7 +134,7 @@ static CFE_SB_Buffer_t *next_of_flight(void)
     if (same == steps) {
         return next_of_ground();
     }
-    if (is_read) {
+    if (!ADCS_APP_Data.IsDue) {
         return filled(ADCS_APP_WAKEUP_MID, 0, sizeof message.NoArgs);
     }
     if (!is_step_read(file, &step) || step.anew > 0.0) {

@@ -90,7 +90,7 @@ def _mode_commands(declared: Declared) -> str:
         name = _mode_type(each.itself)
         lines.append(
             f"    @ Have {each.itself.said} enter a state at the next step\n"
-            f"    async command SET_{name.upper()}(mode: {name}) opcode {0x1000 + k}\n\n"
+            f"    async command SET_{name.upper()}(mode: {name}) opcode {0x800 + k}\n\n"
         )
     if declared.regions:
         lines.append(

@@ -97,8 +97,7 @@ void ADCS_APP_TaskPipe(const CFE_SB_Buffer_t *SBBufPtr)
     switch (CFE_SB_MsgIdToValue(MsgId)) {
     case ADCS_APP_INPUTS_MID:
         if (ADCS_APP_VerifyLength(SBBufPtr, sizeof(ADCS_APP_InputsMsg_t))) {
-            ADCS_APP_Data.Inputs = ((const ADCS_APP_InputsMsg_t *)SBBufPtr)->Payload;
-            ADCS_APP_Data.HasInputs = true;
+            ADCS_APP_TakeInputs(&((const ADCS_APP_InputsMsg_t *)SBBufPtr)->Payload);
         }
         break;
     case ADCS_APP_WAKEUP_MID:
@@ -135,13 +134,13 @@ static bool ADCS_APP_IsLetOut(uint8 *Sent)
     return Is;
 }
 
-static void ADCS_APP_Report(void)
+static void ADCS_APP_Report(double AtS)
 {
     const uint32 Risen = ADCS_APP_Data.Cycle.risen;
     for (uint16 k = 0; k < ADCS_APP_MET_COUNT; k++) {
         if ((Risen & ((uint32)1 << k)) != 0 && ADCS_APP_IsLetOut(&ADCS_APP_Data.MetSent[k])) {
             CFE_EVS_SendEvent((uint16)(ADCS_APP_MET_FIRST_EID + k), CFE_EVS_EventType_ERROR,
-                "ADCS_APP: %s; at %.3f s", ADCS_APP_MetTexts[k], ADCS_APP_Data.Inputs.t_s);
+                "ADCS_APP: %s; at %.3f s", ADCS_APP_MetTexts[k], AtS);
         }
     }
     if ((Risen & ADCS_MET_LAW_FAILED) != 0) {
@@ -152,32 +151,41 @@ static void ADCS_APP_Report(void)
     }
 }
 
-static void ADCS_APP_Step(void)
+void ADCS_APP_TakeInputs(const adcs_inputs *Given)
 {
-    if (ADCS_APP_Data.HasInputs) {
-        adcs_cycle_step(&ADCS_APP_Data.Cycle, &ADCS_APP_Data.Inputs);
+    if (ADCS_APP_Data.IsDue) {
+        ADCS_APP_Data.IsDue = false;
+        adcs_cycle_step(&ADCS_APP_Data.Cycle, Given);
         ADCS_APP_Drive();
-        ADCS_APP_Report();
-    } else {
-        adcs_cycle_step(&ADCS_APP_Data.Cycle, NULL);
-        ADCS_APP_Drive();
-        if (ADCS_APP_IsLetOut(&ADCS_APP_Data.MissedSent)) {
-            CFE_EVS_SendEvent(ADCS_APP_MISSING_ERR_EID, CFE_EVS_EventType_ERROR,
-                "ADCS_APP: no inputs, %lu times", (unsigned long)ADCS_APP_Data.Cycle.missed);
-        }
+        ADCS_APP_Report(Given->t_s);
     }
-    ADCS_APP_Data.HasInputs = false;
 }
 
+/* A step that was due has had no inputs: it commands nothing. */
+static void ADCS_APP_Miss(void)
+{
+    adcs_cycle_step(&ADCS_APP_Data.Cycle, NULL);
+    ADCS_APP_Drive();
+    if (ADCS_APP_IsLetOut(&ADCS_APP_Data.MissedSent)) {
+        CFE_EVS_SendEvent(ADCS_APP_MISSING_ERR_EID, CFE_EVS_EventType_ERROR,
+            "ADCS_APP: no inputs, %lu times", (unsigned long)ADCS_APP_Data.Cycle.missed);
+    }
+}
+
+/* A tick: the coils are left off before sensors measure, whose readings the step then waits for. */
 void ADCS_APP_Wakeup(void)
 {
+    if (ADCS_APP_Data.IsDue) {
+        ADCS_APP_Miss();
+    }
+    if (ADCS_APP_Data.IsAwake) {
+        adcs_cycle_tick(&ADCS_APP_Data.Cycle);
+    }
+    ADCS_APP_Data.IsAwake = true;
     if (adcs_cycle_opens_window(&ADCS_APP_Data.Cycle)) {
         ADCS_APP_Drive();
     }
-    if (adcs_cycle_is_due(&ADCS_APP_Data.Cycle)) {
-        ADCS_APP_Step();
-    }
-    adcs_cycle_tick(&ADCS_APP_Data.Cycle);
+    ADCS_APP_Data.IsDue = adcs_cycle_is_due(&ADCS_APP_Data.Cycle);
 }
 
 void ADCS_APP_SendHk(void)

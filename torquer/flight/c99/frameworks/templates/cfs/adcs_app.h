@@ -20,8 +20,8 @@
 
 typedef struct {
     adcs_cycle Cycle;
-    adcs_inputs Inputs;
-    bool HasInputs; /* since the last step */
+    bool IsAwake; /* since the first tick */
+    bool IsDue;   /* a step of the present tick, for which inputs are awaited */
     uint8 CmdCounter;
     uint8 ErrCounter;
     uint8 MetSent[ADCS_APP_MET_COUNT];
@@ -39,6 +39,7 @@ void ADCS_AppMain(void);
 CFE_Status_t ADCS_APP_Init(void);
 void ADCS_APP_TaskPipe(const CFE_SB_Buffer_t *SBBufPtr);
 void ADCS_APP_Wakeup(void);
+void ADCS_APP_TakeInputs(const adcs_inputs *Given);
 void ADCS_APP_SendHk(void);
 CFE_Status_t ADCS_APP_ValidateTable(void *TblData);
 void ADCS_APP_ManageTable(void);

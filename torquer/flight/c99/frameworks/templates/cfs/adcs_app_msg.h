@@ -50,7 +50,7 @@ typedef struct {
     double ShiftS;
 } ADCS_APP_RebaseCmd_t;
 
-/* The latest readings: see adcs_inputs. */
+/* The latest readings: see adcs_inputs. They answer a wake-up, after the coils were told to be off. */
 typedef struct {
     CFE_MSG_TelemetryHeader_t TelemetryHeader;
     adcs_inputs Payload;
