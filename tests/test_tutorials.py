@@ -156,6 +156,7 @@ PARTS = {
         ("modes", 8),
     ),
     *(("from-simulation-to-flight", number) for number in (1, 3, 12, 14, 16, 18)),
+    *(("into-a-framework", number) for number in (1, 5, 9)),
     *(("my-gyros-died", number) for number in (3, 5, 7, 9, 11)),
     *(("modes", 12), ("modes", 13), ("safe-mode", 1), ("safe-mode", 3), ("steps", 2)),
 }

@@ -10,6 +10,8 @@ from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import harmless, writing_to
 
+_Framework = Literal["fprime", "cfs", "freertos"]
+
 
 @options
 class ExportOptions:
@@ -25,6 +27,8 @@ class ExportOptions:
     position and velocity by a Kepler orbit that drifts by J2 or by SGP4 [all is handed in]."""
     prefix: str = "adcs"
     """What the names of files, functions, types and macros begin with."""
+    framework: Annotated[_Framework | None, Parameter(name="--for")] = None
+    """Write a component for F Prime, an app for cFS or a task for FreeRTOS around it, too."""
     json: Json = False
 
 
@@ -35,7 +39,9 @@ def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) 
     satellite = load_usable(scenario, code, how.out)
     with writing_to(how.out):
         steps = STEPS if how.steps is None else how.steps
-        files = export_c(satellite, how.out, steps, how.real, how.ephemeris, how.prefix)
+        files = export_c(
+            satellite, how.out, steps, how.real, how.ephemeris, how.prefix, how.framework
+        )
     if how.json:
         print(json_text({"scenario": satellite.name, "files": [str(file) for file in files]}))
         return 0

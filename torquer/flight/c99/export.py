@@ -21,6 +21,7 @@ from torquer.flight.c99.computer import (
 )
 from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, instants
 from torquer.flight.c99.ephemeris_texts import ephemeris_files
+from torquer.flight.c99.frameworks import FRAMEWORK_FILES, FRAMEWORKS, framework_texts
 from torquer.flight.c99.in_the_loop import in_the_loop_text
 from torquer.flight.c99.interface import (
     contract_text,
@@ -69,7 +70,7 @@ STEPS = 2000
 
 def export_c(
     scenario: Scenario, folder: Path | str, steps: int = STEPS, real: str = "double",
-    ephemeris: str | None = None, prefix: str = DEFAULT,
+    ephemeris: str | None = None, prefix: str = DEFAULT, framework: str | None = None,
 ) -> list[Path]:  # fmt: skip
     """Write the on-board computer of a scenario as C99 into a folder; returns the files.
 
@@ -82,6 +83,7 @@ def export_c(
     can send up.
     `prefix`: what the names of files, functions, types and macros begin with; two computers in one
     image have two.
+    `framework`: "fprime", "cfs" or "freertos" writes a component, app or task around it as well.
     Raises a ValueError of one line for a kernel that cannot be translated (file, line, construct,
     what to write instead), and for an orbit or a field that the ephemeris cannot have.
     """
@@ -94,18 +96,25 @@ def export_c(
     if here not in (None, prefix):
         raise ValueError(f"prefix: must be that of the export in {folder}, {here!r}, or the folder "
                          f"another one; received {prefix!r}")  # fmt: skip
+    if framework not in (None, *FRAMEWORKS):
+        known = ", ".join(map(repr, FRAMEWORKS))
+        raise ValueError(f"framework: must be one of {known} or None; received {framework!r}")
     computer = find_computer(check_spec(scenario))
     own = None if ephemeris is None else find_ephemeris(computer.scenario, ephemeris)
     with computing_in(real), named_with(prefix):
         _check_parameters(computer)
         made = translate_step(computer)
         record = record_steps(computer.scenario, steps, computer.gate)
-        files: dict[str, str | bytes] = {**_texts(computer, made, len(record.marks), own)}
+        texts = _texts(computer, made, len(record.marks), own)
+        files: dict[str, str | bytes] = {**texts}
+        if framework is not None:
+            files |= framework_texts(computer, framework, own is not None)
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
         if not is_single():
             few = record.first(_ON_BOARD)
             files[_IN_C] = recorded_in_c(few.as_bytes() + (_instants(own, 5) if own else b""))
-        left = with_prefix(" ".join({*_EPHEMERIS, _IN_C} - set(files))).split()
+        seldom = {*_EPHEMERIS, _IN_C, *FRAMEWORK_FILES}
+        left = with_prefix(" ".join(seldom - set(files))).split()
         files = files_with_prefix(files)
     for each in left:  # of an export that was here before
         (Path(folder) / each).unlink(missing_ok=True)
