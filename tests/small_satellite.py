@@ -113,10 +113,13 @@ def command(client, key="sat"):
     return client.ends(ordered["id"], key)["state"] if status == 200 else ordered["error"]
 
 
-def ground_process(folder, address, **keys):
-    """A ground in a process of its own, once it serves, and its client."""
-    run = [sys.executable, "-m", "torquer", "ground", "--link", address, "--satellite", "sat"]
-    run += ["--folder", str(folder), "--port", "0", "--no-browser"]
+def ground_process(folder, address, *options, start=("-m", "torquer"), port=0, **keys):
+    """A ground in a process of its own, once it serves, and its client.
+
+    `start`: how Python begins the command line.
+    """
+    run = [sys.executable, *start, "ground", "--link", address, "--satellite", "sat"]
+    run += ["--folder", str(folder), "--port", str(port), "--no-browser", *map(str, options)]
     process = subprocess.Popen(
         run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys
     )

@@ -29,10 +29,10 @@ def browser_context(width: int, height: int, patience_ms: float) -> Iterator:
 
 
 @contextmanager
-def watched_page(context, refusal: str) -> Iterator:
+def watched_page(context, *refusals: str) -> Iterator:
     """A new page; at the end it must have asked nobody but its server, without errors.
 
-    `refusal`: part of the error that Chromium reports of refusals, which the page shows.
+    `refusals`: parts of errors that Chromium reports of refusals, which the page shows.
     """
     page, strangers, errors = context.new_page(), [], []
 
@@ -42,7 +42,7 @@ def watched_page(context, refusal: str) -> Iterator:
             strangers.append(request.url)
 
     def said(message):
-        if message.type == "error" and refusal not in message.text:
+        if message.type == "error" and not any(part in message.text for part in refusals):
             errors.append(message.text)
 
     page.on("request", requested)
@@ -50,4 +50,4 @@ def watched_page(context, refusal: str) -> Iterator:
     page.on("pageerror", lambda error: errors.append(str(error)))
     yield page
     page.close()
-    assert (strangers, errors) == ([], [])
+    assert (strangers, errors) == ([], []), (strangers, errors)

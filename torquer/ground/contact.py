@@ -89,7 +89,7 @@ class Contact:
         self.clock, self.pace = SatelliteClock(), Pace()
         self.heard_ms: int | None = None
         self._frames, self._is_open_to_all = 0, satellite.software.keys.are_known
-        self._was_connected, self._reject = False, 0
+        self._was_connected, self._was_silent, self._reject = False, False, 0
         self._accepts_new = counters.new_telemetry or self._is_open_to_all
         self._storage = StorageReport(self.spool, self.counters)
         self._begin(self.counters.down)
@@ -140,7 +140,8 @@ class Contact:
             worked = await self._receive()
             worked = self._send() or worked
             now_s = time.monotonic()
-            if now_s >= report_s:
+            # a silence is told when it begins: the next report may be a second away
+            if now_s >= report_s or self.pace.is_silent(now_s) != self._was_silent:
                 # the ground stood still: answers may have come meanwhile, and are received first
                 stood_still = now_s - report_s > 3.0 * REPORT_S
                 report_s = now_s + REPORT_S
@@ -313,6 +314,7 @@ class Contact:
     def _report(self, has_received: bool) -> None:
         """State of link and archive, and commands whose answers are late."""
         self._adopt()
+        self._was_silent = self.pace.is_silent(time.monotonic())
         if self.is_connected != self._was_connected:
             self._was_connected = self.is_connected
             self.note(*(("info", "link found") if self.is_connected else ("warning", "link lost")))

@@ -5,7 +5,7 @@ import re
 import time
 
 import pytest
-from ground_flight import serving, table
+from ground_flight import serving, table, until
 from made_archive import CHIBIS, archive_of, row
 from watched_page import CHROMIUM, browser_context, watched_page
 
@@ -71,6 +71,14 @@ def view(name, key="north"):
     return f"torquer:{key}/torquer:{key}.view.{name}"
 
 
+def let_south_be_heard(ground, ahead_s=0.0):
+    """A frame of the southern satellite, whose clock is ahead."""
+    values = list(decoder(EXTENDED)(bytes(EXTENDED.size)))
+    values[-1] = 1e3 * (time.time() + ahead_s) - EPOCH_MS
+    until(lambda: ground.south.receive() or ground.south.peers)
+    ground.south.send(Downlink(CHIBIS).frame("extended", int(values[-1] / 1e3), values))
+
+
 def test_an_instant_of_the_past_with_the_age_of_each_packet(page, ground):
     opened(page, ground, view("past"))
     page.get_by_label("At (UTC)").fill("2012-01-23T07:33:45")
@@ -121,12 +129,8 @@ def test_satellites_side_by_side_with_their_clocks(page, ground):
     opened(page, ground, "torquer:satellites")
     north, south = (page.locator(f"section[data-satellite={key}]") for key in ("north", "south"))
     sync_api.expect(north).to_contain_text("2012-01-23 07:38:19 UTC on board")
-    values = list(decoder(EXTENDED)(bytes(EXTENDED.size)))
-    frames = Downlink(CHIBIS)
     for k in range(6):  # at some ten times real time
-        ground.south.receive()
-        values[-1] = 1e3 * (time.time() - EPOCH_MS / 1e3 + 9.0 * k)
-        ground.south.send(frames.frame("extended", int(values[-1] / 1e3), values))
+        let_south_be_heard(ground, 9.0 * k)
         time.sleep(0.7)
     sync_api.expect(south).to_contain_text("to UTC; simulated at")
     plots = page.get_by_label("Plot of a number of both")
@@ -136,8 +140,10 @@ def test_satellites_side_by_side_with_their_clocks(page, ground):
 
 
 def test_times_are_marked_and_changed_by_one_switch(page, ground):
+    let_south_be_heard(ground)
     opened(page, ground, view("past"))
-    line, switch = page.locator(".t-link__time").first, page.locator(".t-zone")
+    line = page.locator(".t-link", has_text="south").locator(".t-link__time")
+    switch = page.locator(".t-zone")
     sync_api.expect(line).to_contain_text("UTC on board")
     switch.press("Enter")
     sync_api.expect(line).to_contain_text("local on board")

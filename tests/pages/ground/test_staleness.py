@@ -87,7 +87,7 @@ def test_a_satellite_that_falls_silent_is_said(context, tmp_path):
         _, _, page = shown
         satellite.is_mute = True
         line = page.locator(".t-link:has(.t-link__state)")
-        sync_api.expect(line).to_contain_text("no telemetry since", timeout=SAID_MS + 1500)
+        sync_api.expect(line).to_contain_text("no telemetry since", timeout=SAID_MS)
         assert "link up" not in line.inner_text() and greys(page) == "none"
         page.locator(".t-view.is-silent").wait_for(timeout=2000)
         banner = page.locator(".t-silence")

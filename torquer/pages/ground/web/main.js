@@ -11,6 +11,7 @@ import { installNextPass } from "./mct/next_pass.js";
 import { installStaleness } from "./mct/staleness.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
 import { drawPlotsIn2D } from "./mct/plots.js";
+import { makeReachable } from "./mct/reach.js";
 import { Telemetry } from "./mct/telemetry.js";
 import { followModes } from "./limits.js";
 import { latencyMeter } from "./measure.js";
@@ -52,6 +53,7 @@ async function start() {
   installStaleness(satellites, live, watch);
   followOpenSatellite(openmct, satellites);
   foldTree(openmct);
+  makeReachable();
   live.on("again", () => askAgain(openmct));
 
   repairAddress(openmct, satellites);

@@ -14,6 +14,7 @@ const clockKey = (satellite) => `onboard.${satellite.key}`;
 class OnBoardClock {
   cssClass = "icon-clock";
   #listeners = new Set();
+  #isHeard;
   #time;
   #lastForward = performance.now();
 
@@ -21,11 +22,17 @@ class OnBoardClock {
     this.key = clockKey(satellite);
     this.name = `Clock of ${satellite.name}`;
     this.description = "The newest on-board time that telemetry has brought.";
+    this.#isHeard = Boolean(satellite.clock_ms);
     this.#time = satellite.clock_ms ?? Date.now();
   }
 
   currentValue() {
     return this.#time;
+  }
+
+  /** The time, or null until one is heard: the clock shows this computer's till then. */
+  get heard() {
+    return this.#isHeard ? this.#time : null;
   }
 
   on(event, listener, context = undefined) {
@@ -45,9 +52,10 @@ class OnBoardClock {
     if (!times.length) return;
     const now = performance.now();
     const newest = Math.max(...times);
-    const isStuck = now - this.#lastForward > STUCK_MS;
+    const isStuck = now - this.#lastForward > STUCK_MS || !this.#isHeard;
     if (newest <= this.#time && !isStuck) return;
     this.#time = newest;
+    this.#isHeard = true;
     this.#lastForward = now;
     for (const { listener, context } of this.#listeners) listener.call(context, this.#time);
   }

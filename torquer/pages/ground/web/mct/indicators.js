@@ -3,7 +3,7 @@
 import { clockInWords } from "../clock_words.js";
 import { every, h } from "../dom.js";
 import { SatelliteClock } from "../net/satellite_clock.js";
-import { inZone, zoneSwitch } from "../times.js";
+import { zoneSwitch } from "../times.js";
 import { askAgain } from "./clocks.js";
 import { noTelemetry, notArchived, noWord } from "./trouble.js";
 
@@ -27,8 +27,10 @@ export function installIndicators(openmct, satellites, live, rows, watch) {
     );
     live.on("connected", (isConnected) => indicator.server(isConnected));
     const clock = openmct.time.getAllClocks().find(({ key }) => key === `onboard.${satellite.key}`);
-    watch.on(() => indicator.show(clock.currentValue()));
-    every(500, () => indicator.show(clock.currentValue()), new AbortController().signal);
+    const show = () => indicator.show(clock.heard);
+    live.on("links", show);
+    watch.on(show);
+    every(500, show, new AbortController().signal);
   }
 }
 
@@ -65,8 +67,7 @@ class Indicator {
     this.#state.textContent = text;
     this.#archive.textContent = notArchived(this.#link);
     this.#counts.textContent = countsInWords(this.#link);
-    const about = [`${inZone(time)} on board`, ...clockInWords(this.#clock)];
-    this.#time.textContent = about.join("; ");
+    this.#time.textContent = clockInWords(time, this.#clock);
     this.element.title = this.#link?.address ?? "";
   }
 

@@ -30,7 +30,7 @@ export class Watch {
     this.#live = live;
     live.on("beat", (beats) => this.#hear(beats.at(-1)));
     live.on("links", (links) => links.forEach((link) => this.#archive(link)));
-    live.on("connected", () => (this.#dropped = 0));
+    live.on("connected", (isConnected) => this.#connect(isConnected));
     live.on("again", () => (this.#isAskedAgain = true));
     every(LOOK_MS, () => this.#look(), new AbortController().signal);
   }
@@ -38,6 +38,12 @@ export class Watch {
   /** Calls `listener` with `since` whenever it changes. */
   on(listener) {
     this.#listeners.add(listener);
+  }
+
+  /** Where there is no connection no word can come: that is not waited for. */
+  #connect(isConnected) {
+    this.#dropped = 0;
+    if (!isConnected) this.#tell(this.#heardAt);
   }
 
   #hear({ dropped }) {

@@ -21,7 +21,7 @@ const WORDS = {
 export function showAlarms(element, context) {
   const list = new AlarmList(context);
   const log = new ViolationLog(context, list.wanted);
-  element.append(h("div", { class: "t-alarms t-scroll" }, list.element, log.element));
+  element.append(h("div", { class: "t-alarms t-folds t-scroll" }, list.element, log.element));
   list.draw();
   return log.start();
 }

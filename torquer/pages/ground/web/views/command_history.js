@@ -2,16 +2,16 @@
 
 import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, route } from "../net/api.js";
-import { valuesInWords } from "./sent_list.js";
-import { inZone } from "../times.js";
+import { timeCell, valuesInWords } from "./sent_list.js";
+import { titledLine } from "./titled.js";
 
 /** Commands of a page; more are asked for. */
 const PAGE = 200;
 /** Most commands of a file; the span narrows what is in it. */
 const MOST = 20_000;
 const STATES = ["waiting", "sent", "received", "executed", "refused", "unanswered", "cancelled"];
-const TITLES = ["No.", "Command", "Values", "State", "Made", "Sent", "Received", "Answered"];
-const LAST = ["Execution (on board)", "By (as stated)"];
+const TIMES = ["Made", "Sent", "Received", "Answered", "Execution (on board)"];
+const TITLES = ["No.", "Command", "Values", "State", ...TIMES, "By (as stated)"];
 
 export function showCommandHistory(element, context) {
   const view = new CommandHistory(context);
@@ -40,13 +40,13 @@ class CommandHistory {
 
   constructor(context) {
     this.#context = context;
-    const head = h("tr", {}, [...TITLES, ...LAST].map((title) => h("th", { scope: "col" }, title)));
+    const head = h("tr", {}, TITLES.map((title) => h("th", { scope: "col" }, title)));
     const table = h("table", { class: "t-table" }, h("thead", {}, head), this.#body);
     const save = (form) => button(form.toUpperCase(), () => this.#save(form));
     const label = (text, input) => h("label", {}, `${text} `, input);
     this.element = h(
       "div",
-      { class: "t-history t-scroll" },
+      { class: "t-history t-folds t-scroll" },
       h(
         "div",
         { class: "t-bar" },
@@ -146,17 +146,15 @@ function timeOf({ value }) {
 }
 
 function lineOf(command) {
-  const { id, state, reason, values, execute_ms, made_by } = command;
-  const times = ["made_ms", "sent_ms", "received_ms", "answered_ms"];
-  return h(
-    "tr",
-    { "data-state": state, "data-command": command.command },
-    h("td", {}, String(id)),
-    h("td", {}, command.command),
+  const { id, state, reason, values, made_by } = command;
+  const times = ["made_ms", "sent_ms", "received_ms", "answered_ms", "execute_ms"];
+  const cells = [
+    String(id),
+    command.command,
     h("td", { class: "t-sent__values" }, valuesInWords(values)),
     h("td", { class: "t-sent__state" }, reason ? `${state}: ${reason}` : state),
-    times.map((key) => h("td", {}, inZone(command[key]))),
-    h("td", {}, inZone(execute_ms)),
-    h("td", {}, made_by),
-  );
+    ...times.map((key) => timeCell(command[key])),
+    made_by,
+  ];
+  return titledLine(TITLES, cells, { "data-state": state, "data-command": command.command });
 }

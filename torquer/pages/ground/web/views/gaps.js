@@ -4,6 +4,7 @@ import { h } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
 import { duration, inZone } from "../times.js";
 import { operatorLine, orderButton } from "./operator.js";
+import { titledLine } from "./titled.js";
 
 const TITLES = ["Packet", "From (on board)", "To (on board)", "Missing", "Stored, received", "Record"];
 /** The packet of which the satellite has a record, and the one in which it comes. */
@@ -35,7 +36,7 @@ class Gaps {
     const again = { type: "button", class: "t-button", onclick: () => this.#ask() };
     this.element = h(
       "div",
-      { class: "t-log" },
+      { class: "t-log t-folds" },
       h("div", {}, h("button", again, "Look again"), operatorLine(), this.#note, this.#failure),
       h(
         "div",
@@ -82,7 +83,7 @@ class Gaps {
       ...[packet, inZone(start_ms), inZone(end_ms)],
       ...[`${missing}, one each ${duration(every_ms)}`, String(stored)],
     ];
-    return h("tr", {}, texts.map((text) => h("td", {}, text)), record); // prettier-ignore
+    return titledLine(TITLES, [...texts, record]);
   }
 
   #button({ start_ms, end_ms }) {

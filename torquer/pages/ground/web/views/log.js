@@ -3,6 +3,7 @@
 import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, route } from "../net/api.js";
 import { inZone } from "../times.js";
+import { titledLine } from "./titled.js";
 
 /** Most entries shown, and in a file; pause after the last key before the archive is asked [ms]. */
 const MOST = 500;
@@ -46,7 +47,7 @@ class Log {
     const labels = [h("label", {}, "from ", this.#from), h("label", {}, "to ", this.#to)];
     this.element = h(
       "div",
-      { class: "t-log" },
+      { class: "t-log t-folds" },
       h("div", { class: "t-bar" }, filters.slice(0, 3), labels, this.#file, this.#note),
       h("div", { class: "t-scroll", tabIndex: 0 }, this.#table()),
     );
@@ -68,7 +69,7 @@ class Log {
 
   #table() {
     const head = TITLES.map((title) => h("th", { scope: "col" }, title));
-    return h("table", { class: "t-table" }, h("thead", {}, h("tr", {}, head)), this.#body);
+    return h("table", { class: "t-table t-log__lines" }, h("thead", {}, h("tr", {}, head)), this.#body);
   }
 
   #later() {
@@ -159,9 +160,5 @@ function lineOf({ received_ms, time_ms, source, severity, text }) {
   // The ground has no on-board time of its own.
   const onBoard = source === "satellite" ? inZone(time_ms) : "";
   const cells = [inZone(received_ms), onBoard, source, severity, text];
-  return h(
-    "tr",
-    { "data-severity": severity },
-    cells.map((cell, i) => h("td", { "data-title": TITLES[i] }, cell)),
-  );
+  return titledLine(TITLES, cells, { "data-severity": severity });
 }

@@ -4,6 +4,7 @@ import { every, h, oncePerFrame } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
 import { operatorLine, orderButton } from "./operator.js";
 import { valuesInWords } from "./sent_list.js";
+import { titledLine } from "./titled.js";
 import { inZone } from "../times.js";
 
 const EXECUTION = "Execution (on board)";
@@ -33,7 +34,7 @@ class PlanView {
     const table = h("table", { class: "t-table" }, h("thead", {}, h("tr", {}, head)), this.#body);
     this.element = h(
       "div",
-      { class: "t-plan t-scroll" },
+      { class: "t-plan t-folds t-scroll" },
       operatorLine(),
       h(
         "div",
@@ -82,15 +83,14 @@ class PlanView {
     const { id, request, command, values, execute_ms, state, made_by, mark } = entry;
     const number = id === null ? `request ${request}` : String(id);
     const rest = [valuesInWords(values), number, state ?? "not known", made_by ?? ""];
-    return h(
-      "tr",
-      { "data-mark": mark },
+    const cells = [
       h("td", { class: "t-plan__mark" }, mark),
-      h("td", {}, command ?? "not in the dictionary"),
+      command ?? "not in the dictionary",
       h("td", { class: "t-plan__time" }, inZone(execute_ms)),
-      h("td", {}, this.#cancelOf(entry) ?? ""),
-      rest.map((cell) => h("td", {}, cell)),
-    );
+      this.#cancelOf(entry) ?? "",
+      ...rest,
+    ];
+    return titledLine(TITLES, cells, { "data-mark": mark });
   }
 
   /** By the number here where the command waits, else by that on board. */

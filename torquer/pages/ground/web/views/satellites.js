@@ -52,7 +52,7 @@ function columnOf(satellite, isShown, context) {
   const clock = new SatelliteClock(satellite, rows, signal);
   const onBoard = openmct.time.getAllClocks().find(({ key }) => key === `onboard.${satellite.key}`);
   const show = () => {
-    time.textContent = [`${inZone(onBoard.currentValue())} on board`, ...clockInWords(clock)].join("; ");
+    time.textContent = clockInWords(onBoard.heard, clock);
   };
   every(500, show, signal);
   return { box, satellite, start: () => showState(state, { ...context, satellite }) };

@@ -4,6 +4,7 @@ import { h, oncePerFrame } from "../dom.js";
 import { get, inBackground, post, route } from "../net/api.js";
 import { mayCommand } from "../net/role.js";
 import { inZone, inZoneToday } from "../times.js";
+import { titledLine } from "./titled.js";
 
 /** Most commands shown: the last ones. */
 const MOST = 200;
@@ -23,7 +24,7 @@ export class SentList {
     );
     this.element = h(
       "section",
-      { class: "t-sent t-scroll", tabindex: 0 },
+      { class: "t-sent t-folds t-scroll", tabindex: 0 },
       h("table", { class: "t-table" }, h("thead", {}, head), this.#body),
     );
     this.redraw = oncePerFrame(() => this.#draw(), context.signal);
@@ -84,17 +85,19 @@ function lineOf(command, cancel) {
   const how = { type: "button", class: "t-button", onclick: cancel };
   const button = canCancel && h("button", how, "Cancel");
   const stateCell = h("td", { class: "t-sent__state" }, stateInWords(command), " ", button || "");
-  return h(
-    "tr",
-    { "data-state": state, "data-command": command.command },
-    h("td", {}, String(id)),
-    h("td", {}, command.command),
+  const cells = [
+    String(id),
+    command.command,
     h("td", { class: "t-sent__values" }, valuesInWords(command.values)),
     stateCell,
-    [made_ms, sent_ms, answered_ms].map((time) => h("td", { title: inZone(time) }, inZoneToday(time))),
-    h("td", {}, command.by ?? command.made_by ?? ""),
-  );
+    ...[made_ms, sent_ms, answered_ms].map(timeCell),
+    command.by ?? command.made_by ?? "",
+  ];
+  return titledLine(TITLES, cells, { "data-state": state, "data-command": command.command });
 }
+
+/** A time without the date where it is today's; in full to who points at it. */
+export const timeCell = (time) => h("td", { title: inZone(time) }, inZoneToday(time));
 
 function stateInWords({ state, reason, execute_ms, answered_ms }) {
   if (reason) return `${state}: ${reason}`;

@@ -4,6 +4,7 @@ import { h, number } from "../dom.js";
 import { get, inBackground, route } from "../net/api.js";
 import { SEVERITY_SIGNS } from "../limits.js";
 import { inZone } from "../times.js";
+import { titledLine } from "./titled.js";
 
 /** Most violations shown of a satellite, and time between two looks at them [ms]. */
 const MOST = 200;
@@ -81,8 +82,7 @@ export class ViolationLog {
       String(one.count),
       acknowledgedInWords(one),
     ];
-    const cells = texts.map((text, i) => h("td", { "data-title": TITLES[i] }, text));
-    return h("tr", { "data-severity": one.severity }, cells);
+    return titledLine(TITLES, texts, { "data-severity": one.severity });
   }
 }
 
