@@ -78,14 +78,14 @@ class Mortal(ThreadPoolExecutor):
         super().__init__(workers)
         self.broken = False
 
-    def submit(self, function, first, last):
+    def submit(self, function, of, first, last):
         if self.broken:
             raise BrokenProcessPool
         if first == 16 and Mortal.deaths:
             Mortal.deaths -= 1
             self.broken = True
             return super().submit(self.die)
-        return super().submit(function, first, last)
+        return super().submit(function, of, first, last)
 
     def die(self):
         raise BrokenProcessPool
