@@ -286,19 +286,37 @@ def order_8_phase(member, integrator, like, length_s):
 
 
 @called
+def due_order_5_phase(member, integrator, around, left, length_s):
+    """The same as `order_5_phase`, computed for a member that tries it alone."""
+    if tries_order_5(member, length_s) == 1:
+        order_5_phase(member, integrator, around, left, length_s)
+    else:
+        slower_phase(member)
+
+
+@called
 def due_order_8_phase(member, integrator, like, length_s):
-    """The same, of members that have a step to try: where no vectors are made of it."""
+    """The same as `order_8_phase`, computed for a member that has a step to try alone."""
     if member.state.steps[0].h_s > 0.0:
         order_8_phase(member, integrator, like, length_s)
 
 
 @inlined
-def step_members(members, acting, integrator, like, length_s):
-    """Let all members try their steps of order 8; `acting`: torques, which may call `sin`."""
-    if len(acting) == 0:
-        each(members, order_8_phase, integrator, like, length_s)
+def try_order_5(members, surface, acting, integrator, around, left, length_s):
+    """Let members try order 5; where air or other torques act no good vectors are made of it."""
+    if len(acting) > 0 or len(surface) > 0:
+        each(members, due_order_5_phase, integrator, around, left, length_s)
     else:
+        each(members, order_5_phase, integrator, around, left, length_s)
+
+
+@inlined
+def try_order_8(members, surface, acting, integrator, like, length_s):
+    """Let members try their steps of order 8 in the same way."""
+    if len(acting) > 0 or len(surface) > 0:
         each(members, due_order_8_phase, integrator, like, length_s)
+    else:
+        each(members, order_8_phase, integrator, like, length_s)
 
 
 @inlined
@@ -345,20 +363,20 @@ def over_stretch(members, integrator, tables, local, stretch):
     """Advance members over a stretch; `local`: the environment at its start."""
     start_s, since_s, length_s = stretch
     constants = first_member(members).constants
-    lag_s = constants.coils.lag_s
+    lag_s, (_, _, _, surface, acting) = constants.coils.lag_s, constants.rigid
     each(members, begin_phase, local, remaining(lag_s, since_s), length_s)
     if length_s <= integrator.longest_s:
         if count(members, tries_order_5, length_s) > 0:
             around = _environments_at_5(tables, local, start_s, length_s)
             left = left_at_5(lag_s, since_s, length_s)
-            each(members, order_5_phase, integrator, around, left, length_s)
+            try_order_5(members, surface, acting, integrator, around, left, length_s)
         else:
             each(members, slower_phase)
     for _ in range(MOST_STEPS):
         if count(members, plan_phase, integrator, length_s) == 0:
             break
         look_around(members, tables, stretch, lag_s)
-        step_members(members, constants.rigid.acting, integrator, local, length_s)
+        try_order_8(members, surface, acting, integrator, local, length_s)
     each(members, unfinished_phase, length_s)
 
 
