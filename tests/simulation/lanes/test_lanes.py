@@ -23,12 +23,9 @@ from torquer.simulation.loop.calibrated import drive_coils_step
 from torquer.simulation.loop.due import attitude_sensor_step, gyro_step, magnetometer_step
 from torquer.simulation.loop.members import END, STREAMS, Many, draw, each
 from torquer.simulation.propagate.adaptive import Auto
-from torquer.simulation.propagate.adaptive_lanes import (
-    order_5_phase,
-    order_8_phase,
-    own_stage_phase,
-)
+from torquer.simulation.propagate.adaptive_lanes import order_5_phase, order_8_phase
 from torquer.simulation.propagate.interval import rk4_phase
+from torquer.simulation.propagate.lane_stages import own_stage_phase
 from torquer.simulation.setup.run import prepare
 from torquer.simulation.setup.simulate import simulate
 from torquer.spacecraft.sensors.attitude_sensor import Sky

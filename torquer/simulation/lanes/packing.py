@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, lane_rows
 from torquer.simulation.loop.state import Dynamics, Plant, State
-from torquer.simulation.propagate.adaptive_lanes import STEP
+from torquer.simulation.propagate.lane_stages import STEP
 from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
 
 #: Records at which the loop looks once for all members.
