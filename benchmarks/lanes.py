@@ -1,17 +1,19 @@
-"""A member in lanes against its single run, stepping only: ratios of alternating runs.
+"""Members in lanes against their single runs, stepping only: ratios of alternating runs.
 
-.venv/bin/python benchmarks/lanes.py
+.venv/bin/python benchmarks/lanes.py ["NAME" ...]
 """
 
+import sys
 import time
 
 import numpy as np
 
-from torquer.compile.lanes import LANES
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation.lanes.group import Lanes, Pieces
+from torquer.simulation.lanes.group import Lanes, Pieces, first_rate
+from torquer.simulation.lanes.laws import CELLS_AT
 from torquer.simulation.setup.run import prepare
 
+DURATION_S = 3600
 LAW = 'control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 4e4 }, sample_s = 1.0 }'
 SCENARIO = f"""
 start = 2012-03-04T10:31:47Z
@@ -20,7 +22,7 @@ spacecraft.body.inertia_kg_m2 = [1.0255, 1.5393, 1.8172]
 spacecraft.coils.limit_a_m2 = 3.2
 initial.rate_deg_s = [5, 4, 3]
 {LAW}
-simulation = {{ duration_s = 11480, step_s = 1.0, record_s = 20.0 }}
+simulation = {{ duration_s = {DURATION_S}, step_s = 1.0, record_s = 20.0 }}
 """
 NOISE = """
 spacecraft.magnetometer.noise_nt = 50.0
@@ -36,46 +38,86 @@ fast.transitions = [{ to = "slow", when = { signal = "rate_deg_s", below = 3 } }
 slow.laws = ["slow"]
 slow.transitions = [{ to = "fast", when = { signal = "rate_deg_s", above = 4 } }]
 """
+LAG = "spacecraft.coils.lag_s = 0.3\n"
+AIR = """
+environment.atmosphere.kind = "exponential"
+spacecraft.aerodynamics.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 2.0, \
+centre_m = [0, 0, 0.5] }]
+"""
+SUNLIGHT = """
+disturbance.solar_pressure.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 20.0, \
+centre_m = [0, 0, 5], specular_reflectivity = 0.3 }]
+"""
+ADAPTIVE = SCENARIO.replace(", step_s = 1.0", "")
+RARE = ADAPTIVE.replace("sample_s = 1.0", "sample_s = 10.0")
+SLOW = ADAPTIVE.replace("[5, 4, 3]", "[0.5, 0.4, 0.3]")
 CASES = {
-    "no noise": SCENARIO,
-    "noise on all sensors": SCENARIO + NOISE,
-    "modes": SCENARIO.replace(LAW, "control.sample_s = 1.0") + MODES,
+    "RK4": SCENARIO,
+    "RK4, noise on all sensors": SCENARIO + NOISE,
+    "RK4, modes": SCENARIO.replace(LAW, "control.sample_s = 1.0") + MODES,
+    "adaptive, up to 0.7 deg/s": SLOW,
+    "adaptive, up to 7 deg/s": ADAPTIVE,
+    "the same, noise on all sensors": ADAPTIVE + NOISE,
+    "the same, coils with a lag": ADAPTIVE.replace("initial", LAG + "initial"),
+    "the same, air": ADAPTIVE + AIR,
+    "the same, sunlight with its edges": ADAPTIVE + SUNLIGHT,
+    "adaptive, control every 10 s": RARE,
+    "the same, coils with a lag, every 10 s": RARE.replace("initial", LAG + "initial"),
+    "the same, air, every 10 s": RARE + AIR,
 }
-ROUNDS = 9
+MEMBERS, ROUNDS = 64, 5
 
 
-def single(scenario, piece) -> float:
-    """Seconds of a run's stepping."""
-    run = prepare(scenario, piece=piece)
-    begun_s = time.perf_counter()
-    run.advance_to(run.steps)
-    return time.perf_counter() - begun_s
+def numbers_of(lanes: Lanes, run) -> np.ndarray:
+    """Members whose rates are up to the scenario's."""
+    motion = np.tile(run.state.cells.view(np.float64)[:7], (MEMBERS, 1))
+    motion[:, 4:] *= np.random.default_rng(1).uniform(0.05, 1.0, MEMBERS)[:, None]
+    return lanes.numbers_of(motion)
 
 
-def in_lanes(lanes: Lanes, numbers, seeds) -> float:
-    """Seconds of a member's stepping in lanes."""
-    begun_s = time.perf_counter()
-    lanes.fly(numbers, seeds)
-    return (time.perf_counter() - begun_s) / LANES
+def alone(scenario, piece, numbers) -> float:
+    """Seconds of the members' stepping one by one."""
+    runs = [prepare(scenario.replace("seed", seed), piece=piece) for seed in range(MEMBERS)]
+    for run, own in zip(runs, numbers, strict=True):
+        run.state.cells.view(np.float64)[:7] = own[CELLS_AT : CELLS_AT + 7]
+    begun_s = time.process_time()
+    for run in runs:
+        run.advance_to(run.steps)
+    return time.process_time() - begun_s
 
 
-def main() -> None:
-    """Print both costs and the median of their ratio."""
-    for name, text in CASES.items():
-        scenario = scenario_from_text(text)
+def in_lanes(lanes: Lanes, numbers, order) -> float:
+    """Seconds of the members' stepping in lanes."""
+    begun_s = time.process_time()
+    lanes.fly(numbers[order], order)
+    return time.process_time() - begun_s
+
+
+def main(*names: str) -> None:
+    """Print costs of a step of 1 s, and medians of their ratios, in turns; of some cases or all."""
+    print(
+        "| members | alone [ns] | in lanes [ns] | ratio | sorted by rate |\n|---|---|---|---|---|"
+    )
+    for name in names or CASES:
+        scenario = scenario_from_text(CASES[name])
         run = prepare(scenario)
         lanes = Lanes(run, Pieces(run))
-        numbers, seeds = np.tile(lanes.packed.numbers, (LANES, 1)), np.arange(LANES)
-        pairs = np.array(
+        numbers, order = numbers_of(lanes, run), np.arange(MEMBERS)
+        by_rate = np.argsort([first_rate(own) for own in numbers])
+        turns = np.array(
             [
-                (single(scenario, run.piece), in_lanes(lanes, numbers, seeds))
+                (alone(scenario, run.piece, numbers), in_lanes(lanes, numbers, order),
+                 in_lanes(lanes, numbers, by_rate))
                 for _ in range(ROUNDS + 1)
             ]
-        )[1:]
-        alone_ns, lane_ns = 1e9 * pairs.min(axis=0) / run.steps
-        ratio = np.median(pairs[:, 1] / pairs[:, 0])
-        print(f"{name}: {alone_ns:.0f} ns a step alone, {lane_ns:.0f} in lanes, ratio {ratio:.2f}")
+        )[1:]  # fmt: skip
+        alone_ns, lane_ns, _ = 1e9 * turns.min(axis=0) / (MEMBERS * DURATION_S)
+        ratio, of_sorted = np.median(turns[:, 1:] / turns[:, :1], axis=0)
+        print(
+            f"| {name} | {alone_ns:.0f} | {lane_ns:.0f} | {ratio:.2f} | {of_sorted:.2f} |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

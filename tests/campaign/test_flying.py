@@ -16,6 +16,7 @@ from torquer.campaign.fly import OneByOne
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import chunks_folder, chunks_there, remove
 from torquer.compile import engine
+from torquer.scenario.change import with_values
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.setup import size
 from torquer.simulation.setup.run import prepare
@@ -361,15 +362,39 @@ def test_outcomes_in_lanes_and_alone_have_the_same_bits(scenario):
         assert np.array_equal(in_lanes.outcomes[name], alone.outcomes[name]), name
 
 
-def test_adaptive_steps_fly_alone_to_the_same_outcomes(scenario):
-    steps = {"duration_s": 900.0, "record_s": 20.0}
-    adaptive = scenario.replace("simulation", steps)
-    made = campaign(adaptive, runs=3)
-    with pytest.warns(OneByOne, match="one by one, not 16 at a time: their steps are adaptive"):
-        result = torquer.fly_campaign(adaptive, made)
-    alone = torquer.simulate(member_scenario(adaptive, made, 2))
-    rate = np.degrees(np.linalg.norm(alone["omega_body"].values, axis=-1))[-1]
-    assert result["final_rate_deg_s"].values[2] == rate
+NOISY = {
+    "spacecraft.magnetometer": {"noise_nt": 50.0, "resolution_nt": 20.0},
+    "spacecraft.gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 1e-4},
+    "spacecraft.attitude_sensor.noise_deg": 0.01,
+    "control.sample_s": 10.0,
+    "simulation": {"duration_s": 900.0, "record_s": 20.0},
+}
+
+
+def test_adaptive_steps_in_lanes_and_alone_have_the_same_bits(scenario, recwarn):
+    """Of 64 members; in another order; in other chunks, by several workers."""
+    adaptive = with_values(scenario, NOISY)
+    made = campaign(adaptive, runs=64, vary=TABLE["vary"] | GAIN, outcomes=AXES, success={})
+    flying = fleet.Fleet(adaptive, made)
+    assert flying.why_not_in_lanes == ""
+    members = np.arange(64)
+    in_lanes, turned = flying.fly(members), flying.fly(members[::-1])
+    flown = torquer.fly_campaign(adaptive, made, workers=3)
+    flying._lanes = None
+    alone = flying.fly(members)
+    for kind in ("outcomes", "series"):
+        for name, values in getattr(alone, kind).items():
+            assert np.isfinite(values).all()
+            assert np.array_equal(getattr(in_lanes, kind)[name], values), name
+            assert np.array_equal(getattr(turned, kind)[name][::-1], values), name
+            stored = flown[name if kind == "outcomes" else f"series.{name}"].values
+            assert np.array_equal(stored, values), name
+    assert not [each for each in recwarn if each.category is OneByOne]
+
+
+def test_adaptive_steps_come_to_the_outcomes_of_short_fixed_ones(scenario):
+    adaptive = with_values(scenario, {"simulation": NOISY["simulation"]})
+    result = torquer.fly_campaign(adaptive, campaign(adaptive, runs=3))
     fixed = torquer.fly_campaign(scenario, campaign(scenario, runs=3))
     difference = result["final_rate_deg_s"] - fixed["final_rate_deg_s"]
     assert 0.0 < abs(difference).max() < 1e-4

@@ -85,12 +85,12 @@ def test_runs_are_added_and_nothing_is_overwritten(call, campaign_file, tmp_path
 
 @needs_jit
 def test_flying_one_by_one_is_reported(call, campaign_file, tmp_path):
-    text = campaign_file.read_text().replace("step_s = 1.0\n", "")
+    text = campaign_file.read_text().replace("step_s =", 'integrator = "splitting"\nstep_s =')
     campaign_file.write_text(text.replace("runs = 20", "runs = 2"))
     code, _, err = call("campaign", campaign_file, "--out", tmp_path / "out", "--no-report")
     assert code == 0
     assert err.startswith(
-        "note: members fly one by one, not 16 at a time: their steps are adaptive"
+        "note: members fly one by one, not 16 at a time: they have an integrator that splits"
     )
 
 

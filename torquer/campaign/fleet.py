@@ -17,7 +17,7 @@ from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.compile.lanes import LANES
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
-from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, first_rate, why_not_in_lanes
 from torquer.simulation.outside.library import OtherComputer
 from torquer.simulation.results.dataset import mode_numbers
 from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
@@ -164,10 +164,13 @@ class Fleet:
         return chunk
 
     def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> None:
-        """Fly all members, alone those that do not fit into lanes or that end early there."""
+        """Fly all members, alone those that do not fit into lanes or that end early there.
+
+        Those of similar rates fly together: a fast one takes more steps, and slow ones would wait.
+        """
         found = {row: self._member_numbers(lanes, chunk, row) for row in range(len(chunk.members))}
         fitting = {row: numbers for row, numbers in found.items() if numbers is not None}
-        rows = np.array([*fitting], int)
+        rows = np.array(sorted(fitting, key=lambda row: first_rate(fitting[row])), int)
         for first in range(0, len(rows), LANES):
             of_batch = rows[first : first + LANES]
             flown = lanes.fly(np.array([fitting[row] for row in of_batch]), chunk.seeds[of_batch])

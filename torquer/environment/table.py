@@ -52,11 +52,23 @@ class ProvenTable:
 
 
 @inlined
-def _place(table, t):
-    """Segment and position x in [-1, 1] of a time; the outermost segments extrapolate."""
+def segment_at(table, t):
+    """Segment of a time; the outermost ones extrapolate."""
     s = (t - table.start_s) * table.per_second
-    segment = min(max(int(s), 0), table.coefficients.shape[0] - 1)
-    return segment, 2.0 * (s - segment) - 1.0
+    return min(max(int(s), 0), table.coefficients.shape[0] - 1)
+
+
+@inlined
+def position_in(table, segment, t):
+    """Position in [-1, 1] of a time in a segment."""
+    return 2.0 * ((t - table.start_s) * table.per_second - segment) - 1.0
+
+
+@inlined
+def _place(table, t):
+    """Segment and position x in [-1, 1] of a time."""
+    segment = segment_at(table, t)
+    return segment, position_in(table, segment, t)
 
 
 @inlined
@@ -74,8 +86,14 @@ def lookup3(table, t):
 @inlined
 def lookup6(table, t, first):
     """Two vectors, of three channels from `first` and of the next three, at time t [s]."""
-    i, x = _place(table, t)
-    c, k = table.coefficients, first
+    segment, x = _place(table, t)
+    return polynomials6(table.coefficients, segment, x, first)
+
+
+@inlined
+def polynomials6(coefficients, segment, x, first):
+    """The same at a position x in [-1, 1] of a segment."""
+    c, i, k = coefficients, segment, first
     u, v, w = c[i, DEGREE, k], c[i, DEGREE, k + 1], c[i, DEGREE, k + 2]
     p, q, r = c[i, DEGREE, k + 3], c[i, DEGREE, k + 4], c[i, DEGREE, k + 5]
     for down in range(1, DEGREE + 1):

@@ -14,6 +14,7 @@ from torquer.compile import engine
 from torquer.compile.lanes import LANES, type_with
 from torquer.computer.blocks.law import Law
 from torquer.environment.local import LocalEnvironment
+from torquer.environment.table import build
 from torquer.scenario.load import load_scenario, scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import law_in_lanes
@@ -21,7 +22,10 @@ from torquer.simulation.lanes.packing import pack_member
 from torquer.simulation.loop.calibrated import drive_coils_step
 from torquer.simulation.loop.due import attitude_sensor_step, gyro_step, magnetometer_step
 from torquer.simulation.loop.members import END, STREAMS, Many, draw, each
+from torquer.simulation.propagate.adaptive import Auto
+from torquer.simulation.propagate.adaptive_lanes import order_5_phase, order_8_phase
 from torquer.simulation.propagate.interval import rk4_phase
+from torquer.simulation.propagate.lane_stages import own_stage_phase
 from torquer.simulation.setup.run import prepare
 from torquer.simulation.setup.simulate import simulate
 from torquer.spacecraft.sensors.attitude_sensor import Sky
@@ -303,15 +307,23 @@ def test_member_tumbling_too_fast_for_the_step_ends_alone():
 
 ZERO = (0.0, 0.0, 0.0)
 LOCAL = LocalEnvironment(ZERO, ZERO, ())
+AROUND, LEFT, STEPS = (LOCAL,) * 6, (0.0,) * 6, Auto(1e-12, 1e-15, np.inf, (), ())
 SKY = Sky(ZERO, ZERO, ZERO, 2.0)
-#: Loops over members by name.
-LOOPS = {
+#: Loops over what moves members, by name; over their devices.
+MOVING = {
+    "rk4": lambda members: each(members, rk4_phase, LOCAL, LOCAL, LOCAL, ZERO, 0, 1.0),
+    "order 5": lambda members: each(members, order_5_phase, STEPS, AROUND, LEFT, 1.0),
+    "order 8": lambda members: each(members, order_8_phase, STEPS, LOCAL, 1.0),
+    "environment": lambda members, table: each(
+        members, own_stage_phase, 1, 0.5, table, 0, 1.0, 1.0
+    ),
+}
+LOOPS = MOVING | {
     "draw": lambda members: draw(members, 1.0, 0, 1),
     "magnetometer": lambda members: each(members, magnetometer_step, 0, ZERO, 0.0),
     "attitude sensor": lambda members: each(members, attitude_sensor_step, 0, SKY, 0.0),
     "gyro": lambda members: each(members, gyro_step, 0, 0.0, 0.0),
     "coils": lambda members: each(members, drive_coils_step),
-    "rk4": lambda members: each(members, rk4_phase, LOCAL, LOCAL, LOCAL, ZERO, 0, 1.0),
 }
 
 
@@ -321,7 +333,7 @@ def members_for(loop):
     own = pack_member(run.plan.plant, run.dynamics, run.state)
     cells, seeds = np.repeat(own.numbers, LANES), np.zeros(LANES, np.int64)
     rest = (seeds, np.zeros((STREAMS, 3, LANES)), np.zeros(LANES, END), LANES)
-    if loop == "rk4":
+    if loop in MOVING:
         return Many(own.of_dynamics, cells, run.dynamics, *rest)
     return Many(own.of_loop, cells, run.plan.plant, *rest)
 
@@ -364,7 +376,9 @@ def wide_vectors():
 )
 def test_loops_over_members_are_of_vectors(wide_vectors, name):
     """Easily lost, by a store under a condition, a call, or a short loop that is unrolled."""
-    assert is_of_vectors(assembly_of(LOOPS[name], members_for(name)))
+    table = build(lambda t_s: np.outer(t_s, np.arange(1.0, 10.0)), 10.0, 5.0, 5)
+    more = (table,) if name == "environment" else ()
+    assert is_of_vectors(assembly_of(LOOPS[name], members_for(name), *more))
 
 
 def test_a_laws_loop_over_members_is_of_vectors(wide_vectors):
@@ -389,7 +403,7 @@ WHEELS = {
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({"simulation": {"duration_s": 900.0, "record_s": 20.0}}, "their steps are adaptive"),
+        ({"simulation.integrator": "splitting"}, "an integrator that splits the motion"),
         ({"spacecraft.wheels": WHEELS}, "wheels"),
     ],
 )

@@ -15,8 +15,7 @@ from torquer.simulation.loop.computers import Boards, make_boards, same_computer
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS
 from torquer.simulation.loop.step import NO_READERS, Loop, run_steps, with_readers
-from torquer.simulation.propagate.fixed_steps import Rk4
-from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
+from torquer.simulation.propagate.interval import IN_LANES, LOOK_ONLY, Problem, propagate
 from torquer.simulation.setup.prepare import first_rods
 from torquer.simulation.setup.run import Piece, Run, make_environments, tabulate_piece
 from torquer.simulation.setup.signals import noted_signals
@@ -53,25 +52,30 @@ class Pieces:
         return self._known[first]
 
 
-def why_not_in_lanes(run: Run) -> str:
-    """Why a run cannot be flown next to others; "" if it can."""
-    if not isinstance(run.integrator, Rk4):
-        return "their steps are adaptive; RK4 with simulation.step_s lets them fly side by side"
-    for has, what in (
-        (run.scenario.spacecraft.wheels is not None, "wheels"),
-        (run.plan.plant.coils.pwm_period_s > 0.0, "coils driven by pulse-width modulation"),
-        (run.library is None and not run.blocks.compiled, "a law in plain Python"),
-        (run.scenario.control.restarts(), "a computer that restarts"),
-        (_has_own_torques(run), "torques of the user's own"),
-        (run.scenario.spacecraft.own_sensor is not None, "a sensor of the user's own"),
-    ):
-        if has:
-            return f"they have {what}"
-    return ""
-
-
 def _has_own_torques(run: Run) -> bool:
     return run.scenario.disturbance is not None and bool(run.scenario.disturbance.own)
+
+
+#: What members are flown alone for, and whether a run has it.
+_ALONE: dict[str, Callable[[Run], bool]] = {
+    "an integrator that splits the motion": lambda run: type(run.integrator) not in IN_LANES,
+    "wheels": lambda run: run.scenario.spacecraft.wheels is not None,
+    "coils driven by pulse-width modulation": lambda run: run.plan.plant.coils.pwm_period_s > 0.0,
+    "a law in plain Python": lambda run: run.library is None and not run.blocks.compiled,
+    "a computer that restarts": lambda run: run.scenario.control.restarts(),
+    "torques of the user's own": _has_own_torques,
+    "a sensor of the user's own": lambda run: run.scenario.spacecraft.own_sensor is not None,
+}
+
+
+def why_not_in_lanes(run: Run) -> str:
+    """Why a run cannot be flown next to others; "" if it can."""
+    return next((f"they have {what}" for what, has_it in _ALONE.items() if has_it(run)), "")
+
+
+def first_rate(numbers: np.ndarray) -> float:
+    """Rate [rad/s] at the start of a member by its numbers: the higher, the more steps it takes."""
+    return float(np.linalg.norm(numbers[CELLS_AT + 4 : CELLS_AT + _MOTION]))
 
 
 class Lanes:
@@ -164,8 +168,6 @@ class Lanes:
         moving = Many(self.packed.of_dynamics, cells, run.dynamics, *rest)
         for first in range(0, run.steps, run.piece_steps):
             piece = self.pieces.at(first)
-            if noted_signals().asked:
-                raise KeyboardInterrupt
             problem = Arguments(
                 Problem(run.integrator, moving, piece.moving, local, plan.step_s, plan.record_steps)
             )
@@ -174,7 +176,11 @@ class Lanes:
                 *(plan, piece.tables, members, boards, at, local, kept, NO_READERS),
                 *(0, compiled, problem.address),
             )
-            run_steps(Arguments(with_readers(loop)), piece.last)
+            arguments = Arguments(with_readers(loop))
+            while at[0] < piece.last:
+                if noted_signals().asked:
+                    raise KeyboardInterrupt
+                run_steps(arguments, piece.last)
         propagate(problem, run.steps, run.steps, LOOK_ONLY)
         ended = np.ascontiguousarray(
             cells.reshape(-1, LANES)[CELLS_AT : CELLS_AT + len(CELLS.names)].T

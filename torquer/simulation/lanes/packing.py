@@ -6,6 +6,7 @@ import numpy as np
 
 from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, lane_rows
 from torquer.simulation.loop.state import Dynamics, Plant, State
+from torquer.simulation.propagate.lane_stages import STEP
 from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
 
 #: Records at which the loop looks once for all members.
@@ -79,6 +80,7 @@ def pack_member(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
         "held": packing.rows(state.held),
         "coefficients": packing.rows(state.coefficients),
         "rods": packing.rows(state.rods),
+        "steps": packing.rows(np.zeros(1, STEP)),
     }
     moving = packing.part(dynamics)
     parameters_at = packing.put(board.parameters)

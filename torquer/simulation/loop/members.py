@@ -99,6 +99,25 @@ def _each_many(members, phase, *arguments):
     return in_lanes
 
 
+def count(members, phase, *arguments):
+    """Sum over the members of what a phase answers."""
+    return phase(members.member, *arguments)
+
+
+@overload(count, jit_options=LOOP_OPTIONS)
+def _count_many(members, phase, *arguments):
+    if members.instance_class is One:
+        return count
+
+    def in_lanes(members, phase, *arguments):
+        found = 0
+        for lane in range(members.lanes):
+            found += phase(member_in(members, lane), *arguments)
+        return found
+
+    return in_lanes
+
+
 def each_alone(members, phase, *arguments):
     """Let a phase of devices work that no member in lanes has: wheels."""
     phase(members.member, *arguments)

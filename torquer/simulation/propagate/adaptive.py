@@ -42,7 +42,7 @@ _ORDER = 7.0
 _TINY, _EASY = (_SAFETY / _GROWTH) ** _ORDER, (_SAFETY / 1.5) ** _ORDER
 _GROWTH_WHEN_EASY = 1.5
 #: How the interval that order 5 is tried on changes: when it fails, and with every step of order 8.
-_LESS, _MORE = 0.6, 1.02
+_LESS, MORE = 0.6, 1.02
 #: Shortest step [s]: no satellite moves so fast that it needs a shorter one.
 LEAST_STEP_S = 1e-7
 #: Most steps from one event to the next.
@@ -52,27 +52,32 @@ MOST_STEPS = 1_000_000
 class Auto(NamedTuple):
     """Adaptive steps: the error that they may make in a second, of attitude and rate.
 
-    `longest_s`: no step is longer. `work`, `tableau`: space and weights for the wheels' rotors.
+    `longest_s`: no step is longer. `work`, `tableau`: space and weights for the wheels' rotors, ()
+    in lanes.
     """
 
     attitude_rad_s: float
     rate_rad_s2: float
     longest_s: float
-    work: np.ndarray
-    tableau: np.ndarray
+    work: np.ndarray | tuple[()]
+    tableau: np.ndarray | tuple[()]
 
 
 @inlined
-def _count(cells, h, error):
-    """Add a step to the sums: an error of the rate goes on as one of the attitude."""
-    cells.steps += 1.0
-    cells.least_step_s = min(cells.least_step_s, h)
-    cells.error_rad += error.attitude + h * cells.error_rad_s
-    cells.error_rad_s += error.rate
+def count_step(cells, h, error, taken):
+    """Add a step, if it is taken, to the sums: an error of the rate goes on as one of the attitude.
+
+    `taken` chooses between numbers, not between ways: then members side by side are vectors.
+    """
+    least_s, grown = min(cells.least_step_s, h), error.attitude + h * cells.error_rad_s
+    cells.steps += 1.0 if taken else 0.0
+    cells.least_step_s = least_s if taken else cells.least_step_s
+    cells.error_rad += grown if taken else 0.0
+    cells.error_rad_s += error.rate if taken else 0.0
 
 
 @inlined
-def _ratio(integrator, x, h, error):
+def ratio_of(integrator, x, h, error):
     """Error of a step as a multiple of what it may make."""
     rounding = _ROUNDING * math.sqrt(dot(x.omega, x.omega))
     attitude = max(integrator.attitude_rad_s * h, _ROUNDING_RAD)
@@ -95,27 +100,50 @@ def _shrunk(h, ratio):
 
 
 @inlined
+def next_step(integrator, cells, t, length_s):
+    """(Length of the step to try at t of an interval, time after it)."""
+    left, wanted = length_s - t, min(cells.next_step_s, integrator.longest_s)
+    if wanted >= left:
+        return left, length_s
+    h = left / math.ceil(left / wanted)
+    return h, t + h
+
+
+@inlined
+def learn_from(cells, h, ratio):
+    """Find the step to try after one of this ratio; whether it has not vanished."""
+    if ratio <= 1.0:
+        cells.next_step_s = h * _growth(ratio)
+        return True
+    cells.next_step_s = _shrunk(h, ratio)
+    return cells.next_step_s > LEAST_STEP_S
+
+
+@inlined
+def next_slow_step(slow_s, length_s, ratio):
+    """The interval to try order 5 on after it was tried on one; `slow_s`: the one before."""
+    longer = max(slow_s, _GROWTH_WHEN_EASY * length_s)
+    shorter = _LESS * length_s * MORE
+    if ratio <= 1.0:
+        return longer if ratio <= _EASY else slow_s
+    return shorter
+
+
+@inlined
 def in_steps(integrator, smooth, cells, x, local, length_s):
     """Motion after an interval, in equal steps; not a number where they vanish."""
     t = 0.0
     for _ in range(MOST_STEPS):
         if t == length_s:
             return x
-        left = length_s - t
-        wanted = min(cells.next_step_s, integrator.longest_s)
-        whole = wanted >= left
-        h = left if whole else left / math.ceil(left / wanted)
+        h, then = next_step(integrator, cells, t, length_s)
         y, end, error = attempt(smooth, local, t, x, h)
-        ratio = _ratio(integrator, x, h, error)
+        ratio = ratio_of(integrator, x, h, error)
         if ratio <= 1.0:
-            t = length_s if whole else t + h
-            x, local = y, end
-            _count(cells, h, error)
-            cells.next_step_s = h * _growth(ratio)
-        else:
-            cells.next_step_s = _shrunk(h, ratio)
-            if cells.next_step_s <= LEAST_STEP_S:
-                break
+            t, x, local = then, y, end
+            count_step(cells, h, error, True)
+        if not learn_from(cells, h, ratio):
+            break
     cells.next_step_s = 0.0
     return Motion(x.q, (math.nan, math.nan, math.nan))
 
@@ -142,7 +170,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, local, length_s, 
         change_s = time_to_change(turning) if foreseen else math.inf
         h = min(wanted, change_s, shorter)
         y, end, error = attempt(now, local, t, x, h)
-        ratio = _ratio(integrator, x, h, error)
+        ratio = ratio_of(integrator, x, h, error)
         if ratio <= 1.0:
             part = part_to_change(turning, h, y.omega)
             if part == 0.0:
@@ -154,7 +182,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, local, length_s, 
             t = length_s if h >= left else t + h
             x, local, shorter = y, end, math.inf
             foreseen = h != change_s or h > LEAST_STEP_S
-            _count(cells, h, error)
+            count_step(cells, h, error, True)
             grown = h * _growth(ratio)
             cells.next_step_s = grown if h == wanted else max(cells.next_step_s, grown)
         else:
@@ -173,14 +201,13 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, local, length_s, step
     if length_s <= integrator.longest_s:
         if cells.slow_step_s >= length_s:
             y, error = attempt_5(smooth, local, x, length_s)
-            ratio = _ratio(integrator, x, length_s, error)
+            ratio = ratio_of(integrator, x, length_s, error)
+            cells.slow_step_s = next_slow_step(cells.slow_step_s, length_s, ratio)
             if ratio <= 1.0:
-                _count(cells, length_s, error)
-                if ratio <= _EASY:
-                    cells.slow_step_s = max(cells.slow_step_s, _GROWTH_WHEN_EASY * length_s)
+                count_step(cells, length_s, error, True)
                 return y
-            cells.slow_step_s = _LESS * length_s
-        cells.slow_step_s *= _MORE
+        else:
+            cells.slow_step_s *= MORE
     return in_steps(integrator, smooth, cells, x, local, length_s)
 
 

@@ -29,6 +29,7 @@ from torquer.simulation.loop.members import (
 )
 from torquer.simulation.loop.state import local_in, put_local, put_motion, read_motion
 from torquer.simulation.propagate.adaptive import Auto, by_auto, next_death
+from torquer.simulation.propagate.adaptive_lanes import auto_in_lanes
 from torquer.simulation.propagate.fixed_steps import (
     Rk4,
     Splitting,
@@ -186,21 +187,32 @@ def advance(members, problem, local, step, until):
     return RUNNING
 
 
+@inlined
+def rk4_in_lanes(members, problem, local, step, until):
+    """Advance members over steps step..until-1 of the time grid by RK4."""
+    lag_s, h = first_member(members).constants.coils.lag_s, problem.step_s
+    for k in range(step, until):
+        middle = environment_at(problem.tables, (k + 0.5) * h)
+        end = environment_at(problem.tables, (k + 1) * h)
+        left = left_in_step(lag_s, (k - step) * h, h)
+        each(members, rk4_phase, local, middle, end, left, k, h)
+        local = end
+
+
+#: Integrators of members in lanes.
+IN_LANES = {Auto: auto_in_lanes, Rk4: rk4_in_lanes}
+
+
 @overload(advance, jit_options=INLINED_OPTIONS)
 def _advance(members, problem, local, step, until):
     if members.instance_class is One:
         return advance
+    steps = IN_LANES[problem[problem.fields.index("integrator")].instance_class]
 
     def in_lanes(members, problem, local, step, until):
-        lag_s, h = first_member(members).constants.coils.lag_s, problem.step_s
-        for k in range(step, until):
-            middle = environment_at(problem.tables, (k + 0.5) * h)
-            end = environment_at(problem.tables, (k + 1) * h)
-            left = left_in_step(lag_s, (k - step) * h, h)
-            each(members, rk4_phase, local, middle, end, left, k, h)
-            local = end
+        steps(members, problem, local, step, until)
         must_stop(members, has_motion, BAD_STATE, until)
-        must_stop(members, stays_on_bearing, TILTED, until, problem.tables, until * h)
+        must_stop(members, stays_on_bearing, TILTED, until, problem.tables, until * problem.step_s)
         return RUNNING
 
     return in_lanes
