@@ -218,7 +218,7 @@ def test_a_stack_that_fails_is_held_and_aborted(call, folder, tmp_path):
 @flies
 def test_stacks_are_saved_on_the_ground(call, folder, tmp_path):
     example = "examples/software/commissioning.toml"
-    name = ("--satellite", "morning", "--folder", folder)
+    name = ("--name", "morning", "--folder", folder)
     assert call("stack", "save", example, *name)[0] == 0
     assert call("stack", "list", "--folder", folder)[1] == "morning\n"
     with open(example, encoding="utf-8") as file:
@@ -230,7 +230,7 @@ def test_stacks_are_saved_on_the_ground(call, folder, tmp_path):
     assert call("stack", "list", "--folder", folder)[1] == ""
     for action in ("load", "text", "delete"):
         code, _, err = call("stack", action, "morning", "--folder", folder)
-        assert code == 2 and "name: must be one of nothing is saved; received morning" in err
+        assert code == 2 and "name: must be that of a saved stack, and none is saved; received morning" in err
 
 
 @flies
