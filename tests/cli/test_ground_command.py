@@ -230,7 +230,8 @@ def test_stacks_are_saved_on_the_ground(call, folder, tmp_path):
     assert call("stack", "list", "--folder", folder)[1] == ""
     for action in ("load", "text", "delete"):
         code, _, err = call("stack", action, "morning", "--folder", folder)
-        assert code == 2 and "name: must be that of a saved stack, and none is saved; received morning" in err
+        assert code == 2
+        assert "name: must be that of a saved stack, and none is saved; received morning" in err
 
 
 @flies
