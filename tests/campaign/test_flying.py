@@ -451,26 +451,12 @@ def test_mistakes_are_reported(scenario, options, expected):
         torquer.fly_campaign(scenario, campaign(scenario, runs=2), **options)
 
 
-def test_dask_gives_the_same_bits_when_a_worker_is_killed(scenario):
-    distributed = pytest.importorskip("distributed")
-    made = campaign(scenario, runs=400)
-    here = torquer.fly_campaign(scenario, made)
-    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
-
-        def kill_one(progress):
-            if progress.done == 80:
-                next(iter(cluster.workers.values())).process.process.kill()
-
-        there = torquer.fly_campaign(
-            scenario, made, where=cluster.scheduler_address, progress=kill_one
-        )
-    assert there.identical(here)
-
-
 def test_an_interrupted_campaign_on_dask_goes_on(scenario, tmp_path):
     distributed = pytest.importorskip("distributed")
     made, path = campaign(scenario), tmp_path / "campaign.nc"
-    with distributed.LocalCluster(1, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(
+        1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
         address = cluster.scheduler_address
         interrupted(scenario, made, path, address)
         resumed = torquer.fly_campaign(scenario, made, to=path, where=address, resume=True)

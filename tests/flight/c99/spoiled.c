@@ -5,7 +5,7 @@
    the stretch nothing may be refused any more, and in the last steps the command must go on changing
    where that of the sound flight does, unless a guard has switched the laws off. Prints the cases
    and the share of them whose last command is that of the sound flight. */
-#include "adcs.h"
+#include "adcs_types.h"
 
 #include <stdio.h>
 #include <string.h>
