@@ -8,25 +8,8 @@ import torquer
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs/data.md").read_text(encoding="utf-8")
 #: Files of the package that are no data of others.
-_OWN = frozenset(
-    [
-        ".py",
-        ".pyc",
-        ".typed",
-        ".md",
-        ".html",
-        ".css",
-        ".js",
-        ".sh",
-        ".c",
-        ".h",
-        ".ld",
-        ".in",
-        ".cpp",
-        ".hpp",
-        ".fpp",
-    ]
-)
+_OWN = (".py", ".pyc", ".typed", ".md", ".html", ".css", ".js", ".sh", ".c", ".h", ".ld", ".in")
+_OWN += (".cpp", ".hpp", ".fpp")
 _OWN_NAMES = ("start.toml", "stored_tables.json", "CMakeLists.txt", "Makefile")
 
 
