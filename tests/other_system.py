@@ -9,6 +9,7 @@ terminals remain those of this system; packages of others are imported before.
 
 import asyncio  # noqa: F401
 import concurrent.futures.process  # noqa: F401
+import contextlib
 import fcntl
 import importlib
 import multiprocessing.popen_spawn_posix  # noqa: F401
@@ -46,12 +47,13 @@ def become(system: str) -> None:
     """Look like a system from now on: `win32` or `darwin`."""
     for name in OTHERS:
         importlib.import_module(name)
+    with contextlib.suppress(ImportError):  # xarray imports it, which asks the real system
+        importlib.import_module("dask.base")
     for module, names in NAMES[system].items():
         for name in names:
             if hasattr(module, name):
                 delattr(module, name)
     sys.modules.update(dict.fromkeys(MODULES[system]))
-    sys.modules["dask"] = None  # which asks the real system; xarray goes on without
     sys.platform = system
     if system == "win32":
         shutil._use_fd_functions = False
