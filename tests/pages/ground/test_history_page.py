@@ -7,7 +7,7 @@ import time
 import pytest
 from ground_flight import serving, table, until
 from made_archive import CHIBIS, archive_of, row
-from watched_page import CHROMIUM, browser_context, watched_page
+from watched_page import CHROMIUM
 
 from torquer.flight.link import open_link
 from torquer.flight.packets.codec import decoder
@@ -47,19 +47,6 @@ def ground(tmp_path_factory):
     finally:
         for link in links:
             link.close()
-
-
-@pytest.fixture(scope="module", params=[1280, 400])
-def context(request):
-    with browser_context(request.param, 800, PATIENCE_MS) as context:
-        context.width = request.param
-        yield context
-
-
-@pytest.fixture
-def page(context):
-    with watched_page(context, "400 (Bad Request)") as page:
-        yield page
 
 
 def opened(page, ground, place, query=""):

@@ -5,7 +5,7 @@ import time
 import pytest
 from ground_flight import serving, table, until
 from small_satellite import command, received, small_satellite
-from watched_page import CHROMIUM, browser_context, watched_page
+from watched_page import CHROMIUM
 
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.software_file import load_link
@@ -51,19 +51,6 @@ def ground(tmp_path_factory):
             for refused in ({"origin": "http://127.0.0.1:1"}, {"authorization": "Bearer x"}):
                 client.raw("/", **refused)
             yield client
-
-
-@pytest.fixture(scope="module", params=[1280, 400])
-def context(request):
-    with browser_context(request.param, 800, PATIENCE_MS) as context:
-        context.width = request.param
-        yield context
-
-
-@pytest.fixture
-def page(context):
-    with watched_page(context, "400 (Bad Request)") as page:
-        yield page
 
 
 def opened(page, ground, place):

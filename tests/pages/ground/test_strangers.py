@@ -16,20 +16,6 @@ from small_satellite import command, ground_process, received, small_satellite
 pytest.importorskip("uvicorn")
 
 
-@pytest.fixture(scope="module")
-def satellite():
-    with small_satellite() as made:
-        yield made
-
-
-@pytest.fixture(scope="module")
-def client(satellite, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("ground")
-    with serving(folder, sat=table(satellite.address, in_scenario=None)) as made:
-        until(lambda: received(made))
-        yield made
-
-
 def asked(client, request, with_token=True):
     """The answer to a raw request: status, body."""
     head, _, rest = request.partition(b"\r\n")

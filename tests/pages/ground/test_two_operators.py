@@ -6,8 +6,7 @@ from contextlib import closing
 
 import pytest
 from archived import WrittenAtOnce
-from ground_flight import serving, table, until
-from small_satellite import received, small_satellite
+from ground_flight import until
 
 pytest.importorskip("uvicorn")
 
@@ -17,21 +16,6 @@ from torquer.ground.alarm_desk import AlarmDesk
 from torquer.ground.stack_file import SavedStacks
 
 STEP = "[[commands]]\ncommand = 'get_parameter'\nvalues = {index = 0}\n"
-
-
-@pytest.fixture(scope="module")
-def satellite():
-    with small_satellite() as made:
-        yield made
-
-
-@pytest.fixture(scope="module")
-def client(satellite, tmp_path_factory):
-    with serving(
-        tmp_path_factory.mktemp("ground"), sat=table(satellite.address, in_scenario=None)
-    ) as made:
-        until(lambda: received(made))
-        yield made
 
 
 def at_once(client, path, *bodies):
