@@ -165,7 +165,7 @@ class Pool:
 def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     """A pool of `workers`; `where`: 'threads', 'processes', or the address of a Dask scheduler."""
     if where not in ("threads", "processes"):
-        task = task_of(*fleet.told)
+        task = task_of(fleet.scenario, fleet.campaign, fleet.computer)
         with _cluster(where) as (client, losses):
             # a worker that is lost costs its chunks one more try
             theirs = functools.partial(client.get_executor, retries=_RETRIES, pure=False)
@@ -178,7 +178,7 @@ def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     else:
         spawned = multiprocessing.get_context("spawn")
         begin = functools.partial(ProcessPoolExecutor, workers, spawned, end_with_parent)
-        call = (chunk_of_task, task_of(*fleet.told))
+        call = (chunk_of_task, task_of(fleet.scenario, fleet.campaign, fleet.computer))
     made = Pool(
         begin, lambda: workers, lambda *span: (*call, *span), is_elsewhere=where != "threads"
     )

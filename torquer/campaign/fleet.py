@@ -59,7 +59,6 @@ class Fleet:
         self, scenario: Scenario, campaign: Campaign, computer: str | os.PathLike | None = None
     ):
         self.scenario, self.campaign, self.computer = scenario, campaign, computer
-        self.told = scenario, campaign, computer
         run = flown_by(computer, scenario)
         self._library = run.library
         self.t_s = np.arange(run.steps // run.plan.record_steps + 1) * (

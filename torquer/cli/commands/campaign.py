@@ -136,13 +136,15 @@ def _part_of(text: str | None) -> tuple[int, int] | None:
 
 def _say_part(result, how: CampaignOptions, out: Path) -> int:
     """Say what a part has flown; statistics are those of all parts together."""
+    from torquer.campaign.store import in_words
+
     members, failed = result["member"].values, int((result["how_it_ended"] != "complete").sum())
     told = {"part": how.part, "first": int(members[0]), "last": int(members[-1]), "failed": failed}
     if how.json:
         print(json_text(told))
     else:
         print(
-            f"{out}: campaign.nc, part {how.part}: members {told['first']} to {told['last']}, "
+            f"{out}: campaign.nc, part {how.part}: members {in_words(members)}, "
             f"{failed} failed; `torquer campaign join` makes one campaign of all parts"
         )
     return FAILED_CODE if failed == len(members) else 0
