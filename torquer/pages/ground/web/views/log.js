@@ -73,6 +73,7 @@ class Log {
   }
 
   #later() {
+    this.#pointFile();
     clearTimeout(this.#due);
     this.#due = setTimeout(() => inBackground(this.#ask(), this.#context.signal), PAUSE_MS);
   }
@@ -97,10 +98,16 @@ class Log {
     };
   }
 
+  /** The file answers to the filters as they stand, also while the archive is not yet asked. */
+  #pointFile() {
+    const asked = { ...this.#query(), size: MOST_IN_FILE };
+    this.#file.href = addressOf(route(this.#context.satellite.key, "log.csv"), asked);
+  }
+
   async #ask() {
     const { satellite, signal } = this.#context;
     const query = this.#query();
-    this.#file.href = addressOf(route(satellite.key, "log.csv"), { ...query, size: MOST_IN_FILE });
+    this.#pointFile();
     const number = ++this.#asked;
     const path = route(satellite.key, "log", "search");
     const { entries, complete } = await get(path, { ...query, size: MOST }, signal);
