@@ -10,6 +10,7 @@ from torquer.base.version import VERSION
 from torquer.compile.sources import is_own
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import GATE_NOW, first_gate
+from torquer.flight.c99.accessors import accessor_texts
 from torquer.flight.c99.computer import (
     Export,
     OnBoard,
@@ -21,10 +22,12 @@ from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, insta
 from torquer.flight.c99.ephemeris_texts import ephemeris_files
 from torquer.flight.c99.in_the_loop import in_the_loop_text
 from torquer.flight.c99.interface import (
+    Input,
     contract_text,
     enums,
     input_copies,
     input_members,
+    inputs_for,
     outcome_enums,
 )
 from torquer.flight.c99.portable import PORTABLE
@@ -34,7 +37,7 @@ from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps, recorded_in_c
 from torquer.flight.c99.refusal import Refused
-from torquer.flight.c99.tables import constant_text, first_state, initialiser
+from torquer.flight.c99.tables import constant_text, count_state_words, first_state, initialiser
 from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
 from torquer.flight.c99.translation import Function
 from torquer.flight.c99.types import REAL, Rows, Static
@@ -75,7 +78,8 @@ def export_c(
     with computing_in(real):
         _check_parameters(computer)
         made = translate_step(computer)
-        record = record_steps(computer.scenario, steps, computer.gate)
+        inputs = inputs_for(computer, made, own is not None)
+        record = record_steps(computer.scenario, steps, made, inputs)
         files: dict[str, str | bytes] = {**make_texts(computer, made, len(record.marks), own)}
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
         if not is_single():
@@ -143,11 +147,11 @@ def make_texts(
     name = computer.scenario.name.replace("*/", "* /")
     program, general = made.program, {"name": name, "version": VERSION}
     constants = program.type_name(made.computer)
-    places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
-    units = computer.scenario.spacecraft.units()
+    places = {"computer": constants, "includes": INCLUDES, "types": _types(made)}
+    given = inputs_for(computer, made, ephemeris is not None)
     inputs = {
         "enums": enums(computer),
-        "inputs": input_members(units),
+        "inputs": input_members(given),
         **outcome_enums(),
         "contract": contract_text(computer),
     }
@@ -155,12 +159,22 @@ def make_texts(
         "adcs.h": fill_template("adcs.h", general | inputs | _precision_text()),
         "adcs_types.h": fill_template("adcs_types.h", general | places),
         "adcs.c": fill_template(
-            "adcs.c", general | _source_text(computer, made) | _precision_text()
+            "adcs.c", general | _source_text(computer, made, given) | _precision_text()
         ),
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
-        "README.md": readme_text(computer, name, steps, ephemeris, checks_by_file(program)),
-        "test/in_the_loop.c": in_the_loop_text(name, computer.board, _fresh_gate(program), units),
+        "README.md": readme_text(
+            computer,
+            name,
+            steps,
+            ephemeris,
+            checks_by_file(program),
+            given,
+            8 * count_state_words(computer.board, made),
+        ),
+        "test/in_the_loop.c": in_the_loop_text(
+            name, computer.board, made, given, _fresh_gate(program)
+        ),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
         **_portable(),
@@ -169,10 +183,19 @@ def make_texts(
     }
 
 
+def _types(made: Export) -> str:
+    """The structs that the texts of an export name."""
+    roots = (made.computer, made.gate, made.state, *made.entries["gated_step"].arguments[-1][1:])
+    named = [made.program.type_name(each) for each in roots]
+    text = program_text(made.program, False, tuple(each.name for each in made.entries.values()))
+    return types_text(made.program, used=" ".join((*named, text)))
+
+
 def _fresh_gate(program: Program) -> str:
     """The gate before its first step, as a constant of C."""
     kind = Rows(make_record("GateNow", GATE_NOW), 1)
-    return f"static const {program.type_name(kind)} fresh[1] = {initialiser(first_gate(), kind)};\n"
+    numbers = initialiser(program, first_gate(), kind)
+    return f"static const {program.type_name(kind)} fresh[1] = {numbers};\n"
 
 
 def _portable() -> dict[str, str]:
@@ -212,13 +235,13 @@ _HANDED = {
 }  # fmt: skip
 
 
-def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:
+def _source_text(computer: OnBoard, made: Export, inputs: list[Input]) -> dict[str, str]:
     entries = made.entries.values()
     return {
         "program": program_text(made.program, False, tuple(each.name for each in entries)),
-        "copies": input_copies(computer.scenario.spacecraft.units()),
+        "copies": input_copies(inputs, made),
         **{f"call_{name}": _call(each) for name, each in made.entries.items()},
-        "has_modes": "true" if len(computer.board.modes.regions) else "false",
+        **accessor_texts(computer, made),
     }  # fmt: skip
 
 
@@ -239,7 +262,7 @@ def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
     return {
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
-        "gate": constant_text(program, made.gate, "gate", computer.gate),
+        "gate": constant_text(program, made.gate, "gate", made.checks),
         "first": constant_text(
             program,
             made.state,

@@ -7,9 +7,8 @@ from torquer.computer.gate import GATE_NOW, MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
 from torquer.flight.c99.ephemeris import OnBoardEphemeris
 from torquer.flight.c99.ephemeris_texts import ephemeris_readme
-from torquer.flight.c99.interface import c_constant, contract, inputs_for, named_constants
+from torquer.flight.c99.interface import Input, c_constant, contract, named_constants
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.tables import count_state_words
 from torquer.flight.c99.texts import fill_template
 
 #: What the README says of the bits of an export in double and in single precision.
@@ -59,14 +58,16 @@ _MISSING = {
 
 def readme_text(
     computer: OnBoard, name: str, steps: int, ephemeris: OnBoardEphemeris | None = None,
-    failures: Sequence[str] = (),
+    failures: Sequence[str] = (), inputs: Sequence[Input] = (), state_bytes: int = 0,
 ) -> str:  # fmt: skip
     """The README of the export of a computer with so many recorded steps.
 
-    `failures`: places in users' files where a law may fail.
+    `failures`: places in users' files where a law may fail; `inputs`: what is handed in;
+    `state_bytes`: size of the state without the gate.
     """
     kind = ephemeris.kind if ephemeris else None
-    places = _places(computer, steps) | {
+    places = _places(computer, steps, inputs) | {
+        "state_bytes": str(state_bytes + GATE_NOW.itemsize),
         "name": name, "version": VERSION,
         "failures": "\n".join(f"* {each}" for each in failures) or "Nothing here can fail so.",
         "ephemeris": ephemeris_readme(ephemeris) if ephemeris else "",
@@ -75,12 +76,8 @@ def readme_text(
     return fill_template("README.md", places)
 
 
-def _places(computer: OnBoard, steps: int) -> dict[str, str]:
-    rows = []
-    for each in inputs_for(computer.scenario.spacecraft.units()):
-        unread = bool(each.need) and each.need not in computer.needs
-        note = " (*not read*)" if unread else ""
-        rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")
+def _places(computer: OnBoard, steps: int, inputs: Sequence[Input]) -> dict[str, str]:
+    rows = [f"| `{each.name}` | {each.count} | {each.meaning} |" for each in inputs]
     named = [
         f"| `{name}` | {said} |"
         for names in named_constants(computer).values()
@@ -91,7 +88,6 @@ def _places(computer: OnBoard, steps: int) -> dict[str, str]:
     rules = [f"| `{name}` | {number} | {said} |" for name, number, said in contract(computer)]
     return {
         "contract": "\n".join(rules), "met": "\n".join(met), "outcomes": "\n".join(outcomes),
-        "state_bytes": str(8 * count_state_words(computer.board) + GATE_NOW.itemsize),
         "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
         "array": "" if is_single() else _ARRAY,

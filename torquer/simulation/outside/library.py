@@ -22,8 +22,8 @@ from torquer.compile.engine import COMPILED
 from torquer.computer.computer import Blocks, Board, Computer, parameter_places
 
 #: Files of an export that make up the library, and those that they include.
-SOURCES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "test/in_the_loop.c")
-HEADERS = ("adcs.h", "adcs_types.h", "adcs_math.h")
+SOURCES = ("adcs_tables.c", "adcs_math.c", "test/in_the_loop.c")
+HEADERS = ("adcs.h", "adcs_types.h", "adcs_math.h", "adcs.c")
 _MUST = "computer: must be a folder of `torquer export c`, or a shared library built from one"
 _AGAIN = "export it again with `torquer export c`"
 

@@ -154,10 +154,10 @@ void adcs_after_step(uint32_t part);
 static bool is_written(FILE *out, double anew, const adcs_inputs *inputs,
     const adcs_command *command, const adcs_state *state)
 {
-    const Known *known = &state->board.known[0];
-    const double estimate[ESTIMATE] = {known->estimate_q_x, known->estimate_q_y,
-        known->estimate_q_z, known->estimate_q_w, known->estimate_omega_x, known->estimate_omega_y,
-        known->estimate_omega_z};
+    const adcs_estimate now = adcs_estimated(state);
+    const double estimate[ESTIMATE] = {now.q_body_to_inertial[0], now.q_body_to_inertial[1],
+        now.q_body_to_inertial[2], now.q_body_to_inertial[3], now.omega_body_rad_s[0],
+        now.omega_body_rad_s[1], now.omega_body_rad_s[2]};
     const uint64_t mark = mark_of(state);
     return are_written(out, &anew, 1) && are_written(out, inputs, INPUTS) &&
         are_written(out, command, 6) && are_written(out, estimate, ESTIMATE) &&

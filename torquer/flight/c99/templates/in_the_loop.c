@@ -1,20 +1,17 @@
 /* The computer of $name as the simulation calls it: torquer run SCENARIO --computer FOLDER
 
-   The simulation keeps the state in arrays of its own. They are copied into the state, one control
-   step is taken through the interface of adcs.h, and the state is copied back. An array of no
-   length has one row in the struct, which stays zero. */
-#include "adcs.h"
+   The simulation keeps the state in arrays of its own, of which the state in C has what the computer
+   uses. That is copied into it, one control step is taken, and it is copied back. */
+#include "../adcs.c"
 
 #include <string.h>
 
 #define PARTS 13
+#define COUNT $count
 #define GIVEN $given
 
-#define PARAMETERS 1u
-
-/* Numbers of each array, and words of 64 bits that it has in the struct. */
-static const size_t lengths[PARTS] = {$lengths};
-static const size_t words[PARTS] = {$words};
+/* Of each word of the state: the array in which it stands in the simulation, and its place there. */
+static const uint16_t rows[COUNT][2] = {$rows};
 /* Where what is given at a control step stands among the numbers that are known. */
 static const size_t places[GIVEN] = {$places};
 
@@ -26,31 +23,13 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
     double *sensors, double *checks, double *flags, double *chosen, double *selected,
     double *answer);
 
-/* An array of the simulation into its place in the state. */
-static void put(double *place, const double *part, size_t k)
-{
-${put_floats}    if (lengths[k] > 0) {
-        memcpy(place, part, lengths[k] * sizeof(double));
-    } else {
-        memset(place, 0, words[k] * sizeof(double));
-    }
-}
-
-/* An array of the simulation from its place in the state. */
-static void get(double *part, const double *place, size_t k)
-{
-${get_floats}    memcpy(part, place, lengths[k] * sizeof(double));
-}
-
 /* Parameters, then memory, at the start, into zeros. */
 void adcs_first(double *numbers)
 {
-    const size_t memory = (lengths[PARAMETERS] > 0) ? lengths[PARAMETERS] : 1u;
     adcs_state state;
     adcs_init(&state);
-    get(numbers, (const double *)(const void *)state.board.parameters, PARAMETERS);
-    memcpy(numbers + memory, state.board.memory, sizeof state.board.memory);
-}
+    (void)numbers;
+$first}
 
 void adcs_in_the_loop(double *known, double *parameters, double *memory, double *regions,
     double *states, double *transitions, double *conditions, double *clock,
@@ -60,26 +39,30 @@ void adcs_in_the_loop(double *known, double *parameters, double *memory, double 
     double *const parts[PARTS] = {known, parameters, memory, regions, states, transitions, conditions, clock, sensors, checks, flags, chosen, selected};
     adcs_state state;
     adcs_inputs inputs;
-    adcs_command command;
-    double *numbers = (double *)(void *)&state;
-    double *given = (double *)(void *)&inputs;
-    for (size_t k = 0; k < PARTS; k++) {
-        put(numbers, parts[k], k);
-        numbers += words[k];
+    Answer found;
+    uint8_t *const words = (uint8_t *)&state.board;
+    uint8_t *const given = (uint8_t *)&inputs;
+    memset(&state, 0, sizeof state);
+    for (size_t k = 0; k < COUNT; k++) {
+        if (rows[k][0] < PARTS) {
+            memcpy(words + (k * sizeof(double)), parts[rows[k][0]] + rows[k][1], sizeof(double));
+        }
     }
-    for (size_t k = 0; k < GIVEN; k++) {
-        given[k] = known[places[k]];
+$put_floats    for (size_t k = 0; k < GIVEN; k++) {
+        memcpy(given + (k * sizeof(double)), known + places[k], sizeof(double));
     }
     state.gate[0] = fresh[0];
-    memset(&state.board.failures, 0, sizeof state.board.failures);
-    (void)adcs_step(&state, &inputs, &command);
-    numbers = (double *)(void *)&state;
-    for (size_t k = 0; k < PARTS; k++) {
-        get(parts[k], numbers, k);
-        numbers += words[k];
+    found = answered(&state, &inputs);
+    for (size_t k = 0; k < COUNT; k++) {
+        if (rows[k][0] < PARTS) {
+            memcpy(parts[rows[k][0]] + rows[k][1], words + (k * sizeof(double)), sizeof(double));
+        }
     }
-    memcpy(answer, &state.gate[0].dipole_x, 6u * sizeof(double));
-    if (state.board.failures.blocks != 0) { /* a run ends where a law raises an error */
+$get_floats    for (size_t k = 0; k < 3u; k++) {
+        answer[k] = (double)found.asked.dipole_a_m2.v[k];
+        answer[3u + k] = (double)found.asked.torque_n_m.v[k];
+    }
+    if ((found.status & ADCS_MET_LAW_FAILED) != 0) { /* a run ends where a law raises an error */
         answer[0] = (double)NAN;
     }
 }
