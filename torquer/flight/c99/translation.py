@@ -86,7 +86,7 @@ class Translation(ABC):
     among arguments, which fields are `times`, and the `kinds` of variables that hold several;
     `prefix`: of the names of tuples, which two files that know each other's types must not share.
     `live`: what an earlier translation reads, None to leave nothing out; `pruned`: names of the
-    records that are left out what is not read.
+    records of which what is not read is left out.
     """
 
     def __init__(
@@ -100,7 +100,9 @@ class Translation(ABC):
         self.constants: dict[tuple, tuple[str, Value]] = {}
         self.helpers: set[str] = set()
         self.bounds: dict[str, dict[str, Bounds]] = {}
-        self._known_bounds = earlier._known_bounds | earlier.bounds if earlier else {}
+        self._known_bounds: dict[str, dict[str, Bounds]] = (
+            earlier._known_bounds | earlier.bounds if earlier else {}
+        )
         self.times: set = set(earlier.times) if earlier else set()
         self.kinds: dict[tuple[str, str], Type] = dict(earlier.kinds) if earlier else {}
         self.roots: dict[tuple[str, str], frozenset[str]] = {}
