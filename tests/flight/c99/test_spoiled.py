@@ -4,16 +4,33 @@ import re
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 from flight.c99.test_export import EXAMPLES, NAMES, STRICT
 
 import torquer
+from torquer.flight.c99.computer import find_computer
 
 SANITIZED = ["-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover"]
 STEPS, WAYS = 150, 10
 #: Known flaws, each to be mended.
 NOT_BACK = {"which_sensors": "exchanged readings leave its estimator without an estimate for good"}
+
+
+def limits(scenario: torquer.Scenario) -> str:
+    """The limits of coils and wheels as tables in C: no vector may have more than 1 along a row."""
+    gate = find_computer(scenario).gate
+    text = ""
+    for name, axes, others in (
+        ("of_dipole", gate.dipole_axes, gate.dipole),
+        ("of_torque", gate.torque_axes, gate.torque),
+    ):
+        along = np.diag(axes.tolist()[0]).tolist() if len(axes) else []
+        rows = [*along, *others.tolist()] or [(0.0, 0.0, 0.0)]
+        numbers = ", ".join(f"{{{x!r}, {y!r}, {z!r}}}" for x, y, z in rows)
+        text += f"static const double {name}[{len(rows)}][3] = {{{numbers}}};\n"
+    return text
 
 
 def flown(name: str, cases: int, folder: Path) -> subprocess.CompletedProcess:
@@ -23,6 +40,7 @@ def flown(name: str, cases: int, folder: Path) -> subprocess.CompletedProcess:
         torquer.export_c(scenario, folder, steps=STEPS)
     except ValueError as error:
         pytest.skip(f"not a scenario of a flight: {error}")
+    (folder / "limits.h").write_text(limits(scenario))
     driver = Path(__file__).with_name("spoiled.c")
     sources = [driver, folder / "adcs.c", folder / "adcs_tables.c"]
     command = [COMPILER, *FLAGS, *STRICT, "-O1", *SANITIZED, f"-I{folder}", *sources]

@@ -4,6 +4,7 @@
 
 #include "adcs.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -1,6 +1,7 @@
 /* The app of $name, exported by torquer $version: a control step by the software bus. */
 #include "adcs_app.h"
 
+#include <math.h>
 #include <string.h>
 
 ADCS_APP_Data_t ADCS_APP_Data;
