@@ -164,7 +164,11 @@ def test_an_estimate_is_there_with_an_estimator_alone(bdot, tmp_path):
 
 @needs_compiler
 @pytest.mark.parametrize(
-    "name", slow_after(2, ["tip_off_campaign", "magneto_gyro_micro", "safe_mode", "which_sensors"])
+    "name",
+    slow_after(
+        2,
+        ["tip_off_campaign", "magneto_gyro_micro", "safe_mode", "which_sensors", "disturbances"],
+    ),
 )
 def test_a_replay_leaves_no_table(name, tmp_path):
     torquer.export_c(torquer.load_scenario(EXAMPLES / f"{name}.toml"), tmp_path, steps=150)

@@ -25,6 +25,7 @@ from torquer.flight.software.modules import telemetry
 
 #: What packets have in place of a number that is not known.
 UNKNOWN = {telemetry._NO_Q[0], telemetry._NO_RATE[0], telemetry._UNKNOWN}
+EXAMPLES = Path(__file__).parents[3] / "examples"
 STEPS, TURN = 90, "examples/turn_to_the_sun.toml"
 
 
@@ -92,6 +93,20 @@ def test_values_are_those_of_the_flight_softwares_packets(file, tmp_path):
             seen |= {name} if np.isfinite(values).any() and np.any(values) else set()
     assert {"omega", "b", "dipole"} <= seen, seen
     assert file != TURN or {"q_orbital", "omega_orbital", "sigma", "torque"} <= seen, seen
+
+
+def told_of(name: str) -> list[str]:
+    computer = find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
+    made = translate_step(computer)
+    return [each.field.name for each in told_fields(computer, made, inputs_for(computer, made))]
+
+
+def test_what_the_computer_has_not_is_not_told():
+    """A lone B-dot has no estimate; the kernel of the orbital frame needs the place, too."""
+    assert told_of("tip_off_campaign") == ["b", "dipole", "torque"]
+    assert {"q_inertial", "omega", "sun"} <= {*told_of("sun_laws")}
+    assert not {"q_orbital", "isolated", "b"} & {*told_of("sun_laws")}
+    assert {"q_orbital", "sigma", "estimate_age"} <= {*told_of("magneto_gyro_micro")}
 
 
 def test_fields_are_those_of_the_dictionary(make):

@@ -79,7 +79,8 @@ def told_fields(computer: OnBoard, made: Export, inputs: Sequence[Input]) -> lis
     """The fields that the computer can fill, of its inputs and of what it keeps."""
     modes = computer.scenario.control.named().modes
     regions = 0 if modes is None else len(modes.regions)
-    orbital, members, read, found = _orbital_frame(made, inputs), {}, _read(made, inputs), []
+    orbital, members, found = _orbital_frame(made, inputs), {}, []
+    read = _read(made, inputs) - ({"isolated"} if not computer.blocks.estimators else set())
     if orbital is not None:
         assert isinstance(orbital.result, Tuple)
         members = {"q": orbital.result.member(0), "omega": orbital.result.member(1)}
