@@ -9,12 +9,10 @@
 #include "limits.h"
 
 #include <math.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
 #define INPUTS (sizeof(adcs_inputs) / sizeof(double))
-#define TIMES (sizeof(((adcs_inputs *)0)->read_at_s) / sizeof(double))
 #define STEPS 150u
 #define LAST 20u
 #define WAYS 10u
@@ -54,7 +52,6 @@ static void spoil(unsigned way, double *row)
     static const double any[] = {NAN, INFINITY, -INFINITY, 1e300, 0.0};
     static const double jumps[] = {-1e5, -10.0, 10.0, 1e5, 1e9};
     static const double shifts[] = {-1e5, -1.0, 1.0, 1e5};
-    const size_t first = offsetof(adcs_inputs, read_at_s) / sizeof(double);
     const double other = one_of(any, 5);
     const double shift = one_of(shifts, 4);
     uint64_t bits;
@@ -78,8 +75,8 @@ static void spoil(unsigned way, double *row)
         break;
     case 6: row[0] += one_of(jumps, 5); break;
     case 7:
-        for (size_t k = 0; k < TIMES; k++) {
-            row[first + k] += shift;
+        for (size_t k = 0; k < times; k++) {
+            row[first_time + k] += shift;
         }
         break;
     case 8:
