@@ -16,7 +16,8 @@ import numpy as np
 import torquer
 from torquer.compile.arguments import Arguments, Entry, record_at
 from torquer.computer.computer import Board, Computer
-from torquer.flight.c99.interface import handed_in
+from torquer.flight.c99.computer import find_computer, translate_step
+from torquer.flight.c99.interface import handed_in, inputs_for
 from torquer.flight.c99.recording import record_steps
 from torquer.flight.c99.tables import state_numbers
 from torquer.simulation.loop.computers import command_from
@@ -57,11 +58,18 @@ take = Entry(_take, 1)
 def measured(name: str) -> tuple[float, float, float]:
     """Microseconds of a control step in Python and in C, and the median of their ratios."""
     scenario = torquer.load_scenario(EXAMPLES / f"{name}.toml")
-    places = np.array([*handed_in().values()])
+    parts = find_computer(scenario)
+    made = translate_step(parts)
+    given = inputs_for(parts, made)
+    places = np.array([*handed_in(given).values()])
     with tempfile.TemporaryDirectory() as folder:
         torquer.export_c(scenario, folder, steps=1)
         library = Library(folder)
-    inputs, sides, times = record_steps(scenario, STEPS).inputs, {}, {"python": [], "c": []}
+    inputs, sides, times = (
+        record_steps(scenario, STEPS, made, given).inputs,
+        {},
+        {"python": [], "c": []},
+    )
     for side, by in (("python", None), ("c", library)):
         run = prepare(scenario, library=by)
         board = run.state.board
@@ -76,7 +84,7 @@ def measured(name: str) -> tuple[float, float, float]:
             call(arguments.address, len(inputs))
             if turn:  # the first one warms up
                 times[side].append((time.perf_counter() - start) / len(inputs) * 1e6)
-    one, other = (state_numbers(run.state.board) for run, *_ in sides.values())
+    one, other = (state_numbers(run.state.board, made) for run, *_ in sides.values())
     if not np.array_equal(one, other, equal_nan=True):
         raise SystemExit(f"{name}: the states differ")
     ratio = statistics.median(c / p for p, c in zip(*times.values(), strict=True))

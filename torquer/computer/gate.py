@@ -14,8 +14,15 @@ import numpy as np
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.computer import control_step
 from torquer.computer.inputs import read_ephemeris
-from torquer.computer.interface import NO_COMMAND, UNKNOWN_ESTIMATE, put_ephemeris, put_estimate
-from torquer.maths.geometry.vec3 import is_finite
+from torquer.computer.interface import (
+    NO_COMMAND,
+    UNKNOWN_ESTIMATE,
+    Command,
+    put_ephemeris,
+    put_estimate,
+    reading3,
+)
+from torquer.maths.geometry.vec3 import doubt_of, is_finite
 
 #: What a step has met, bit by bit, with what it means for whoever called it.
 MET = {
@@ -53,11 +60,8 @@ SETTABLE = np.dtype([("settable", np.int64)])
 GUARD = np.dtype([("region", np.int64), ("first", np.int64)])
 #: What the gate remembers: the clock of the computer is that of the caller less `offset_s`;
 #: `t_s`: of the last step by the computer's clock, `other_s`: by the caller's, of a step that was
-#: not taken, NaN for none; `status`: what the last step met; what the laws asked for.
-GATE_NOW = np.dtype(
-    [(name, np.float64) for name in ("offset_s", "t_s", "other_s", "status")]
-    + [(f"{what}_{c}", np.float64) for what in ("dipole", "torque") for c in "xyz"]
-)
+#: not taken, NaN for none; `status`: what the last step met.
+GATE_NOW = np.dtype([(name, np.float64) for name in ("offset_s", "t_s", "other_s", "status")])
 
 
 #: What becomes of a command from outside.
@@ -73,25 +77,29 @@ DONE, NO_SUCH, NOT_A_NUMBER, FIXED = range(len(OUTCOMES))
 class Gate(NamedTuple):
     """What the gate checks by. `first`: memory of laws and estimators at the start; `gap_s`: the
     longest time from one step to the next that needs no second opinion; `needs_estimate`: 1 if laws
-    do. `parameters`: a row for each number.
+    do. `parameters`: a row for each number. `dipole`, `torque`: bounds of the command; `..._axes`:
+    those along single axes in one row, none if there are none.
     """
 
     readings: np.ndarray
+    dipole_axes: np.ndarray
     dipole: np.ndarray
+    torque_axes: np.ndarray
     torque: np.ndarray
     guards: np.ndarray
     parameters: np.ndarray
     first: np.ndarray
     gap_s: float
-    needs_estimate: float
+    needs_estimate: int
 
 
 class Answer(NamedTuple):
-    """The command [A m^2, N m], body axes, and what the step met."""
+    """The command [A m^2, N m], body axes, what the step met, and what the laws asked for."""
 
     dipole_a_m2: tuple
     torque_n_m: tuple
     status: int
+    asked: Command
 
 
 def first_gate() -> np.ndarray:
@@ -145,9 +153,9 @@ def take_reading(known, given, row, count):
 
 @inlined
 def is_number(given, row, count):
-    """Whether all numbers of a reading are finite."""
-    doubt = 0.0
-    for part in range(count):
+    """Whether all numbers of a reading are finite; it has three or more."""
+    doubt = doubt_of(reading3(given, row))
+    for part in range(3, count):
         doubt += 0.0 * given.readings[row, part]
     return doubt == 0.0
 
@@ -175,10 +183,13 @@ def take_readings(gate, now, known, given):
 
 
 @inlined
-def greatest_share(bounds, v):
+def greatest_share(axes, bounds, v):
     """The greatest part of a bound that a vector takes; 1 where it takes less."""
     worst = 1.0
     x, y, z = v
+    for n in range(axes.shape[0]):
+        along = max(abs(axes[n].x * x), abs(axes[n].y * y))
+        worst = max(worst, max(along, abs(axes[n].z * z)))
     for n in range(bounds.shape[0]):
         worst = max(worst, abs(bounds[n].x * x + bounds[n].y * y + bounds[n].z * z))
     return worst
@@ -194,9 +205,9 @@ def scaled(v, share):
 
 
 @inlined
-def within_bounds(bounds, v):
+def within_bounds(axes, bounds, v):
     """A vector, scaled to its bounds where it is beyond them."""
-    return scaled(v, greatest_share(bounds, v))
+    return scaled(v, greatest_share(axes, bounds, v))
 
 
 @inlined
@@ -218,7 +229,7 @@ def forget(gate, board, blocks):
 
 
 @inlined
-def check_answer(gate, computer, board, now, made):
+def check_answer(gate, computer, board, made):
     """The command within its limits, and what was met.
 
     Meets REQ-BRD-001.
@@ -229,14 +240,15 @@ def check_answer(gate, computer, board, now, made):
     if not (is_finite(dipole) and is_finite(torque)):
         forget(gate, board, computer.law_blocks)
         dipole, torque, met = NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, COMMAND_NOT_FINITE
-    now.dipole_x, now.dipole_y, now.dipole_z = dipole
-    now.torque_x, now.torque_y, now.torque_z = torque
-    by_coils, by_wheels = greatest_share(gate.dipole, dipole), greatest_share(gate.torque, torque)
+    by_coils = greatest_share(gate.dipole_axes, gate.dipole, dipole)
+    by_wheels = greatest_share(gate.torque_axes, gate.torque, torque)
     met |= COMMAND_LIMITED if by_coils > 1.0 or by_wheels > 1.0 else 0
-    has_none = math.isnan(known.estimate_q_w) and math.isnan(known.estimate_omega_x)
-    met |= NO_ESTIMATE if gate.needs_estimate > 0.0 and has_none else 0
+    if gate.needs_estimate > 0:
+        has_none = math.isnan(known.estimate_q_w) and math.isnan(known.estimate_omega_x)
+        met |= NO_ESTIMATE if has_none else 0
     met |= GUARDED if is_guarded(gate, board) else 0
-    return Answer(scaled(dipole, by_coils), scaled(torque, by_wheels), met)
+    asked = Command(dipole, torque)
+    return Answer(scaled(dipole, by_coils), scaled(torque, by_wheels), met, asked)
 
 
 @kernel
@@ -253,16 +265,16 @@ def gated_step(gate, computer, board, gate_now, inputs):
     met = judge_clock(gate, now, given.t_s)
     if met > 0 and met < CLOCK_SET:
         now.status = float(met)
-        return Answer(NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, met)
+        return Answer(NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, met, NO_COMMAND)
     known.t_s = own_time(now, given.t_s)
     now.t_s = known.t_s
     known.coils_x, known.coils_y, known.coils_z = given.coils_x, given.coils_y, given.coils_z
     put_ephemeris(known, read_ephemeris(given))
     met |= take_readings(gate, now, known, given)
-    answer = check_answer(gate, computer, board, now, control_step(computer, board))
+    answer = check_answer(gate, computer, board, control_step(computer, board))
     met |= answer.status
     now.status = float(met)
-    return Answer(answer.dipole_a_m2, answer.torque_n_m, met)
+    return Answer(answer.dipole_a_m2, answer.torque_n_m, met, answer.asked)
 
 
 @kernel
@@ -291,6 +303,8 @@ def command_mode(computer, board, region, mode):
     Meets REQ-SVR-001, REQ-BRD-004.
     """
     regions = computer.modes.regions
+    if regions.shape[0] == 0:
+        return NO_SUCH
     if region < 0 or region >= regions.shape[0]:
         return NO_SUCH
     if mode < regions[region].first_state or mode >= regions[region].after_state:
@@ -305,6 +319,8 @@ def hold(computer, board, region, on):
 
     Meets REQ-SVR-005, REQ-BRD-004.
     """
+    if computer.modes.regions.shape[0] == 0:
+        return NO_SUCH
     if region < 0 or region >= computer.modes.regions.shape[0]:
         return NO_SUCH
     board.modes.regions[region].held = 1.0 if on else 0.0
@@ -317,6 +333,8 @@ def set_flag(board, flag, on):
 
     Meets REQ-BRD-004.
     """
+    if board.modes.flags.shape[0] == 0:
+        return NO_SUCH
     if flag < 0 or flag >= board.modes.flags.shape[0]:
         return NO_SUCH
     board.modes.flags[flag] = 1.0 if on else 0.0
@@ -329,6 +347,8 @@ def set_parameter(gate, board, place, value):
 
     Meets REQ-SVR-006, REQ-BRD-004.
     """
+    if gate.parameters.shape[0] == 0:
+        return NO_SUCH
     if place < 0 or place >= gate.parameters.shape[0]:
         return NO_SUCH
     if not math.isfinite(value):

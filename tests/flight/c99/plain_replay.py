@@ -15,8 +15,8 @@ import torquer
 from torquer.compile.engine import records
 from torquer.computer import computer as on_board, gate as gates
 from torquer.computer.interface import KNOWN
-from torquer.flight.c99.computer import find_computer
-from torquer.flight.c99.interface import handed_in
+from torquer.flight.c99.computer import find_computer, translate_step
+from torquer.flight.c99.interface import handed_in, inputs_for
 from torquer.flight.c99.recording import mark_numbers
 from torquer.flight.c99.tables import state_numbers
 
@@ -46,9 +46,11 @@ def replay(path: str, file: str) -> int:
     scenario = torquer.load_scenario(path)
     computer, board = computer_and_board(scenario)
     _, first = computer_and_board(scenario)
-    gate, now = records(find_computer(scenario).gate), records(gates.first_gate())
+    parts = find_computer(scenario)
+    made = translate_step(parts)
+    gate, now = records(made.checks), records(gates.first_gate())
     given = records(np.zeros(1, KNOWN))
-    places = [*handed_in(scenario.spacecraft.units()).values()]
+    places = [*handed_in(inputs_for(parts, made)).values()]
     data = Path(file).read_bytes()
     _, steps, inputs, _ = struct.unpack_from("<8sQQQ", data)
     size, at = 8 * (inputs + 15), 32
@@ -63,7 +65,7 @@ def replay(path: str, file: str) -> int:
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
         if (
             answer.tobytes() != row[1 + inputs : 7 + inputs].tobytes()
-            or mark_numbers(state_numbers(board)) != mark
+            or mark_numbers(state_numbers(board, made)) != mark
         ):
             print(f"the first difference is at step {step} of {steps}")
             return 1

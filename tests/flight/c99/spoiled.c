@@ -5,13 +5,14 @@
    the stretch nothing may be refused any more, and in the last steps the command must go on changing
    where that of the sound flight does, unless a guard has switched the laws off. Prints the cases
    and the share of them whose last command is that of the sound flight. */
-#include "adcs_types.h"
+#include "adcs.h"
+#include "limits.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #define INPUTS (sizeof(adcs_inputs) / sizeof(double))
-#define TIMES (sizeof(((adcs_inputs *)0)->read_at_s) / sizeof(double))
 #define STEPS 150u
 #define LAST 20u
 #define WAYS 10u
@@ -51,7 +52,6 @@ static void spoil(unsigned way, double *row)
     static const double any[] = {NAN, INFINITY, -INFINITY, 1e300, 0.0};
     static const double jumps[] = {-1e5, -10.0, 10.0, 1e5, 1e9};
     static const double shifts[] = {-1e5, -1.0, 1.0, 1e5};
-    const size_t first = offsetof(adcs_inputs, read_at_s) / sizeof(double);
     const double other = one_of(any, 5);
     const double shift = one_of(shifts, 4);
     uint64_t bits;
@@ -75,8 +75,8 @@ static void spoil(unsigned way, double *row)
         break;
     case 6: row[0] += one_of(jumps, 5); break;
     case 7:
-        for (size_t k = 0; k < TIMES; k++) {
-            row[first + k] += shift;
+        for (size_t k = 0; k < times; k++) {
+            row[first_time + k] += shift;
         }
         break;
     case 8:
@@ -91,28 +91,26 @@ static void spoil(unsigned way, double *row)
     }
 }
 
-static double share(double x, double y, double z, const double *v)
+static bool is_within(const double limits[][3], size_t count, const double *v)
 {
-    return fabs((x * v[0]) + (y * v[1]) + (z * v[2]));
+    bool within = true;
+    for (size_t k = 0; k < count; k++) {
+        const double *n = limits[k];
+        within = within && fabs((n[0] * v[0]) + (n[1] * v[1]) + (n[2] * v[2])) <= 1.0;
+    }
+    return within;
 }
 
 /* Whether a command is finite and within all limits. */
 static bool is_good(const adcs_command *command)
 {
-    const Gate *gate = adcs_gate();
     bool good = true;
     for (size_t k = 0; k < 3u; k++) {
         good = good && isfinite(command->dipole_a_m2[k]) && isfinite(command->torque_n_m[k]);
     }
-    for (size_t k = 0; k < sizeof gate->dipole / sizeof gate->dipole[0]; k++) {
-        good = good && share(gate->dipole[k].x, gate->dipole[k].y, gate->dipole[k].z,
-            command->dipole_a_m2) <= 1.0;
-    }
-    for (size_t k = 0; k < sizeof gate->torque / sizeof gate->torque[0]; k++) {
-        good = good && share(gate->torque[k].x, gate->torque[k].y, gate->torque[k].z,
-            command->torque_n_m) <= 1.0;
-    }
-    return good;
+    return good && is_within(of_dipole, sizeof of_dipole / sizeof of_dipole[0],
+        command->dipole_a_m2) &&
+        is_within(of_torque, sizeof of_torque / sizeof of_torque[0], command->torque_n_m);
 }
 
 static bool is_same(const adcs_command *a, const adcs_command *b)

@@ -17,9 +17,9 @@ import torquer
 from torquer.compile.engine import records
 from torquer.computer import gate as gates
 from torquer.computer.interface import KNOWN, PLACES
-from torquer.flight.c99.computer import find_computer
+from torquer.flight.c99.computer import find_computer, translate_step
 from torquer.flight.c99.export import export_c
-from torquer.flight.c99.interface import handed_in
+from torquer.flight.c99.interface import handed_in, inputs_for
 from torquer.flight.c99.recording import record_steps
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -53,7 +53,9 @@ class Exported:
         self.scenario = torquer.load_scenario(EXAMPLES / f"{name}.toml")
         self.parts = find_computer(self.scenario)
         export_c(self.scenario, folder, steps=1)
-        self.recorded = record_steps(self.scenario, STEPS, self.parts.gate)
+        made = translate_step(self.parts)
+        self.gate, given = made.checks, inputs_for(self.parts, made)
+        self.recorded = record_steps(self.scenario, STEPS, made, given)
         self.inputs = self.recorded.inputs
         (folder / "around.c").write_text(AROUND)
         sources = [folder / each for each in ("adcs.c", "adcs_tables.c", "around.c")]
@@ -61,7 +63,7 @@ class Exported:
         subprocess.run([*command, "-o", folder / "around.so", "-lm"], check=True)
         self.c = ctypes.CDLL(str(folder / "around.so"))
         self.c.parameter.restype = ctypes.c_double
-        self.places = [*handed_in(self.scenario.spacecraft.units()).values()]
+        self.places = [*handed_in(given).values()]
 
     def in_c(self, row: np.ndarray):
         """Command and status of a step in C."""
@@ -74,7 +76,7 @@ class Exported:
         """Commands and statuses of steps in C, whose bits are those of Python."""
         self.c.begin()
         computer, board = computer_and_board(self.scenario)
-        gate, now, given = records(self.parts.gate), records(gates.first_gate()), np.zeros(1, KNOWN)
+        gate, now, given = records(self.gate), records(gates.first_gate()), np.zeros(1, KNOWN)
         numbers, given = given.view(np.float64), records(given)
         commands, statuses = [], []
         for k, row in enumerate(np.ascontiguousarray(rows)):
@@ -90,12 +92,14 @@ class Exported:
 
     def limited(self, commands: np.ndarray) -> bool:
         """Whether commands are finite, and within the limits of coils and wheels."""
-        gate = self.parts.gate
-        sides = ((gate.dipole, commands[:, :3]), (gate.torque, commands[:, 3:]))
+        gate = self.gate
+        sides = ((gate.dipole_axes, gate.dipole, commands[:, :3]),
+                 (gate.torque_axes, gate.torque, commands[:, 3:]))  # fmt: skip
         shares = [
-            np.abs(vectors @ np.array(bounds.tolist()).T).max()
-            for bounds, vectors in sides
-            if len(bounds)
+            np.abs(vectors @ np.array(rows).T).max()
+            for axes, bounds, vectors in sides
+            for rows in (np.diag(axes.tolist()[0]) if len(axes) else [], bounds.tolist())
+            if len(rows)
         ]
         return bool(np.isfinite(commands).all()) and max(shares) <= 1.0
 

@@ -217,8 +217,8 @@ int main(void)
             return 1;
         }
         const uint32_t met = adcs_step(&state, &inputs, &command);
-        const OnBoard *own = &((const Held *)(const void *)&state)->now;
-        printf("%.17g %u\n", own->board.known[0].t_s - late_s, (unsigned)(met & 63u));
+        const Held *held = (const Held *)&state;
+        printf("%.17g %u\n", held->now.board.known[0].t_s - late_s, (unsigned)(met & 63u));
     }
     return 0;
 }

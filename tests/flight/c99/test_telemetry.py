@@ -17,7 +17,7 @@ from torquer.compile.engine import with_attributes
 from torquer.computer.gate import Gate, within_bounds
 from torquer.flight.c99.computer import find_computer, translate_step
 from torquer.flight.c99.export import make_texts
-from torquer.flight.c99.interface import handed_in
+from torquer.flight.c99.interface import handed_in, inputs_for
 from torquer.flight.c99.telemetry import left_out, told_fields
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.software.core import Core
@@ -25,6 +25,7 @@ from torquer.flight.software.modules import telemetry
 
 #: What packets have in place of a number that is not known.
 UNKNOWN = {telemetry._NO_Q[0], telemetry._NO_RATE[0], telemetry._UNKNOWN}
+EXAMPLES = Path(__file__).parents[3] / "examples"
 STEPS, TURN = 90, "examples/turn_to_the_sun.toml"
 
 
@@ -41,11 +42,12 @@ class Exported:
         command += [folder / "adcs.c", folder / "adcs_tables.c", "-o", folder / "c.so", "-lm"]
         subprocess.run(command, check=True)
         self.c = ctypes.CDLL(str(folder / "c.so"))
-        self.told, self.gate = told_fields(computer, made), computer.gate
+        inputs = inputs_for(computer, made)
+        self.told, self.gate = told_fields(computer, made, inputs), computer.gate
         kinds = {"double": ctypes.c_double, "uint32_t": ctypes.c_uint32}
         fields = [(each.field.name, kinds[each.kind] * each.count) for each in self.told]
         self.report = type("Report", (ctypes.Structure,), {"_fields_": fields})()
-        self.places = [*handed_in(satellite.spacecraft.units()).values()]
+        self.places = [*handed_in(inputs).values()]
         self.state = ctypes.create_string_buffer(1 << 17)
         self.c.adcs_init(self.state)
 
@@ -66,9 +68,10 @@ def sent(core: Core, gate: Gate) -> dict[str, list]:
         fields[each.name] = [next(values) for _ in range(each.count)]
         if each.name not in ("b", "gyro", "sun", "isolated"):
             fields[each.name] = [np.nan if v in UNKNOWN else v for v in fields[each.name]]
-    for name, bounds in (("dipole", gate.dipole), ("torque", gate.torque)):
+    dipole, torque = (gate.dipole_axes, gate.dipole), (gate.torque_axes, gate.torque)
+    for name, bounds in (("dipole", dipole), ("torque", torque)):
         limited = plain_function(within_bounds)
-        fields[name] = [*limited(with_attributes(bounds), (*fields[name],))]
+        fields[name] = [*limited(*map(with_attributes, bounds), (*fields[name],))]
     return fields | {"state": [*telemetry.states(core.services)], "held": [0], "raised": [0]}
 
 
@@ -92,9 +95,24 @@ def test_values_are_those_of_the_flight_softwares_packets(file, tmp_path):
     assert file != TURN or {"q_orbital", "omega_orbital", "sigma", "torque"} <= seen, seen
 
 
+def told_of(name: str) -> list[str]:
+    computer = find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
+    made = translate_step(computer)
+    return [each.field.name for each in told_fields(computer, made, inputs_for(computer, made))]
+
+
+def test_what_the_computer_has_not_is_not_told():
+    """A lone B-dot has no estimate; the kernel of the orbital frame needs the place, too."""
+    assert told_of("tip_off_campaign") == ["b", "dipole", "torque"]
+    assert {"q_inertial", "omega", "sun"} <= {*told_of("sun_laws")}
+    assert not {"q_orbital", "isolated", "b"} & {*told_of("sun_laws")}
+    assert {"q_orbital", "sigma", "estimate_age"} <= {*told_of("magneto_gyro_micro")}
+
+
 def test_fields_are_those_of_the_dictionary(make):
     computer = find_computer(make())
-    told = told_fields(computer, translate_step(computer, again=0))
+    made = translate_step(computer, again=0)
+    told = told_fields(computer, made, inputs_for(computer, made))
     fields = load_dictionary("chibis_m").down["extended"].fields
     names = [each.field.name for each in told]
     assert names == [each.name for each in fields if each.name in names]

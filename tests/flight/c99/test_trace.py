@@ -82,7 +82,7 @@ def test_what_has_no_kernel_is_of_the_export(texts):
     _, made = texts
     rows = rows_of(made["TRACE.csv"])
     own = {each["function"] for each in rows if each["source"] == OF_EXPORT}
-    assert {"adcs_step", "adcs_self_test", "adcs_init", "one_of_1_as_law_law"} <= own
+    assert {"adcs_step", "adcs_self_test", "adcs_init", "answered"} <= own
     assert "gated_step" not in own
 
 
@@ -177,9 +177,9 @@ def test_the_report_says_what_the_flight_reaches(export):
 def test_what_is_never_reached_is_listed_by_its_line(export, tmp_path):
     folder = shutil.copytree(export, tmp_path / "planted")
     text = (folder / "adcs.c").read_text()
-    head = "    before = own->board.failures.blocks;\n"
+    head = "    answer = answered(opened(state), inputs);\n"
     assert head in text
-    planted = f"{head}    if (before == 12345) {{\n        return 77u;\n    }}\n"
+    planted = f"{head}    if (answer.status == 12345) {{\n        return 77u;\n    }}\n"
     text = text.replace(head, planted)
     (folder / "adcs.c").write_text(text)
     assert covered(folder).returncode == 0

@@ -73,7 +73,8 @@ def test_the_library_is_what_flies(exports, tmp_path):
     folder = shutil.copytree(exports("my_law"), tmp_path / "edited")
     first = torquer.simulate(example("my_law"), until_s=600.0, computer=folder)
     text = (folder / "adcs.c").read_text()
-    changed = text.replace("now->dipole_x = dipole.v[0];", "now->dipole_x = 0.5 * dipole.v[0];")
+    line = "dipole = add(dipole, command.dipole_a_m2);"
+    changed = text.replace(line, f"{line} dipole.v[0] = 0.5 * dipole.v[0];")
     assert changed != text
     (folder / "adcs.c").write_text(changed)
     other = torquer.simulate(example("my_law"), until_s=600.0, computer=folder)

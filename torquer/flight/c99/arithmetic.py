@@ -149,10 +149,19 @@ def _bits(kind: type, a: Value, b: Value) -> Value:
     a, b = as_whole(a), as_whole(b)
     if a.type != INT or b.type != INT:
         raise Impossible("use it on whole numbers")
+    if kind is ast.BitAnd and (_is_below(a, b) or _is_below(b, a)):
+        return constant(0)
     text = f"{a.within(Rank.SIGN)} {sign} {b.within(Rank.SIGN)}"
     masks = [each.bounds[1] for each in (a, b) if kind is ast.BitAnd and each.bounds[0] >= 0]
     bounds = (0, min(masks)) if masks else UNBOUNDED
     return Value(text, INT, rank, reads=a.reads or b.reads, bounds=bounds)
+
+
+def _is_below(a: Value, mask: Value) -> bool:
+    """Whether a whole number has no bit as high as the lowest one of a mask."""
+    if not mask.is_known or mask.known <= 0 or a.bounds[0] < 0:
+        return False
+    return a.bounds[1] < (mask.known & -mask.known)
 
 
 def _power(a: Value, b: Value, helpers: set[str]) -> Value:

@@ -93,10 +93,21 @@ def call(s: Scope, node: ast.Call) -> Value:
     keywords = [each.arg for each in node.keywords]
     if None in keywords:
         raise s.refuse(node, "name the arguments one by one")
+    _mute_parts(s, node, called)
     values = parts_in_order(s, [*node.args, *(each.value for each in node.keywords)])
     split = len(values) - len(keywords)
     named = dict(zip(keywords, values[split:], strict=True))
     return translate_call(s, node, called, values[:split], named)
+
+
+def _mute_parts(s: Scope, node: ast.Call, of) -> None:
+    """The parts of a named tuple that nothing reads are not needed."""
+    fields = getattr(of, "_fields", ()) if isinstance(of, type) else ()
+    if fields and not any(isinstance(each, ast.Starred) for each in node.args):
+        named = [*zip(fields, node.args, strict=False),
+                 *((each.arg, each.value) for each in node.keywords)]  # fmt: skip
+        kept = s.program.kept_fields(of, fields)
+        s.noted.muted |= {id(value) for name, value in named if name not in kept}
 
 
 def translate_call(s: Scope, node, called, values: list[Value], named: dict) -> Value:
@@ -186,6 +197,8 @@ def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
             s.writes(value, node)
         if name in made.times:
             s.note_times(value.roots)
+        if isinstance(value.type, Array):
+            s.note_argument(value, made.reads, name, name in made.writes)
     _check_call(s, node, made, given)
     if made.reports:
         s.report()
@@ -236,7 +249,9 @@ def _cast(s: Scope, kind: Tuple | Record | Array | None, cells: Value) -> Value:
         return static(())
     assert isinstance(cells.type, Array)
     if isinstance(kind, Array):
-        return replace(cells, type=replace(cells.type, shape=kind.shape))
+        return replace(cells, type=replace(cells.type, shape=kind.shape, kept=None))
+    if isinstance(kind, Tuple):  # as it stands in memory
+        s.program.keep_whole(kind)
     const = "const " if isinstance(kind, Tuple) else ""
     text = f"({const}{s.program.type_name(kind)} *){cells.within(Rank.ATOM)}"
     return Value(text, kind, Rank.SIGN, Form.ADDRESS, reads=cells.reads, roots=cells.roots)

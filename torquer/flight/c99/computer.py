@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -16,15 +16,18 @@ from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
 from torquer.computer.blocks.block import Block
 from torquer.computer.computer import Blocks, first_board
-from torquer.computer.interface import KNOWN
+from torquer.computer.interface import ESTIMATED, KNOWN, NO_COMMAND, PLACES, SENSED
 from torquer.computer.laws.pointing import to_orbital_frame
 from torquer.computer.modes import signals
 from torquer.computer.modes.table import ModeState
 from torquer.flight.c99.calls import Cast, Failed, call_switch
 from torquer.flight.c99.gate import make_gate
 from torquer.flight.c99.precision import is_single
+from torquer.flight.c99.print_c import kept_fields, reached_functions
 from torquer.flight.c99.program import Program, translate_repeatedly
+from torquer.flight.c99.reads import Reads
 from torquer.flight.c99.refusal import Refused
+from torquer.flight.c99.texts import words_around
 from torquer.flight.c99.translation import FAILURES, Function
 from torquer.flight.c99.types import (
     BOOL,
@@ -61,13 +64,20 @@ _ENTRIES = (
     *(reports.is_active, reports.active_estimator, reports.is_tripped),
 )
 #: Inputs that are times; from them follows what else is one.
-_TIMES = frozenset({"Known.t_s", "Known.read_s", "GateNow.offset_s"})
+_TIMES = frozenset({"Given.t_s", "Given.read_s", "Known.t_s", "Known.read_s", "GateNow.offset_s"})
+
+
+#: What of the computer's record an estimator writes.
+_ESTIMATE = [name for name in KNOWN.names or () if SENSED <= PLACES[name].start < ESTIMATED]
+#: Arrays whose first index is the number of a sensor, with how many dimensions they have; by what
+#: name the numbers are noted that the control step uses.
+_ROWS, _USED = (("Known.readings", 2), ("Known.read_s", 1)), ("used", 1)
 
 
 class OnBoard(NamedTuple):
     """What is exported. `computer`: of constants, by field: arrays, records and numbers; `board`:
     what changes, at the start; `gate`: what its boundary checks by; `fingerprint`: by which a
-    library is known as its export.
+    library is known as its export; `made`: the computer as the loop has it.
     """
 
     scenario: Scenario
@@ -77,16 +87,34 @@ class OnBoard(NamedTuple):
     gate: gates.Gate
     needs: frozenset[str]
     fingerprint: str
+    made: on_board.Computer
 
 
 class Export(NamedTuple):
-    """The translated program with the types of its constants and of its state."""
+    """The translated program with the types of its constants and of its state; `checks`: what its
+    boundary checks by, of those readings alone that are used.
+    """
 
     program: Program
     entries: dict[str, Function]
     computer: Record
     gate: Record
     state: Record
+    checks: gates.Gate
+
+    @property
+    def board(self) -> Record:
+        """The type of what changes on board."""
+        return dict(self.state.fields)["board"]
+
+    @property
+    def known(self) -> dict[str, Type]:
+        """What the state has in C of what is known on board."""
+        return dict(kept_fields(self.program, dict(self.board.fields)["known"].record))
+
+    def keeps_given(self, name: str) -> bool:
+        """Whether the computer takes over what is handed in by a name, as `KNOWN` has it."""
+        return self.program.keeps(_GIVEN.record, name)
 
 
 def find_computer(scenario: Scenario) -> OnBoard:
@@ -111,7 +139,8 @@ def find_computer(scenario: Scenario) -> OnBoard:
     }  # fmt: skip
     board = first_board(blocks, modes, estimator, selection)
     gate = make_gate(scenario, blocks, needs, oldest_s)
-    return OnBoard(scenario, blocks, computer, board, gate, needs, make_fingerprint(made, blocks))
+    mark = make_fingerprint(made, blocks)
+    return OnBoard(scenario, blocks, computer, board, gate, needs, mark, made)
 
 
 def _all_plain(blocks: Blocks) -> Blocks:
@@ -179,35 +208,98 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
     `again`: how often it is made again with what is known of indices: see `translate_repeatedly`.
     """
     of_computer = constants_type("Computer", computer.computer)
-    of_gate = constants_type("Gate", computer.gate._asdict())
     board, now = board_type(computer.board), Rows(make_record("GateNow", gates.GATE_NOW), 1)
     state = Record("OnBoard", (("board", board), ("gate", now)))
-    given = Rows(make_record("Known", KNOWN), 1)
     kinds: dict[str, Type] = {
-        "gate": of_gate, "computer": of_computer, "board": board, "gate_now": now,
-        "inputs": given, "region": INT, "mode": INT, "flag": INT, "place": INT, "on": BOOL,
+        "computer": of_computer, "board": board, "gate_now": now,
+        "inputs": _GIVEN, "region": INT, "mode": INT, "flag": INT, "place": INT, "on": BOOL,
         "value": REAL, "shift_s": TIME if is_single() else REAL, "law": INT,
         "q": Tuple((REAL,) * 4), **dict.fromkeys(("omega", "r", "v"), Tuple((REAL,) * 3)),
     }  # fmt: skip
 
     called = (*_ENTRIES, *((to_orbital_frame,) if "ephemeris" in computer.needs else ()))
-    answer = find_type(gates.Answer((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0))
+    answer = find_type(gates.Answer((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0, NO_COMMAND))
     assert answer is not None
+    looked_at = _fields_around((state, _GIVEN), computer)
 
     def build(program: Program) -> None:
-        program.name_interface((of_computer, of_gate, state, given, answer))
+        kinds["gate"] = constants_type("Gate", _checks(computer, program)._asdict(), True)
+        program.pruned = _record_names((state, _GIVEN))
+        program.name_interface((of_computer, kinds["gate"], state, _GIVEN, answer))
         for kernel in called:
             _entry(program, kernel, kinds)
 
+    def read(program: Program) -> Reads:
+        return _find_reads(program, [_entry(program, each, kinds) for each in called], looked_at)
+
     times = _TIMES if is_single() else ()
     try:
-        program = translate_repeatedly(build, _replace(computer), again, times)
+        program = translate_repeatedly(build, _replace(computer), again, times, find_reads=read)
     except Refused as refused:
         has_modes = bool(len(computer.board.modes.regions))
         refused.key = refused.key or ("control.modes" if has_modes else "control")
         raise
     entries = {plain_function(each).__name__: _entry(program, each, kinds) for each in called}
-    return Export(program, entries, of_computer, of_gate, state)
+    of_gate = kinds["gate"]
+    assert isinstance(of_gate, Record)
+    return Export(program, entries, of_computer, of_gate, state, _checks(computer, program))
+
+
+def _find_reads(program: Program, entries: list[Function], looked_at: set[str]) -> Reads:
+    """What the functions that are reached read, and what is looked at from outside."""
+    found = Reads(fields=set(looked_at))
+    reached = reached_functions(program, tuple(each.name for each in entries))
+    for each in program.functions.values():
+        if each.name in reached:
+            found.add(each.reads)
+            found.fields |= {"Board.failures"} if each.reports else set()
+    step = plain_function(on_board.control_step)
+    names = [made.name for (plain, *_), made in program.functions.items() if plain is step]
+    of_step = reached_functions(program, tuple(names))
+    for each in program.functions.values():
+        for root, left in _ROWS if each.name in of_step else ():
+            found.add_cells(*_USED, each.reads.cells.get((root, left), set()))
+    return found
+
+
+def _checks(computer: OnBoard, program: Program) -> gates.Gate:
+    """What the gate checks by, of the readings that the control step uses."""
+    assert program.live is not None
+    rows = computer.gate.readings
+    used = program.live.cells.get(_USED, set())
+    return computer.gate._replace(readings=rows[np.isin(rows["row"], [*used])])
+
+
+def _fields_around(kinds: tuple[Type, ...], computer: OnBoard) -> set[str]:
+    """Fields of records that are looked at from outside: by the texts around the kernels, and by
+    the record of a run if there is an estimator.
+    """
+    words = words_around()
+    found = {f"{each.name}.{name}" for each in _records(kinds) for name, _ in each.fields
+             if name in words}  # fmt: skip
+    if on_board.estimates(computer.made):
+        found |= {f"Known.{name}" for name in _ESTIMATE}
+    return found | {"Board.parameters", "Board.memory"}
+
+
+def _records(kinds: Iterable[Type]) -> list[Record]:
+    """All records in types."""
+    records = [each.record if isinstance(each, Rows) else each for each in kinds]
+    found = [each for each in records if isinstance(each, Record) and each != FAILURES]
+    return found + [part for each in found for part in _records(kind for _, kind in each.fields)]
+
+
+def _record_names(kinds: tuple[Type, ...]) -> set[str]:
+    """Names of records of which what nothing reads is left out; modes are recorded as a whole."""
+    modes = [kind for each in _records(kinds) for _, kind in each.fields if _is_modes(kind)]
+    return {each.name for each in _records(kinds)} - {each.name for each in _records(modes)}
+
+
+def _is_modes(kind: Type) -> bool:
+    """Whether a type is the state of modes, of which there are some."""
+    if not isinstance(kind, Record) or kind.name != "ModesNow":
+        return False
+    return dict(kind.fields)["regions"].count > 0
 
 
 def _entry(program: Program, kernel: Callable, kinds: dict[str, Type]) -> Function:
@@ -233,29 +325,41 @@ def _replace(computer: OnBoard) -> dict:
     return replaced
 
 
-def make_record(name: str, dtype: np.dtype, rows: np.ndarray | None = None) -> Record:
-    """The record of a structured dtype; `rows`: constants, whose whole numbers are bounded."""
+def make_record(
+    name: str, dtype: np.dtype, rows: np.ndarray | None = None, with_floats: bool = False
+) -> Record:
+    """The record of a structured dtype; `rows`: constants, whose whole numbers are bounded, floats
+    if they are to be written down where they are the same in all rows.
+    """
     assert dtype.names is not None
     fields, bounds = [], []
     for each in dtype.names:
         base, shape = dtype[each].base, dtype[each].shape
         fields.append((each, Array(shape) if shape else INT if base.kind == "i" else REAL))
-        if rows is not None and len(rows) and base.kind == "i":
-            bounds.append((each, (int(rows[each].min()), int(rows[each].max()))))
+        if rows is not None and len(rows) and (base.kind == "i" or with_floats):
+            of = int if base.kind == "i" else float
+            bounds.append((each, (of(rows[each].min()), of(rows[each].max()))))
     return Record(name, tuple(fields), rows is not None, tuple(bounds))
 
 
-def constants_type(name: str, values: dict[str, Any]) -> Record:
-    """The type of constants: arrays of records, records, numbers, functions."""
-    return Record(name, tuple((key, _constant_type(key, v)) for key, v in values.items()), True)
+#: What is handed in at a step: a record of its own, for what is read there to be told apart.
+_GIVEN = Rows(make_record("Given", KNOWN), 1)
 
 
-def _constant_type(name: str, value) -> Type:
+def constants_type(name: str, values: dict[str, Any], with_floats: bool = False) -> Record:
+    """The type of constants: arrays of records, records, numbers, functions; see `make_record`."""
+    kinds = (int, float) if with_floats else (int,)
+    bounds = tuple((k, (v, v)) for k, v in values.items() if type(v) in kinds and k != "host")
+    fields = tuple((key, _constant_type(key, v, with_floats)) for key, v in values.items())
+    return Record(name, fields, True, bounds)
+
+
+def _constant_type(name: str, value, with_floats: bool = False) -> Type:
     word = "".join(part.capitalize() for part in name.rstrip("s").split("_"))
     if isinstance(value, np.ndarray) and value.dtype.names is None:
         return Array(value.shape, const=True)
     if isinstance(value, np.ndarray):
-        return Rows(make_record(word, value.dtype, value), len(value))
+        return Rows(make_record(word, value.dtype, value, with_floats), len(value))
     if hasattr(value, "_fields") and any(isinstance(part, np.ndarray) for part in value):
         return constants_type(type(value).__name__, value._asdict())
     if isinstance(value, tuple) and value and not callable(value[0]):
@@ -279,7 +383,7 @@ def board_type(board: on_board.Board) -> Record:
         ("memory", Array((len(board.memory),))),
         ("modes", Record("ModesNow", modes)),
         ("chosen", Rows(make_record("Chosen", on_board.CHOSEN), 1)),
-        ("selected", Array(board.selected.shape if len(board.selected) else (0,))),
+        ("selected", Array(board.selected.shape)),
         ("failures", FAILURES),
     ))  # fmt: skip
 

@@ -52,7 +52,17 @@ def evaluate(s: Scope, node: ast.expr) -> Value:
     handler = _HANDLERS.get(type(node))
     if handler is None:
         raise s.refuse(node, _INSTEAD.get(type(node), "write numbers, tuples and loops"))
-    return handler(s, node)
+    return _unneeded(s, handler, node) if id(node) in s.noted.muted else handler(s, node)
+
+
+def _unneeded(s: Scope, handler: Callable, node: ast.expr) -> Value:
+    """An expression whose value is not needed: what it reads counts only if it changes memory."""
+    with s.noted.apart() as reads, s.captured() as block:
+        value = handler(s, node)
+    if block.effects:
+        s.noted.reads.add(reads)
+    s.add(block)
+    return value
 
 
 def in_order(s: Scope, nodes: list[ast.expr]) -> list[Value]:
@@ -128,6 +138,7 @@ def split_tuple(s: Scope, node: ast.AST, value: Value) -> list[Value]:
     if not isinstance(value.type, Tuple):
         raise s.refuse(node, "unpack a tuple")
     held = at_hand(s, value)
+    s.noted.reads.parts |= {(value.type.of, name) for name in value.type.fields or ()}
     return [select_part(held, place) for place in range(len(value.type.parts))]
 
 

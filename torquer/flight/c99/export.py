@@ -12,6 +12,7 @@ from torquer.base.version import VERSION
 from torquer.compile.sources import is_own
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import GATE_NOW, first_gate
+from torquer.flight.c99.accessors import accessor_texts
 from torquer.flight.c99.computer import (
     Export,
     OnBoard,
@@ -24,10 +25,12 @@ from torquer.flight.c99.ephemeris_texts import ephemeris_files
 from torquer.flight.c99.frameworks import FRAMEWORK_FILES, FRAMEWORKS, framework_texts
 from torquer.flight.c99.in_the_loop import in_the_loop_text
 from torquer.flight.c99.interface import (
+    Input,
     contract_text,
     enums,
     input_copies,
     input_members,
+    inputs_for,
     mode_names,
     outcome_enums,
     state_bytes,
@@ -48,7 +51,7 @@ from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps, recorded_in_c
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text, first_state, initialiser
-from torquer.flight.c99.telemetry import telemetry_texts, told_fields
+from torquer.flight.c99.telemetry import called_entries, telemetry_texts, told_fields
 from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
 from torquer.flight.c99.trace import trace_table
 from torquer.flight.c99.translation import Function
@@ -104,11 +107,12 @@ def export_c(
     with computing_in(real), named_with(prefix):
         _check_parameters(computer)
         made = translate_step(computer)
-        record = record_steps(computer.scenario, steps, computer.gate)
+        inputs = inputs_for(computer, made, own is not None)
+        record = record_steps(computer.scenario, steps, made, inputs)
         texts = _texts(computer, made, len(record.marks), own)
         files: dict[str, str | bytes] = {**texts}
         if framework is not None:
-            files |= framework_texts(computer, framework, own is not None)
+            files |= framework_texts(computer, framework, inputs, own is not None)
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
         if not is_single():
             few = record.first(_ON_BOARD)
@@ -185,28 +189,37 @@ def _texts(
     name = kept(computer.scenario.name.replace("*/", "* /"))
     program, general = made.program, {"name": name, "version": VERSION}
     constants = program.type_name(made.computer)
-    places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
-    units = computer.scenario.spacecraft.units()
+    given = inputs_for(computer, made, ephemeris is not None)
+    places = {"computer": constants, "includes": INCLUDES, "types": _types(made, given)}
     inputs = {
         "enums": enums(computer),
-        "inputs": input_members(units),
+        "inputs": input_members(given),
         **outcome_enums(),
         "contract": contract_text(computer),
-        "telemetry": telemetry_texts(computer, made)["members"],
+        "telemetry": telemetry_texts(computer, made, given)["members"],
     }
     texts = {
-        "adcs.h": _header(computer, general | inputs | _precision_text()),
+        "adcs.h": _header(computer, made, general | inputs | _precision_text()),
         "adcs_types.h": fill_template("adcs_types.h", general | places),
         "adcs.c": fill_template(
-            "adcs.c", general | _source_text(computer, made) | _precision_text()
+            "adcs.c", general | _source_text(computer, made, given) | _precision_text()
         ),
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
         "adcs.pc.in": read_template("adcs.pc.in"),
         "README.md": readme_text(
-            computer, name, steps, told_fields(computer, made), ephemeris, checks_by_file(program)
+            computer,
+            name,
+            steps,
+            told_fields(computer, made, given),
+            ephemeris,
+            checks_by_file(program),
+            given,
+            state_bytes(computer, made),
         ),
-        "test/in_the_loop.c": in_the_loop_text(name, computer.board, _fresh_gate(program), units),
+        "test/in_the_loop.c": in_the_loop_text(
+            name, computer.board, made, given, _fresh_gate(program)
+        ),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},
         **_portable(),
@@ -217,9 +230,9 @@ def _texts(
     return texts | {"TRACE.csv": trace_table(sources)}
 
 
-def _header(computer: OnBoard, places: dict[str, str]) -> str:
+def _header(computer: OnBoard, made: Export, places: dict[str, str]) -> str:
     """The public header, which states a mark of itself and one of what a state is."""
-    size = state_bytes(computer)
+    size = state_bytes(computer, made)
     places |= {
         "state_bytes": str(size),
         "state_version": f"0x{_mark(f'{computer.fingerprint} {is_single()} {size}', 16)}",
@@ -232,10 +245,19 @@ def _mark(text: str, digits: int) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:digits]
 
 
+def _types(made: Export, inputs: list[Input]) -> str:
+    """The structs that the texts of an export name."""
+    roots = (made.computer, made.gate, made.state, *made.entries["gated_step"].arguments[-1][1:])
+    named = [made.program.type_name(each) for each in roots]
+    text = program_text(made.program, False, called_entries(made, inputs))
+    return types_text(made.program, used=" ".join((*named, text)))
+
+
 def _fresh_gate(program: Program) -> str:
     """The gate before its first step, as a constant of C."""
     kind = Rows(make_record("GateNow", GATE_NOW), 1)
-    return f"static const {program.type_name(kind)} fresh[1] = {initialiser(first_gate(), kind)};\n"
+    numbers = initialiser(program, first_gate(), kind)
+    return f"static const {program.type_name(kind)} fresh[1] = {numbers};\n"
 
 
 def _portable() -> dict[str, str]:
@@ -276,14 +298,13 @@ _HANDED = {
 }  # fmt: skip
 
 
-def _source_text(computer: OnBoard, made: Export) -> dict[str, str]:
-    entries = made.entries.values()
+def _source_text(computer: OnBoard, made: Export, inputs: list[Input]) -> dict[str, str]:
     return {
-        "program": program_text(made.program, False, tuple(each.name for each in entries)),
-        "telemetry": telemetry_texts(computer, made)["fill"],
-        "copies": input_copies(computer.scenario.spacecraft.units()),
+        "program": program_text(made.program, False, called_entries(made, inputs)),
+        "telemetry": telemetry_texts(computer, made, inputs)["fill"],
+        "copies": input_copies(inputs, made),
         **{f"call_{name}": _call(each) for name, each in made.entries.items()},
-        "has_modes": "true" if len(computer.board.modes.regions) else "false",
+        **accessor_texts(computer, made),
     }  # fmt: skip
 
 
@@ -304,9 +325,11 @@ def _tables_text(computer: OnBoard, made: Export) -> dict[str, str]:
     return {
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
-        "gate": constant_text(program, made.gate, "gate", computer.gate),
+        "gate": constant_text(program, made.gate, "gate", made.checks),
         "first": initialiser(
-            {"board": first_state(computer.board), "gate": first_gate()}, made.state
+            program,
+            {"board": first_state(computer.board), "gate": first_gate()},
+            made.state,
         ),
         "mode_names": mode_names(computer),
         "fingerprint": computer.fingerprint + " float" * is_single(),

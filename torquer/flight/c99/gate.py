@@ -24,13 +24,13 @@ def make_gate(
     memory = [each.first_memory() for each in blocks.all()]
     return Gate(
         _readings(scenario, oldest_s),
-        _bounds(np.zeros((0, 3)) if craft.coils is None else _dipole_bounds(craft.coils)),
-        _bounds(np.zeros((0, 3)) if craft.wheels is None else _torque_bounds(craft.wheels)),
+        *_bounds(np.zeros((0, 3)) if craft.coils is None else _dipole_bounds(craft.coils)),
+        *_bounds(np.zeros((0, 3)) if craft.wheels is None else _torque_bounds(craft.wheels)),
         _guards(scenario),
         _settable(blocks),
         np.concatenate([*memory, []]),
         _GAP_STEPS * max(scenario.control.sample_s, scenario.control.actuate_s or 0.0),
-        float(bool(needs & {"attitude", "rate"})),
+        int(bool(needs & {"attitude", "rate"})),
     )
 
 
@@ -66,7 +66,14 @@ def _settable(blocks: Blocks) -> np.ndarray:
     return np.array(numbers, SETTABLE)
 
 
-def _bounds(rows: np.ndarray) -> np.ndarray:
+def _bounds(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The narrowest bounds along axes in one row, if there are any; then all others."""
+    along = np.count_nonzero(rows, axis=1) == 1
+    axes = np.abs(rows[along]).max(axis=0, keepdims=True) if along.any() else rows[:0]
+    return _records(axes), _records(rows[~along])
+
+
+def _records(rows: np.ndarray) -> np.ndarray:
     return np.array([tuple(row) for row in rows.tolist()], BOUND)
 
 

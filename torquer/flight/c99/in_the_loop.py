@@ -1,48 +1,78 @@
 """The exported computer as the simulation calls it: a file of C between their two memories."""
 
 from collections.abc import Sequence
+from string import Template
+
+import numpy as np
 
 from torquer.computer.computer import Board
-from torquer.flight.c99.interface import handed_in
+from torquer.flight.c99.computer import Export
+from torquer.flight.c99.interface import Input, handed_in
 from torquer.flight.c99.precision import is_single
-from torquer.flight.c99.tables import numbers_in, state_parts
+from torquer.flight.c99.tables import kept_places, numbers_in, state_parts
 from torquer.flight.c99.texts import fill_template
-from torquer.spacecraft.sensors.devices import Flown
+
+#: The parameters among the arrays of the simulation; in place of one where there is none.
+_PARAMETERS, _NONE = 1, 255
 
 #: Parameters are floats; those that C has not set keep all digits in the simulation.
 _PUT_FLOATS = """\
-    if (k == PARAMETERS) {
-        float *floats = (float *)(void *)place;
-        memset(place, 0, words[k] * sizeof(double));
-        for (size_t n = 0; n < lengths[k]; n++) {
-            floats[n] = (float)part[n];
-        }
-        return;
+    for (size_t n = 0; n < $count; n++) {
+        own.board.parameters[n] = (float)parameters[n];
     }
 """
 _GET_FLOATS = """\
-    if (k == PARAMETERS) {
-        const float *floats = (const float *)(const void *)place;
-        for (size_t n = 0; n < lengths[k]; n++) {
-            part[n] = (floats[n] == (float)part[n]) ? part[n] : (double)floats[n];
-        }
-        return;
+    for (size_t n = 0; n < $count; n++) {
+        const float held = own.board.parameters[n];
+        parameters[n] = (held == (float)parameters[n]) ? parameters[n] : (double)held;
+    }
+"""
+_FIRST = """\
+    for (size_t n = 0; n < $count; n++) {
+        numbers[$at + n] = ${cast}own->board.$part[n];
     }
 """
 
 
-def in_the_loop_text(name: str, board: Board, fresh: str, units: Sequence[Flown] = ()) -> str:
+def in_the_loop_text(
+    name: str, board: Board, made: Export, inputs: Sequence[Input], fresh: str
+) -> str:
     """The file `test/in_the_loop.c` of a computer."""
-    arrays, given = state_parts(board), handed_in(units)
-    lengths = [len(numbers_in(array)) if len(array) else 0 for array in arrays]
-    words = [len(numbers_in(array)) for array in arrays]
-    put_floats = get_floats = ""
-    if is_single():
-        words[1], put_floats, get_floats = (words[1] + 1) // 2, _PUT_FLOATS, _GET_FLOATS
+    starts = np.cumsum([0, *(len(numbers_in(part)) for part in state_parts(board))])
+    kept, floats = kept_places(made.program, made.board), len(board.parameters) * is_single()
+    rows = [_pair(starts, place) for place in kept.tolist()]
+    if floats:  # words of two floats, which are copied apart
+        at = next(k for k, (part, _) in enumerate(rows) if part == _PARAMETERS)
+        rows[at : at + floats] = [(_NONE, 0)] * ((floats + 1) // 2)
+    given = handed_in(inputs)
     places = {
-        "name": name, "put_floats": put_floats, "get_floats": get_floats,
+        "name": name, "fresh": fresh, "count": str(len(rows)),
+        "rows": ", ".join(f"{{{part}, {place}}}" for part, place in rows),
         "places": ", ".join(map(str, given.values())), "given": str(len(given)),
-        "lengths": ", ".join(map(str, lengths)), "words": ", ".join(map(str, words)),
-        "fresh": fresh,
+        "put_floats": Template(_PUT_FLOATS).substitute(count=floats) if floats else "",
+        "get_floats": Template(_GET_FLOATS).substitute(count=floats) if floats else "",
+        "first": _first_text(board),
     }  # fmt: skip
     return fill_template("in_the_loop.c", places)
+
+
+def _pair(starts: np.ndarray, place: int) -> tuple[int, int]:
+    """The array of the simulation in which one of all numbers stands, and its place there."""
+    part = int(np.searchsorted(starts, place, side="right")) - 1
+    return part, place - int(starts[part])
+
+
+def _first_text(board: Board) -> str:
+    """Statements that copy parameters, then memory; an array of no length has one place."""
+    parts = (
+        ("parameters", board.parameters, 0),
+        ("memory", board.memory, max(len(board.parameters), 1)),
+    )
+    return "".join(
+        Template(_FIRST).substitute(
+            count=len(of), at=at, part=part,
+            cast="(double)" if is_single() and part == "parameters" else "",
+        )
+        for part, of, at in parts
+        if len(of)
+    )  # fmt: skip

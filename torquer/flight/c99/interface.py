@@ -14,10 +14,10 @@ from torquer.computer.computer import (
     parameter_places,
 )
 from torquer.computer.gate import GATE_NOW, MET, OUTCOMES
-from torquer.computer.interface import ESTIMATED, PLACES, SENSORS
+from torquer.computer.interface import PLACES, SENSORS
 from torquer.computer.modes.spec import Modes
 from torquer.flight.c99.calls import failure_bit
-from torquer.flight.c99.computer import OnBoard
+from torquer.flight.c99.computer import Export, OnBoard
 from torquer.flight.c99.prefix import kept
 from torquer.flight.c99.tables import count_state_words
 from torquer.simulation.setup.prepare import make_log
@@ -28,83 +28,109 @@ from torquer.spacecraft.sensors.devices import DEVICES, Flown
 
 @dataclass(frozen=True)
 class Input:
-    """A number or vector that is handed in: its name, how many numbers, what it is, what needs it.
-
-    `need`: name of what a block must declare for it to be read, "" if it may be read always.
+    """A number or vector that is handed in: its name, where its numbers stand in the computer's
+    record in C, what it is; `need`: of what it is a part, "" for what is measured.
     """
 
     name: str
-    count: int
+    places: tuple[str, ...]
     meaning: str
     need: str = ""
 
+    @property
+    def count(self) -> int:
+        """How many numbers it has."""
+        return len(self.places)
 
-def _numbers(*names: str) -> dict[str, int]:
-    """Places of fields that are one number each."""
-    return {name: PLACES[name].start for name in names}
+    @property
+    def is_array(self) -> bool:
+        """Whether it is an array in C: a vector, or times of however many readings."""
+        return self.count > 1 or "[" in self.places[0]
 
 
-def inputs_for(units: Sequence[Flown] = ()) -> list[Input]:
-    """All inputs; `units`: devices of kinds of which the satellite has several."""
-    devices = [
-        Input(each.given, each.count, f"{each.meaning} [{each.units}]", each.need)
-        for each in DEVICES
-    ]
-    several = [
-        Input(f"{each.device.given}_{each.name}", each.device.count,
-              f"{each.device.meaning}, of {each.name} [{each.device.units}]")
-        for each in units
-    ]  # fmt: skip
-    read = ", ".join([*map(in_words, SENSORS), *(each.said for each in units)])
+def inputs_for(computer: OnBoard, made: Export, ephemeris: bool = False) -> list[Input]:
+    """The inputs that the computer uses; `ephemeris`: and all that an ephemeris on board writes."""
+    units = computer.scenario.spacecraft.units()
     return [
-        Input("t_s", 1, "time since the start [s]; steps must not go back"),
-        Input("coil_dipole_body_a_m2", 3,
-              "mean dipole of the coils since the step before, as commanded within limits [A m^2]"),
-        *devices,
-        *several,
-        Input("read_at_s", len(SENSORS) + len(units),
+        each
+        for each in all_inputs(units, [*made.checks.readings["row"]])
+        if any(map(made.keeps_given, map(_field, each.places)))
+        or (ephemeris and each.need == "ephemeris")
+    ]
+
+
+def all_inputs(units: Sequence[Flown], rows: Sequence[int]) -> list[Input]:
+    """All inputs there may be of a computer that uses the readings of some rows.
+
+    `units`: devices of kinds of which the satellite has several.
+    """
+    kinds = [
+        *((row, each, each.given, each.meaning, in_words(SENSORS[row]))
+          for row, each in enumerate(DEVICES)),
+        *((each.row, each.device, f"{each.device.given}_{each.name}",
+           f"{each.device.meaning}, of {each.name}", each.said) for each in units),
+    ]  # fmt: skip
+    used = [each for each in kinds if each[0] in rows]
+    read = ", ".join(said for *_, said in used)
+    return [
+        Input("t_s", ("t_s",), "time since the start [s]; steps must not go back"),
+        _vector("coil_dipole_body_a_m2", "coils",
+                "mean dipole of the coils since the step before, as commanded within limits "
+                "[A m^2]"),
+        *(Input(name, tuple(f"readings[{row}][{part}]" for part in range(device.count)),
+                f"{meaning} [{device.units}]") for row, device, name, meaning, _ in used),
+        Input("read_at_s", tuple(f"read_s[{row}]" for row, *_ in used),
               f"when each was read [s], -INFINITY if never: {read}"),
-        Input("r_inertial_m", 3, "position, inertial [m]", "ephemeris"),
-        Input("v_inertial_m_s", 3, "velocity, inertial [m/s]", "ephemeris"),
-        Input("b_inertial_t", 3, "field of the model there, inertial [T]", "ephemeris"),
-        Input("b_rate_inertial_t_s", 3, "its rate of change along the orbit [T/s]", "ephemeris"),
-        Input("sun_inertial", 3, "unit vector to the Sun, inertial", "ephemeris"),
-        Input("sunlit_fraction", 1, "visible part of the Sun's disc, 0 in the umbra", "ephemeris"),
+        _vector("r_inertial_m", "position", "position, inertial [m]", "ephemeris"),
+        _vector("v_inertial_m_s", "velocity", "velocity, inertial [m/s]", "ephemeris"),
+        _vector("b_inertial_t", "model_b", "field of the model there, inertial [T]", "ephemeris"),
+        _vector("b_rate_inertial_t_s", "model_b_rate",
+                "its rate of change along the orbit [T/s]", "ephemeris"),
+        _vector("sun_inertial", "to_sun", "unit vector to the Sun, inertial", "ephemeris"),
+        Input("sunlit_fraction", ("sunlit_fraction",),
+              "visible part of the Sun's disc, 0 in the umbra", "ephemeris"),
     ]  # fmt: skip
 
 
-def handed_in(units: Sequence[Flown] = ()) -> dict[str, int]:
+def _vector(name: str, known: str, meaning: str, need: str = "") -> Input:
+    return Input(name, tuple(f"{known}_{c}" for c in "xyz"), meaning, need)
+
+
+def _field(place: str) -> str:
+    """The field of the record in which a number stands."""
+    return place.partition("[")[0]
+
+
+def find_place(name: str) -> int:
+    """Where a number of the record stands among all of them, by its name in C."""
+    field, *indices = re.findall(r"\w+", name)
+    row, part = map(int, (*indices, 0, 0)[:2])
+    return PLACES[field].start + (MOST_PARTS if field == "readings" else 1) * row + part
+
+
+def handed_in(inputs: Sequence[Input]) -> dict[str, int]:
     """Where each number that is handed in stands in the computer's record in C, in the order of the
     inputs, with its place among all numbers. (The computer writes the estimate itself.)"""
-    rows = [*enumerate(DEVICES), *((each.row, each.device) for each in units)]
-    return {
-        **_numbers("t_s"),
-        **_numbers(*(f"coils_{c}" for c in "xyz")),
-        **{f"readings[{row}][{part}]": PLACES["readings"].start + MOST_PARTS * row + part
-           for row, device in rows for part in range(device.count)},
-        **{f"read_s[{row}]": PLACES["read_s"].start + row for row, _ in rows},
-        **_numbers(*(name for name, places in PLACES.items() if places.start >= ESTIMATED)),
-    }  # fmt: skip
+    return {place: find_place(place) for each in inputs for place in each.places}
 
 
-def input_members(units: Sequence[Flown] = ()) -> str:
+def input_members(inputs: Sequence[Input]) -> str:
     """Members of the struct of inputs."""
     lines = []
-    for each in inputs_for(units):
-        size = f"[{each.count}]" if each.count > 1 else ""
+    for each in inputs:
+        size = f"[{each.count}]" if each.is_array else ""
         lines.append(f"    /* {each.meaning} */\n    double {each.name}{size};\n")
     return "".join(lines)
 
 
-def input_copies(units: Sequence[Flown] = ()) -> str:
-    """Statements that put the inputs into the computer's record."""
-    places = [
-        f"{each.name}[{k}]" if each.count > 1 else each.name
-        for each in inputs_for(units)
-        for k in range(each.count)
-    ]
-    pairs = zip(handed_in(units), places, strict=True)
-    return "".join(f"    given.{known} = inputs->{place};\n" for known, place in pairs)
+def input_copies(inputs: Sequence[Input], made: Export) -> str:
+    """Statements that put the inputs into the computer's record, of those that it takes over."""
+    return "".join(
+        f"    given.{place} = inputs->{each.name}{f'[{k}]' if each.is_array else ''};\n"
+        for each in inputs
+        for k, place in enumerate(each.places)
+        if made.keeps_given(_field(place))
+    )
 
 
 def c_constant(*words: str) -> str:
@@ -166,9 +192,9 @@ def _name(of: dict[str, tuple[int, str]], number: int, said: str, *words: str) -
     of[own] = number, kept(said)
 
 
-def state_bytes(computer: OnBoard) -> int:
+def state_bytes(computer: OnBoard, made: Export) -> int:
     """Size of an `adcs_state`: its version and its seal, then what the computer remembers."""
-    return 16 + 8 * count_state_words(computer.board) + GATE_NOW.itemsize
+    return 16 + 8 * count_state_words(computer.board, made) + GATE_NOW.itemsize
 
 
 def outcome_enums() -> dict[str, str]:

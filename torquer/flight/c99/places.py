@@ -51,13 +51,26 @@ def attribute(s: Scope, node: ast.Attribute) -> Value:
             return evaluate_outside(s, node, getattr(kind.value, name), name)
         raise s.refuse(node, "use a name that the module has, or a constant of its own")
     if isinstance(kind, Tuple) and kind.fields and name in kind.fields:
+        s.noted.reads.parts.add((kind.of, name))
         return select_part(at_hand(s, value), kind.fields.index(name))
     if isinstance(kind, Record) and name in dict(kind.fields):
-        return select_field(value, name, s.program.times)
+        return _field(s, node, value, name)
     if name == "shape" and isinstance(kind, Array | Rows):
         shape = kind.shape if isinstance(kind, Array) else (kind.count,)
         return static(tuple(shape))
     raise s.refuse(node, f"use a field that {in_words(kind)} has")
+
+
+def _field(s: Scope, node: ast.AST, record: Value, name: str) -> Value:
+    """A field of a record; a number in it is read unless it is set."""
+    assert isinstance(record.type, Record)
+    found = select_field(record, name, s.program.times)
+    if isinstance(found.type, Number):
+        s.note_field(node, found)
+    if isinstance(found.type, Array):
+        kept = s.program.kept_shape(record.type, name)
+        return replace(found, type=replace(found.type, kept=kept))
+    return found
 
 
 @translates(ast.Subscript)
@@ -67,7 +80,7 @@ def subscript(s: Scope, node: ast.Subscript) -> Value:
     if name is not None:
         value = evaluate(s, node.value)
         if isinstance(value.type, Record) and name in dict(value.type.fields):
-            return select_field(value, name, s.program.times)
+            return _field(s, node, value, name)
         raise s.refuse(node, "use a field that the record has")
     if isinstance(node.slice, ast.Slice):
         return _slice(s, node, node.slice)
@@ -93,6 +106,10 @@ def index(s: Scope, node: ast.AST, value: Value, indices: list[Value]) -> Value:
     kind = value.type
     if isinstance(kind, Array) and len(indices) <= len(kind.shape):
         texts = [_index(s, node, i, n) for i, n in zip(indices, kind.shape, strict=False)]
+        for k, each in enumerate(indices):
+            s.note_cells(replace(value, type=replace(kind, shape=kind.shape[k:])), *each.bounds)
+        if len(indices) == len(kind.shape):
+            s.note_field(node, value)
         return select_cell(value, indices, texts)
     if len(indices) != 1:
         raise s.refuse(node, "use as many indices as there are dimensions")
@@ -131,6 +148,7 @@ def _part(s: Scope, node: ast.AST, value: Value, index: Value) -> Value:
     if index.is_known:
         if not -count <= index.known < count:
             raise s.refuse(node, f"use an index that {in_words(kind)} has")
+        s.noted.reads.parts |= {(kind.of, each) for each in kind.fields or ()}
         return select_part(value, index.known % count)
     if not kind.is_array:
         raise s.refuse(node, "use a constant index, or a tuple of parts of one type")
@@ -172,6 +190,7 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
     if isinstance(kind, Tuple) and all(each.is_known for each in edges):
         held, count = at_hand(s, value), len(kind.parts)
         chosen = range(count)[low.known : high.known if high else None]
+        s.noted.reads.parts |= {(kind.of, each) for each in kind.fields or ()}
         return make_tuple(s, node, [select_part(held, place) for place in chosen])
     if not isinstance(kind, Array) or len(kind.shape) != 1:
         raise s.refuse(node, "cut a tuple at constants, or an array of one dimension")
@@ -185,7 +204,9 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
     length = len(range(kind.shape[0])[low.known : end]) if known else None  # type: ignore
     reads = value.reads or low.reads
     text = f"&{value.within(Rank.ATOM)}[{low.text}]"
-    return Value(text, replace(kind, shape=(length,)), Rank.SIGN, reads=reads, roots=value.roots)
+    s.note_all(value)
+    cells = replace(kind, shape=(length,), kept=None)
+    return Value(text, cells, Rank.SIGN, reads=reads, roots=value.roots)
 
 
 def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
@@ -203,6 +224,7 @@ def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
         raise s.refuse(target, "set cells to one float, or write a loop")
     rest = [ast.Slice()] * (len(array.type.shape) - len(cuts))
     s.writes(array, target)
+    s.note_all(array)
     _in_loops(s, target, [*cuts, *rest], array, value)
     return True
 
@@ -221,7 +243,9 @@ def fill_all(s: Scope, target: ast.expr, place: Value, value: Value) -> None:
     if not (alike or value.type in (REAL, TIME)) or None in place.type.shape:
         raise s.refuse(target, "set it to one float, or to an array of the same shape")
     s.writes(place, target)
+    s.note_all(place)
     if isinstance(value.type, Array):
+        s.note_all(value)
         _check_apart(s, target, place, value)
     _in_loops(s, target, [ast.Slice()] * len(place.type.shape), place, value)
 

@@ -1,6 +1,7 @@
 """The C text of a program: types, constants, functions."""
 
 import re
+from dataclasses import replace
 
 from torquer.flight.c99.helpers import helper_texts
 from torquer.flight.c99.lines import Declared, Left, Line, Stored
@@ -34,7 +35,7 @@ def declarator(program: Program, kind: Type, name: str, const: bool = False) -> 
     word = program.type_name(kind)
     before = "const " if const else ""
     if isinstance(kind, Array):
-        rest = "".join(f"[{n}]" for n in kind.shape[1:])
+        rest = "".join(f"[{n}]" for n in kind.in_c[1:])
         return f"{before}{word} (*{name}){rest}" if rest else f"{before}{word} *{name}"
     if isinstance(kind, Record | Rows):
         return f"{before}{word} *{name}"
@@ -54,16 +55,26 @@ def member(program: Program, kind: Type, name: str) -> str:
 def _lengths(kind: Array) -> str:
     """Lengths of an array in a struct, one of floats with an even number: doubles follow it."""
     if kind.is_real and is_single():
-        return "".join(f"[{max((n or 1) + (n or 1) % 2, 2)}]" for n in kind.shape)
-    return "".join(f"[{max(n or 1, 1)}]" for n in kind.shape)
+        return "".join(f"[{max((n or 1) + (n or 1) % 2, 2)}]" for n in kind.in_c)
+    return "".join(f"[{max(n or 1, 1)}]" for n in kind.in_c)
 
 
-def types_text(program: Program, without: tuple[str, ...] = ()) -> str:
-    """All structs but those of some names, each after those of which it is made."""
+def types_text(program: Program, without: tuple[str, ...] = (), used: str | None = None) -> str:
+    """All structs but those of some names, each after those of which it is made.
+
+    `used`: a text in which, or in each other, those that are written have to be named.
+    """
+    texts = {name: _members(program, kind) for kind, name in program.types.items()}
+    named = set(texts) if used is None else set()
+    waiting = [] if used is None else [used]
+    while waiting:
+        new = set(re.findall(r"\w+", waiting.pop())) & set(texts) - named
+        named |= new
+        waiting += [texts[each] for each in new]
     return "\n".join(
-        f"typedef struct {{\n{_members(program, kind)}}} {name};\n"
-        for kind, name in program.types.items()
-        if name not in without
+        f"typedef struct {{\n{members}}} {name};\n"
+        for name, members in texts.items()
+        if members and name in named and name not in without
     )
 
 
@@ -72,13 +83,25 @@ def _members(program: Program, kind: Type) -> str:
         return f"    {program.type_name(kind.parts[0])} v[{len(kind.parts)}];\n"
     if isinstance(kind, Tuple):
         names = kind.fields or [f"v{k}" for k in range(len(kind.parts))]
-        fields = list(zip(names, kind.parts, strict=True))
+        parts = enumerate(zip(names, kind.parts, strict=True))
+        fields = [each for place, each in parts if program.keeps_part(kind, place)]
     else:
         assert isinstance(kind, Record)
-        fields = [(name, each) for name, each in kind.fields if not isinstance(each, Static)]
+        fields = kept_fields(program, kind)
     if isinstance(kind, Record):  # memory holds doubles
         fields = [(name, TIME if each == REAL else each) for name, each in fields]
     return "".join(f"    {member(program, each, name)}\n" for name, each in fields)
+
+
+def kept_fields(program: Program, record: Record) -> list[tuple[str, Type]]:
+    """The fields of a record that are in C, with their types there."""
+    fields = [each for each in record.fields if program.keeps(record, each[0])]
+    return [
+        (name, replace(kind, kept=program.kept_shape(record, name)))
+        if isinstance(kind, Array)
+        else (name, kind)
+        for name, kind in fields
+    ]
 
 
 def signature(program: Program, function: Function) -> str:
@@ -191,8 +214,8 @@ def constants_text(program: Program, used: str) -> str:
     return "".join(found)
 
 
-def functions_text(program: Program, roots: tuple[str, ...] = ()) -> str:
-    """All functions reached from public ones and `roots`, each after those that it calls."""
+def reached_functions(program: Program, roots: tuple[str, ...] = ()) -> dict[str, str]:
+    """Text of all functions reached from public ones and `roots`, each after those it calls."""
     texts = {f.name: function_text(program, f) for f in program.functions.values()}
     reached: set[str] = set()
     waiting = [*roots, *(f.name for f in program.functions.values() if f.is_public)]
@@ -201,12 +224,12 @@ def functions_text(program: Program, roots: tuple[str, ...] = ()) -> str:
         if name not in reached:
             reached.add(name)
             waiting += [w for w in re.findall(r"\b(\w+)\(", texts[name]) if w in texts]
-    return "\n".join(text for name, text in texts.items() if name in reached)
+    return {name: text for name, text in texts.items() if name in reached}
 
 
 def program_text(program: Program, with_types: bool = True, roots: tuple[str, ...] = ()) -> str:
     """The whole program as one text; see `functions_text`."""
-    functions = functions_text(program, roots)
+    functions = "\n".join(reached_functions(program, roots).values())
     parts = [types_text(program)] if with_types else []
     parts += [constants_text(program, functions), helpers_text(functions), functions]
     return "\n".join(part for part in parts if part)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from torquer.base.user_source import plain_function
 from torquer.flight.c99 import calls, expressions, places  # noqa: F401  register what they translate
 from torquer.flight.c99.lines import Line, count_words, without_unread
+from torquer.flight.c99.reads import Reads
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.scope import Scope, Variable
 from torquer.flight.c99.source import read_source
@@ -96,7 +97,7 @@ class Program(Translation):
             frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation,
             key=s.key, times=frozenset(s.times), powers=frozenset(s.powers),
             copies=frozenset(s.copies), fails=s.fails, reports=s.reports,
-            is_unproved=s.is_unproved, origin=origin_lines(source),
+            is_unproved=s.is_unproved, origin=origin_lines(source), reads=s.noted.reads,
         )  # fmt: skip
 
     def _declare_arguments(self, s: Scope, types: list[Type]) -> None:
@@ -175,6 +176,7 @@ def _switch(
         "The kernel of a number.", times=_written_by_any(made, names, "times"),
         fails=any(each.fails for each in made.values()), reports=reports,
         is_unproved=any(each.is_unproved for each in made.values()),
+        reads=_read_by_any(made, names),
     )  # fmt: skip
 
 
@@ -186,6 +188,17 @@ def _written_by_any(made: dict[int, Function], names: list[str], what: str) -> f
         for name, (own, _) in zip(names, each.arguments, strict=True)
         if own in getattr(each, what)
     )
+
+
+def _read_by_any(made: dict[int, Function], names: list[str]) -> Reads:
+    """What the functions of a switch read of its arguments."""
+    found = Reads()
+    for each in made.values():
+        for name, (own, _) in zip(names, each.arguments, strict=True):
+            found.fields |= {name} if own in each.reads.fields else set()
+            for left, of in each.reads.cells_of(own).items():
+                found.add_cells(name, left, of)
+    return found
 
 
 def _hand_on(made: Function, names: list[str]) -> str:
@@ -207,22 +220,40 @@ def _key_text(plain: Callable, types: list[Type], checks: bool) -> str:
 def translate_repeatedly(
     build: Callable[[Program], None], replaced: dict | None = None, again: int = 2,
     times: Iterable[str] = (), prefix: str = "",
+    find_reads: Callable[[Program], Reads] | None = None,
 ) -> Program:  # fmt: skip
     """A program built several times, each with what the one before found out.
 
     `again`: how often for the sake of indices; from `times`, names of fields, it follows what else
     is a time in a program of single precision, until nothing changes and all names are apart.
+    `find_reads`: what of memory is read by what a program consists of; without it all is kept.
     """
     program = Program(replaced, prefix=prefix)
     program.times |= set(times)
+    program.live = Reads() if find_reads else None
     build(program)
-    rounds, earlier = 0, Program()
+    rounds, earlier, live, begun = 0, Program(), program.live, 0
     while (
         rounds < again
         or program.found() != earlier.found()
+        or program.live != live
+        or (find_reads and not begun)
+        or not program.keeps_bounds()
         or program.locals & program.taken - program.avoided
     ):
         rounds, earlier = rounds + 1, program
+        if find_reads and not begun and rounds > again + _ROUNDS:
+            # once more, with the bounds of what is reached: what only served each other is left out
+            begun, live = rounds, Reads()
         program = Program(replaced, earlier, prefix)
+        program.live = live
         build(program)
+        if find_reads and live is not None:
+            found = find_reads(program)
+            live = live.joined(found) if begun and rounds > begun + _MOST else found
     return program
+
+
+#: Rounds after which the bounds of all that is reached are known; after which nothing that was read
+#: in any of them is left out any more.
+_ROUNDS, _MOST = 3, 12

@@ -7,13 +7,7 @@ from torquer.computer.gate import MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
 from torquer.flight.c99.ephemeris import OnBoardEphemeris
 from torquer.flight.c99.ephemeris_texts import ephemeris_readme
-from torquer.flight.c99.interface import (
-    c_constant,
-    contract,
-    inputs_for,
-    named_constants,
-    state_bytes,
-)
+from torquer.flight.c99.interface import Input, c_constant, contract, named_constants
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.prefix import kept
 from torquer.flight.c99.telemetry import Told, left_out
@@ -68,14 +62,16 @@ _MISSING = {
 def readme_text(
     computer: OnBoard, name: str, steps: int, told: Sequence[Told],
     ephemeris: OnBoardEphemeris | None = None, failures: Sequence[str] = (),
+    inputs: Sequence[Input] = (), state_bytes: int = 0,
 ) -> str:  # fmt: skip
     """The README of the export of a computer with so many recorded steps.
 
-    `told`: the fields of its telemetry; `failures`: places in users' files where a law may fail.
+    `told`: the fields of its telemetry; `failures`: places in users' files where a law may fail;
+    `inputs`: what is handed in; `state_bytes`: size of its state.
     """
     kind = ephemeris.kind if ephemeris else None
-    places = _places(computer, steps) | {
-        "name": name, "version": VERSION,
+    places = _places(computer, steps, inputs) | {
+        "state_bytes": str(state_bytes), "name": name, "version": VERSION,
         "report": "\n".join(f"| `{each.field.name}` | {each.count} | {each.said} |"
                             for each in told),
         "left_out": ", ".join(f"`{each}`" for each in left_out(told)),
@@ -86,12 +82,8 @@ def readme_text(
     return fill_template("README.md", places)
 
 
-def _places(computer: OnBoard, steps: int) -> dict[str, str]:
-    rows = []
-    for each in inputs_for(computer.scenario.spacecraft.units()):
-        unread = bool(each.need) and each.need not in computer.needs
-        note = " (*not read*)" if unread else ""
-        rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")
+def _places(computer: OnBoard, steps: int, inputs: Sequence[Input]) -> dict[str, str]:
+    rows = [f"| `{each.name}` | {each.count} | {each.meaning} |" for each in inputs]
     named = [
         f"| `{name}` | {said} |"
         for names in named_constants(computer).values()
@@ -102,7 +94,6 @@ def _places(computer: OnBoard, steps: int) -> dict[str, str]:
     rules = [f"| `{name}` | {number} | {said} |" for name, number, said in contract(computer)]
     return {
         "contract": "\n".join(rules), "met": "\n".join(met), "outcomes": "\n".join(outcomes),
-        "state_bytes": str(state_bytes(computer)),
         "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
         "array": "" if is_single() else _ARRAY,

@@ -1,15 +1,18 @@
 """Control steps of a simulated flight, recorded for the replay of an export."""
 
 import struct
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from torquer.base.user_source import plain_function
 from torquer.compile.engine import with_attributes
-from torquer.computer.gate import Gate, within_bounds
-from torquer.computer.interface import PLACES
-from torquer.flight.c99.interface import handed_in
+from torquer.computer.computer import Board
+from torquer.computer.gate import within_bounds
+from torquer.computer.interface import PLACES, ROWS
+from torquer.flight.c99.computer import Export
+from torquer.flight.c99.interface import Input, handed_in
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.tables import count_state_words, state_numbers
 from torquer.flight.c99.texts import fill_template
@@ -20,7 +23,9 @@ from torquer.simulation.setup.run import Run, prepare
 from torquer.spacecraft.failures import is_back
 
 _MAGIC = b"ADCSREC2"
-_ESTIMATE = slice(PLACES["estimate_q_x"].start, PLACES["estimate_bias_x"].start)
+#: Where attitude and rate of the estimate stand in the computer's record, and their names in C.
+_PLACES = slice(PLACES["estimate_q_x"].start, PLACES["estimate_bias_x"].start)
+_ESTIMATE = [name for name, of in PLACES.items() if _PLACES.start <= of.start < _PLACES.stop]
 _FIRST = (CELLS.names or ()).index("dipole_x")
 #: The hash FNV-1a: where it begins, its prime; modulo 2^64.
 _BEGIN, _PRIME, _WORD = 0xCBF29CE484222325, 0x100000001B3, (1 << 64) - 1
@@ -72,7 +77,7 @@ def mark_numbers(numbers: np.ndarray) -> int:
     return mark
 
 
-def record_steps(scenario: Scenario, most: int, gate: Gate) -> Recorded:
+def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[Input]) -> Recorded:
     """The first control steps of a run, at most so many; commands as the gate limits them.
 
     They have no marks for an export in single precision, whose state has other bits.
@@ -80,24 +85,38 @@ def record_steps(scenario: Scenario, most: int, gate: Gate) -> Recorded:
     run = prepare(scenario, stops=True)
     afresh, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
     marks: list[int] = []
+    first = run.state.board.known.copy()
     limited = plain_function(within_bounds)
-    dipole, torque = with_attributes(gate.dipole), with_attributes(gate.torque)
-    places = [*handed_in(scenario.spacecraft.units()).values()]
+    checks = made.checks
+    dipole = [with_attributes(each) for each in (checks.dipole_axes, checks.dipole)]
+    torque = [with_attributes(each) for each in (checks.torque_axes, checks.torque)]
+    places = [*handed_in(given).values()]
+    estimated = [name in made.known for name in _ESTIMATE]
     while len(marks) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
         afresh.append(float(_begins_afresh(run, before_s, known[0])))
         inputs.append(known[places])
         asked = run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].tolist()
         commands.append(
-            np.array([*limited(dipole, (*asked[:3],)), *limited(torque, (*asked[3:],))])
+            np.array([*limited(*dipole, (*asked[:3],)), *limited(*torque, (*asked[3:],))])
         )
-        estimates.append(known[_ESTIMATE].copy())
-        marks.append(0 if is_single() else mark_numbers(state_numbers(run.state.board)))
+        estimates.append(np.where(estimated, known[_PLACES], np.nan))
+        board = _as_in_c(run.state.board, first, made)
+        marks.append(0 if is_single() else mark_numbers(state_numbers(board, made)))
         before_s = known[0]
     if not marks:
         raise ValueError("simulation: must have a control step to be recorded; received none")
     a, i, c, e = map(np.array, (afresh, inputs, commands, estimates))
-    return Recorded(a, i, c, e, marks, count_state_words(run.state.board))
+    return Recorded(a, i, c, e, marks, count_state_words(run.state.board, made))
+
+
+def _as_in_c(board: Board, first: np.ndarray, made: Export) -> Board:
+    """The board with readings as at the start that nothing on board uses: C is not given them."""
+    known = board.known.copy()
+    unused = np.setdiff1d(np.arange(ROWS), made.checks.readings["row"])
+    for name in ("readings", "read_s"):
+        known[name][:, unused] = first[name][:, unused]
+    return board._replace(known=known)
 
 
 def _begins_afresh(run: Run, before_s: float, t_s: float) -> bool:

@@ -6,22 +6,25 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from torquer.flight.c99.lines import Block, Declared, Line, Stored
+from torquer.flight.c99.reads import Noted, Reads
 from torquer.flight.c99.refusal import Impossible, Refused, quote_source, refuse
 from torquer.flight.c99.source import Source
 from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.translation import FAILURES, Translation
 from torquer.flight.c99.types import (
+    INT,
     NOTHING,
     PLACES,
     TIME,
     UNBOUNDED,
+    Array,
     Bounds,
     Static,
     Tuple,
     Type,
     in_words,
 )
-from torquer.flight.c99.values import Form, Value, as_real, as_time
+from torquer.flight.c99.values import Form, Value, as_real, as_time, constant
 from torquer.flight.c99.words import avoid_headers, is_reserved
 
 
@@ -41,7 +44,7 @@ class Scope:
     """What is known at a place of a kernel that is being translated.
 
     `checks`: whether its indices are checked and its whole numbers wrap; `raises`: whether a
-    division by zero fails; `handled`: what handles a failure here.
+    division by zero fails; `handled`: what handles a failure here; `target`: the place that is set.
     """
 
     def __init__(
@@ -63,6 +66,8 @@ class Scope:
         self.used: set[str] = set()
         self.powers: set[str] = set()
         self.copies: set[tuple[str, str]] = set()
+        self.noted = Noted()
+        self.target: ast.AST | None = None
         self.result: Type | None = None
         self._names = set(source.places) | source.own
         self._c_names: dict[str, str] = {}
@@ -148,6 +153,8 @@ class Scope:
         """A variable as it is read."""
         if isinstance(variable.type, Static):
             return Value("", variable.type, known=variable.type.value)
+        if variable.type == INT and variable.bounds[0] == variable.bounds[1]:
+            return constant(int(variable.bounds[0]))
         text, kind = variable.name, variable.type
         return Value(
             text, kind, form=variable.form, roots=variable.roots, bounds=variable.bounds,
@@ -274,6 +281,42 @@ class Scope:
         texts = ", ".join(each.content.text for each in parts)
         self.say(f"const {kind} {name}[{len(parts)}] = {{{texts}}};")
         return name
+
+    def note_field(self, node: ast.AST, value: Value) -> None:
+        """Note that a number in memory is read, unless it is what is set here."""
+        if node is not self.target:
+            self.noted.reads.fields |= value.roots
+
+    def note_cells(self, value: Value, low: float, high: float) -> None:
+        """Note that an array is used from one place on to another, of all that it has."""
+        assert isinstance(value.type, Array)
+        count = value.type.shape[0]
+        if count is not None and not 0 <= low <= high < count:
+            low, high = 0, count - 1
+        for root in value.roots if count is not None else ():
+            places = set(range(int(low), int(high) + 1))
+            self.noted.reads.add_cells(root, len(value.type.shape), places)
+
+    def note_argument(self, value: Value, reads: Reads, name: str, writes: bool) -> None:
+        """Note what a kernel that is called uses of an array, its argument of a name."""
+        if writes or name in reads.fields:
+            self.noted.reads.fields |= value.roots
+        for left, places in reads.cells_of(name).items():
+            for root in value.roots:
+                self.noted.reads.add_cells(root, left, places)
+
+    def note_all(self, value: Value) -> None:
+        """Note that all cells of an array are used, and read."""
+        assert isinstance(value.type, Array)
+        self.noted.reads.fields |= value.roots
+        for left, count in enumerate(reversed(value.type.shape), 1):
+            for root in value.roots:
+                self.noted.reads.add_cells(root, left, set(range(count or 0)))
+
+    def is_dead(self, place: Value) -> bool:
+        """Whether nothing reads what is stored at a place."""
+        fields = {each for each in place.roots if "." in each}
+        return bool(fields) and all(self.program.is_unread(each) for each in fields)
 
     def writes(self, value: Value, node: ast.AST) -> None:
         """Note that the memory in which a place is will be written."""

@@ -1,6 +1,7 @@
 """Statements of kernels as C: assignments, choices, loops, returns."""
 
 import ast
+import functools
 from collections.abc import Callable
 
 from torquer.flight.c99 import arithmetic
@@ -46,6 +47,8 @@ def block(s: Scope, statements: list[ast.stmt]) -> bool:
 
 
 def _assign(s: Scope, node: ast.Assign) -> None:
+    if len(node.targets) == 1:
+        _mute_unread(s, node.targets[0], node.value)
     if len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple):
         _unpack(s, node, node.targets[0], node.value)
         return
@@ -57,6 +60,25 @@ def _assign(s: Scope, node: ast.Assign) -> None:
             _spread(s, node, target, split_tuple(s, node.value, value))
         else:
             store(s, node, target, value)
+
+
+def _mute_unread(s: Scope, target: ast.expr, value: ast.expr) -> None:
+    """What is stored where nothing reads it is not needed."""
+    if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+        for each, part in zip(target.elts, value.elts, strict=False):
+            _mute_unread(s, each, part)
+    elif all(map(functools.partial(_is_unread, s), getattr(target, "elts", [target]))):
+        s.noted.muted.add(id(value))
+
+
+def _is_unread(s: Scope, target: ast.expr) -> bool:
+    """Whether nothing reads the memory that a target is in."""
+    if not isinstance(target, ast.Attribute | ast.Subscript) or s.program.live is None:
+        return False
+    while isinstance(target, ast.Subscript) and not isinstance(target.slice, ast.Constant):
+        target = target.value
+    with s.noted.apart(), s.captured():
+        return s.is_dead(evaluate(s, target))
 
 
 def _unpack(s: Scope, node: ast.Assign, target: ast.Tuple, source: ast.expr) -> None:
@@ -113,9 +135,11 @@ def store(s: Scope, node: ast.stmt, target: ast.expr, value: Value) -> None:
         return
     if not isinstance(target, ast.Attribute | ast.Subscript):
         raise s.refuse(node, "assign to a name, a field or a cell")
-    if isinstance(target, ast.Subscript) and fill(s, target, value):
+    if _is_unread(s, target) or (isinstance(target, ast.Subscript) and fill(s, target, value)):
         return
+    s.target = target
     place_block, place = apart(s, target)
+    s.target = None
     if place_block.effects and value.reads:
         value = s.kept(value)
     s.add(place_block)

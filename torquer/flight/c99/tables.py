@@ -1,56 +1,60 @@
 """Constants and first state of a computer as initialisers in C."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from torquer.computer.computer import Board
+from torquer.flight.c99.computer import Export
 from torquer.flight.c99.precision import double_text, is_single
-from torquer.flight.c99.print_c import wrap_line
+from torquer.flight.c99.print_c import kept_fields, wrap_line
 from torquer.flight.c99.program import Program
 from torquer.flight.c99.translation import FAILURES
-from torquer.flight.c99.types import REAL, Array, Record, Rows, Static, Tuple, Type, number_text
+from torquer.flight.c99.types import REAL, Array, Record, Rows, Tuple, Type, number_text
 
 
-def initialiser(value: Any, kind: Type, depth: int = 1) -> str:
+def initialiser(program: Program, value: Any, kind: Type, depth: int = 1) -> str:
     """A value in braces, a line for each field of a record."""
     if isinstance(kind, Tuple):
         inner = ", ".join(
-            initialiser(v, k, depth + 1) for v, k in zip(value, kind.parts, strict=True)
+            initialiser(program, v, k, depth + 1) for v, k in zip(value, kind.parts, strict=True)
         )
         return f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
     if isinstance(kind, Rows):
-        return _rows(value, kind, depth)
+        return _rows(program, value, kind, depth)
     if isinstance(kind, Record):
-        return _record(value, kind, depth)
+        return _record(program, value, kind, depth)
     if isinstance(kind, Array):
         text = number_text if kind.is_real else double_text
-        return _cells(np.asarray(value), text)
+        cells = np.asarray(value)[tuple(map(slice, kind.in_c))]
+        return _cells(cells, text)
     return number_text(value)
 
 
-def _store_field(value: Any, kind: Type, depth: int) -> str:
+def _store_field(program: Program, value: Any, kind: Type, depth: int) -> str:
     """A field of a record, whose floats are doubles."""
-    return double_text(float(value)) if kind == REAL else initialiser(value, kind, depth)
+    return double_text(float(value)) if kind == REAL else initialiser(program, value, kind, depth)
 
 
-def _rows(rows: np.ndarray, kind: Rows, depth: int) -> str:
+def _rows(program: Program, rows: np.ndarray, kind: Rows, depth: int) -> str:
     if not len(rows):  # C has no arrays without a place
         rows = np.zeros(1, rows.dtype)
-    texts = []
+    fields, texts = kept_fields(program, kind.record), []
     for row in rows:
-        fields = [(row[name], each) for name, each in kind.record.fields]
-        texts.append("{" + ", ".join(_store_field(*each, depth + 1) for each in fields) + "}")
+        cells = [_store_field(program, row[name], each, depth + 1) for name, each in fields]
+        texts.append("{" + ", ".join(cells) + "}")
     return _lines(texts, depth)
 
 
-def _record(values: Any, kind: Record, depth: int) -> str:
+def _record(program: Program, values: Any, kind: Record, depth: int) -> str:
     of = values if isinstance(values, dict) else values._asdict()
-    fields = [(name, each) for name, each in kind.fields if not isinstance(each, Static)]
-    return _lines(
-        [f"/* {name} */ {_store_field(of[name], each, depth + 1)}" for name, each in fields], depth
-    )
+    texts = [
+        f"/* {name} */ {_store_field(program, of[name], each, depth + 1)}"
+        for name, each in kept_fields(program, kind)
+    ]
+    return _lines(texts, depth)
 
 
 def _cells(cells: np.ndarray, text: Callable[[float], str]) -> str:
@@ -69,16 +73,7 @@ def _lines(texts: list[str], depth: int) -> str:
 
 def constant_text(program: Program, kind: Record, name: str, value: Any) -> str:
     """The definition of a constant in a file of its own."""
-    return f"static const {program.type_name(kind)} {name} = {initialiser(value, kind)};\n"
-
-
-def state_numbers(board: Board) -> np.ndarray:
-    """All numbers of a state, in the order in which its struct in C has them.
-
-    An array of no length has one place there, which stays zero; nothing has failed.
-    """
-    failures = np.zeros(len(FAILURES.fields))
-    return np.concatenate([*(numbers_in(part) for part in state_parts(board)), failures])
+    return f"static const {program.type_name(kind)} {name} = {initialiser(program, value, kind)};\n"
 
 
 def first_state(board: Board) -> dict[str, Any]:
@@ -95,13 +90,63 @@ def state_parts(board: Board) -> list[np.ndarray]:
 
 
 def numbers_in(part: np.ndarray) -> np.ndarray:
-    """The numbers of an array as its part of the struct has them."""
-    if not len(part):
-        return np.zeros(part.dtype.itemsize // 8)
+    """The numbers of an array."""
     return np.ascontiguousarray(part).view(np.float64).reshape(-1)
 
 
-def count_state_words(board: Board) -> int:
-    """Words of 64 bits that a state has in C, where parameters may be floats."""
-    words, parameters = len(state_numbers(board)), len(numbers_in(board.parameters))
-    return words - parameters // 2 if is_single() else words
+def all_numbers(board: Board) -> np.ndarray:
+    """All numbers of a state, whether they are in C or not."""
+    return np.concatenate([numbers_in(part) for part in state_parts(board)])
+
+
+def state_numbers(board: Board, made: Export) -> np.ndarray:
+    """All numbers of a state in C, in the order in which its struct has them; nothing failed."""
+    numbers = all_numbers(board)[kept_places(made.program, made.board)]
+    return np.concatenate([numbers, np.zeros(_failures(made))])
+
+
+def _failures(made: Export) -> int:
+    """How many numbers a state has of what has failed."""
+    return len(FAILURES.fields) if made.program.keeps(made.board, "failures") else 0
+
+
+def count_state_words(board: Board, made: Export) -> int:
+    """Words of 64 bits that the board has in C, where parameters may be floats."""
+    words = len(kept_places(made.program, made.board)) + _failures(made)
+    return words - len(board.parameters) // 2 if is_single() else words
+
+
+def kept_places(program: Program, board: Record) -> np.ndarray:
+    """Which of all numbers of a state are in C, in their order there."""
+    return np.array(_places(program, board, 0), dtype=np.int64)
+
+
+def _places(program: Program, kind: Type, at: int) -> list[int]:
+    """Places, from one on, of the numbers of a type that are in C."""
+    if isinstance(kind, Rows):
+        size = _size(kind.record)
+        return [p for k in range(kind.count) for p in _places(program, kind.record, at + k * size)]
+    if isinstance(kind, Record):
+        found, kept = [], dict(kept_fields(program, kind))
+        for name, each in kind.fields:
+            found += _places(program, kept[name], at) if name in kept and each != FAILURES else []
+            at += _size(each)
+        return found
+    if isinstance(kind, Array):
+        cells = np.arange(_size(kind)).reshape(_shape(kind))[tuple(map(slice, kind.in_c))]
+        return [at + int(each) for each in cells.reshape(-1)]
+    return [at]
+
+
+def _size(kind: Type) -> int:
+    """How many numbers a type has in the simulation."""
+    if isinstance(kind, Rows):
+        return kind.count * _size(kind.record)
+    if isinstance(kind, Record):
+        return sum(_size(each) for _, each in kind.fields)
+    return math.prod(_shape(kind)) if isinstance(kind, Array) else 1
+
+
+def _shape(kind: Array) -> list[int]:
+    """Its shape in the simulation, where all lengths are known."""
+    return [n or 0 for n in kind.shape]

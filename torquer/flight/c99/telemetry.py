@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from string import Template
 
-from torquer.computer.interface import ROWS
+from torquer.flight.c99.accessors import estimated_members
 from torquer.flight.c99.computer import Export, OnBoard
-from torquer.flight.c99.interface import inputs_for
+from torquer.flight.c99.interface import Input
 from torquer.flight.c99.precision import is_single, real_word
 from torquer.flight.c99.print_c import wrap_line
-from torquer.flight.c99.types import Tuple
+from torquer.flight.c99.translation import Function
+from torquer.flight.c99.types import Array, Tuple
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.flight.packets.fields import Field
 
@@ -35,6 +36,13 @@ _FOUND: dict[str, dict[str, str]] = {
     },
     "settings": {"held": "held", "raised": "raised"},
     "modes": {"state": "(uint32_t)(adcs_mode(state, $k) - first_states[$k])"},
+}
+#: What of inputs, estimate and state a text reads.
+_READS = re.compile(r"inputs->\w+|estimate\.\w+|\bisolated\b")
+#: What the motion relative to the orbital frame is found from.
+_OF_ORBITAL = {
+    *("inputs->r_inertial_m", "inputs->v_inertial_m_s"),
+    *("estimate.q_body_to_inertial", "estimate.omega_body_rad_s"),
 }
 #: Degrees in a radian, as the flight software has it.
 _DEGREE = f"    const double degree = {180.0 / math.pi!r};\n"
@@ -67,23 +75,20 @@ class Told:
         return f"{self.field.description}{unit}".replace("*/", "* /")
 
 
-def told_fields(computer: OnBoard, made: Export) -> list[Told]:
-    """The fields that the computer can fill."""
+def told_fields(computer: OnBoard, made: Export, inputs: Sequence[Input]) -> list[Told]:
+    """The fields that the computer can fill, of its inputs and of what it keeps."""
     modes = computer.scenario.control.named().modes
     regions = 0 if modes is None else len(modes.regions)
-    orbital = made.entries.get("to_orbital_frame")
-    kind = orbital.result if orbital else None
-    members = {}
-    if isinstance(kind, Tuple):
-        members = {"q": kind.member(0), "omega": kind.member(1)}
-    has_estimate = bool(computer.blocks.estimators)
-    found = []
+    orbital, members, found = _orbital_frame(made, inputs), {}, []
+    read = _read(made, inputs) - ({"isolated"} if not computer.blocks.estimators else set())
+    if orbital is not None:
+        assert isinstance(orbital.result, Tuple)
+        members = {"q": orbital.result.member(0), "omega": orbital.result.member(1)}
     for packet, texts in _FOUND.items():
         fields = {each.name: each for each in _packet(packet)}
         for name, text in texts.items():
             count = min(fields[name].count, regions) if packet == "modes" else fields[name].count
-            lacks = ("orbital" in text and not orbital) or not _is_read(text, computer)
-            lacks = lacks or (name == "isolated" and not has_estimate)
+            lacks = not (set(_READS.findall(text)) <= read and ("orbital" not in text or orbital))
             if count and not lacks and (regions or packet != "settings"):
                 lines = [Template(text).substitute(members, k=k) for k in range(count)]
                 found.append(Told(fields[name], count, lines))
@@ -101,19 +106,31 @@ def _packet(name: str) -> tuple[Field, ...]:
     return load_dictionary("chibis_m").down[name].fields
 
 
-def _is_read(text: str, computer: OnBoard) -> bool:
-    """Whether the computer reads the inputs of a text."""
-    read = {
+def _read(made: Export, inputs: Sequence[Input]) -> set[str]:
+    """What there is for the texts to read."""
+    found = {f"inputs->{each.name}" for each in inputs}
+    found |= {f"estimate.{each}" for each in estimated_members(made)}
+    return found | ({"isolated"} & {*made.known})
+
+
+def _orbital_frame(made: Export, inputs: Sequence[Input]) -> Function | None:
+    """The kernel that finds the motion relative to the orbital frame, if there is what it takes."""
+    return made.entries.get("to_orbital_frame") if _read(made, inputs) >= _OF_ORBITAL else None
+
+
+def called_entries(made: Export, inputs: Sequence[Input]) -> tuple[str, ...]:
+    """Names in C of the kernels that the interface calls, telemetry among it."""
+    orbital = _orbital_frame(made, inputs)
+    return tuple(
         each.name
-        for each in inputs_for(computer.scenario.spacecraft.units())
-        if not each.need or each.need in computer.needs
-    }
-    return set(re.findall(r"inputs->(\w+)", text)) <= read
+        for name, each in made.entries.items()
+        if name != "to_orbital_frame" or orbital is not None
+    )
 
 
-def telemetry_texts(computer: OnBoard, made: Export) -> dict[str, str]:
+def telemetry_texts(computer: OnBoard, made: Export, inputs: Sequence[Input]) -> dict[str, str]:
     """Members of the struct, and the statements that fill it."""
-    told = told_fields(computer, made)
+    told = told_fields(computer, made, inputs)
     members = "".join(
         f"    /* {each.said} */\n    {each.kind} {each.field.name}{_size(each)};\n" for each in told
     )
@@ -123,8 +140,10 @@ def telemetry_texts(computer: OnBoard, made: Export) -> dict[str, str]:
         for each in told
         for k, text in enumerate(each.texts)
     )
-    unread = "" if "inputs->" in stores else "    (void)inputs;\n"
-    return {"members": members, "fill": _before(computer, made, stores) + unread + stores}
+    before = _before(computer, made, stores)
+    words = re.findall(r"\w+", before + stores)
+    unread = [f"    (void){name};\n" for name in ("state", "inputs") if name not in words]
+    return {"members": members, "fill": before + "".join(unread) + stores}
 
 
 def _size(told: Told) -> str:
@@ -150,7 +169,9 @@ def _before(computer: OnBoard, made: Export, stores: str) -> str:
         texts.append(_bits("raised", len(modes.flags), "adcs_flag(state, k)"))
     if "= isolated" in stores:
         known = "seen(state)->board.known[0].isolated[k] > 0.0"
-        texts.append(_bits("isolated", ROWS, known))
+        rows = made.known["isolated"]
+        assert isinstance(rows, Array)
+        texts.append(_bits("isolated", rows.in_c[0] or 0, known))
     return "".join(sorted(texts, key=lambda text: "for (" in text))
 
 

@@ -38,6 +38,13 @@ def self_test(reals: tuple[str, ...]) -> dict[str, str]:
     }
 
 
+def words_around() -> set[str]:
+    """Names of members that the texts around the kernels look at."""
+    files = [_FOLDER / each for each in ("adcs.c", "in_the_loop.c", "../harness/replay.c")]
+    text = "\n".join(each.read_text(encoding="utf-8") for each in files)
+    return set(re.findall(r"(?:->|\.)(\w+)", text))
+
+
 def names_around() -> list[str]:
     """Names of functions, types and tables of the text around the kernels."""
     files = [each for pattern in _AROUND for each in sorted(_FOLDER.glob(pattern))]

@@ -51,6 +51,7 @@ def convert(s: Place, value: Value, kind: Type) -> Value:
 
 def written_tuple(program: Translation, kind: Tuple, parts: list[Value]) -> Value:
     """A tuple of these parts, written down."""
+    parts = [each for place, each in enumerate(parts) if program.keeps_part(kind, place)]
     inner = ", ".join(_bare(program, each) for each in parts)
     braces = f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
     reads = any(each.reads for each in parts)

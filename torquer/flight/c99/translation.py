@@ -10,6 +10,7 @@ from typing import Protocol
 from torquer.flight.c99.arithmetic import either
 from torquer.flight.c99.lines import Line
 from torquer.flight.c99.precision import double_text, real_word
+from torquer.flight.c99.reads import Reads
 from torquer.flight.c99.refusal import Refused, refuse
 from torquer.flight.c99.types import (
     BOOL,
@@ -45,7 +46,7 @@ class Function:
     arrays, of which the first is set to the second; `fails`: whether its caller must see whether it
     has failed; `reports`: whether it is handed what has failed; `is_unproved`: whether an index in
     it is neither proved to be in its table nor checked; `origin`: lines of its comment on where it
-    comes from.
+    comes from; `reads`: what of memory it reads.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Function:
     reports: bool = False
     is_unproved: bool = False
     origin: str = ""
+    reads: Reads = field(default_factory=Reads)
 
 
 class Place(Protocol):
@@ -85,6 +87,8 @@ class Translation(ABC):
     own; `earlier`: a translation of the same program, which has found out `bounds` of whole numbers
     among arguments, which fields are `times`, and the `kinds` of variables that hold several;
     `prefix`: of the names of tuples, which two files that know each other's types must not share.
+    `live`: what an earlier translation reads, None to leave nothing out; `pruned`: names of the
+    records of which what is not read is left out.
     """
 
     def __init__(
@@ -98,7 +102,9 @@ class Translation(ABC):
         self.constants: dict[tuple, tuple[str, Value]] = {}
         self.helpers: set[str] = set()
         self.bounds: dict[str, dict[str, Bounds]] = {}
-        self._known_bounds = earlier.bounds if earlier else {}
+        self._known_bounds: dict[str, dict[str, Bounds]] = (
+            earlier._known_bounds | earlier.bounds if earlier else {}
+        )
         self.times: set = set(earlier.times) if earlier else set()
         self.kinds: dict[tuple[str, str], Type] = dict(earlier.kinds) if earlier else {}
         self.roots: dict[tuple[str, str], frozenset[str]] = {}
@@ -108,6 +114,9 @@ class Translation(ABC):
         self.avoided = earlier.taken if earlier else set()
         self.locals: set[str] = set()
         self.checks: dict[tuple[str, int, str], None] = {}
+        self.live: Reads | None = None
+        self.pruned: set[str] = set()
+        self._whole: set[type] = set(earlier._whole) if earlier else set()
 
     @abstractmethod
     def function(
@@ -137,6 +146,7 @@ class Translation(ABC):
         """Give types of the interface their names; from here on nothing else has one of its."""
         for kind in kinds:
             self.type_name(kind)
+            self.keep_whole(kind)
         self.around = AROUND
 
     def free_name(self, word: str) -> str:
@@ -202,8 +212,73 @@ class Translation(ABC):
         """The numbers of a constant in braces."""
         if not isinstance(kind, Tuple):
             return double_text(float(value)) if kind == TIME else constant(value).text
-        inner = ", ".join(self._braces(v, k) for v, k in zip(value, kind.parts, strict=True))
+        pairs = zip(value, kind.parts, strict=True)
+        kept = [pair for place, pair in enumerate(pairs) if self.keeps_part(kind, place)]
+        inner = ", ".join(self._braces(*pair) for pair in kept)
         return f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
+
+    def keep_whole(self, kind: Type) -> None:
+        """Keep all parts of the tuples in a type."""
+        if isinstance(kind, Tuple):
+            self._whole.add(kind.of)
+            for each in kind.parts:
+                self.keep_whole(each)
+        if isinstance(kind, Record | Rows):
+            record = kind.record if isinstance(kind, Rows) else kind
+            for _, part in record.fields:
+                self.keep_whole(part)
+
+    def kept_fields(self, of: type, fields: tuple[str, ...]) -> tuple[str, ...]:
+        """The fields of a named tuple that are in C; one at least."""
+        if self.live is None or of in self._whole:
+            return fields
+        return tuple(each for each in fields if (of, each) in self.live.parts) or fields[:1]
+
+    def keeps_part(self, kind: Tuple, place: int) -> bool:
+        """Whether a part of a tuple is in C."""
+        return not kind.fields or kind.fields[place] in self.kept_fields(kind.of, kind.fields)
+
+    def is_unread(self, name: str) -> bool:
+        """Whether nothing reads a field, "Known.t_s"."""
+        is_pruned = self.live is not None and name.partition(".")[0] in self.pruned
+        return is_pruned and self.live is not None and name not in self.live.fields
+
+    def keeps(self, record: Record, name: str) -> bool:
+        """Whether a field of a record is in C: it is read, and has rows."""
+        kind = dict(record.fields)[name]
+        if isinstance(kind, Static):
+            return False
+        if self.live is None:
+            return True
+        if kind == FAILURES:
+            return f"{record.name}.{name}" in self.live.fields
+        if isinstance(kind, Rows):
+            return kind.count > 0 and self.keeps_any(kind.record)
+        if isinstance(kind, Record):
+            return self.keeps_any(kind)
+        has_cells = not isinstance(kind, Array) or 0 not in kind.shape
+        return has_cells and not self.is_unread(f"{record.name}.{name}")
+
+    def keeps_any(self, record: Record) -> bool:
+        """Whether a record has fields in C."""
+        return any(self.keeps(record, name) for name, _ in record.fields)
+
+    def kept_shape(self, record: Record, name: str) -> tuple[int, ...] | None:
+        """The shape in C of an array, up to the last place that is used; None for all of it."""
+        if self.live is None or record.name not in self.pruned:
+            return None
+        shape, own = dict(record.fields)[name].shape, f"{record.name}.{name}"
+        used = [self.live.cells.get((own, len(shape) - k), ()) for k in range(len(shape))]
+        return tuple(max(of, default=n - 1) + 1 for n, of in zip(shape, used, strict=True))
+
+    def keeps_bounds(self) -> bool:
+        """Whether whole numbers that kernels are given are within the bounds they are known by."""
+        return all(
+            low <= given[0] and given[1] <= high
+            for key, known in self._known_bounds.items()
+            for name, (low, high) in known.items()
+            if (given := self.bounds.get(key, {}).get(name)) is not None
+        )
 
     def note_bounds(self, made: Function, values: list[Value]) -> None:
         """Remember within what bounds the whole numbers are that a kernel is given."""

@@ -93,20 +93,27 @@ class Record:
     name: str
     fields: tuple[tuple[str, Any], ...]
     const: bool = False
-    bounds: tuple[tuple[str, tuple[int, int]], ...] = ()
+    bounds: tuple[tuple[str, tuple[float, float]], ...] = ()
 
 
 @dataclass(frozen=True)
 class Array:
     """Numbers in memory, doubles; a length of None: not known here.
 
-    `of`: what a cell is when it is read; `is_real`: whether cells have the program's precision.
+    `of`: what a cell is when it is read; `is_real`: whether cells have the program's precision;
+    `kept`: how many places of each dimension there are in C, None for all.
     """
 
     shape: tuple[int | None, ...]
     const: bool = False
     of: Number = REAL
     is_real: bool = False
+    kept: tuple[int, ...] | None = None
+
+    @property
+    def in_c(self) -> tuple[int | None, ...]:
+        """Its shape in C."""
+        return self.shape if self.kept is None else self.kept
 
 
 @dataclass(frozen=True)

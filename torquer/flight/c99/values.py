@@ -194,9 +194,11 @@ def select_field(value: Value, name: str, times: set) -> Value:
         return constant(kind.value) if isinstance(kind.value, int) else static(kind.value)
     kind, reads = _constant_if(record.const, kind), not record.const or value.reads
     bounds = dict(record.bounds).get(name, UNBOUNDED)
+    if record.const and bounds[0] == bounds[1]:  # the same in all rows
+        return constant(int(bounds[0]) if kind == INT else float(bounds[0]))
     roots, own = value.roots, f"{record.name}.{name}"
+    roots = frozenset([each for each in roots if "." not in each] + [own])
     if is_single():
-        roots = frozenset([each for each in roots if "." not in each] + [own])
         kind = _holds_times(kind) if own in times else kind
     roots = frozenset() if record.const else roots
     place = Value(value.member(f".{c_word(name)}"), kind, reads=reads, roots=roots, bounds=bounds)
@@ -236,5 +238,6 @@ def select_cell(value: Value, indices: list[Value], texts: list[str]) -> Value:
         roots = frozenset() if array.const else value.roots
         place = Value(text, array.of, reads=reads or not array.const, roots=roots)
         return place if array.is_real else _read(place)
-    rest = replace(array, shape=array.shape[len(indices) :])
+    kept = array.kept[len(indices) :] if array.kept else None
+    rest = replace(array, shape=array.shape[len(indices) :], kept=kept)
     return Value(text, rest, reads=reads, roots=value.roots)

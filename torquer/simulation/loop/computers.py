@@ -16,6 +16,7 @@ from torquer.compile.engine import caller, inlined
 from torquer.compile.lanes import LANES
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.computer.computer import (
+    NO_ESTIMATOR,
     SENSOR_READINGS,
     Board,
     Computer,
@@ -23,6 +24,7 @@ from torquer.computer.computer import (
     control_step,
     estimate,
     put_readings,
+    put_simple_estimate,
 )
 from torquer.computer.estimation.estimator import has_failed
 from torquer.computer.interface import KNOWN, PLACES, ROWS, Command, put_ephemeris
@@ -144,12 +146,18 @@ def select_board(boards, lane):
 
 @inlined
 def command_from(computer, board):
-    """The command for what is known on board: by the library in C, else by the control step."""
+    """The command for what is known on board: by the library in C, else by the control step.
+
+    C has no estimate that nothing on board reads; the record has it all the same.
+    """
     if computer.library != 0:
+        number = int(board.chosen[0].estimator)
         m, of_blocks = board.modes, (board.known, board.parameters, board.memory)
         of_modes = (m.regions, m.states, m.transitions, m.conditions, m.clock, m.sensors, m.checks)
         of_rest = (m.flags, board.chosen, board.selected)
         a = call_c(computer.library, of_blocks + of_modes + of_rest)
+        if number in (SENSOR_READINGS, NO_ESTIMATOR) and len(computer.select) == 0:
+            put_simple_estimate(board.known[0], number)
         return Command((a[0], a[1], a[2]), (a[3], a[4], a[5]))
     return control_step(computer, board)
 

@@ -22,7 +22,7 @@ from torquer.compile.engine import COMPILED
 from torquer.computer.computer import Blocks, Board, Computer, parameter_places
 
 #: Ends of the names of files that make up the library, after the prefix, and of what they include.
-_SOURCES, _HEADERS = (".c", "_tables.c", "_math.c"), (".h", "_types.h", "_math.h")
+_SOURCES, _HEADERS = ("_tables.c", "_math.c"), (".c", ".h", "_types.h", "_math.h")
 _IN_THE_LOOP = "test/in_the_loop.c"
 _MUST = "computer: must be a folder of `torquer export c`, or a shared library built from one"
 _AGAIN = "export it again with `torquer export c`"
@@ -107,7 +107,7 @@ def _find_library(path: Path) -> Path:
     prefix = find_prefix(path) or "adcs"
     c_files = [*(path / f"{prefix}{end}" for end in _SOURCES), path / _IN_THE_LOOP]
     headers = [path / f"{prefix}{end}" for end in _HEADERS]
-    if missing := [each for each in (*c_files, *headers) if not each.is_file()]:
+    if missing := [each for each in (*headers, *c_files) if not each.is_file()]:
         name = missing[0].relative_to(path)
         raise ValueError(f"{_MUST}; received {path}, in which there is no {name}")
     return build_library(c_files, headers, "computer: must be compiled")

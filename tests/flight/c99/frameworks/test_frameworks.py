@@ -5,6 +5,7 @@ The headers are stubs, called so. Real ones are tried where the variables `FPRIM
 is installed (`pip install fprime-fpp`).
 """
 
+import functools
 import os
 import re
 import shutil
@@ -16,9 +17,10 @@ from flight.c99.frameworks.stub_fprime import stub_base
 from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 
 import torquer
-from torquer.flight.c99.computer import find_computer
+from torquer.flight.c99.computer import OnBoard, find_computer, translate_step
 from torquer.flight.c99.frameworks import FRAMEWORK_FILES, FRAMEWORKS, framework_texts
 from torquer.flight.c99.frameworks.declared import declare
+from torquer.flight.c99.interface import Input, inputs_for
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.timetable import COILS_OFF, COILS_ON, CONTROL, make_timetable
 
@@ -37,6 +39,13 @@ _LIBRARY = ("adcs.c", "adcs_cycle.c", "adcs_tables.c")
 
 def scenario(name: str) -> Scenario:
     return torquer.load_scenario(EXAMPLES / f"{name}.toml")
+
+
+@functools.cache
+def parts_of(name: str) -> tuple[OnBoard, list[Input]]:
+    """The computer of an example, and what is handed in to it."""
+    computer = find_computer(scenario(name))
+    return computer, inputs_for(computer, translate_step(computer))
 
 
 def ran(*command) -> str:
@@ -67,8 +76,9 @@ def exported(tmp_path_factory):
         if name not in folders:
             folders[name] = tmp_path_factory.mktemp(name)
             torquer.export_c(scenario(name), folders[name], steps=200, framework="cfs")
+            computer, inputs = parts_of(name)
             for framework in FRAMEWORKS:
-                written(framework_texts(find_computer(scenario(name)), framework), folders[name])
+                written(framework_texts(computer, framework, inputs), folders[name])
         return folders[name]
 
     return export
@@ -108,20 +118,20 @@ def flown_in_fprime(name: str, folder: Path) -> str:
     stub.mkdir(exist_ok=True)
     model = (component / "Controller.fpp").read_text()
     (stub / "ControllerComponentAc.hpp").write_text(stub_base(model))
-    written(parts_of_harness(scenario(name)), stub)
+    written(parts_of_harness(name), stub)
     headers = [f"-I{each}" for each in (folder, component, stub, HERE / "stub_fprime", HERE)]
     flown = [component / "Controller.cpp", HERE / "fly_fprime.cpp", *objects(folder)]
     ran(CPP, *IN_CPP, *headers, "-o", folder / "fly_fprime", *flown, "-lm")
     return ran(folder / "fly_fprime", folder / "test/recorded.bin")
 
 
-def parts_of_harness(craft: Scenario) -> dict[str, str]:
+def parts_of_harness(name: str) -> dict[str, str]:
     """What the harness of F Prime hands in, and which parameter and mode it sets."""
-    declared = declare(find_computer(craft))
+    declared = declare(*parts_of(name))
     copies = [
         f"inputs.get_{each.name}()[{k}] = given.{each.name}[{k}];"
         if each.count > 1
-        else f"inputs.set_{each.name}(given.{each.name});"
+        else f"inputs.set_{each.name}(given.{each.name}{'[0]' * each.is_array});"
         for each in declared.inputs
         for k in range(each.count)
     ]
@@ -208,13 +218,13 @@ def with_windows(**control) -> Scenario:
 )
 def test_control_steps_are_due_when_the_simulation_takes_them(exported, tmp_path, control):
     craft, folder = with_windows(**control), exported("my_law")
-    written(framework_texts(find_computer(craft), "freertos"), tmp_path)
+    written(framework_texts(find_computer(craft), "freertos", []), tmp_path)
     (tmp_path / "ticks.c").write_text(_TICKS)
     files = [tmp_path / "ticks.c", tmp_path / "adcs_cycle.c", folder / "adcs.c"]
     headers = [f"-I{tmp_path}", f"-I{folder}", "-o", tmp_path / "ticks"]
     ran(COMPILER, *FLAGS, *headers, *files, folder / "adcs_tables.c", "-lm")
     due = [tuple(map(int, line.split())) for line in ran(tmp_path / "ticks").splitlines()]
-    times, step_s = declare(find_computer(craft)).schedule, craft.grid_s
+    times, step_s = declare(find_computer(craft), []).schedule, craft.grid_s
     assert times.tick_ns == pytest.approx(1e9 * craft.control.cycle_s / times.cycle, abs=0.5)
     in_steps = round(times.tick_ns * 1e-9 / step_s)
     parts = [craft.control.cycle_s, craft.control.measure_s, craft.control.sample_s]
@@ -231,14 +241,16 @@ def test_control_steps_are_due_when_the_simulation_takes_them(exported, tmp_path
 @pytest.mark.skipif(FPP_CHECK is None, reason="fpp is not installed")
 @pytest.mark.parametrize("name", ["my_law", "safe_mode", "which_sensors"])
 def test_model_is_one_for_fpp(tmp_path, name):
-    written(framework_texts(find_computer(scenario(name)), "fprime"), tmp_path)
+    computer, inputs = parts_of(name)
+    written(framework_texts(computer, "fprime", inputs), tmp_path)
     model = tmp_path / "fprime/Controller/Controller.fpp"
     ran(FPP_CHECK, HERE / "stub_fprime/framework.fpp", model)
 
 
 @pytest.mark.skipif(FPP_TO_CPP is None, reason="fpp is not installed")
 def test_stub_has_the_signatures_that_fpp_generates(tmp_path):
-    written(framework_texts(find_computer(scenario("safe_mode")), "fprime"), tmp_path)
+    computer, inputs = parts_of("safe_mode")
+    written(framework_texts(computer, "fprime", inputs), tmp_path)
     model = tmp_path / "fprime/Controller/Controller.fpp"
     ran(FPP_TO_CPP, "-d", tmp_path, "-i", HERE / "stub_fprime/framework.fpp", model)
     theirs = functions((tmp_path / "ControllerComponentAc.hpp").read_text())
@@ -299,13 +311,13 @@ def test_an_export_for_another_framework_leaves_no_files_of_the_one_before(tmp_p
     assert (tmp_path / "freertos/adcs_task.c").exists()
     torquer.export_c(scenario("my_law"), tmp_path, steps=1, framework="fprime")
     left = {each for each in FRAMEWORK_FILES if (tmp_path / each).exists()}
-    assert left == set(framework_texts(find_computer(scenario("my_law")), "fprime"))
+    assert left == set(framework_texts(find_computer(scenario("my_law")), "fprime", []))
 
 
 def test_an_ephemeris_on_board_is_built_with_it():
     computer = find_computer(scenario("my_law"))
     for framework in FRAMEWORKS:
         for has in (False, True):
-            texts = framework_texts(computer, framework, has)
+            texts = framework_texts(computer, framework, [], has)
             build = "".join(text for name, text in texts.items() if name.endswith("Lists.txt"))
             assert ("adcs_ephemeris.c" in build) == has

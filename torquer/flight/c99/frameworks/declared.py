@@ -9,7 +9,7 @@ from torquer.base.version import VERSION
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
-from torquer.flight.c99.interface import Input, c_constant, inputs_for, named_constants
+from torquer.flight.c99.interface import Input, c_constant, named_constants
 
 _FOLDER = Path(__file__).parent / "templates"
 _PREFIX = c_constant("")
@@ -71,7 +71,7 @@ class Declared(NamedTuple):
         return {"name": self.name, "version": VERSION, "ephemeris": ephemeris}
 
 
-def declare(computer: OnBoard, has_ephemeris: bool = False) -> Declared:
+def declare(computer: OnBoard, inputs: list[Input], has_ephemeris: bool = False) -> Declared:
     """What the export of a computer declares; whether it has an ephemeris on board."""
     constants = named_constants(computer)
     modes = computer.scenario.control.named().modes
@@ -93,7 +93,7 @@ def declare(computer: OnBoard, has_ephemeris: bool = False) -> Declared:
     outcomes = [Named(name.upper(), k, said) for k, (name, said) in enumerate(OUTCOMES.items())]
     return Declared(
         computer.scenario.name.replace("*/", "* /"),
-        inputs_for(computer.scenario.spacecraft.units()),
+        inputs,
         regions,
         [named("flags", each) for each in constants["flags"]],
         _parameters(computer),
@@ -143,5 +143,5 @@ def fill_all(files: tuple[str, ...], places: dict[str, str]) -> dict[str, str]:
 
 def copied(text: str, input_: Input) -> list[str]:
     """A line for each number of an input; `$place` in it is where the number stands."""
-    places = [f"[{k}]" for k in range(input_.count)] if input_.count > 1 else [""]
+    places = [f"[{k}]" for k in range(input_.count)] if input_.is_array else [""]
     return [text.replace("$place", place) for place in places]

@@ -1,6 +1,7 @@
 """A component for F Prime around the library: its model in FPP, its implementation in C++."""
 
 from torquer.flight.c99.frameworks.declared import Declared, Named, Parameter, copied, fill_all
+from torquer.flight.c99.interface import Input
 
 FPRIME_FILES = tuple(
     f"fprime/Controller/{name}"
@@ -128,6 +129,11 @@ def _mode_channels(declared: Declared) -> str:
     return "".join(lines)  # fmt: skip
 
 
+def _place(input_: Input) -> str:
+    """Where a number stands in what the model has for an input."""
+    return "$place" if input_.count > 1 else ""
+
+
 def _implementation(declared: Declared) -> dict[str, str]:
     """Places of the implementation."""
     settable = _settable(declared)
@@ -137,7 +143,7 @@ def _implementation(declared: Declared) -> dict[str, str]:
         "copies": "".join(
             line.replace("$name", each.name)
             for each in declared.inputs
-            for line in copied("    given.$name$place = inputs.get_$name()$place;\n", each)
+            for line in copied(f"    given.$name$place = inputs.get_$name(){_place(each)};\n", each)
         ),
         "met_reports": "".join(
             f"    if ((risen & ADCS_{each.name}) != 0U) {{\n"

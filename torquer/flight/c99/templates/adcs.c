@@ -56,36 +56,28 @@ static uint64_t mark_of(const OnBoard *own)
     return (mark != 0u) ? mark : 1u;
 }
 
-static bool is_region(const OnBoard *own, int32_t region)
+$is_region/* A control step: what it answers, and what its laws have asked for. */
+static Answer answered(OnBoard *own, const adcs_inputs *inputs)
 {
-    const size_t count = sizeof own->board.modes.regions / sizeof own->board.modes.regions[0];
-    return $has_modes && region >= 0 && (size_t)region < count;
+    Given given;
+    Answer answer;
+${before_step}$copies    answer = $call_gated_step;
+${after_step}    return answer;
 }
 
 uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
 {
-    OnBoard *own;
-    Known given;
     Answer answer;
-    int64_t before;
     if (held_by(state)->version != ADCS_STATE_VERSION) {
         const adcs_command none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
         *command = none;
         return ADCS_MET_NOT_BEGUN;
     }
-    own = opened(state);
-    before = own->board.failures.blocks;
-    own->board.failures.blocks = 0;
-$copies    answer = $call_gated_step;
+    answer = answered(opened(state), inputs);
     for (int32_t k = 0; k < 3; k++) {
         command->dipole_a_m2[k] = ${to_double}answer.dipole_a_m2.v[k];
         command->torque_n_m[k] = ${to_double}answer.torque_n_m.v[k];
     }
-    if (own->board.failures.blocks != 0) {
-        answer.status |= ADCS_MET_LAW_FAILED;
-        own->gate[0].status = (double)answer.status;
-    }
-    own->board.failures.blocks |= before;
     return (uint32_t)answer.status;
 }
 
@@ -130,23 +122,16 @@ adcs_integrity adcs_check_state(const adcs_state *state)
 
 int32_t adcs_mode(const adcs_state *state, int32_t region)
 {
-    const OnBoard *own = seen(state);
-    return is_region(own, region) ? (int32_t)own->board.modes.regions[region].state : -1;
+${unread_region}    return $mode;
 }
 
 int64_t adcs_failures(const adcs_state *state, int64_t *line)
 {
-    const OnBoard *own = seen(state);
-    *line = own->board.failures.line;
-    return own->board.failures.blocks;
-}
+$failures}
 
 double adcs_logged(const adcs_state *state, int32_t cell)
 {
-    const OnBoard *own = seen(state);
-    const size_t count = sizeof own->board.memory / sizeof own->board.memory[0];
-    return (cell >= 0 && (size_t)cell < count) ? own->board.memory[cell] : (double)NAN;
-}
+$logged}
 
 bool adcs_is_active(const adcs_state *state, int32_t law)
 {
@@ -184,41 +169,30 @@ uint32_t adcs_met(const adcs_state *state)
 
 adcs_estimate adcs_estimated(const adcs_state *state)
 {
-    const OnBoard *own = seen(state);
-    const Known *known = &own->board.known[0];
-    const adcs_estimate estimate = {
-        known->estimate_s + own->gate[0].offset_s,
-        {known->estimate_q_x, known->estimate_q_y, known->estimate_q_z, known->estimate_q_w},
-        {known->estimate_omega_x, known->estimate_omega_y, known->estimate_omega_z},
-        {known->estimate_bias_x, known->estimate_bias_y, known->estimate_bias_z},
-        known->sigma_rad, known->sigma_rad_s};
+    const adcs_estimate estimate = {$estimated};
+    (void)state;
     return estimate;
 }
 
 bool adcs_is_held(const adcs_state *state, int32_t region)
 {
-    const OnBoard *own = seen(state);
-    return is_region(own, region) && own->board.modes.regions[region].held > 0.0;
+${unread_region}    return $held;
 }
 
 bool adcs_flag(const adcs_state *state, int32_t flag)
 {
-    const OnBoard *own = seen(state);
-    const size_t count = sizeof own->board.modes.flags / sizeof own->board.modes.flags[0];
-    return flag >= 0 && (size_t)flag < count && own->board.modes.flags[flag] > 0.0;
-}
+$flag}
 
 double adcs_parameter(const adcs_state *state, int32_t place)
 {
-    const OnBoard *own = seen(state);
-    const size_t count = sizeof own->board.parameters / sizeof own->board.parameters[0];
-    return (place >= 0 && (size_t)place < count) ? ${to_double}own->board.parameters[place] : (double)NAN;
-}
+$parameter}
 
 adcs_outcome adcs_command_mode(adcs_state *state, int32_t region, int32_t mode)
 {
     OnBoard *own = opened(state);
     (void)own;
+    (void)region;
+    (void)mode;
     return (adcs_outcome)$call_command_mode;
 }
 
@@ -226,6 +200,8 @@ adcs_outcome adcs_hold(adcs_state *state, int32_t region, bool on)
 {
     OnBoard *own = opened(state);
     (void)own;
+    (void)region;
+    (void)on;
     return (adcs_outcome)$call_hold;
 }
 
@@ -233,6 +209,8 @@ adcs_outcome adcs_set_flag(adcs_state *state, int32_t flag, bool on)
 {
     OnBoard *own = opened(state);
     (void)own;
+    (void)flag;
+    (void)on;
     return (adcs_outcome)$call_set_flag;
 }
 
@@ -240,6 +218,8 @@ adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value)
 {
     OnBoard *own = opened(state);
     (void)own;
+    (void)place;
+    (void)value;
     return (adcs_outcome)$call_set_parameter;
 }
 

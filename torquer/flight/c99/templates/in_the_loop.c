@@ -1,21 +1,18 @@
 /* The computer of $name as the simulation calls it: torquer run SCENARIO --computer FOLDER
 
-   The simulation keeps the state in arrays of its own. They are copied into the state, one control
-   step is taken through the interface of adcs.h, and the state is copied back. An array of no
-   length has one row in the struct, which stays zero. The simulation knows no prefix: what it calls
-   has names of its own. */
-#include "adcs_types.h"
+   The simulation keeps the state in arrays of its own, of which the state in C has what the computer
+   uses. That is copied into it, one control step is taken, and it is copied back. The simulation
+   knows no prefix: what it calls has names of its own. */
+#include "../adcs.c"
 
 #include <string.h>
 
 #define PARTS 13
+#define COUNT $count
 #define GIVEN $given
 
-#define PARAMETERS 1u
-
-/* Numbers of each array, and words of 64 bits that it has in the struct. */
-static const size_t lengths[PARTS] = {$lengths};
-static const size_t words[PARTS] = {$words};
+/* Of each word of the state: the array in which it stands in the simulation, and its place there. */
+static const uint16_t rows[COUNT][2] = {$rows};
 /* Where what is given at a control step stands among the numbers that are known. */
 static const size_t places[GIVEN] = {$places};
 
@@ -28,22 +25,6 @@ void torquer_step(double *known, double *parameters, double *memory, double *reg
     double *states, double *transitions, double *conditions, double *clock,
     double *sensors, double *checks, double *flags, double *chosen, double *selected,
     double *answer);
-
-/* An array of the simulation into its place in the state. */
-static void put(double *place, const double *part, size_t k)
-{
-${put_floats}    if (lengths[k] > 0) {
-        memcpy(place, part, lengths[k] * sizeof(double));
-    } else {
-        memset(place, 0, words[k] * sizeof(double));
-    }
-}
-
-/* An array of the simulation from its place in the state. */
-static void get(double *part, const double *place, size_t k)
-{
-${get_floats}    memcpy(part, place, lengths[k] * sizeof(double));
-}
 
 const char *torquer_fingerprint(void)
 {
@@ -58,13 +39,12 @@ bool torquer_self_test(void)
 /* Parameters, then memory, at the start, into zeros. */
 void torquer_first(double *numbers)
 {
-    const size_t memory = (lengths[PARAMETERS] > 0) ? lengths[PARAMETERS] : 1u;
     adcs_state state;
-    const OnBoard *own = &((const Held *)(const void *)&state)->now;
+    const OnBoard *own = seen(&state);
     adcs_init(&state);
-    get(numbers, (const double *)(const void *)own->board.parameters, PARAMETERS);
-    memcpy(numbers + memory, own->board.memory, sizeof own->board.memory);
-}
+    (void)own;
+    (void)numbers;
+$first}
 
 void torquer_step(double *known, double *parameters, double *memory, double *regions,
     double *states, double *transitions, double *conditions, double *clock,
@@ -72,31 +52,32 @@ void torquer_step(double *known, double *parameters, double *memory, double *reg
     double *answer)
 {
     double *const parts[PARTS] = {known, parameters, memory, regions, states, transitions, conditions, clock, sensors, checks, flags, chosen, selected};
-    adcs_state state;
+    OnBoard own;
     adcs_inputs inputs;
-    adcs_command command;
-    Held *held = (Held *)(void *)&state;
-    OnBoard *own = &held->now;
-    double *numbers = (double *)(void *)own;
-    double *given = (double *)(void *)&inputs;
-    for (size_t k = 0; k < PARTS; k++) {
-        put(numbers, parts[k], k);
-        numbers += words[k];
+    Answer found;
+    uint8_t *const words = (uint8_t *)&own.board;
+    uint8_t *const given = (uint8_t *)&inputs;
+    memset(&own, 0, sizeof own);
+    for (size_t k = 0; k < COUNT; k++) {
+        if (rows[k][0] < PARTS) {
+            memcpy(words + (k * sizeof(double)), parts[rows[k][0]] + rows[k][1], sizeof(double));
+        }
     }
-    for (size_t k = 0; k < GIVEN; k++) {
-        given[k] = known[places[k]];
+$put_floats    for (size_t k = 0; k < GIVEN; k++) {
+        memcpy(given + (k * sizeof(double)), known + places[k], sizeof(double));
     }
-    held->version = ADCS_STATE_VERSION;
-    own->gate[0] = fresh[0];
-    memset(&own->board.failures, 0, sizeof own->board.failures);
-    (void)adcs_step(&state, &inputs, &command);
-    numbers = (double *)(void *)own;
-    for (size_t k = 0; k < PARTS; k++) {
-        get(parts[k], numbers, k);
-        numbers += words[k];
+    own.gate[0] = fresh[0];
+    found = answered(&own, &inputs);
+    for (size_t k = 0; k < COUNT; k++) {
+        if (rows[k][0] < PARTS) {
+            memcpy(parts[rows[k][0]] + rows[k][1], words + (k * sizeof(double)), sizeof(double));
+        }
     }
-    memcpy(answer, &own->gate[0].dipole_x, 6u * sizeof(double));
-    if (own->board.failures.blocks != 0) { /* a run ends where a law raises an error */
+$get_floats    for (size_t k = 0; k < 3u; k++) {
+        answer[k] = (double)found.asked.dipole_a_m2.v[k];
+        answer[3u + k] = (double)found.asked.torque_n_m.v[k];
+    }
+    if ((found.status & ADCS_MET_LAW_FAILED) != 0) { /* a run ends where a law raises an error */
         answer[0] = (double)NAN;
     }
 }
