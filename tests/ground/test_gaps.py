@@ -86,9 +86,34 @@ def test_the_latest_gaps_are_listed(tmp_path, monkeypatch):
     assert [gap.end_ms for gap in listed] == [700_000, 800_000, 900_000]
 
 
-def test_orders_name_whole_seconds_around_a_gap():
-    sent = fill(EPOCH_MS + 1500, EPOCH_MS + 2500)
-    assert (sent.command, sent.values) == ("replay", {"from_s": 1, "to_s": 3, "every": 1})
+@pytest.mark.usefixtures("parts")
+@pytest.mark.parametrize("back_ms", [1_000, 30_000, 59_000])
+def test_a_clock_that_goes_back_begins_a_gap_though_no_rows_are_far_apart(tmp_path, back_ms):
+    """20 rows a flight; the first that comes of the second may not be the first it recorded."""
+    flights = [[20_000 * k for k in range(20)]]
+    flights.append([flights[0][-1] - back_ms + 20_000 * k for k in range(20)])
+    rows = [row("extended", t, 10 * k) for k, t in enumerate(flights[0] + flights[1])]
+    listed = found(archive_of(tmp_path / "sat.sqlite", rows))
+    (gap,) = (each for each in listed if each.is_reboot)
+    assert gap.end_ms == flights[1][0]
+    assert gap.start_ms == flights[0][-1] - 60_000
+    assert gap.missing == -((gap.start_ms - gap.end_ms) // 20_000)
+
+
+@pytest.mark.usefixtures("parts")
+def test_rows_handed_over_late_or_by_another_ground_tell_of_no_reboot(tmp_path):
+    late = [*range(0, 20), 21, 22, 20, *range(23, 60), 61, 60, 62, *range(63, 80)]
+    rows = [row("extended", 20_000 * t, 10 * k) for k, t in enumerate(late)]
+    assert found(archive_of(tmp_path / "late.sqlite", rows)) == []
+    set_back = [row("extended", 20_000 * k, 10 * (k + 40) % 800) for k in range(80)]
+    assert found(archive_of(tmp_path / "set.sqlite", set_back)) == []
+    unknown = [row("extended", 20_000 * k, None) for k in range(40)]
+    assert found(archive_of(tmp_path / "recorded.sqlite", unknown)) == []
+
+
+def test_orders_name_whole_seconds_around_a_gap_and_the_minute_before():
+    sent = fill(EPOCH_MS + 61_500, EPOCH_MS + 62_500)
+    assert (sent.command, sent.values) == ("replay", {"from_s": 1, "to_s": 63, "every": 1})
     assert fill(0, 2**60).values == {"from_s": 0, "to_s": 2**32 - 1, "every": 1}
     assert fill(0, EPOCH_MS + 1).values == {"from_s": 0, "to_s": 1, "every": 1}
     assert can_fill(CHIBIS)

@@ -1,7 +1,10 @@
 """Gaps of the telemetry that is archived, and the orders that have a satellite send what it stored.
 
-A packet that comes in a period lacks rows where two are farther apart than is usual about them. The
-satellite keeps a record of its main packet; replayed, it comes as a packet of its own, each row
+A packet that comes in a period lacks rows where two are farther apart than is usual about them. It
+may lack some after a reboot as well: the clock has gone on from where it was kept, so that rows of
+both flights lie side by side and none are far apart.
+
+The satellite keeps a record of its main packet; replayed, it comes as a packet of its own, each row
 once whatever is asked for twice.
 """
 
@@ -32,6 +35,8 @@ _LAST_S = 2**32 - 1
 _REGULAR, _CLOSE = 0.5, 0.2
 #: Fewest rows of which a period is told, and rows that are looked at at a time.
 _FEWEST, _PART = 10, 100_000
+#: How far a reboot sets the clock back at most: it is saved each minute [ms].
+_KEPT_MS = 60_000
 #: Most gaps that are listed, the latest; time before the last row that is looked at [ms].
 MOST, SPAN_MS = 200, 7 * 86_400_000
 
@@ -39,7 +44,9 @@ MOST, SPAN_MS = 200, 7 * 86_400_000
 class Gap(NamedTuple):
     """Rows that are missing between two; times are on-board, in ms since 1970.
 
-    `stored`: rows of the satellite's record in between that have come since.
+    `stored`: rows of the satellite's record in between that have come since. `is_reboot`: the row
+    at the end is the first one that came after a reboot, `missing` the most that it may have made
+    before it.
     """
 
     packet: str
@@ -48,6 +55,7 @@ class Gap(NamedTuple):
     every_ms: int
     missing: int
     stored: int
+    is_reboot: bool = False
 
 
 def find_gaps(
@@ -85,7 +93,7 @@ def _of_packet(
         ((last_ms,),) = db.execute(last, (end_ms,))
         start_ms = end_ms if last_ms is None else last_ms - SPAN_MS
     found: list[Gap] = []
-    for at in _times(db, packet, start_ms, end_ms):
+    for at, received in _times(db, packet, start_ms, end_ms):
         steps = np.diff(at)
         usual = usual_steps(steps)
         if len(at) < _FEWEST or np.mean(np.abs(steps - usual) < _CLOSE * usual) < _REGULAR:
@@ -94,20 +102,45 @@ def _of_packet(
             every_ms, step = int(usual[k]), int(steps[k])
             missing = round(step / every_ms) - 1
             found.append(Gap(packet, int(at[k]), int(at[k + 1]), every_ms, missing, 0))
-        found = found[-MOST:]
+        found += _reboots(packet, at[received >= 0], received[received >= 0], usual)
+        found = sorted(found, key=lambda gap: gap.start_ms)[-MOST:]
     return found
 
 
-def _times(db: sqlite3.Connection, packet: str, start_ms: int, end_ms: int) -> Iterator[np.ndarray]:
-    """Times of rows, some at a time; each part begins with the last one of the part before."""
+def _reboots(
+    packet: str, at: np.ndarray, received: np.ndarray, usual: np.ndarray
+) -> Iterator[Gap]:
+    """Where the clock goes back, in the order of reception, and on in steps as usual.
+
+    Rows that a link has handed over late do not go on so: rows before theirs have come already.
+    """
+    at = at[np.argsort(received, kind="stable")]
+    every_ms = int(np.median(usual))
+    steps = np.diff(at)
+    goes_on = np.abs(steps[1:] - every_ms) < _CLOSE * every_ms
+    for k in np.flatnonzero((steps[:-1] < 0) & goes_on).tolist():
+        start_ms, end_ms = int(at[k]) - _KEPT_MS, int(at[k + 1])
+        if start_ms < end_ms:
+            most = -((start_ms - end_ms) // every_ms)
+            yield Gap(packet, start_ms, end_ms, every_ms, most, 0, is_reboot=True)
+
+
+def _times(
+    db: sqlite3.Connection, packet: str, start_ms: int, end_ms: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Times of rows and of their reception, -1: unknown [ms], some at a time, by time.
+
+    Each part begins with the last row of the part before.
+    """
     rows = db.execute(
-        f'SELECT DISTINCT _time_ms FROM "{packet}" WHERE _time_ms BETWEEN ? AND ? '
-        "ORDER BY _time_ms",
+        f'SELECT _time_ms, coalesce(min(_received_ms), -1) FROM "{packet}" '
+        "WHERE _time_ms BETWEEN ? AND ? GROUP BY _time_ms ORDER BY _time_ms",
         (start_ms, end_ms),
     )
-    before: list[int] = []
-    while part := [time_ms for (time_ms,) in rows.fetchmany(_PART)]:
-        yield np.array(before + part, np.int64)
+    before: list[tuple[int, int]] = []
+    while part := rows.fetchmany(_PART):
+        at, received = np.array(before + part, np.int64).T
+        yield at, received
         before = part[-1:]
 
 
@@ -129,15 +162,15 @@ def is_on_board(start_ms: int, end_ms: int) -> bool:
 
 
 def fill(start_ms: int, end_ms: int) -> Sent:
-    """The order to send what is stored of an interval of on-board time.
+    """The order to send what is stored of an interval of on-board time, and of the minute before.
 
-    RequestError for one in which the satellite counts no seconds, so that none is of it.
+    A satellite that has rebooted within it goes on from a time before it. RequestError for one in which the satellite counts no seconds, so that none is of it.
     """
     if not is_on_board(start_ms, end_ms):
         text = f"{iso_ms(start_ms)} to {iso_ms(end_ms)}"
         first, last = iso_s(EPOCH_MS), iso_s(EPOCH_MS + 1000 * _LAST_S)
         raise RequestError("gap", f"must be within {first} to {last}; received {text}")
-    seconds = (start_ms - EPOCH_MS) // 1000, -((EPOCH_MS - end_ms) // 1000)
+    seconds = (start_ms - _KEPT_MS - EPOCH_MS) // 1000, -((EPOCH_MS - end_ms) // 1000)
     from_s, to_s = (min(max(each, 0), _LAST_S) for each in seconds)
     values = {"from_s": from_s, "to_s": to_s, "every": 1}
     return Sent(at_s=0.0, command=REPLAY, values=values)

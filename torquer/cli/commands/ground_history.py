@@ -132,16 +132,21 @@ def gaps(*, how: GapsOptions = GapsOptions()) -> int:
         print(json_text({"gaps": [gap._asdict() for gap in found], "sent": sent}))
     else:
         for gap in found:
-            print(
-                f"{gap.packet}: {iso_ms(gap.start_ms)} to {iso_ms(gap.end_ms)}: {gap.missing} rows "
-                f"of one each {gap.every_ms / 1e3:g} s are missing; {gap.stored} stored ones came"
-            )
+            print(_gap_line(gap))
         for each in sent:
             reason = f" ({each['reason']})" if each["reason"] else ""
             print(harmless(f"{each['id']} {each['command']}: {each['state']}{reason}"))
     if not found:
         print_note("there are no gaps")
     return 0 if all(each["state"] == "executed" for each in sent) else FAILED_CODE
+
+
+def _gap_line(gap) -> str:
+    most = " at most, after a reboot," if gap.is_reboot else ""
+    return (
+        f"{gap.packet}: {iso_ms(gap.start_ms)} to {iso_ms(gap.end_ms)}: {gap.missing} rows of one "
+        f"each {gap.every_ms / 1e3:g} s{most} are missing; {gap.stored} stored ones came"
+    )
 
 
 def _fill(satellite: str, folder: Path, found: list) -> list[dict]:

@@ -71,17 +71,18 @@ class Gaps {
     const { gaps, can_fill: canFill } = await get(route(satellite.key, "gaps"), {}, signal);
     this.#note.textContent =
       `${gaps.length} gaps within a week of telemetry, the latest first: rows farther apart than ` +
-      `is usual. ${canFill ? "What the satellite stored comes as packets of its record." : ""}`;
+      `is usual, and what may be missing after a reboot. ${canFill ? "What the satellite stored comes as packets of its record." : ""}`;
     this.#body.replaceChildren(...gaps.reverse().map((gap) => this.#line(gap, canFill)));
   }
 
   #line(gap, canFill) {
-    const { packet, start_ms, end_ms, every_ms, missing, stored } = gap;
+    const { packet, start_ms, end_ms, every_ms, missing, stored, is_reboot } = gap;
+    const most = is_reboot ? " at most, after a reboot" : "";
     const record = h("td", {});
     if (canFill && packet === MAIN) record.append(this.#button(gap));
     const texts = [
       ...[packet, inZone(start_ms), inZone(end_ms)],
-      ...[`${missing}, one each ${duration(every_ms)}`, String(stored)],
+      ...[`${missing}, one each ${duration(every_ms)}${most}`, String(stored)],
     ];
     return titledLine(TITLES, [...texts, record]);
   }
