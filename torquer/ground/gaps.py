@@ -107,9 +107,7 @@ def _of_packet(
     return found
 
 
-def _reboots(
-    packet: str, at: np.ndarray, received: np.ndarray, usual: np.ndarray
-) -> Iterator[Gap]:
+def _reboots(packet: str, at: np.ndarray, received: np.ndarray, usual: np.ndarray) -> Iterator[Gap]:
     """Where the clock goes back, in the order of reception, and on in steps as usual.
 
     Rows that a link has handed over late do not go on so: rows before theirs have come already.
@@ -164,7 +162,8 @@ def is_on_board(start_ms: int, end_ms: int) -> bool:
 def fill(start_ms: int, end_ms: int) -> Sent:
     """The order to send what is stored of an interval of on-board time, and of the minute before.
 
-    A satellite that has rebooted within it goes on from a time before it. RequestError for one in which the satellite counts no seconds, so that none is of it.
+    A satellite that has rebooted within it goes on from a time before it. RequestError for an
+    interval in which the satellite counts no seconds, so that none is of it.
     """
     if not is_on_board(start_ms, end_ms):
         text = f"{iso_ms(start_ms)} to {iso_ms(end_ms)}"

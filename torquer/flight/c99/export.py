@@ -17,7 +17,6 @@ from torquer.flight.c99.computer import (
     Export,
     OnBoard,
     find_computer,
-    make_record,
     translate_step,
 )
 from torquer.flight.c99.ephemeris import OnBoardEphemeris, find_ephemeris, instants
@@ -49,6 +48,7 @@ from torquer.flight.c99.print_c import INCLUDES, program_text, signature, types_
 from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps, recorded_in_c
+from torquer.flight.c99.records import make_record
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text, first_state, initialiser
 from torquer.flight.c99.telemetry import called_entries, telemetry_texts, told_fields
