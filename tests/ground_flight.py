@@ -23,9 +23,9 @@ PATIENCE_S = 60.0
 PACE_S, SLOW_PACE_S = 0.01, 0.1
 
 
-def until(what, why="it takes too long"):
+def until(what, why="it takes too long", patience_s=PATIENCE_S):
     """Wait for a truth; what it was."""
-    end_s = time.monotonic() + PATIENCE_S
+    end_s = time.monotonic() + patience_s
     while not (found := what()):
         assert time.monotonic() < end_s, why
         time.sleep(0.01)
