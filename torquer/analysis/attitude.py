@@ -1,9 +1,10 @@
 """Attitude error of the laws that hold an attitude, and directions relative to the orbit."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from torquer.analysis.series import Variables, angle_deg
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
@@ -17,6 +18,9 @@ from torquer.scenario.held import (
     holds_attitude,
 )
 from torquer.simulation.results.dataset import flown_scenario
+
+if TYPE_CHECKING:  # half a second of importing, which notes need not wait for
+    import xarray as xr
 
 #: Place and velocity, by which the orbital frame is known.
 _PLACE = ("position", "velocity")

@@ -1,9 +1,10 @@
 """Torque budget: every disturbance torque along a motion, compared with the coils' torque."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from torquer.environment.earth.gravity import gravity_gradient_vector
 from torquer.environment.ephemeris import ModelErrors, model_errors
@@ -27,6 +28,9 @@ from torquer.spacecraft.disturbance.along import (
 )
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE
 from torquer.spacecraft.disturbance.unmodelled import harmonic_torque
+
+if TYPE_CHECKING:  # half a second of importing, which notes need not wait for
+    import xarray as xr
 
 #: Names of the torques as tables show them, in their order.
 NAMES = {

@@ -5,7 +5,6 @@ from datetime import datetime
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from torquer.base.validate import finite
 from torquer.campaign.changes import CHANGES
@@ -137,9 +136,16 @@ def _log_uniform(variation: Variation, units: np.ndarray) -> np.ndarray:
     return np.clip(between, low, high)
 
 
+def _normal_units(units: np.ndarray) -> np.ndarray:
+    """Normal numbers at these shares of their distribution."""
+    from scipy.special import ndtri  # a tenth of a second of importing
+
+    return ndtri(units)
+
+
 def _normal(variation: Variation, units: np.ndarray) -> np.ndarray:
     mean, sigma = variation.normal.mean, variation.normal.sigma
-    return np.asarray(mean) + np.asarray(sigma) * ndtri(_shape(variation, units))
+    return np.asarray(mean) + np.asarray(sigma) * _normal_units(_shape(variation, units))
 
 
 def _truncated_normal(variation: Variation, units: np.ndarray) -> np.ndarray:
@@ -187,7 +193,7 @@ def _normal_together(together: Correlated, units: np.ndarray) -> np.ndarray:
     mean = np.zeros(together.unit_numbers) if together.mean is None else together.mean
     values = np.tile(mean, (len(units), 1))
     # a product of matrices would round one member differently from many
-    for normal, row in zip(ndtri(units).T, together.root(), strict=True):
+    for normal, row in zip(_normal_units(units).T, together.root(), strict=True):
         values += normal[:, None] * row
     return values
 

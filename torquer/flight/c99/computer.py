@@ -201,10 +201,11 @@ def _memory_type(block: Block, names: tuple) -> Record:
     return Record(f"{plain_function(block.function).__name__}_memory", fields)
 
 
-def translate_step(computer: OnBoard, again: int = 2) -> Export:
+def translate_step(computer: OnBoard, again: int = 2, is_pruned: bool = True) -> Export:
     """The translation of the control step; `Refused` where a kernel cannot be translated.
 
     `again`: how often it is made again with what is known of indices: see `translate_repeatedly`.
+    `is_pruned`: without what nothing reads, for which it is made a few times more.
     """
     of_computer = constants_type("Computer", computer.computer)
     board, now = board_type(computer.board), Rows(make_record("GateNow", gates.GATE_NOW), 1)
@@ -233,7 +234,8 @@ def translate_step(computer: OnBoard, again: int = 2) -> Export:
 
     times = _TIMES if is_single() else ()
     try:
-        program = translate_repeatedly(build, _replace(computer), again, times, find_reads=read)
+        find_reads = read if is_pruned else None
+        program = translate_repeatedly(build, _replace(computer), again, times, "", find_reads)
     except Refused as refused:
         has_modes = bool(len(computer.board.modes.regions))
         refused.key = refused.key or ("control.modes" if has_modes else "control")
@@ -263,8 +265,9 @@ def _find_reads(program: Program, entries: list[Function], looked_at: set[str]) 
 
 def _checks(computer: OnBoard, program: Program) -> gates.Gate:
     """What the gate checks by, of the readings that the control step uses."""
-    assert program.live is not None
     rows = computer.gate.readings
+    if program.live is None:
+        return computer.gate
     used = program.live.cells.get(_USED, set())
     return computer.gate._replace(readings=rows[np.isin(rows["row"], [*used])])
 

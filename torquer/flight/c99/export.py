@@ -149,7 +149,7 @@ def export_notes(scenario: Scenario) -> list[str]:
     computer = find_computer(scenario)
     own = all(is_own(plain_function(each.function)) for each in computer.blocks.all())
     try:
-        made = translate_step(computer, again=0 if own else 2)
+        made = translate_step(computer, again=0 if own else 2, is_pruned=False)
     except Refused as refused:
         return [f"cannot be exported as C: {refused}"]
     return [
