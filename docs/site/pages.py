@@ -19,10 +19,19 @@ TUTORIALS = [f"docs/tutorials/{name}" for name in re.findall(r"\(([a-z-]+)\.md\)
 THUMBNAIL = (320, 240)
 #: Captions of the sidebar, and the pages below each; with `*` all that match.
 CONTENTS = {
-    "Start": ("docs/installation", "docs/which-tool", f"{MADE}/gallery"),
+    "Start": (
+        "docs/installation",
+        "docs/features",
+        "docs/which-tool",
+        "docs/all-pages",
+        f"{MADE}/gallery",
+    ),
     "Tutorials": ("docs/tutorials/README", *TUTORIALS, "docs/faults/*"),
     "Reference": (
+        "docs/command-list",
         "docs/commands",
+        "docs/results-and-files",
+        "docs/running-code",
         "docs/board",
         "docs/scenario",
         "docs/wheel-design",
@@ -45,6 +54,11 @@ CONTENTS = {
     "По-русски": (
         "README.ru",
         "docs/installation.ru",
+        "docs/features.ru",
+        "docs/command-list.ru",
+        "docs/results-and-files.ru",
+        "docs/running-code.ru",
+        "docs/all-pages.ru",
         "docs/tutorials/README.ru",
         *(f"{name}.ru" for name in TUTORIALS[:3]),
         "docs/glossary",
