@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.base.shared import shared
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.interface import GYRO, ROWS
 from torquer.computer.selection import (
@@ -28,6 +29,7 @@ _FORMS = {TURNS_DIRECTION: DIRECTION, TURNS_ATTITUDE: ATTITUDE}
 _NEXT_TO_NONE = 0.1
 
 
+@shared
 def unit_rows(craft: Spacecraft, device: Device) -> np.ndarray:
     """Constants of several devices of a kind, a row each; as many rows as there may be.
 
@@ -40,6 +42,7 @@ def unit_rows(craft: Spacecraft, device: Device) -> np.ndarray:
     return found
 
 
+@shared
 def make_selection(scenario: Scenario, oldest_s: tuple[float, ...]) -> Selection:
     """How the computer makes one of several devices; `oldest_s`: how old readings become."""
     flown = list(scenario.spacecraft.flown().values())
