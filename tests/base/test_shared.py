@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from torquer.base.shared import Sharing, shared
+from torquer.base.shared import Sharing, of_all, shared
 from torquer.base.spec import Spec
 
 
@@ -149,6 +149,24 @@ def test_what_reads_nothing_that_differs_is_not_called_again(sharing):
     with sharing.used():
         assert (length(other), mass(other), both(other)) == (7.0, 6.0, 13.0)
     assert calls == ["length", "both", "length"]
+
+
+def test_what_an_example_has_is_not_read_of_the_scenario(sharing):
+    @of_all
+    def length_of_an_example(factor):
+        calls.append("example")
+        return factor * Part().length_m
+
+    @shared
+    def twice_an_example(whole):
+        calls.append("twice")
+        return length_of_an_example(2.0)
+
+    with sharing.learning():
+        twice_an_example(Whole())
+    with sharing.used():
+        assert twice_an_example(Whole(part=Part(length_m=7.0))) == 2.0
+    assert calls == ["twice", "example"]
 
 
 def test_other_arguments_are_another_call(sharing):

@@ -10,9 +10,11 @@ from pydantic import BaseModel
 from tip_off import TABLE
 
 from torquer.campaign.fleet import Fleet
+from torquer.campaign.sampling import member_scenario
 from torquer.campaign.spec import Campaign
 from torquer.scenario.change import value_at
 from torquer.scenario.load import load_scenario
+from torquer.simulation.setup.run import prepare
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: Fields of runs that are not compared: where they are computed, and what is made for flying.
@@ -105,3 +107,52 @@ def test_members_are_prepared_as_alone_whatever_varies(name, seed, spread):
     chunk = fleet.unflown(np.arange(6))
     for row in range(6):
         assert differences(fleet, chunk, row) == [], keys
+
+
+def tip_off_fleet(vary):
+    """Members of the example that vary in some keys, not flown."""
+    scenario = load_scenario(EXAMPLES / "tip_off_campaign.toml")
+    campaign = Campaign.model_validate({**TABLE, "vary": vary, "success": {}})
+    fleet = Fleet(scenario, campaign)
+    return fleet, fleet.unflown(np.arange(campaign.runs))
+
+
+def test_what_does_not_vary_is_made_once():
+    bias = {"spacecraft.magnetometer.bias_nt": {"uniform": [[-50, 0, 0], [50, 9, 9]]}}
+    fleet, chunk = tip_off_fleet(bias)
+    with fleet._sharing.used():
+        run = fleet._prepared(chunk, 0)
+    own, base = run.plan.plant.sensors, fleet.base.plan.plant.sensors
+    differing = [name for name in base._fields if getattr(own, name) is not getattr(base, name)]
+    assert differing == ["magnetometer"]
+    assert run.plan.timetable is fleet.base.plan.timetable
+    assert run.plan.plant.coils is fleet.base.plan.plant.coils
+    assert run.dynamics.rigid is fleet.base.dynamics.rigid
+
+
+@pytest.mark.parametrize(
+    ("key", "variation", "expected"),
+    [
+        ("control.law.gain_a_m2_s_per_t", {"uniform": [-1e6, 1e6]}, "control.law.gain"),
+        ("initial.rate_deg_s", {"uniform": [[0, 0, 0], [300, 0, 0]]}, "simulation.step_s: must"),
+        ("spacecraft.body.inertia_kg_m2", {"uniform": [[1, 1, 1], [1, 1, 3]]}, "spacecraft.body"),
+        ("spacecraft.coils.lag_s", {"uniform": [-1, 1]}, "spacecraft.coils.lag_s: must"),
+        ("spacecraft.gyro.noise_deg_s", {"uniform": [-1, 1]}, "spacecraft.gyro.noise_deg_s: must"),
+        ("spacecraft.magnetometer.delay_s", {"uniform": [0, 1]}, "spacecraft.magnetometer"),
+    ],
+)
+def test_members_that_are_no_scenarios_say_what_they_say_alone(key, variation, expected):
+    fleet, chunk = tip_off_fleet({key: variation, "spacecraft.body.mass_kg": {"uniform": [40, 41]}})
+    with fleet._sharing.used():
+        prepared = [fleet._prepared(chunk, row) for row in range(len(chunk.members))]
+    said = []
+    for row, run in enumerate(prepared):
+        try:
+            prepare(member_scenario(fleet.scenario, fleet.campaign, row))
+        except ValueError as error:
+            said.append(" ".join(str(error).split("\n")))
+            assert run is None
+            assert chunk.ended[row] == said[-1]
+        else:
+            assert run is not None
+    assert any(expected in line for line in said)

@@ -56,6 +56,23 @@ def shared(function: F) -> F:
     return cast(F, called)
 
 
+def of_all(function: F) -> F:
+    """Mark a function of no scenario: called once for its arguments, and what it reads is its own.
+
+    An example of a spec is read there, say, which is of the class of one that varies.
+    """
+
+    @functools.cache
+    def called(*args):
+        before = _present.set(None)
+        try:
+            return function(*args)
+        finally:
+            _present.reset(before)
+
+    return cast(F, functools.wraps(function)(called))
+
+
 class Sharing:
     """What shared functions return for all scenarios that differ in some fields of some specs.
 
@@ -145,14 +162,15 @@ _present: ContextVar[Sharing | None] = ContextVar("sharing", default=None)
 @contextmanager
 def _watching(varied: Mapping[type[BaseModel], frozenset[str]]) -> Iterator[None]:
     """Within the block each reading of these fields is noted, in the thread that learns."""
-    for spec, names in varied.items():
+    watched: Mapping[Any, frozenset[str]] = varied
+    for spec, names in watched.items():
         told = names | _WITHIN | (_OWN if names else frozenset())
-        spec.__getattribute__ = _watched(told)  # type: ignore[method-assign]
+        spec.__getattribute__ = _watched(told)
     try:
         yield
     finally:
-        for spec in varied:
-            del spec.__getattribute__  # type: ignore[misc]
+        for spec in watched:
+            del spec.__getattribute__
 
 
 def _watched(names: frozenset[str]) -> Callable:
