@@ -11,11 +11,12 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import FunctionType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, ForwardRef, get_args
 
 import numpy as np
 from pydantic import Field
 
+from torquer.base.shared import shared
 from torquer.base.spec import Spec
 from torquer.base.user_source import error_line, import_file, printable, source_mark, source_text
 
@@ -208,6 +209,7 @@ def remember_keys(spec: Spec) -> None:
         del _keys[next(iter(_keys))]
 
 
+@shared
 def own_files(spec: Spec) -> dict[str, OwnFile]:
     """The parts of a spec that files of the user's own give, by their keys."""
     return dict(_find(spec, ""))
@@ -230,14 +232,28 @@ def _find(value, key: str) -> Iterator[tuple[str, OwnFile]]:
     if isinstance(value, OwnFile):
         yield key, value
     elif isinstance(value, Spec):
-        for name, part in value:
-            yield from _find(part, f"{key}.{name}".lstrip("."))
+        for name in _fields_with_specs(type(value)):
+            yield from _find(getattr(value, name), f"{key}.{name}".lstrip("."))
     elif isinstance(value, Mapping):
         for name, part in value.items():
             yield from _find(part, f"{key}.{name}")
     elif isinstance(value, tuple):
         for k, part in enumerate(value):
             yield from _find(part, f"{key}[{k}]")
+
+
+@functools.cache
+def _fields_with_specs(spec: type[Spec]) -> tuple[str, ...]:
+    """Fields whose values may be specs, or hold some."""
+    fields = spec.model_fields.items()
+    return tuple(name for name, field in fields if _is_of_specs(field.annotation))
+
+
+def _is_of_specs(annotation) -> bool:
+    if isinstance(annotation, type) and not get_args(annotation):
+        return issubclass(annotation, Spec)
+    unknown = annotation is Any or isinstance(annotation, str | ForwardRef)
+    return unknown or any(map(_is_of_specs, get_args(annotation)))
 
 
 def _mark(file: Path) -> str:

@@ -6,6 +6,7 @@ A mark is a hash of a file and of those next to it that it imports: an edit is a
 import ast
 import contextlib
 import dis
+import functools
 import hashlib
 import importlib.util
 import inspect
@@ -107,7 +108,7 @@ def _codes_in(code: CodeType) -> list[CodeType]:
     return inner + [part for each in inner for part in _codes_in(each)]
 
 
-def attributes_read(function: Callable) -> set[str] | None:
+def attributes_read(function: Callable) -> frozenset[str] | None:
     """Attributes of its first argument that a function reads; None if it may read others.
 
     Known only where every use of the argument is `argument.name`.
@@ -115,7 +116,13 @@ def attributes_read(function: Callable) -> set[str] | None:
     plain = plain_function(function)
     if not isinstance(plain, FunctionType) or plain.__code__.co_argcount == 0:
         return None
-    code, found = plain.__code__, set()
+    return _read_of_first(plain.__code__)
+
+
+@functools.lru_cache(maxsize=1024)
+def _read_of_first(code: CodeType) -> frozenset[str] | None:
+    """Attributes of its first argument that code reads; None if it may read others."""
+    found: set[str] = set()
     argument = code.co_varnames[0]
     if argument in code.co_cellvars:
         return None
@@ -128,7 +135,7 @@ def attributes_read(function: Callable) -> set[str] | None:
         if not loaded or after is None or after.opname not in ("LOAD_ATTR", "LOAD_METHOD"):
             return None
         found.add(after.argval)
-    return found
+    return frozenset(found)
 
 
 def cache_beside(file: Path | None):

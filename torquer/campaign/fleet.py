@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.shared import Sharing
 from torquer.campaign.outcomes import TOTALS, needs_modes, needs_sun, outcome_signals, take_outcomes
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
 from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.compile.lanes import LANES
-from torquer.scenario.change import with_values
-from torquer.scenario.spec import InitialMotion, Scenario
+from torquer.scenario.change import checked_again, fields_at, with_values
+from torquer.scenario.spec import InitialMotion, Scenario, Spacecraft
 from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, first_rate, why_not_in_lanes
 from torquer.simulation.outside.library import OtherComputer
 from torquer.simulation.results.dataset import mode_numbers
@@ -27,6 +28,8 @@ from torquer.simulation.setup.simulate import flown_by
 COMPLETE, FAILED = "complete", "failed"
 #: Keys that change a member's motion at the start and nothing else.
 _MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fields)}
+#: Keys that every member has for itself.
+_OWN_KEYS = ("name", "seed")
 #: Beginnings of keys that change the surroundings of a run, what its computer believes of them, or
 #: when it looks at them.
 _OF_ORBIT_ENVIRONMENT = ("orbit", "start", "environment", "control.ephemeris", "simulation")
@@ -59,7 +62,10 @@ class Fleet:
         self, scenario: Scenario, campaign: Campaign, computer: str | os.PathLike | None = None
     ):
         self.scenario, self.campaign, self.computer = scenario, campaign, computer
-        run = flown_by(computer, scenario)
+        keys = [*as_changes(draw(campaign, scenario, [0]), 0)]
+        self._sharing = Sharing(fields_at(scenario, [*_OWN_KEYS, *keys]), Scenario, Spacecraft)
+        with self._sharing.learning():
+            run = flown_by(computer, checked_again(scenario, keys))
         self._library = run.library
         self.t_s = np.arange(run.steps // run.plan.record_steps + 1) * (
             run.plan.record_steps * run.plan.step_s
@@ -192,8 +198,9 @@ class Fleet:
                 return lanes.numbers_of(motion[None])[0]
             self._fly_alone(chunk, row)
             return None
-        run = self._prepared(chunk, row)
-        numbers = self._taken(lanes, run) if run else None
+        with self._sharing.used():
+            run = self._prepared(chunk, row)
+            numbers = self._taken(lanes, run) if run else None
         if run and numbers is None:
             self._finish(chunk, row, run)
         return numbers

@@ -6,6 +6,7 @@ memory, each LANES numbers from any other of its own member. A lane looks as the
 member do: attributes, `rows[i]`, `rows[i, j]`, `shape`, `len`; what is not a float is shared.
 """
 
+import functools
 import operator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -70,6 +71,7 @@ def lane_rows(array: np.ndarray) -> Rows:
     return Rows(array.shape, array.dtype.itemsize // 8, record_fields(array.dtype))
 
 
+@functools.cache
 def record_fields(dtype: np.dtype) -> Fields:
     """A record of numbers and of arrays of numbers."""
     fields = ((name, *dtype.fields[name][:2]) for name in dtype.names)

@@ -1,7 +1,7 @@
 """Values of a scenario by their dotted keys: read, and replaced with all checks."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 from pydantic import BaseModel
@@ -24,6 +24,36 @@ def with_values(scenario: S, values: Mapping[str, Any]) -> S:
     return validate_tables(type(scenario), data)
 
 
+def checked_again(scenario: S, keys: Iterable[str]) -> S:
+    """The same scenario, made anew as far as `with_values` does for other values at the keys."""
+    data = _open_file(scenario)
+    for key in keys:
+        _find_place(data, key)
+    return validate_tables(type(scenario), data)
+
+
+def fields_at(scenario: Spec, keys: Iterable[str]) -> dict[type[BaseModel], frozenset[str]]:
+    """The fields that dotted keys change, by the class of their spec.
+
+    Classes of the specs that these are within have no fields.
+    """
+    found: dict[type[BaseModel], frozenset[str]] = {}
+    for key in keys:
+        specs, value = [], scenario
+        for name in _names(key):
+            if isinstance(value, BaseModel):
+                specs.append((type(value), name))
+                value = getattr(value, str(name), None)
+            elif isinstance(value, Mapping):
+                value = value.get(name)
+            elif isinstance(value, list | tuple) and isinstance(name, int):
+                value = value[name] if name < len(value) else None
+        for spec, _ in specs:
+            found.setdefault(spec, frozenset())
+        found[specs[-1][0]] |= {specs[-1][1]}
+    return found
+
+
 def value_at(scenario: Spec, key: str):
     """The value at a dotted key, as plain data."""
     table, last = _find_place(as_data(scenario), key)
@@ -33,10 +63,14 @@ def value_at(scenario: Spec, key: str):
     return table[last]
 
 
+def _names(key: str) -> list:
+    """Words and numbers of a dotted key."""
+    return [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]
+
+
 def _find_place(data: dict, key: str):
     """The table or list that holds a dotted key, and the key's last word or number."""
-    names = [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]
-    table, place = data, ""
+    names, table, place = _names(key), data, ""
     for name in names[:-1]:
         table, place = _within(table, name, place)
     last = names[-1] if names else ""

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
+from torquer.base.shared import shared
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, utc_text
 from torquer.base.user_source import attributes_read
@@ -281,6 +282,7 @@ class Scenario(Spec):
         self._check_disturbance()
         return self
 
+    @shared
     def _check_sampling(self) -> None:
         """Readings fall on steps, and their timing repeats after a number of steps."""
         control, step_s = self.control, self.grid_s
@@ -297,6 +299,7 @@ class Scenario(Spec):
                 f"{_MOST_INSTANTS} of them; received a common multiple of {whole * step_s:g} s"
             )
 
+    @shared
     def _check_disturbance(self) -> None:
         """Torques have what they need: parts, whole steps, an integrator that supports them."""
         self._check_bench()
@@ -364,6 +367,7 @@ class Scenario(Spec):
             )
         self._check_not_splitting("disturbance.suspension")
 
+    @shared
     def _check_end(self) -> None:
         """Models of the surroundings are valid for the years in which a run may start."""
         if self.length_s > (_LATEST_END - self.start).total_seconds():
@@ -372,6 +376,7 @@ class Scenario(Spec):
                 f"{self.length_s / 86400.0:.6g} days from {self.start.isoformat()}"
             )
 
+    @shared
     def _check_ephemeris(self) -> None:
         """Two-line elements are fitted to an orbit that is more than theory."""
         age_days = self.control.ephemeris.tle_age_days
@@ -381,6 +386,7 @@ class Scenario(Spec):
                 f"'numerical'; received {age_days:g} with {self.orbit.kind!r}"
             )
 
+    @shared
     def _check_mission(self) -> None:
         """Limits can be reached during the run."""
         within_s = self.mission.within_s if self.mission else None
@@ -390,6 +396,7 @@ class Scenario(Spec):
                 f"received {within_s:g} s"
             )
 
+    @shared
     def _check_failures(self) -> None:
         """Failures happen during the run."""
         length_s, craft = self.length_s, self.spacecraft
@@ -406,6 +413,7 @@ class Scenario(Spec):
                         f"run, {length_s:g} s; received {failure.from_s:g} s"
                     )
 
+    @shared
     def _check_selections(self) -> None:
         """What is selected is there several times."""
         combined = self.spacecraft.combined()
@@ -427,6 +435,7 @@ class Scenario(Spec):
                 check_choice(key, combined, kind)
                 check_choice(f"{key}.{kind}", combined[kind], unit)
 
+    @shared
     def _check_filters(self) -> None:
         """What filters assume of single sensors is of those that they measure with."""
         units, control = self.spacecraft.units(), self.control
@@ -446,6 +455,7 @@ class Scenario(Spec):
                         f"{value:g}"
                     )
 
+    @shared
     def _check_modes(self) -> None:
         """The check of the coils knows of a momentum that is in no reading."""
         modes, momentum = self.control.modes, self.spacecraft.body.wheel_momentum_n_m_s
@@ -460,6 +470,7 @@ class Scenario(Spec):
                 "received none"
             )
 
+    @shared
     def _check_actuators(self) -> None:
         """Laws need the actuators they drive; wheels need an integrator that supports them."""
         program = self.control.named()
@@ -472,6 +483,7 @@ class Scenario(Spec):
         if self.spacecraft.wheels is not None:
             self._check_not_splitting("spacecraft.wheels")
 
+    @shared
     def _check_switching(self) -> None:
         """Coils are switched faster than they are commanded, in an environment between steps."""
         coils, control = self.spacecraft.coils, self.control
@@ -496,6 +508,7 @@ class Scenario(Spec):
                 f"simulation.integrator: must be 'auto' or 'rk4' with {key}; received 'splitting'"
             )
 
+    @shared
     def held_torque(self) -> HeldTorque:
         """Constant and random torque for kernels."""
         if self.disturbance is None:
@@ -504,6 +517,7 @@ class Scenario(Spec):
         hold_steps = whole_steps("disturbance.random_hold_s", hold_s, self.grid_s)
         return self.disturbance.pack_held(hold_steps)
 
+    @shared
     def acting_torques(self) -> tuple:
         """Constants of the torques of `torquer.spacecraft.disturbance`, () for none."""
         air, given, packed = self.spacecraft.aerodynamics, self.disturbance or Disturbance(), None
@@ -527,6 +541,7 @@ class Scenario(Spec):
             return craft.hysteresis_step_s
         return _HYSTERESIS_STEP_S if self.simulation.step_s is None else None
 
+    @shared
     def unmodelled_torque(self) -> Unmodelled | tuple[()]:
         """Sizes and jumps of the unmodelled torque; () where none of `acting_torques` acts."""
         if not self.acting_torques():
@@ -537,6 +552,7 @@ class Scenario(Spec):
         key = "disturbance.unmodelled.hold_s"
         return torque.pack_sizes(whole_steps(key, torque.hold_s, self.grid_s))
 
+    @shared
     def orbit_angle(self) -> tuple[float, ...]:
         """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if not needed."""
         return self._angle_and_rate() if self.acting_torques() else ()
@@ -564,10 +580,12 @@ class Scenario(Spec):
 
         return html_of_given(self)
 
+    @shared
     def orbit_environment(self) -> OrbitEnvironment:
         """The environment along this orbit."""
         return OrbitEnvironment(self.environment, self.orbit, self.start)
 
+    @shared
     def believed_environment(self) -> AnyEnvironment:
         """The environment as the on-board computer's models give it: the true one if it has none.
 
@@ -584,6 +602,7 @@ class Scenario(Spec):
         return model_errors(self.orbit_environment(), self.believed_environment(), t_s)
 
     @property
+    @shared
     def grid_s(self) -> float:
         """Interval of the time grid [s] on which all events fall: the step of fixed steps.
 
@@ -620,6 +639,7 @@ class Scenario(Spec):
         """Length of the run [s]: whole record intervals."""
         return self.steps() * self.grid_s
 
+    @shared
     def steps(self) -> int:
         """Number of integration steps: the duration, rounded up to whole record intervals."""
         s = self.simulation
@@ -686,7 +706,7 @@ def check_own_reading(key: str, block: Block, craft: Spacecraft) -> None:
 
     One that looks when it was read may know better.
     """
-    used = attributes_read(block.function) or set()
+    used = attributes_read(block.function) or frozenset()
     if craft.own_sensor is None and "own_reading" in used and "read_at" not in used:
         raise ValueError(
             f"spacecraft.own_sensor: must be given for {key} ({block.name}), which reads "

@@ -134,7 +134,8 @@ class Body(Spec):
             raise ValueError(
                 f"mass_kg: must be left out with parts, whose sum it is; received {self.mass_kg:g}"
             )
-        validate.inertia_tensor(given[0], np.array(self.inertia))
+        if self.inertia_kg_m2 is None:  # else it has been checked
+            validate.inertia_tensor(given[0], np.array(self.inertia))
         return self
 
     @model_validator(mode="after")

@@ -146,5 +146,5 @@ def _map_rows(fill, sequence, name, values, shape, out_shape) -> np.ndarray:
 
 def known_sequence(sequence: str) -> str:
     """The sequence, if it is one of the 12; ValueError otherwise."""
-    to_dcm(sequence, (0.0, 0.0, 0.0))
+    sequence_axes(sequence)
     return sequence

@@ -118,7 +118,8 @@ class Lanes:
 
     def takes(self, other: Run) -> Packed | None:
         """A run's numbers if it can be flown in this group; None if it cannot."""
-        theirs, own = pack_member(other.plan.plant, other.dynamics, other.state), self.packed
+        own, told = self.packed, (other.plan.plant, other.dynamics, other.state)
+        theirs = pack_member(*told, own.parts)
         same = (
             theirs.shared == own.shared
             and theirs.parameters_at == own.parameters_at

@@ -1,6 +1,8 @@
 """Members of a campaign in lanes: where their numbers stand, put in and taken out."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,6 +11,8 @@ from torquer.simulation.loop.state import Dynamics, Plant, State
 from torquer.simulation.propagate.lane_stages import STEP
 from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
 
+#: No parts that are packed already.
+NONE: Mapping = MappingProxyType({})
 #: Records at which the loop looks once for all members.
 _SHARED = (SENSOR_FAILURE, COIL_FAILURE, COMPUTER_FAILURE)
 
@@ -18,7 +22,8 @@ class Packed(NamedTuple):
 
     `of_loop`, `of_dynamics`: where the numbers stand that the loop and `propagate` use;
     `parameters_at`: place of the parameters of laws and estimators, which their memory follows;
-    `rods_at`: of what hysteresis rods remember.
+    `rods_at`: of what hysteresis rods remember. `parts`: what has been packed, for members that
+    have the very same.
     """
 
     numbers: np.ndarray
@@ -27,13 +32,29 @@ class Packed(NamedTuple):
     of_dynamics: LaneLayout
     parameters_at: int
     rods_at: int
+    parts: dict[tuple[int, int], "_Part"]
+
+
+class _Part(NamedTuple):
+    """A part of a tuple as it is packed: itself, its numbers, what is shared of it, its kind."""
+
+    value: tuple | np.ndarray
+    numbers: list[float]
+    shared: list
+    kind: Any
 
 
 class _Packing:
-    """Numbers one after another, with their places."""
+    """Numbers one after another, with their places.
 
-    def __init__(self):
-        self.numbers, self.shared = [], []
+    `known`: parts that need not be packed again at the same place, by their identity and place.
+    """
+
+    def __init__(self, known: Mapping[tuple[int, int], _Part]):
+        self.numbers: list[float] = []
+        self.shared: list = []
+        self.known = known
+        self.parts: dict[tuple[int, int], _Part] = {}
 
     def put(self, numbers) -> int:
         """Place of the first of these."""
@@ -48,32 +69,47 @@ class _Packing:
 
     def part(self, value):
         """A part of a tuple, as `Parts` tell it."""
+        if not isinstance(value, tuple | np.ndarray):
+            self.shared.append(value)
+            return SHARED
+        key = id(value), len(self.numbers)
+        if (part := self.known.get(key)) is not None:
+            self.numbers += part.numbers
+            self.shared += part.shared
+            return part.kind
+        numbers, shared = len(self.numbers), len(self.shared)
+        kind = self._pack(value)
+        self.parts[key] = _Part(value, self.numbers[numbers:], self.shared[shared:], kind)
+        return kind
+
+    def _pack(self, value: tuple | np.ndarray):
         if isinstance(value, tuple):
             if value and all(isinstance(each, float) for each in value) and not _is_named(value):
-                return Parts(tuple(map(self.put, value)))
+                place = len(self.numbers)
+                self.numbers += value
+                return Parts(tuple(range(place, place + len(value))))
             return Parts(tuple(map(self.part, value)))
-        if isinstance(value, np.ndarray) and value.dtype not in _SHARED:
+        if value.dtype not in _SHARED:
             return self.rows(value)
-        if isinstance(value, np.ndarray):
-            self.shared.append(value.tobytes())
-            return LEFT_OUT
-        self.shared.append(value)
-        return SHARED
+        self.shared.append(value.tobytes())
+        return LEFT_OUT
 
 
-def pack_member(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
-    """Numbers and layouts of a member.
+def pack_member(
+    plant: Plant, dynamics: Dynamics, state: State, known: Mapping[tuple[int, int], _Part] = NONE
+) -> Packed:
+    """Numbers and layouts of a member; `known`: parts of another one, packed.
 
     What the loop uses comes first, so that its code is the same whatever moves the body. Parameters
     and memory of laws come last and are found by their places: the code is the same for all laws.
     """
-    packing, board = _Packing(), state.board
-    known = packing.rows(board.known)
+    packing, board = _Packing(known), state.board
+    of_board = packing.rows(board.known)
     of_loop = {
         "cells": packing.rows(state.cells),
         "sensors": packing.rows(state.sensors),
         "coils": packing.rows(state.coils),
-        "board": (0, Fields(_fields({"known": known}))),
+        "board": (0, Fields(_fields({"known": of_board}))),
     }
     devices = packing.part(plant)
     of_dynamics = {name: of_loop[name] for name in ("cells", "coils")} | {
@@ -93,6 +129,7 @@ def pack_member(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
         LaneLayout(Fields(_fields(of_dynamics)), moving),
         parameters_at,
         of_dynamics["rods"][0],
+        packing.parts,
     )
 
 

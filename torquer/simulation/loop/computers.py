@@ -90,7 +90,8 @@ def same_computers(one: Computer, other: Computer) -> bool:
         tables += computer.selection
         return [*tables, computer.estimator]
 
-    return all(map(np.array_equal, parts(one), parts(other)))
+    pairs = zip(parts(one), parts(other), strict=True)
+    return all(a is b or np.array_equal(a, b) for a, b in pairs)
 
 
 @inlined

@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from torquer.base.shared import shared
 from torquer.compile.engine import records
 from torquer.computer.allocation import (
     NO_ALLOCATION,
@@ -64,9 +65,10 @@ from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.setup.own_functions import own_sensor, own_torques
 from torquer.simulation.setup.several import make_selection, unit_rows
-from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, coil_targets
+from torquer.spacecraft.actuators.coils import COIL_STATE, NO_COILS, CoilSet, coil_targets
 from torquer.spacecraft.actuators.rotors import NO_ROTORS, ROTOR_STATE
 from torquer.spacecraft.actuators.turning import WORK_ROWS
+from torquer.spacecraft.body import Rigid
 from torquer.spacecraft.disturbance import unmodelled
 from torquer.spacecraft.disturbance.acting import magnets_in
 from torquer.spacecraft.disturbance.magnets import ROD_STATE, first_memory
@@ -187,6 +189,7 @@ def choose_integrator(scenario: Scenario) -> Auto | Rk4 | Splitting:
     return Rk4(MOST_NUTATION, MOST_TURN)
 
 
+@shared
 def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
     """When the sensors that are needed are read and the computer controls."""
     craft, control, step_s = scenario.spacecraft, scenario.control, scenario.grid_s
@@ -216,6 +219,7 @@ def _sampling(name: str, spec, step_s: float) -> Sampling:
     return Sampling(*sampling_steps(f"spacecraft.{name}", spec, step_s))
 
 
+@shared
 def oldest_readings_s(scenario: Scenario, timetable: Timetable) -> tuple[float, ...]:
     """How old readings of each sensor become before the next one arrives [s]; 0 if it has none."""
     delays_s = {each.row: each.spec.delay_s for each in scenario.spacecraft.flown().values()}
@@ -263,11 +267,12 @@ def make_plan(
     return records(plan)
 
 
+@shared
 def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
     """Constants of the satellite's devices for the loop."""
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
     return Plant(
-        coils=craft.coils.pack() if craft.coils else NO_COILS,
+        coils=_coil_constants(craft),
         rotors=wheels.pack(scenario.grid_s) if wheels else NO_ROTORS,
         sensors=_with_own(
             SensorSets(
@@ -283,6 +288,11 @@ def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
     )
 
 
+@shared
+def _coil_constants(craft: Spacecraft) -> CoilSet:
+    return craft.coils.pack() if craft.coils else NO_COILS
+
+
 def _with_own(sensors: SensorSets, scenario: Scenario) -> SensorSets:
     """The constants with the compiled sensor of the user's own, if there is one."""
     own = own_sensor(scenario)
@@ -291,13 +301,10 @@ def _with_own(sensors: SensorSets, scenario: Scenario) -> SensorSets:
 
 def make_dynamics(scenario: Scenario, plant: Plant) -> Dynamics:
     """Constants of what moves the body for `propagate`."""
-    craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
-    tensor = wheels.rotor_tensor_kg_m2() if wheels else None
-    acting = own_torques(scenario) + scenario.acting_torques()
     dynamics = Dynamics(
-        rigid=craft.body.pack(craft.aerodynamics, tensor, acting),
+        rigid=_rigid_body(scenario),
         coils=plant.coils,
-        rotors=plant.rotors if wheels else (),
+        rotors=plant.rotors if scenario.spacecraft.wheels else (),
         held=scenario.held_torque(),
         unmodelled=scenario.unmodelled_torque(),
         switching=(plant.coils.pwm_period_s,) if plant.coils.pwm_period_s > 0.0 else (),
@@ -305,6 +312,16 @@ def make_dynamics(scenario: Scenario, plant: Plant) -> Dynamics:
     return records(dynamics)
 
 
+@shared
+def _rigid_body(scenario: Scenario) -> Rigid:
+    """Constants of the body and of the torques that act on it."""
+    craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
+    tensor = wheels.rotor_tensor_kg_m2() if wheels else None
+    acting = own_torques(scenario) + scenario.acting_torques()
+    return craft.body.pack(craft.aerodynamics, tensor, acting)
+
+
+@shared
 def collect_failures(scenario: Scenario) -> Failures:
     """All failures of a run."""
     craft = scenario.spacecraft
@@ -322,6 +339,7 @@ def collect_failures(scenario: Scenario) -> Failures:
     )
 
 
+@shared
 def sensor_constants(device: Device, craft: Spacecraft, needs: frozenset[str]):
     """Constants of a device for kernels; ideal ones where it is left out and needed."""
     if device.name in (flown := craft.flown()):

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.shared import shared
 from torquer.base.user_code import admit, check_unchanged, own_files
 from torquer.compile.arguments import Arguments
 from torquer.computer.blocks.law import Law
@@ -33,7 +34,7 @@ from torquer.simulation.loop.step import (
     run_steps,
     with_readers,
 )
-from torquer.simulation.loop.timetable import COILS_OFF, longest_interval, next_row
+from torquer.simulation.loop.timetable import COILS_OFF, Timetable, longest_interval, next_row
 from torquer.simulation.outside.host import Host
 from torquer.simulation.outside.library import Library
 from torquer.simulation.propagate.adaptive import Auto
@@ -303,11 +304,8 @@ def prepare(
     admit(scenario)
     scenario, given = with_given(scenario, law, laws)
     check_judged(scenario.control, scenario.mission)
-    blocks, environment = make_blocks(scenario, given), scenario.orbit_environment()
-    for each in make_environments(scenario):
-        each.check_dates(0.0, scenario.steps() * scenario.grid_s)
-    r, v = environment.state(np.zeros(1))
-    run = _without_tables(scenario, blocks, (r[0], v[0]), stops, driven_from_outside)
+    blocks = make_blocks(scenario, given)
+    run = _without_tables(scenario, blocks, _start_of(scenario), stops, driven_from_outside)
     if library is not None:
         library.check(run.plan.computer, blocks)
         run.library = library
@@ -321,6 +319,15 @@ def prepare(
         run.piece, run.relative_error = piece, piece.relative_error
     run.enter()
     return run
+
+
+@shared
+def _start_of(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+    """Position [m] and velocity [m/s] at the start; ValueError for a run beyond the models."""
+    for each in make_environments(scenario):
+        each.check_dates(0.0, scenario.steps() * scenario.grid_s)
+    r, v = scenario.orbit_environment().state(np.zeros(1))
+    return r[0], v[0]
 
 
 def _without_tables(
@@ -417,15 +424,18 @@ def _tables_needed(scenario: Scenario, plan: Plan, believed: AnyEnvironment) -> 
 
 def _looks_for(what: str, scenario: Scenario, plan: Plan) -> bool:
     """Whether a device that is read looks for the Sun ('by_sunlight') or the Moon ('by_moon')."""
-    read = [number for number in range(len(DEVICES)) if longest_interval(plan.timetable, number)]
-    found = [
-        (DEVICES[number], getattr(plan.plant.sensors, DEVICES[number].name))
-        for number in read
-        if DEVICES[number].read
-    ]
+    sensors = plan.plant.sensors
+    read = [DEVICES[number] for number in _rows_read(plan.timetable)]
+    found = [(each, getattr(sensors, each.name)) for each in read if each.read]
     found += [(each.device, each.device.to_unit(each.spec)) for each in scenario.spacecraft.units()]
     asked = [(getattr(device, what), constants) for device, constants in found]
     return any(looks(constants) for looks, constants in asked if looks)
+
+
+@shared
+def _rows_read(timetable: Timetable) -> tuple[int, ...]:
+    """Numbers of the devices, of those of which there is one, that are read at times."""
+    return tuple(number for number in range(len(DEVICES)) if longest_interval(timetable, number))
 
 
 def next_event(plan: Plan, step: int) -> int:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.base.shared import of_all, shared
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.interface import GYRO, ROWS
 from torquer.computer.selection import (
@@ -21,25 +22,33 @@ from torquer.computer.selection import (
 from torquer.scenario.spec import Scenario, Spacecraft
 from torquer.spacecraft.failures import TURNS_ATTITUDE, TURNS_DIRECTION
 from torquer.spacecraft.sensors.device import MOST_UNITS, Device
-from torquer.spacecraft.sensors.devices import DEVICES, Flown, example_of
+from torquer.spacecraft.sensors.devices import DEVICES, SEVERAL, Flown, example_of
 
 _FORMS = {TURNS_DIRECTION: DIRECTION, TURNS_ATTITUDE: ATTITUDE}
 #: Noise of a device that has none, over the least of the others.
 _NEXT_TO_NONE = 0.1
 
 
+@shared
 def unit_rows(craft: Spacecraft, device: Device) -> np.ndarray:
     """Constants of several devices of a kind, a row each; as many rows as there may be.
 
     Without any there are none: what is compiled for lanes depends on it.
     """
     rows = [flat(device.to_unit(spec)) for spec in getattr(craft, device.several).values()]
-    width = len(flat(device.to_unit(example_of(device))))
+    width = _unit_width(device.several)
     found = np.zeros((MOST_UNITS if rows else 0, width))
     found[: len(rows)] = np.reshape(rows, (len(rows), width))
     return found
 
 
+@of_all
+def _unit_width(key: str) -> int:
+    device = SEVERAL[key]
+    return len(flat(device.to_unit(example_of(device))))
+
+
+@shared
 def make_selection(scenario: Scenario, oldest_s: tuple[float, ...]) -> Selection:
     """How the computer makes one of several devices; `oldest_s`: how old readings become."""
     flown = list(scenario.spacecraft.flown().values())

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.shared import shared
 from torquer.scenario.spec import Scenario, whole_steps
 from torquer.simulation.results.variables import estimated, inputs
 from torquer.spacecraft.sensors.sampling import Sampled
@@ -38,6 +39,7 @@ _REVOLUTION_S, _EXACT_S, _ROW_S = 3e-3, 2e-6, 6e-6
 _PIECE_ROWS, _PIECE_SEGMENTS, _PIECE_EXACT_STEPS = 65536, 8192, 131072
 
 
+@shared
 def piece_steps(scenario: Scenario) -> int:
     """Steps of a piece of a run: a whole number of records.
 
