@@ -29,7 +29,7 @@ initial_speed_rpm = [2000, 0, -300, 60]
 minimum_speed_fraction = 0.1
 failures = [{ wheel = 1, time_s = 101.0, noticed_after_s = 20.0 }]
 """
-#: No friction, allocation by least squares, no noise.
+#: No friction, no noise; least squares drives them up to their limits.
 THREE = """
 [spacecraft.wheels]
 layout = { kind = "axes", axes = [[1, 0, 0], [0.3, 1, 0], [0.1, -0.2, 1]] }
@@ -38,7 +38,7 @@ torque_limit_n_m = 1e-3
 allocation = "least_squares"
 initial_speed_rpm = [100, 0, -40]
 """
-#: From a stand, through zero speed, up to the greatest one.
+#: From a stand, up to what the computer lets them hold.
 ROUGH = """
 [spacecraft.wheels]
 layout = { kind = "axes", axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }
@@ -149,8 +149,8 @@ def test_members_with_wheels_have_the_bits_of_their_own_flights(name):
     momenta = np.concatenate([momenta for momenta, _ in found])
     if "three" not in name and "skew" not in name:
         assert np.any(momenta == 0.0)  # a rotor stands
-    if "rough" in name:
-        assert np.abs(momenta).max() >= 3e-3 * (1.0 - 1e-9)  # one is as fast as it may be
+    if "three" in name:
+        assert np.abs(momenta).max() >= 0.05 * (1.0 - 1e-6)  # one is as fast as it may be
 
 
 VARIED = {
