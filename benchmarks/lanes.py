@@ -48,6 +48,25 @@ SUNLIGHT = """
 disturbance.solar_pressure.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 20.0, \
 centre_m = [0, 0, 5], specular_reflectivity = 0.3 }]
 """
+WHEELS = """
+[spacecraft.wheels]
+layout = { kind = "regular_pyramid", count = 4, gamma_deg = 54.7 }
+momentum_limit_n_m_s = 0.5
+torque_limit_n_m = 0.01
+coulomb_friction_n_m = 1e-4
+viscous_friction_n_m_s = 1e-7
+speed_noise_rpm = 1.0
+minimum_speed_fraction = 0.1
+[control.laws.held]
+kind = "wheel_pd"
+bandwidth_rad_s = 0.02
+reference = "inertial"
+inertia_kg_m2 = [1.0255, 1.5393, 1.8172]
+[control.laws.coils]
+kind = "unloading"
+gain_per_s = 1e-3
+"""
+ON_WHEELS = SCENARIO.replace(LAW, "control.sample_s = 1.0") + WHEELS
 ADAPTIVE = SCENARIO.replace(", step_s = 1.0", "")
 RARE = ADAPTIVE.replace("sample_s = 1.0", "sample_s = 10.0")
 SLOW = ADAPTIVE.replace("[5, 4, 3]", "[0.5, 0.4, 0.3]")
@@ -55,6 +74,7 @@ CASES = {
     "RK4": SCENARIO,
     "RK4, noise on all sensors": SCENARIO + NOISE,
     "RK4, modes": SCENARIO.replace(LAW, "control.sample_s = 1.0") + MODES,
+    "RK4, four wheels": ON_WHEELS,
     "adaptive, up to 0.7 deg/s": SLOW,
     "adaptive, up to 7 deg/s": ADAPTIVE,
     "the same, noise on all sensors": ADAPTIVE + NOISE,
@@ -64,6 +84,10 @@ CASES = {
     "adaptive, control every 10 s": RARE,
     "the same, coils with a lag, every 10 s": RARE.replace("initial", LAG + "initial"),
     "the same, air, every 10 s": RARE + AIR,
+    "adaptive, four wheels": ON_WHEELS.replace(", step_s = 1.0", ""),
+    "adaptive, four wheels, every 10 s": ON_WHEELS.replace(", step_s = 1.0", "").replace(
+        "sample_s = 1.0", "sample_s = 10.0"
+    ),
 }
 MEMBERS, ROUNDS = 64, 5
 
@@ -75,11 +99,13 @@ def numbers_of(lanes: Lanes, run) -> np.ndarray:
     return lanes.numbers_of(motion)
 
 
-def alone(scenario, piece, numbers) -> float:
+def alone(scenario, piece, numbers, rotors_at) -> float:
     """Seconds of the members' stepping one by one."""
     runs = [prepare(scenario.replace("seed", seed), piece=piece) for seed in range(MEMBERS)]
     for run, own in zip(runs, numbers, strict=True):
         run.state.cells.view(np.float64)[:7] = own[CELLS_AT : CELLS_AT + 7]
+        rotors = run.state.rotors.view(np.float64)
+        rotors[:] = own[rotors_at : rotors_at + len(rotors)]
     begun_s = time.process_time()
     for run in runs:
         run.advance_to(run.steps)
@@ -102,11 +128,12 @@ def main(*names: str) -> None:
         scenario = scenario_from_text(CASES[name])
         run = prepare(scenario)
         lanes = Lanes(run, Pieces(run))
+        rotors_at = lanes.packed.rotors_at
         numbers, order = numbers_of(lanes, run), np.arange(MEMBERS)
         by_rate = np.argsort([first_rate(own) for own in numbers])
         turns = np.array(
             [
-                (alone(scenario, run.piece, numbers), in_lanes(lanes, numbers, order),
+                (alone(scenario, run.piece, numbers, rotors_at), in_lanes(lanes, numbers, order),
                  in_lanes(lanes, numbers, by_rate))
                 for _ in range(ROUNDS + 1)
             ]

@@ -146,7 +146,7 @@ class OneMember(ast.NodeTransformer):
     def visit_Call(self, node):
         self.generic_visit(node)
         name = getattr(node.func, "id", "")
-        if name not in ("each", "each_alone", "must_stop", "first_member"):
+        if name not in ("each", "must_stop", "first_member"):
             return node
         member = ast.Attribute(node.args[0], "member", ast.Load())
         if name == "first_member":
@@ -253,7 +253,12 @@ def replacements(run):
         "call_law": called_directly(law),
         "call_estimator": called_directly(RateFromField().estimator()),
     }
-    for function in (computers.compute, computers.estimate_for_outside, record.record_members):
+    for function in (
+        computers.compute,
+        computers.restart_computers,
+        computers.estimate_for_outside,
+        record.record_members,
+    ):
         plain[function.__name__] = rebuilt(device_function(function), plain, known)
     return plain
 

@@ -276,7 +276,7 @@ def test_members_side_by_side_have_the_bits_of_each_alone(fly_data):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [kind for kind in BUILT_IN if kind not in ON_WHEELS])
+@pytest.mark.parametrize("kind", BUILT_IN)
 def test_each_law_side_by_side_has_the_bits_of_each_alone(fly_data, kind):
     scenario = with_law(fly_data, kind, FAILURES)
     for beside, kept, _, _ in fly_both(scenario, rows=(0, 20)):

@@ -178,6 +178,8 @@ def alone(scenario, run, motion, seed, given):
     """Attitude and rate of one member at its records."""
     own = prepare(scenario.replace("seed", int(seed)), laws=given, piece=run.piece)
     own.state.cells.view(np.float64)[:7] = motion
+    if wheels := scenario.spacecraft.wheels:
+        own.state.rotors[:] = wheels.first_state(own.plan.plant.rotors, motion[4:])
     assert own.advance_to(own.steps) == 0
     rows = own.rows().rows
     kept = np.column_stack([rows[name] for name in rows.dtype.names[1:8]])
@@ -293,6 +295,17 @@ def test_laws_of_users_keep_a_memory_for_each_member(own: Law):
         assert np.array_equal(beside, kept)
 
 
+@pytest.mark.parametrize("own", [remembering, counting], ids=lambda own: own.name)
+def test_computers_of_members_restart_as_each_does_alone(own: Law):
+    """With the memory and the parameters that each had at the start."""
+    off = 'control.laws.own = { kind = "off" }\ncontrol.sample_s = 1.0\n'
+    rest = PLAIN.split("control")[0] + "simulation" + PLAIN.split("simulation")[1]
+    failed = "control.failures = [{ kind = 'restarted', from_s = 200, until_s = 230 }]\n"
+    scenario = scenario_from_text(HEAD + off + failed + rest)
+    for beside, kept, _, _ in fly_both(scenario, {"own": own}, rows=(3, 19)):
+        assert np.array_equal(beside, kept)
+
+
 def test_member_tumbling_too_fast_for_the_step_ends_alone():
     scenario = scenario_from_text(HEAD + PLAIN)
     run = prepare(scenario)
@@ -311,7 +324,7 @@ AROUND, LEFT, STEPS = (LOCAL,) * 6, (0.0,) * 6, Auto(1e-12, 1e-15, np.inf, (), (
 SKY = Sky(ZERO, ZERO, ZERO, 2.0)
 #: Loops over what moves members, by name; over their devices.
 MOVING = {
-    "rk4": lambda members: each(members, rk4_phase, LOCAL, LOCAL, LOCAL, ZERO, 0, 1.0),
+    "rk4": lambda members: each(members, rk4_phase, LOCAL, LOCAL, LOCAL, ZERO, 1.0),
     "order 5": lambda members: each(members, order_5_phase, STEPS, AROUND, LEFT, 1.0),
     "order 8": lambda members: each(members, order_8_phase, STEPS, LOCAL, 1.0),
     "environment": lambda members, table: each(
@@ -393,22 +406,7 @@ def test_a_laws_loop_over_members_is_of_vectors(wide_vectors):
     assert is_of_vectors(assembly)
 
 
-WHEELS = {
-    "layout": {"kind": "axes", "axes": np.eye(3).tolist()},
-    "momentum_limit_n_m_s": 0.1,
-    "torque_limit_n_m": 0.01,
-}
-
-
-@pytest.mark.parametrize(
-    ("change", "expected"),
-    [
-        ({"simulation.integrator": "splitting"}, "an integrator that splits the motion"),
-        ({"spacecraft.wheels": WHEELS}, "wheels"),
-    ],
-)
-def test_what_cannot_fly_side_by_side_is_reported(change, expected):
-    scenario = scenario_from_text(HEAD + PLAIN)
-    for key, value in change.items():
-        scenario = scenario.replace(key, value)
+def test_what_cannot_fly_side_by_side_is_reported():
+    scenario = scenario_from_text(HEAD + PLAIN).replace("simulation.integrator", "splitting")
+    expected = "an integrator that splits the motion"
     assert expected in why_not_in_lanes(prepare(scenario))

@@ -11,6 +11,7 @@ from torquer.computer.computer import Computer, estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, pack_member
+from torquer.simulation.lanes.wheels import drive_wheels, own_space, same_allocation
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS
@@ -59,10 +60,8 @@ def _has_own_torques(run: Run) -> bool:
 #: What members are flown alone for, and whether a run has it.
 _ALONE: dict[str, Callable[[Run], bool]] = {
     "an integrator that splits the motion": lambda run: type(run.integrator) not in IN_LANES,
-    "wheels": lambda run: run.scenario.spacecraft.wheels is not None,
     "coils driven by pulse-width modulation": lambda run: run.plan.plant.coils.pwm_period_s > 0.0,
     "a law in plain Python": lambda run: run.library is None and not run.blocks.compiled,
-    "a computer that restarts": lambda run: run.scenario.control.restarts(),
     "torques of the user's own": _has_own_torques,
     "a sensor of the user's own": lambda run: run.scenario.spacecraft.own_sensor is not None,
 }
@@ -86,8 +85,8 @@ class Lanes:
         self.packed = pack_member(run.plan.plant, run.dynamics, run.state)
         computer = run.plan.computer
         has_modes, in_c = len(computer.modes.regions) > 0, run.library is not None
-        selects = len(computer.selection.kinds) > 0
-        self._one_by_one = estimates(computer) or has_modes or in_c or selects
+        selects, restarts = len(computer.selection.kinds) > 0, run.scenario.control.restarts()
+        self._one_by_one = estimates(computer) or has_modes or in_c or selects or restarts
         self.plan = run.plan
         if not self._one_by_one:
             self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
@@ -111,6 +110,11 @@ class Lanes:
             at = self.packed.rods_at
             for row, rods in zip(numbers, self._first_rods(motion), strict=True):
                 row[at : at + count] = rods.view(np.float64)
+        if wheels := self.run.scenario.spacecraft.wheels:
+            rotors, at = self.run.plan.plant.rotors, self.packed.rotors_at
+            for row, omega in zip(numbers, np.asarray(motion)[:, 4:], strict=True):
+                state = wheels.first_state(rotors, omega).view(np.float64).ravel()
+                row[at : at + len(state)] = state
         return numbers
 
     def _first_rods(self, motion: np.ndarray) -> list[np.ndarray]:
@@ -133,6 +137,7 @@ class Lanes:
             and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
             and _functions(other) == _functions(self.run)
             and same_computers(other.plan.computer, self.run.plan.computer)
+            and same_allocation(other.plan.allocation, self.run.plan.allocation)
             and self.pieces.of(other.scenario)
         )
         return theirs if same else None
@@ -147,17 +152,18 @@ class Lanes:
 
     def _boards(self, numbers: np.ndarray) -> Boards:
         """Boards of members (n, size) whose computers work one by one; of none for the others."""
-        board, parameters_at = self.run.state.board, self.packed.parameters_at
+        state, parameters_at = self.run.state, self.packed.parameters_at
         if not self._one_by_one:
             numbers = numbers[:0]
-        memory_at = parameters_at + len(board.parameters)
+        memory_at = parameters_at + len(state.board.parameters)
         parameters = numbers[:, parameters_at:memory_at]
-        memory = numbers[:, memory_at : memory_at + len(board.memory)]
+        memory = numbers[:, memory_at : memory_at + len(state.board.memory)]
         sensed = sensed_places(self.plan.timetable)
-        return make_boards(board, parameters.copy(), memory.copy(), sensed)
+        return make_boards(state, parameters, memory, sensed)
 
     def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
-        run, plan, count = self.run, self.plan, len(numbers)
+        run, count = self.run, len(numbers)
+        plan, integrator = own_space(self.plan, run.integrator)
         fill = np.minimum(np.arange(LANES), count - 1)
         cells = np.ascontiguousarray(numbers[fill].T).ravel()
         seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
@@ -170,13 +176,15 @@ class Lanes:
         for first in range(0, run.steps, run.piece_steps):
             piece = self.pieces.at(first)
             problem = Arguments(
-                Problem(run.integrator, moving, piece.moving, local, plan.step_s, plan.record_steps)
+                Problem(integrator, moving, piece.moving, local, plan.step_s, plan.record_steps)
             )
             compiled = propagate.address(problem)
             loop = Loop(
                 *(plan, piece.tables, members, boards, at, local, kept, NO_READERS),
                 *(0, compiled, problem.address),
             )
+            if len(plan.plant.rotors.rows):
+                loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
             arguments = Arguments(with_readers(loop))
             while at[0] < piece.last:
                 if noted_signals().asked:

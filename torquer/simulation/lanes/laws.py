@@ -41,11 +41,15 @@ def _plain_law(cells, count, first_parameter, first_memory):
         if informed == count or is_informed(_waits, _known(cells, 0, lane)):  # noqa: F821
             parameters = _named(_parameters(cells, first_parameter, lane))  # noqa: F821
             known, memory = _known(cells, 0, lane), _memory(cells, first_memory, lane)  # noqa: F821
-            x, y, z = _unify(_function(read_inputs(known), parameters, memory)).dipole_a_m2  # noqa: F821
+            command = _unify(_function(read_inputs(known), parameters, memory))  # noqa: F821
+            (x, y, z), (u, v, w) = command.dipole_a_m2, command.torque_n_m
             c = _cells(cells, CELLS_AT, lane)  # noqa: F821
             c.dipole_x += x
             c.dipole_y += y
             c.dipole_z += z
+            c.torque_x += u
+            c.torque_y += v
+            c.torque_z += w
 
 
 def law_in_lanes(law: Law):

@@ -8,7 +8,7 @@ import numpy as np
 
 from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, lane_rows
 from torquer.simulation.loop.state import Dynamics, Plant, State
-from torquer.simulation.propagate.lane_stages import STEP
+from torquer.simulation.propagate.lane_stages import SPUN, STEP
 from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
 
 #: No parts that are packed already.
@@ -22,8 +22,8 @@ class Packed(NamedTuple):
 
     `of_loop`, `of_dynamics`: where the numbers stand that the loop and `propagate` use;
     `parameters_at`: place of the parameters of laws and estimators, which their memory follows;
-    `rods_at`: of what hysteresis rods remember. `parts`: what has been packed, for members that
-    have the very same.
+    `rods_at`: of what hysteresis rods remember; `rotors_at`: of the state of the wheels' rotors.
+    `parts`: what has been packed, for members that have the very same.
     """
 
     numbers: np.ndarray
@@ -32,6 +32,7 @@ class Packed(NamedTuple):
     of_dynamics: LaneLayout
     parameters_at: int
     rods_at: int
+    rotors_at: int
     parts: dict[tuple[int, int], "_Part"]
 
 
@@ -109,14 +110,18 @@ def pack_member(
         "cells": packing.rows(state.cells),
         "sensors": packing.rows(state.sensors),
         "coils": packing.rows(state.coils),
+        "rotors": packing.rows(state.rotors),
         "board": (0, Fields(_fields({"known": of_board}))),
     }
+    believed = {name: packing.rows(part) for name, part in state.allocation._asdict().items()}
+    of_loop["allocation"] = (0, Fields(_fields(believed)))
     devices = packing.part(plant)
-    of_dynamics = {name: of_loop[name] for name in ("cells", "coils")} | {
+    of_dynamics = {name: of_loop[name] for name in ("cells", "coils", "rotors")} | {
         "held": packing.rows(state.held),
         "coefficients": packing.rows(state.coefficients),
         "rods": packing.rows(state.rods),
         "steps": packing.rows(np.zeros(1, STEP)),
+        "spun": packing.rows(np.zeros(1, SPUN)),
     }
     moving = packing.part(dynamics)
     parameters_at = packing.put(board.parameters)
@@ -129,6 +134,7 @@ def pack_member(
         LaneLayout(Fields(_fields(of_dynamics)), moving),
         parameters_at,
         of_dynamics["rods"][0],
+        of_loop["rotors"][0],
         packing.parts,
     )
 

@@ -15,6 +15,7 @@ from torquer.compile.c_library import call_c
 from torquer.compile.engine import caller, inlined
 from torquer.compile.lanes import LANES
 from torquer.compile.numba_private import INLINED_OPTIONS
+from torquer.computer.allocation import AllocationState
 from torquer.computer.computer import (
     NO_ESTIMATOR,
     SENSOR_READINGS,
@@ -25,6 +26,7 @@ from torquer.computer.computer import (
     estimate,
     put_readings,
     put_simple_estimate,
+    restart,
 )
 from torquer.computer.estimation.estimator import has_failed
 from torquer.computer.interface import KNOWN, PLACES, ROWS, Command, put_ephemeris
@@ -32,6 +34,7 @@ from torquer.computer.modes.table import ModeState
 from torquer.maths.geometry.vec3 import is_finite
 from torquer.simulation.loop.members import One, each, member_in
 from torquer.simulation.loop.sensors import ephemeris_at
+from torquer.simulation.loop.state import State
 from torquer.simulation.loop.timetable import READ, Timetable, all_actions
 from torquer.spacecraft.sensors.device import MOST_PARTS
 from torquer.spacecraft.sensors.devices import DEVICES
@@ -41,31 +44,50 @@ LANES_LAW = types.void(types.float64[::1], *[types.int64] * 3)
 call_law_in_lanes = caller(LANES_LAW)
 
 
+class WheelSpace(NamedTuple):
+    """Where computers work on the wheels of one member: what they believe, the rotors' state."""
+
+    believed: AllocationState
+    rotors: np.ndarray
+
+
 class Boards(NamedTuple):
     """What is on board of n members: the arrays of `Board` with an axis of members before.
 
     `numbers` (n, k): what is known, as numbers; n = 0 where laws work in vectors. `sensed`: places
-    in it of what the loop tells the computers.
+    in it of what the loop tells the computers. `first`: as they were at the start; `wheels`: where
+    they work on one member's wheels.
     """
 
     all: Board
+    first: Board
     numbers: np.ndarray
     sensed: np.ndarray
+    wheels: WheelSpace
 
 
 def make_boards(
-    board: Board, parameters: np.ndarray, memory: np.ndarray, sensed: list[int]
+    state: State, parameters: np.ndarray, memory: np.ndarray, sensed: list[int]
 ) -> Boards:
-    """Boards like this one for members with parameters (n, p) and memory (n, m) of their own."""
+    """Boards like that of a state for members with parameters (n, p) and memory (n, m)."""
+    board = state.board
 
     def many(array: np.ndarray) -> np.ndarray:
         return np.repeat(array[None], len(parameters), axis=0)
 
-    modes, known = ModeState(*map(many, board.modes)), many(board.known)
-    numbers = known.view(np.float64).reshape(len(known), KNOWN.itemsize // 8)
-    rest = many(board.chosen), many(board.selected)
+    def boards() -> Board:
+        modes, rest = ModeState(*map(many, board.modes)), (many(board.chosen), many(board.selected))
+        return Board(many(board.known), parameters.copy(), memory.copy(), modes, *rest)
+
+    flown = boards()
+    numbers = flown.known.view(np.float64).reshape(len(parameters), KNOWN.itemsize // 8)
+    believed = AllocationState(*(part.copy() for part in state.allocation))
     return Boards(
-        Board(known, parameters, memory, modes, *rest), numbers, np.array(sensed, np.int64)
+        flown,
+        boards(),
+        numbers,
+        np.array(sensed, np.int64),
+        WheelSpace(believed, state.rotors.copy()),
     )
 
 
@@ -120,12 +142,13 @@ def _readings_step(member):
 def _no_command_step(member):
     c = member.state.cells[0]
     c.dipole_x, c.dipole_y, c.dipole_z = 0.0, 0.0, 0.0
+    c.torque_x, c.torque_y, c.torque_z = 0.0, 0.0, 0.0
 
 
 @inlined
-def select_board(boards, lane):
-    """The board of a member."""
-    one, modes = boards.all, boards.all.modes
+def select_board(one, lane):
+    """The board of a member among those of all."""
+    modes = one.modes
     return Board(
         one.known[lane],
         one.parameters[lane],
@@ -188,7 +211,7 @@ def _one_by_one(members, plan, tables, boards, step):
     for lane in range(members.lanes):
         for place in boards.sensed:
             boards.numbers[lane, place] = members.cells[place * LANES + lane]
-        board, member = select_board(boards, lane), member_in(members, lane)
+        board, member = select_board(boards.all, lane), member_in(members, lane)
         accept(member.state.cells, command_from(plan.computer, board))
         if has_failed(board.known[0]):
             member.state.cells[0].dipole_x = math.nan
@@ -210,6 +233,23 @@ def _compute(members, plan, tables, boards, step):
             _laws_in_vectors(members, plan.computer)
         else:
             _one_by_one(members, plan, tables, boards, step)
+
+    return in_lanes
+
+
+def restart_computers(members, boards, first):
+    """Let the computers begin as at the start of the run, but for their latest readings."""
+    restart(members.member.state.board, first)
+
+
+@overload(restart_computers, jit_options=INLINED_OPTIONS)
+def _restart_computers(members, boards, first):
+    if members.instance_class is One:
+        return restart_computers
+
+    def in_lanes(members, boards, first):
+        for lane in range(boards.numbers.shape[0]):
+            restart(select_board(boards.all, lane), select_board(boards.first, lane))
 
     return in_lanes
 

@@ -118,18 +118,6 @@ def _count_many(members, phase, *arguments):
     return in_lanes
 
 
-def each_alone(members, phase, *arguments):
-    """Let a phase of devices work that no member in lanes has: wheels."""
-    phase(members.member, *arguments)
-
-
-@overload(each_alone, jit_options=INLINED_OPTIONS)
-def _each_alone(members, phase, *arguments):
-    if members.instance_class is One:
-        return each_alone
-    return lambda members, phase, *arguments: None
-
-
 def first_member(members):
     """The first member."""
     return members.member

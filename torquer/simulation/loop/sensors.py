@@ -9,7 +9,7 @@ from torquer.computer.interface import TACHOMETERS, Ephemeris, put_ephemeris
 from torquer.environment.table import lookup3, lookup6, rate_from
 from torquer.simulation.loop.calibrated import calibrate
 from torquer.simulation.loop.due import BY_READERS, around_at, call_reader, read_usual
-from torquer.simulation.loop.members import each, each_alone
+from torquer.simulation.loop.members import each
 from torquer.simulation.loop.readings import change_readings, deliver_step, sensors_at_work
 from torquer.simulation.loop.state import read_motion
 from torquer.simulation.loop.timetable import ANY_DELIVERY, READ
@@ -48,7 +48,7 @@ def read_sensors(address, actions, step):
         for number in range(loop.readers.shape[0]):
             call_reader(loop.readers[number], address, actions, step)
     if actions & (READ << TACHOMETERS):
-        each_alone(members, tachometers_step, t)
+        each(members, tachometers_step, t)
     change_readings(members, failures, late, actions, t)
     calibrate(members, late, actions)
 

@@ -9,13 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.compile.arguments import Arguments, Entry, entry_caller, record_at
-from torquer.compile.engine import inlined, kernel
+from torquer.compile.engine import inlined
 from torquer.computer.allocation import allocate_torque, switch_off_motors
-from torquer.computer.computer import restart
 from torquer.computer.interface import OWN_SENSOR
 from torquer.environment.table import lookup6
 from torquer.simulation.loop.calibrated import drive_coils
-from torquer.simulation.loop.computers import Boards, compute, estimate_for_outside, has_command
+from torquer.simulation.loop.computers import (
+    Boards,
+    compute,
+    estimate_for_outside,
+    has_command,
+    restart_computers,
+)
 from torquer.simulation.loop.due import BY_READERS, READERS
 from torquer.simulation.loop.members import (
     BAD_COMMAND,
@@ -25,7 +30,6 @@ from torquer.simulation.loop.members import (
     Many,
     One,
     each,
-    each_alone,
     first_member,
     must_stop,
 )
@@ -128,12 +132,6 @@ def fail_members_coils(members, plant, t):
         each(members, fail_coils_step, failures, t)
 
 
-@kernel
-def restart_step(member, first):
-    """Let a computer begin as at the start of the run, but for its latest readings."""
-    restart(member.state.board, first)
-
-
 @inlined
 def leave_coils_off_step(member):
     """Remember that the coils stay off until the next control step."""
@@ -176,7 +174,7 @@ def sense(address, actions, step, works):
     if works and actions & CONTROL:
         before_s = first_member(members).state.board.known[0].t_s
         if is_back(plan.plant.failures.computer, before_s, t):
-            each_alone(members, restart_step, plan.first_board)
+            restart_computers(members, loop.boards, plan.first_board)
         left, mean = remaining_and_mean(plan.plant.coils.lag_s, t - before_s)
         each(members, update_step, left, mean, t)
         if plan.needs_ephemeris:

@@ -250,6 +250,7 @@ def next_death(rows, step, last):
     return last
 
 
+@inlined
 def by_auto(integrator, forces, cells, x, local, first, last, h):
     """Motion after steps first..last-1 of the time grid; `local`: the environment before."""
     rigid, tables, path, held, wheels = forces

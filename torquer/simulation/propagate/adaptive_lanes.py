@@ -15,6 +15,7 @@ from torquer.simulation.propagate.adaptive import (
     MORE,
     MOST_STEPS,
     Auto,
+    by_auto,
     count_step,
     learn_from,
     next_slow_step,
@@ -43,6 +44,7 @@ from torquer.simulation.propagate.lane_stages import (
     put_environment,
 )
 from torquer.spacecraft.actuators.coils import remaining
+from torquer.spacecraft.actuators.turning import forget_driven
 
 
 @inlined
@@ -221,10 +223,31 @@ def over_stretches(members, integrator, tables, light, local, start_s, length_s)
         t = end
 
 
+@called
+def alone_phase(member, integrator, tables, local, step, until, h):
+    """Advance a member with wheels as in its own flight: its steps end where its rotors change."""
+    cells = member.state.cells
+    if cells[0].next_step_s == 0.0:  # its motion has ended
+        return
+    forget_driven(integrator.work)
+    forces, x = forces_now(member, tables), read_motion(cells)
+    put_motion(cells, by_auto(integrator, forces, cells[0], x, local, step, until, h))
+
+
+@inlined
+def steps_of_members(members, rotors, problem, local, step, until):
+    """Advance members over steps step..until-1 of the time grid; `rotors`: () without wheels."""
+    tables, h = problem.tables, problem.step_s
+    if len(rotors) > 0:
+        each(members, alone_phase, problem.integrator, tables, local, step, until, h)
+        return
+    attitude_rad_s, rate_rad_s2, longest_s, _, _ = problem.integrator
+    integrator = Auto(attitude_rad_s, rate_rad_s2, longest_s, (), ())
+    over_stretches(members, integrator, tables, tables.light, local, step * h, (until - step) * h)
+
+
 @inlined
 def auto_in_lanes(members, problem, local, step, until):
     """Advance members over steps step..until-1 of the time grid, each by its own steps."""
-    attitude_rad_s, rate_rad_s2, longest_s, _, _ = problem.integrator
-    integrator = Auto(attitude_rad_s, rate_rad_s2, longest_s, (), ())
-    tables, h = problem.tables, problem.step_s
-    over_stretches(members, integrator, tables, tables.light, local, step * h, (until - step) * h)
+    rotors = first_member(members).constants.rotors
+    steps_of_members(members, rotors, problem, local, step, until)

@@ -43,13 +43,19 @@ class Splitting(NamedTuple):
 
 @inlined
 def rk4_step(forces, x, local, middle, end, left, step, h):
-    """Motion after a step of RK4 between the environments `local` and `end`.
+    """Motion after a step of RK4 between the environments `local` and `end`, with its wheels.
 
     `left`: parts of the dipole's way that are still to go at start, middle and end.
     """
-    rigid, _, path, held, wheels = forces
+    spin = wheel_spin(forces.wheels, x.omega, step, h)
+    return rk4_with(forces, spin, x, local, middle, end, left, h)
+
+
+@inlined
+def rk4_with(forces, spin, x, local, middle, end, left, h):
+    """The same, for what the rotors of the wheels do."""
+    rigid, _, path, held, _ = forces
     half = 0.5 * h
-    spin = wheel_spin(wheels, x.omega, step, h)
     torque = with_reaction(held, spin)
     m1 = add_scaled(path.target, left[0], path.way)
     m2 = add_scaled(path.target, left[1], path.way)

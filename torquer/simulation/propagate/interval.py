@@ -11,7 +11,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, entry_caller, record_at, whole
-from torquer.compile.engine import inlined, kernel
+from torquer.compile.engine import called, inlined, kernel
 from torquer.compile.numba_private import INLINED_OPTIONS
 from torquer.environment.table import lookup6
 from torquer.maths.geometry.quaternion import rotate_inverse
@@ -38,14 +38,17 @@ from torquer.simulation.propagate.fixed_steps import (
     by_splitting,
     is_followed,
     left_in_step,
-    rk4_step,
+    rk4_with,
 )
 from torquer.simulation.propagate.forces import (
     EnvironmentTables,
+    as_wheels,
     environment_at,
     environment_with,
     forces_now,
+    wheel_spin,
 )
+from torquer.simulation.propagate.lane_stages import put_spin, spin_in
 from torquer.simulation.propagate.switched import by_switching
 from torquer.spacecraft.actuators.coils import advance_coils
 from torquer.spacecraft.disturbance.acting import leaves_bearing, magnets_in
@@ -73,7 +76,9 @@ class Problem(NamedTuple):
 
 
 _STEPS = {
-    Auto: by_auto,
+    Auto: lambda integrator, forces, cells, x, local, first, last, h: by_auto(
+        integrator, forces, cells, x, local, first, last, h
+    ),
     Rk4: lambda integrator, forces, cells, x, local, first, last, h: by_rk4(
         forces, x, local, first, last, h
     ),
@@ -150,11 +155,27 @@ def has_motion(member):
 
 
 @inlined
-def rk4_phase(member, local, middle, end, left, step, h):
-    """A member's step of RK4 between these environments; see `rk4_step`."""
+def rk4_phase(member, local, middle, end, left, h):
+    """A member's step of RK4 between these environments; see `rk4_with`."""
     cells = member.state.cells
-    x = rk4_step(forces_now(member, ()), read_motion(cells), local, middle, end, left, step, h)
+    forces, spin = forces_now(member, ()), spin_in(member.state.spun[0], member.constants.rotors)
+    x = rk4_with(forces, spin, read_motion(cells), local, middle, end, left, h)
     put_motion(cells, x)
+
+
+@called
+def spin_phase(member, step, h):
+    """Run a member's rotors for a step of RK4; which of them stand or stop is each one's own."""
+    state = member.state
+    wheels, omega = as_wheels(member.constants.rotors, state), read_motion(state.cells).omega
+    put_spin(state.spun[0], wheel_spin(wheels, omega, step, h))
+
+
+@inlined
+def spin_wheels(members, rotors, step, h):
+    """Run the rotors of all members, if they have any."""
+    if len(rotors) > 0:
+        each(members, spin_phase, step, h)
 
 
 @inlined
@@ -190,12 +211,13 @@ def advance(members, problem, local, step, until):
 @inlined
 def rk4_in_lanes(members, problem, local, step, until):
     """Advance members over steps step..until-1 of the time grid by RK4."""
-    lag_s, h = first_member(members).constants.coils.lag_s, problem.step_s
+    constants, h = first_member(members).constants, problem.step_s
     for k in range(step, until):
         middle = environment_at(problem.tables, (k + 0.5) * h)
         end = environment_at(problem.tables, (k + 1) * h)
-        left = left_in_step(lag_s, (k - step) * h, h)
-        each(members, rk4_phase, local, middle, end, left, k, h)
+        left = left_in_step(constants.coils.lag_s, (k - step) * h, h)
+        spin_wheels(members, constants.rotors, k, h)
+        each(members, rk4_phase, local, middle, end, left, h)
         local = end
 
 

@@ -1,4 +1,4 @@
-"""What acts at the stages of each member's step, in its lane: environment and dipole's way."""
+"""What acts at the stages of each member's step, in its lane: environment, dipole's way, wheels."""
 
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ from torquer.simulation.loop.members import count, each
 from torquer.simulation.propagate.dormand_prince import time_of_stage
 from torquer.simulation.propagate.forces import environment_at
 from torquer.spacecraft.actuators.coils import remaining
+from torquer.spacecraft.actuators.rotors import Spin
 
 _STAGES = len(C)
 #: A member's step: time within the stretch, length (0: none is to try), time after it, error as a
@@ -24,6 +25,9 @@ STEP = np.dtype(
         ("around", np.float64, (_STAGES, 13)),
     ]
 )
+
+#: What the rotors of a member's wheels do in a step of RK4: a `Spin` without its tensor.
+SPUN = np.dtype([(name, np.float64, (3,)) for name in ("momentum", "torque")])
 
 
 class Stretch(NamedTuple):
@@ -80,6 +84,22 @@ def environment_in(row, like):
         _vector_in(row, 9, like.light),
         _number_in(row, 12, like.orbit_angle),
     )
+
+
+@inlined
+def put_spin(row, spin):
+    """Write what the rotors do in a step."""
+    _put_vector(row.momentum, 0, spin.momentum)
+    _put_vector(row.torque, 0, spin.torque)
+
+
+@inlined
+def spin_in(row, rotors):
+    """What the rotors do in a step, as it was written; () for a satellite without wheels."""
+    if len(rotors) == 0:
+        return ()
+    m, t = row.momentum, row.torque
+    return Spin((m[0], m[1], m[2]), (t[0], t[1], t[2]), rotors.tensor)
 
 
 @inlined

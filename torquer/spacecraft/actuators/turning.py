@@ -38,6 +38,13 @@ class Turning(NamedTuple):
 
 
 @inlined
+def forget_driven(work):
+    """Make space that another satellite has used one for a new flight."""
+    for k in range(work.shape[1]):
+        work[_DRIVEN, k] = 0.0
+
+
+@inlined
 def _rubs(rotor):
     """Whether zero speed is anything special to a rotor."""
     return rotor.coulomb > 0.0 or rotor.breakaway > 0.0

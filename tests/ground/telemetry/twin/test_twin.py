@@ -243,8 +243,11 @@ def _rows():
 
 @SLOW
 def test_scenarios_that_cannot_be_twins():
-    scenario = with_values(
-        believed(GAIN), {"control.failures": [{"kind": "restarted", "from_s": 9, "until_s": 18}]}
-    )
+    wheels = {
+        "layout": {"kind": "orthogonal"},
+        "momentum_limit_n_m_s": 0.1,
+        "torque_limit_n_m": 0.01,
+    }
+    scenario = with_values(believed(GAIN), {"spacecraft.wheels": wheels})
     with pytest.raises(ValueError, match="twin: must be a scenario whose members fly together"):
         Flights(scenario, 0.0, 60.0, 0.3)

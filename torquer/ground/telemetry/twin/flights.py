@@ -146,7 +146,8 @@ class Flights:
     ):
         self.scenario = _template(scenario, start_s, duration_s, rate_rad_s, noisy)
         self._run = prepare(self.scenario)
-        if why := why_not_in_lanes(self._run):
+        why = "they have wheels" if self.scenario.spacecraft.wheels else ""  # of unknown speeds
+        if why := why or why_not_in_lanes(self._run):
             raise RequestError("twin", f"must be a scenario whose members fly together; {why}")
         self._lanes = Lanes(self._run, Pieces(self._run))
         self._known: dict[bytes, np.ndarray | None] = {} if like is None else like._known
