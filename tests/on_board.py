@@ -17,7 +17,9 @@ from torquer.computer.computer import (
 from torquer.computer.gate import (
     BOUND,
     CHECKED,
+    EPHEMERIS,
     GUARD,
+    OWN,
     SETTABLE,
     Gate,
     first_gate,
@@ -65,9 +67,15 @@ class Gated(OnBoard):
         readings = [(row, device.count, math.inf) for row, device in enumerate(DEVICES)]
         self.gate = records(
             Gate(
-                *(np.array(readings, CHECKED), np.zeros(0, BOUND), np.zeros(0, BOUND)),
-                *(np.zeros(0, GUARD), np.zeros(len(self.board.parameters), SETTABLE)),
-                *(self.board.memory.copy(), math.inf, 0.0),
+                np.array(readings, CHECKED),
+                *(np.zeros(0, BOUND) for _ in range(4)),
+                np.zeros(0, GUARD),
+                np.zeros(len(self.board.parameters), SETTABLE),
+                self.board.memory.copy(),
+                np.zeros(0, EPHEMERIS),
+                np.zeros(0, OWN),
+                math.inf,
+                0,
             )
         )
         self.now, self.given = records(first_gate()), records(nothing_known())

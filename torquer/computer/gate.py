@@ -39,11 +39,14 @@ MET = {
     "guarded": "a region that only guards has left its first state",
     "law_failed": "a law or estimator of your own has left its tables, or divided by zero",
     "not_begun": "the state was not begun by this export: no step was taken",
+    "ephemeris_not_finite": "the ephemeris has a number that is not finite: what needs it waits",
+    "estimator_begun_anew": "an estimator of your own kept a number that is not finite: it begins "
+    "again",
 }
 (
     TIME_NOT_FINITE, TIME_BACK, TIME_AHEAD, CLOCK_SET, READING_NOT_FINITE, READING_NOT_IN_ORDER,
     READING_OLD, COMMAND_NOT_FINITE, COMMAND_LIMITED, NO_ESTIMATE, GUARDED, LAW_FAILED,
-    NOT_BEGUN,
+    NOT_BEGUN, EPHEMERIS_NOT_FINITE, ESTIMATOR_BEGUN_ANEW,
 ) = (1 << bit for bit in range(len(MET)))  # fmt: skip
 
 #: Times are below it [s]: at 1e20 s a clock that was believed would not tell steps apart any more.
@@ -58,6 +61,15 @@ BOUND = np.dtype([(name, np.float64) for name in "xyz"])
 SETTABLE = np.dtype([("settable", np.int64)])
 #: A region that only guards, and its first state.
 GUARD = np.dtype([("region", np.int64), ("first", np.int64)])
+#: Parts of the ephemeris that are used: 1 for each.
+EPHEMERIS = np.dtype(
+    [
+        (name, np.int64)
+        for name in ("place", "velocity", "field", "field_rate", "to_sun", "sunlit_fraction")
+    ]
+)
+#: The memory of an estimator of the user's.
+OWN = np.dtype([("m0", np.int64), ("m1", np.int64)])
 #: What the gate remembers: the clock of the computer is that of the caller less `offset_s`;
 #: `t_s`: of the last step by the computer's clock, `other_s`: by the caller's, of a step that was
 #: not taken, NaN for none; `status`: what the last step met.
@@ -77,7 +89,8 @@ DONE, NO_SUCH, NOT_A_NUMBER, FIXED = range(len(OUTCOMES))
 class Gate(NamedTuple):
     """What the gate checks by. `first`: memory of laws and estimators at the start; `gap_s`: the
     longest time from one step to the next that needs no second opinion; `needs_estimate`: 1 if laws
-    do. `parameters`: a row for each number. `dipole`, `torque`: bounds of the command; `..._axes`:
+    do. `parameters`: a row for each number. `ephemeris`: one row, none if no part of it is used;
+    `own`: of the user's estimators. `dipole`, `torque`: bounds of the command; `..._axes`:
     those along single axes in one row, none if there are none.
     """
 
@@ -89,6 +102,8 @@ class Gate(NamedTuple):
     guards: np.ndarray
     parameters: np.ndarray
     first: np.ndarray
+    ephemeris: np.ndarray
+    own: np.ndarray
     gap_s: float
     needs_estimate: int
 
@@ -183,6 +198,27 @@ def take_readings(gate, now, known, given):
 
 
 @inlined
+def doubt_of_ephemeris(gate, given):
+    """Zero if all parts of the ephemeris that are used are finite; else NaN."""
+    doubt = 0.0
+    for n in range(gate.ephemeris.shape[0]):
+        used = gate.ephemeris[n]
+        if used.place >= 1:
+            doubt += doubt_of((given.position_x, given.position_y, given.position_z))
+        if used.velocity >= 1:
+            doubt += doubt_of((given.velocity_x, given.velocity_y, given.velocity_z))
+        if used.field >= 1:
+            doubt += doubt_of((given.model_b_x, given.model_b_y, given.model_b_z))
+        if used.field_rate >= 1:
+            doubt += doubt_of((given.model_b_rate_x, given.model_b_rate_y, given.model_b_rate_z))
+        if used.to_sun >= 1:
+            doubt += doubt_of((given.to_sun_x, given.to_sun_y, given.to_sun_z))
+        if used.sunlit_fraction >= 1:
+            doubt += 0.0 * given.sunlit_fraction
+    return doubt
+
+
+@inlined
 def greatest_share(axes, bounds, v):
     """The greatest part of a bound that a vector takes; 1 where it takes less."""
     worst = 1.0
@@ -229,6 +265,32 @@ def forget(gate, board, blocks):
 
 
 @inlined
+def has_kept_no_number(gate, board, block):
+    """Whether a number in the memory of a block is not finite, and was at the start."""
+    kept = False
+    for place in range(block.m0, block.m1):
+        lost = not math.isfinite(board.memory[place]) and math.isfinite(gate.first[place])
+        kept = kept or lost
+    return kept
+
+
+@inlined
+def begin_anew(gate, board):
+    """Let the user's estimators begin again that have kept what is no number; what was met.
+
+    One bad reading would stay in a mean for ever. Those of the package let go by themselves.
+    """
+    met = 0
+    for n in range(gate.own.shape[0]):
+        block = gate.own[n]
+        if has_kept_no_number(gate, board, block):
+            met = ESTIMATOR_BEGUN_ANEW
+            for place in range(block.m0, block.m1):
+                board.memory[place] = gate.first[place]
+    return met
+
+
+@inlined
 def check_answer(gate, computer, board, made):
     """The command within its limits, and what was met.
 
@@ -266,13 +328,17 @@ def gated_step(gate, computer, board, gate_now, inputs):
     if met > 0 and met < CLOCK_SET:
         now.status = float(met)
         return Answer(NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, met, NO_COMMAND)
+    is_first = now.t_s == -math.inf
     known.t_s = own_time(now, given.t_s)
     now.t_s = known.t_s
     known.coils_x, known.coils_y, known.coils_z = given.coils_x, given.coils_y, given.coils_z
     put_ephemeris(known, read_ephemeris(given))
     met |= take_readings(gate, now, known, given)
+    met |= 0 if doubt_of_ephemeris(gate, given) == 0.0 else EPHEMERIS_NOT_FINITE
     answer = check_answer(gate, computer, board, control_step(computer, board))
     met |= answer.status
+    if not is_first:  # in the loop each step is the first of a gate: a simulation does not do it
+        met |= begin_anew(gate, board)
     now.status = float(met)
     return Answer(answer.dipole_a_m2, answer.torque_n_m, met, answer.asked)
 

@@ -160,6 +160,24 @@ def test_no_state_is_left_without_a_number(sound, case, value):
             assert error_rad(found[-1], STEPS - 1) < error_rad(whole[-1], STEPS - 1) + 0.01
 
 
+@pytest.mark.parametrize("value", [1e300, 1e160, 7e6])
+@pytest.mark.parametrize("case", slow_after(5, [each for each in CASES if "alone" not in each]))
+def test_numbers_that_no_sensor_reads_are_left(sound, case, value):
+    """Too large for squares, or as a position in place of a rate: nothing of it stays.
+
+    A dipole of the coils is none of a sensor: a rate by it is left once readings have been rejected
+    for long.
+    """
+    estimator = SPECS.validate_python(CASES[case]).estimator()
+    whole, cells = sound(case)
+    for sensor in TAKES[case] - {"coils"}:
+        found, kept = estimated(estimator, spoilt(rows(), sensor, value))
+        assert (np.isnan(kept[-1]) <= np.isnan(cells[-1])).all(), sensor
+        assert (np.isfinite(numbers(found[-1])) >= np.isfinite(numbers(whole[-1]))).all(), sensor
+        if case != "rate_from_field":
+            assert error_rad(found[-1], STEPS - 1) < error_rad(whole[-1], STEPS - 1) + 0.02, sensor
+
+
 @pytest.mark.parametrize("case", ["gyro", "dynamics"])
 def test_a_filter_keeps_its_attitude_and_names_the_sensor(case):
     estimator = SPECS.validate_python(CASES[case]).estimator()

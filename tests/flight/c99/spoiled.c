@@ -13,7 +13,9 @@
 #include <string.h>
 
 #define INPUTS (sizeof(adcs_inputs) / sizeof(double))
+#ifndef STEPS
 #define STEPS 150u
+#endif
 #define LAST 20u
 #define WAYS 10u
 #define REFUSED (ADCS_MET_TIME_NOT_FINITE | ADCS_MET_TIME_BACK | ADCS_MET_TIME_AHEAD | \

@@ -16,11 +16,12 @@ from slow_cases import slow_after
 import torquer
 from torquer.compile.engine import records
 from torquer.computer import gate as gates
-from torquer.computer.interface import KNOWN, PLACES
+from torquer.computer.interface import GYRO, KNOWN, PLACES
 from torquer.flight.c99.computer import find_computer, translate_step
 from torquer.flight.c99.export import export_c
 from torquer.flight.c99.interface import handed_in, inputs_for
 from torquer.flight.c99.recording import record_steps
+from torquer.spacecraft.sensors.device import MOST_PARTS
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 STEPS = 400
@@ -182,6 +183,22 @@ def test_one_bad_sample_disables_no_law(exported, number):
 
 
 @needs_compiler
+@pytest.mark.verifies("REQ-BRD-002")
+@pytest.mark.parametrize("number", BAD[:3])
+def test_an_ephemeris_that_is_no_number_is_said(exported, number):
+    """Each of its numbers in turn, at one step alone; nothing that is measured is meant."""
+    ephemeris = range(PLACES["position_x"].start, PLACES["sunlit_fraction"].stop)
+    places = [k for k, place in enumerate(exported.places) if place in ephemeris]
+    rows = exported.inputs[: 40 + 3 * len(places)].copy()
+    steps = [20 + 2 * k for k in range(len(places))]
+    rows[steps, places] = number
+    commands, statuses = exported.both(rows)
+    said = (statuses & gates.EPHEMERIS_NOT_FINITE) != 0
+    assert np.flatnonzero(said).tolist() == steps
+    assert exported.limited(commands) and not (statuses & gates.READING_NOT_FINITE).any()
+
+
+@needs_compiler
 @pytest.mark.verifies("REQ-BRD-003")
 def test_a_clock_that_is_set_costs_one_step(exported):
     """Back by a day, ahead by a day: refused once, then the computer goes on."""
@@ -257,3 +274,21 @@ def test_setters_refuse_what_there_is_not(exported):
         assert outcome == expected
         after = c.parameter(place)
         assert after == 0.25 if outcome == gates.DONE else str(after) == str(before)
+
+
+@needs_compiler
+@pytest.mark.slow
+@pytest.mark.verifies("REQ-BRD-002")
+@pytest.mark.parametrize("number", BAD[:3])
+def test_an_estimator_of_ones_own_that_keeps_no_number_begins_again(tmp_path, number):
+    """The mean of `own_parts` would be none for ever after one reading; forty later it is near."""
+    own = Exported("own_parts", tmp_path)
+    rows = own.inputs[:150].copy()
+    gyro = PLACES["readings"].start + MOST_PARTS * GYRO
+    rows[60, own.places.index(gyro)] = number
+    commands, statuses = own.both(rows)
+    begun = (statuses & gates.ESTIMATOR_BEGUN_ANEW) != 0
+    assert np.flatnonzero(begun).tolist() == [60]
+    sound, _ = own.both(own.inputs[:150])
+    assert not commands[60].any() and commands[:60].tobytes() == sound[:60].tobytes()
+    assert np.abs(commands - sound)[100:].max() < 1e-3 * np.abs(sound).max()

@@ -56,6 +56,8 @@ void take_step(own_state *s, double t_s, const double b[3], double m[3])
             s->shortest_s = 0.0;
         } else if (is_first || dt < s->shortest_s) {
             s->shortest_s = dt;
+        } else if (!is_due) {
+            s->shortest_s = fmin(dt, 10.0 * s->shortest_s);
         }
         s->t_s = t_s;
     }

@@ -16,7 +16,6 @@ this memory see the mixture.
 import math
 
 from torquer.compile.engine import inlined, plugged
-from torquer.computer.estimation.channels import measure
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     factor_innovation,
@@ -26,6 +25,7 @@ from torquer.computer.estimation.covariance import (
 from torquer.computer.estimation.isolation import isolate_what_is_no_number
 from torquer.computer.estimation.kalman import (
     advance,
+    latest,
     nothing_estimated,
     put_back,
     state_estimate,
@@ -135,7 +135,7 @@ def log_likelihood(inputs, parameters, memory, omega):
 
     A reading beyond the gate counts as one at the gate: a fault must not decide.
     """
-    m, _ = measure(inputs, parameters, memory, FIELD_CHANNEL, omega, 0.0)
+    m, _ = latest(inputs, parameters, memory, FIELD_CHANNEL, omega, 0.0)
     gain = memory.gain
     if m.count == 0:
         return 0.0

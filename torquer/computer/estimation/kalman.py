@@ -18,7 +18,7 @@ from torquer.computer.estimation.covariance import (
 )
 from torquer.computer.estimation.isolation import is_broken, isolate_what_is_no_number, judge, widen
 from torquer.computer.estimation.isolation_states import USED
-from torquer.computer.estimation.measurements.measurement import estimated_rows
+from torquer.computer.estimation.measurements.measurement import NO_MEASUREMENT, estimated_rows
 from torquer.computer.estimation.measurements.star_tracker import keep_rotation
 from torquer.computer.estimation.measurements.table import FIRST_CELL, UNITS_AT
 from torquer.computer.estimation.starts import has_attitude
@@ -29,7 +29,7 @@ from torquer.computer.estimation.triad import (
 from torquer.computer.estimation.watch import follow
 from torquer.computer.interface import UNKNOWN_ESTIMATE, Estimate
 from torquer.maths.geometry.quaternion import from_rotation_vector, multiply, normalise
-from torquer.maths.geometry.vec3 import put_vector
+from torquer.maths.geometry.vec3 import is_finite, put_vector
 
 NOTHING = (math.nan, math.nan, math.nan)
 
@@ -86,6 +86,15 @@ def nothing_estimated(inputs, parameters, memory):
 
 
 @inlined
+def latest(inputs, parameters, memory, sensor, omega, walk):
+    """(z, H, R) of a sensor's latest reading and its time, as `measure`; none without a model."""
+    m, read_s = measure(inputs, parameters, memory, sensor, omega, walk)
+    if not is_finite(m.reference):
+        m = NO_MEASUREMENT
+    return m, read_s
+
+
+@inlined
 def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     """Update by each sensor that has been read since; the body turns with omega.
 
@@ -94,7 +103,7 @@ def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     tested, too.
     """
     for sensor in range(int(parameters.sensing.after_last)):
-        m, read_s = measure(inputs, parameters, memory, sensor, omega, rate_variances[1])
+        m, read_s = latest(inputs, parameters, memory, sensor, omega, rate_variances[1])
         put_vector(memory.innovation_cell, NOTHING)
         if m.count > 0:
             memory.read_s[sensor] = read_s

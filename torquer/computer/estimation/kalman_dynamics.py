@@ -209,6 +209,12 @@ def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
 
 
 @inlined
+def or_zero(v):
+    """A vector as it is; zero where the ephemeris has none."""
+    return v if is_finite(v) else (0.0, 0.0, 0.0)
+
+
+@inlined
 def propagate(inputs, parameters, memory, dt):
     """Propagate attitude, rate and covariance by dt seconds, in steps of small rotations."""
     if dt <= 0.0:
@@ -229,8 +235,10 @@ def propagate(inputs, parameters, memory, dt):
     for k in range(steps):
         ago = dt - (k + 0.5) * h
         around = ModelEnvironment(
-            gravity_gradient_at(add_scaled(place.r_inertial_m, -ago, place.v_inertial_m_s)),
-            add_scaled(place.b_inertial_t, -ago, place.b_rate_inertial_t_s),
+            or_zero(
+                gravity_gradient_at(add_scaled(place.r_inertial_m, -ago, place.v_inertial_m_s))
+            ),
+            or_zero(add_scaled(place.b_inertial_t, -ago, place.b_rate_inertial_t_s)),
         )
         linear = linearise(p, q, omega, wheels, around, dipole, h)
         propagate_covariance(memory.covariance, linear, p.torque, full(p.inverse), dipole_at, h)

@@ -36,6 +36,7 @@ from torquer.computer.estimation.triad import (
     read_quaternion,
     sine_between,
 )
+from torquer.computer.informed import is_known
 from torquer.maths.geometry.quaternion import multiply, normalise, rotate
 from torquer.maths.geometry.vec3 import cross, dot, norm, scale, unit
 
@@ -80,7 +81,7 @@ _NOT_READ = tuple(
 def has_attitude(inputs, parameters, memory, begin, rate_of):
     """Whether the filter has an attitude: its own, or one from a start or restart in this step."""
     sensing = parameters.sensing
-    if not mean_variance(memory.covariance, ATTITUDE) <= _NOTHING_KNOWN:
+    if not (mean_variance(memory.covariance, ATTITUDE) <= _NOTHING_KNOWN and is_whole(memory)):
         forget_all(parameters.prior, memory)
     must = must_begin(inputs, sensing, memory)
     rejected = rejected_sensor(sensing, memory)
@@ -88,6 +89,17 @@ def has_attitude(inputs, parameters, memory, begin, rate_of):
     if must or rejected >= 0 or lost:
         return find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of)
     return True
+
+
+@inlined
+def is_whole(memory):
+    """Whether attitude and states of a filter that has started are finite, as they must be."""
+    doubt = 0.0
+    for k in range(memory.q.shape[0]):
+        doubt += 0.0 * memory.q[k]
+    for k in range(memory.states.shape[0]):
+        doubt += 0.0 * memory.states[k]
+    return memory.t_s == -math.inf or doubt == 0.0
 
 
 @inlined
@@ -100,6 +112,8 @@ def forget_all(prior, memory):
     memory.rejected_in_a_row[:] = 0.0
     memory.missed[:] = 0.0
     memory.rate_error = memory.unrest = memory.rate_corrected = 0.0
+    if not is_known(read_quaternion(memory.rotation)):
+        put_quaternion(memory.rotation, (0.0, 0.0, 0.0, 1.0))
     forget_readings(memory)
 
 

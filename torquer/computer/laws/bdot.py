@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.compile.engine import kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.computer.informed import MODEL_FIELD
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
@@ -20,6 +20,9 @@ _ZERO = (0.0, 0.0, 0.0)
 #: mode, or its sensor was silent. (Readings that keep another step than the control come at
 #: intervals that differ by up to a factor of 2.)
 GAP = 2.5
+#: A gap makes the shortest interval so many times longer. A stamp that is off by part of it makes
+#: one that is too short, after which all intervals would be gaps for ever.
+_LET_GO = 10.0
 #: Memory of laws that take the difference of two readings: whether there was one, its time and
 #: field, the dipole asked for since, and the shortest interval of readings (0: none yet).
 PREVIOUS_READING = {
@@ -32,6 +35,14 @@ class Gain(NamedTuple):
     """`gain`: k [A m^2 s/T]."""
 
     gain: float
+
+
+@inlined
+def shortest_with(shortest_s, interval_s):
+    """The shortest interval [s] so far (0: none yet), with one more; see `GAP` and `_LET_GO`."""
+    if shortest_s == 0.0 or interval_s < shortest_s:
+        return interval_s
+    return shortest_s if interval_s <= GAP * shortest_s else min(interval_s, _LET_GO * shortest_s)
 
 
 @kernel
@@ -58,12 +69,10 @@ def bdot_difference(inputs, parameters, memory):
     if memory.has_reading == 0.0 or interval_s > 0.0:
         m = (0.0, 0.0, 0.0)
         if memory.has_reading == 1.0:
-            is_first = memory.shortest_s == 0.0
-            if is_first or interval_s <= GAP * memory.shortest_s:
+            if memory.shortest_s == 0.0 or interval_s <= GAP * memory.shortest_s:
                 difference = sub(b, read_vector(memory.b_body_t))
                 m = scale(-parameters.gain / interval_s, difference)
-            is_shorter = is_first or interval_s < memory.shortest_s
-            memory.shortest_s = interval_s if is_shorter else memory.shortest_s
+            memory.shortest_s = shortest_with(memory.shortest_s, interval_s)
         memory.has_reading, memory.t_s = 1.0, t_s
         put_vector(memory.b_body_t, b)
         put_vector(memory.dipole_a_m2, m)

@@ -14,7 +14,13 @@ from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.informed import has_field
 from torquer.computer.interface import Command
-from torquer.computer.laws.bdot import GAP, PREVIOUS_READING, Gain, bdot_difference
+from torquer.computer.laws.bdot import (
+    GAP,
+    PREVIOUS_READING,
+    Gain,
+    bdot_difference,
+    shortest_with,
+)
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, is_finite, scale
 
@@ -51,8 +57,7 @@ def _integrate(pitch, t_s, memory):
     if interval_s <= GAP * memory.shortest_call_s:
         memory.pitch_integral_rad_s += pitch * interval_s
     if memory.has_call == 1.0:
-        is_shorter = memory.shortest_call_s == 0.0 or interval_s < memory.shortest_call_s
-        memory.shortest_call_s = interval_s if is_shorter else memory.shortest_call_s
+        memory.shortest_call_s = shortest_with(memory.shortest_call_s, interval_s)
     memory.has_call, memory.called_s = 1.0, t_s
 
 

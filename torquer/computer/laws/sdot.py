@@ -15,7 +15,7 @@ from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.informed import MODEL_FIELD, MODEL_SUN
-from torquer.computer.laws.bdot import GAP
+from torquer.computer.laws.bdot import GAP, shortest_with
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import cross, dot, norm, put_vector, read_vector, scale, sub
 
@@ -76,8 +76,7 @@ def sdot_difference(inputs, parameters, memory):
     elif memory.has_reading == 0.0 or interval_s > 0.0:
         put_vector(memory.sun_rate_body_per_s, _difference(sun, interval_s, memory))
         if memory.has_reading == 1.0:
-            is_shorter = memory.shortest_s == 0.0 or interval_s < memory.shortest_s
-            memory.shortest_s = interval_s if is_shorter else memory.shortest_s
+            memory.shortest_s = shortest_with(memory.shortest_s, interval_s)
         memory.has_reading, memory.t_s = 1.0, t_s
         put_vector(memory.sun_body, sun)
     factor = -parameters.gain * cos_alpha(inputs.ephemeris)

@@ -27,6 +27,7 @@ from torquer.computer.estimation.triad import (
     read_quaternion,
 )
 from torquer.computer.estimation.watch import WATCHED, watch
+from torquer.computer.informed import is_known
 from torquer.computer.inputs import read_inputs
 from torquer.computer.interface import GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.computer.modes.coil_check import follow_coils, forget_coils, has_field_reversed
@@ -133,8 +134,11 @@ def follow_gyro(now, gyro, inputs):
         now.watched[0, :, 0] = now.watched[1, :, 0] = -math.inf
     elif interval_s > 0.0:
         turn = scale(0.5 * interval_s, add(omega, read_vector(now.omega)))
-        q = multiply(read_quaternion(now.q), from_rotation_vector(turn))
-        put_quaternion(now.q, normalise(q))
+        q = normalise(multiply(read_quaternion(now.q), from_rotation_vector(turn)))
+        if not is_known(q):  # a rate whose square is beyond all numbers: the rotation is lost
+            q = (0.0, 0.0, 0.0, 1.0)
+            now.watched[0, :, 0] = now.watched[1, :, 0] = -math.inf
+        put_quaternion(now.q, q)
         part = min(interval_s / _AVERAGED_S, 1.0) if now.gyro_interval_s > 0.0 else 1.0
         now.gyro_interval_s += part * (interval_s - now.gyro_interval_s)
     put_vector(now.omega, omega)

@@ -66,6 +66,14 @@ _ENTRIES = (
 _TIMES = frozenset({"Given.t_s", "Given.read_s", "Known.t_s", "Known.read_s", "GateNow.offset_s"})
 #: What of the computer's record an estimator writes.
 _ESTIMATE = [name for name in KNOWN.names or () if SENSED <= PLACES[name].start < ESTIMATED]
+#: Numbers of the parts of the ephemeris in the computer's record.
+_EPHEMERIS = {
+    name: [f"{field}_{c}" for c in "xyz"]
+    for name, field in (
+        ("place", "position"), ("velocity", "velocity"), ("field", "model_b"),
+        ("field_rate", "model_b_rate"), ("to_sun", "to_sun"),
+    )
+} | {"sunlit_fraction": ["sunlit_fraction"]}  # fmt: skip
 #: Arrays whose first index is the number of a sensor, with how many dimensions they have; by what
 #: name the numbers are noted that the control step uses.
 _ROWS, _USED = (("Known.readings", 2), ("Known.read_s", 1)), ("used", 1)
@@ -264,12 +272,18 @@ def _find_reads(program: Program, entries: list[Function], looked_at: set[str]) 
 
 
 def _checks(computer: OnBoard, program: Program) -> gates.Gate:
-    """What the gate checks by, of the readings that the control step uses."""
-    rows = computer.gate.readings
+    """What the gate checks by, of the readings and the ephemeris that the control step uses."""
     if program.live is None:
         return computer.gate
+    rows, ephemeris = computer.gate.readings, computer.gate.ephemeris.copy()
     used = program.live.cells.get(_USED, set())
-    return computer.gate._replace(readings=rows[np.isin(rows["row"], [*used])])
+    for name, fields in _EPHEMERIS.items():
+        ephemeris[name] = any(f"Known.{each}" in program.live.fields for each in fields)
+    is_used = any(ephemeris[name].any() for name in _EPHEMERIS)
+    return computer.gate._replace(
+        readings=rows[np.isin(rows["row"], [*used])],
+        ephemeris=ephemeris if is_used else ephemeris[:0],
+    )
 
 
 def _fields_around(kinds: tuple[Type, ...], computer: OnBoard) -> set[str]:

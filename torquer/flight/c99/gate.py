@@ -1,9 +1,14 @@
 """What the gate of an exported computer checks by: readings, limits, guards."""
 
+import itertools
+
 import numpy as np
 
+from torquer.base.user_source import plain_function
+from torquer.compile.sources import is_own
 from torquer.computer.computer import Blocks
-from torquer.computer.gate import BOUND, CHECKED, GUARD, SETTABLE, Gate
+from torquer.computer.estimation.estimator import Estimator
+from torquer.computer.gate import BOUND, CHECKED, EPHEMERIS, GUARD, OWN, SETTABLE, Gate
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
 from torquer.spacecraft.actuators.reaction_wheels import ReactionWheels
@@ -29,6 +34,8 @@ def make_gate(
         _guards(scenario),
         _settable(blocks),
         np.concatenate([*memory, []]),
+        _ephemeris(needs),
+        _own_estimators(blocks),
         _GAP_STEPS * max(scenario.control.sample_s, scenario.control.actuate_s or 0.0),
         int(bool(needs & {"attitude", "rate"})),
     )
@@ -64,6 +71,23 @@ def _settable(blocks: Blocks) -> np.ndarray:
         for _ in range(count)
     ]
     return np.array(numbers, SETTABLE)
+
+
+def _ephemeris(needs: frozenset[str]) -> np.ndarray:
+    """All parts of the ephemeris, if there is one."""
+    return np.ones(int("ephemeris" in needs), EPHEMERIS)
+
+
+def _own_estimators(blocks: Blocks) -> np.ndarray:
+    """Places of the memory of the user's estimators, which follows that of the laws."""
+    ends = np.cumsum([0, *(len(each.first_memory()) for each in blocks.all())]).tolist()
+    pairs = zip(blocks.all(), itertools.pairwise(ends), strict=True)
+    rows = [
+        places
+        for each, places in pairs
+        if isinstance(each, Estimator) and not is_own(plain_function(each.function))
+    ]
+    return np.array(rows, OWN)
 
 
 def _bounds(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

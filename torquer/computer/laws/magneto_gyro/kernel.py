@@ -11,7 +11,7 @@ from typing import NamedTuple
 from torquer.base.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.blocks.law import NOTHING_STATED
-from torquer.computer.laws.bdot import GAP
+from torquer.computer.laws.bdot import GAP, shortest_with
 from torquer.computer.laws.magneto_gyro.relay import relay_dipole
 from torquer.computer.laws.magneto_gyro.stage_1 import (
     angle_function,
@@ -128,14 +128,16 @@ def _interval(t_s, orbital_rate, memory):
 
     Windows with the coils on, between two pairs of readings, are not taken for one.
     """
-    interval_s = t_s - memory.called_s
-    fresh = memory.has_call == 0.0 or interval_s <= 0.0
-    if not fresh and (memory.shortest_call_s == 0.0 or interval_s < memory.shortest_call_s):
-        memory.shortest_call_s = interval_s
-    is_long = orbital_rate * interval_s > _LONG
-    fresh = fresh or (is_long and interval_s > GAP * memory.shortest_call_s)
+    interval_s, shortest_s = t_s - memory.called_s, memory.shortest_call_s
+    follows, is_long = (
+        memory.has_call == 1.0 and interval_s > 0.0,
+        orbital_rate * interval_s > _LONG,
+    )
+    is_gap = is_long and shortest_s > 0.0 and interval_s > GAP * shortest_s
+    if follows and (is_gap or shortest_s == 0.0 or interval_s < shortest_s):
+        memory.shortest_call_s = shortest_with(shortest_s, interval_s)
     memory.has_call, memory.called_s = 1.0, t_s
-    return 0.0 if fresh else interval_s
+    return interval_s if follows and not is_gap else 0.0
 
 
 @inlined
