@@ -53,7 +53,7 @@ def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     how = [COMPLETE if text == COMPLETE else FAILED for text in chunk.ended]
     variables["how_it_ended"] = ("member", np.array(how))
     variables["ended"] = ("member", np.array([*map(as_storable, chunk.ended)]))
-    coordinates = {"member": chunk.members, "time": ("time", fleet.t_s[fleet.kept], {"units": "s"})}
+    coordinates = {"member": chunk.members, "time": ("time", fleet.kept_s, {"units": "s"})}
     made = xr.Dataset(variables, coordinates, campaign_attributes(fleet))
     for name in campaign.outcomes:
         made[name].attrs["units"] = outcome_unit(made, name)
