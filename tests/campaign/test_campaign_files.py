@@ -53,6 +53,11 @@ settling_s = { below = 20000 }
 outcome = "success"
 half_width = 0.02
 """
+SMALL = """
+[campaign]
+runs = 1000
+vary."initial.attitude" = "uniform"
+"""
 
 
 @pytest.fixture
@@ -112,6 +117,43 @@ def test_validate_checks_the_campaign_and_tells_of_it(file, capsys):
     with pytest.raises(ScenarioError, match=r"bias_nt\".normal.sigma: must be greater than or"):
         cli.validate(file, json=False)
     assert load_scenario(file) is not None
+
+
+def size_of(file, capsys) -> dict:
+    assert cli.validate(file, json=True) == 0
+    return json.loads(capsys.readouterr().out)["campaign_size"]
+
+
+def test_validate_states_what_the_campaign_takes(file, capsys):
+    """In words and as numbers; more members take more, longer ones no more memory."""
+    assert cli.validate(file, json=False) == 0
+    answer = capsys.readouterr().out
+    line = next(line for line in answer.splitlines() if line.startswith("campaign: campaign.nc of"))
+    assert re.search(r"[\d.]+ MB, twice while it is made; about [\d.]+ MB of memory and ", line)
+    assert line.endswith("members one by one (start varies)")
+    text = EXAMPLE.read_text(encoding="utf-8") + SMALL
+    file.write_text(text, encoding="utf-8")
+    first = size_of(file, capsys)
+    assert first["why_alone"] == "" and first["runs"] == 1000
+    file.write_text(text.replace("runs = 1000", "runs = 100000"), encoding="utf-8")
+    more = size_of(file, capsys)
+    assert more["disk_bytes"] == pytest.approx(100.0 * first["disk_bytes"])
+    assert 20.0 < more["computing_s"] * more["workers"] / first["computing_s"] < 200.0
+    assert first["memory_bytes"] < more["memory_bytes"] < 1e9
+    long = text.replace("revolutions = 10", "revolutions = 1000")
+    file.write_text(long, encoding="utf-8")
+    longer = size_of(file, capsys)
+    assert longer["computing_s"] > 20.0 * first["computing_s"]
+    assert longer["disk_bytes"] == first["disk_bytes"] and longer["memory_bytes"] < 1e9
+
+
+def test_validate_refuses_a_campaign_that_the_disk_has_no_room_for(file, capsys, monkeypatch):
+    monkeypatch.setattr("torquer.campaign.size.free_disk", lambda folder: 1e6)
+    message = r"^campaign.runs: 1000 members must fit in the 1 MB that are free here; received a "
+    with pytest.raises(ValueError, match=message):
+        cli.validate(file, json=False)
+    assert cli.validate(file, json=True) == 2
+    assert json.loads(capsys.readouterr().out)["valid"] is False
 
 
 def test_the_schema_lets_a_campaign_stand():

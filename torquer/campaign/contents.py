@@ -9,6 +9,8 @@ import xarray as xr
 
 #: Greatest value of an outcome, by its unit where it has one; the least is 0.
 _GREATEST = {"deg": 180.0, "": 1.0}
+#: Members whose signals over time are in memory at once.
+_BLOCK = 8192
 #: Unit of a number taken from a signal, where it differs from the signal's unit.
 _UNITS_OF_WHAT = {"settles_below": "s", "first_below": "s", "part_below": ""}
 _UNITS = {
@@ -51,6 +53,12 @@ def independent(result: xr.Dataset) -> xr.Dataset:
     return result.isel(member=member_numbers(result) % (len(groups_in(result)) + 2) < 2)
 
 
+def member_blocks(result: xr.Dataset) -> list[slice]:
+    """Members in blocks: the signals of all of them over time may not fit into memory."""
+    count = result.sizes["member"]
+    return [slice(k, min(k + _BLOCK, count)) for k in range(0, count, _BLOCK)]
+
+
 def member_numbers(result: xr.Dataset) -> np.ndarray:
     """The members' numbers [n]."""
     return np.asarray(result["member"].values, dtype=np.int64)
@@ -66,12 +74,14 @@ def member_outcomes(result: xr.Dataset) -> dict[str, np.ndarray]:
     return {name: each.astype(float) for name, each in _by_role(result, "outcome").items()}
 
 
+def names_by_role(result: xr.Dataset, role: str) -> list[str]:
+    """Names of the inputs, the outcomes or the series."""
+    return [str(name) for name, each in result.data_vars.items() if each.attrs.get("role") == role]
+
+
 def _by_role(result: xr.Dataset, role: str) -> dict[str, np.ndarray]:
-    return {
-        str(name): each.transpose("member", ...).values
-        for name, each in result.data_vars.items()
-        if each.attrs.get("role") == role
-    }
+    names = names_by_role(result, role)
+    return {name: result[name].transpose("member", ...).values for name in names}
 
 
 def _plain(values: np.ndarray) -> np.ndarray | list:
@@ -101,6 +111,20 @@ def definition(result: xr.Dataset, name: str) -> tuple[object, dict]:
 
 def _drop_missing(table: Mapping) -> dict:
     return {key: value for key, value in table.items() if value is not None}
+
+
+def series_of(result: xr.Dataset, name: str) -> str | None:
+    """Name of the variable with an outcome's signal over time, which outcomes of one signal share.
+
+    None without one.
+    """
+    own, signal = f"series.{name}", result[name].attrs.get("signal")
+    if own in result:
+        return own
+    for other in names_by_role(result, "outcome"):
+        if result[other].attrs.get("signal") == signal and f"series.{other}" in result:
+            return f"series.{other}"
+    return None
 
 
 def outcome_unit(result: xr.Dataset, name: str) -> str:

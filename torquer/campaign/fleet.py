@@ -4,21 +4,28 @@ A member's result is the same to the bit in lanes, alone, and next to any other 
 """
 
 import contextlib
+import functools
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from torquer.base.shared import Sharing
-from torquer.campaign.outcomes import TOTALS, needs_modes, needs_sun, outcome_signals, take_outcomes
+from torquer.campaign.outcomes import (
+    TOTALS,
+    Reduction,
+    needs_field,
+    needs_modes,
+    needs_sun,
+    outcomes_with_series,
+)
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
 from torquer.campaign.spec import ATTITUDE, Campaign
-from torquer.compile.lanes import LANES
 from torquer.scenario.change import checked_again, fields_at, with_values
 from torquer.scenario.spec import InitialMotion, Scenario, Spacecraft
-from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, first_rate, why_not_in_lanes
+from torquer.simulation.lanes.group import RECORDS, Lanes, Pieces, first_rate, why_not_in_lanes
 from torquer.simulation.outside.library import OtherComputer
 from torquer.simulation.results.dataset import mode_numbers
 from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
@@ -27,7 +34,7 @@ from torquer.simulation.setup.simulate import flown_by
 
 COMPLETE, FAILED = "complete", "failed"
 #: Keys that change a member's motion at the start and nothing else.
-_MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fields)}
+MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fields)}
 #: Keys that every member has for itself.
 _OWN_KEYS = ("name", "seed")
 #: Beginnings of keys that change the surroundings of a run, what its computer believes of them, or
@@ -39,10 +46,13 @@ _TRIED = 8
 _UNSAVED = Checkpoints(lambda run: None, np.inf)
 #: Instants that are kept of a signal.
 MOST_INSTANTS = 200
+#: Parts of `RECORDS` records of which the environment along the orbit is kept.
+PARTS = 256
 
 
 class Chunk(NamedTuple):
-    """Inputs and outcomes of some members; `series`: signals over time (n, t)."""
+    """Inputs and outcomes of some members; `series`: signals over time (n, t), by the first outcome
+    of each."""
 
     members: np.ndarray
     seeds: np.ndarray
@@ -67,25 +77,23 @@ class Fleet:
         with self._sharing.learning():
             run = flown_by(computer, checked_again(scenario, keys))
         self._library = run.library
-        self.t_s = np.arange(run.steps // run.plan.record_steps + 1) * (
-            run.plan.record_steps * run.plan.step_s
-        )
-        places = np.linspace(0, len(self.t_s) - 1, MOST_INSTANTS)
-        self.kept = np.unique(places.round().astype(int))
+        places = np.linspace(0, run.steps // run.plan.record_steps, MOST_INSTANTS)
+        self._kept = np.unique(places.round().astype(int))
+        self.kept_s = self._kept * run.plan.record_steps * run.plan.step_s
         self.base, self._pieces = run, Pieces(run)
-        own = [key for key in campaign.varied_keys if key.startswith(_OF_ORBIT_ENVIRONMENT)]
+        own = own_environment(campaign)
         self._first_piece = None if own else run.piece
         if self._library is not None:
             self._check_tables()
         self._lanes, self.why_not_in_lanes = self._side_by_side(own)
-        self._along = _along(scenario, campaign, self.t_s)
+        self._along = functools.lru_cache(PARTS)(self._records_along)
         r, v = scenario.orbit_environment().state(np.zeros(1))
         self._start = r[0], v[0]
 
     def _check_tables(self) -> None:
         """ValueError for a key that changes what the computer in C has as constants."""
         for key in self.campaign.varied_keys:
-            if key in _MOTION_KEYS:
+            if key in MOTION_KEYS:
                 continue
             for member in self._try_key(key):
                 try:
@@ -133,7 +141,7 @@ class Fleet:
 
     def _may_vary(self, key: str, lanes: Lanes) -> bool:
         """Whether at least one of some members fits into lanes if it differs only at a key."""
-        if key in _MOTION_KEYS:
+        if key in MOTION_KEYS:
             return True
         members = list(self._try_key(key))
         if len(members) < _TRIED:  # by itself it may be no scenario
@@ -153,9 +161,9 @@ class Fleet:
         seeds = member_seeds(self.campaign, members)
         count = len(members)
         outcomes = {name: np.full(count, np.nan) for name in self.campaign.outcomes}
-        shape = (count, len(self.kept))
-        signals = [k for k, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
-        series = {name: np.full(shape, np.nan, np.float32) for name in signals}
+        shape = (count, len(self._kept))
+        kept_of = outcomes_with_series(self.campaign.outcomes)
+        series = {name: np.full(shape, np.nan, np.float32) for name in kept_of}
         return Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
 
     def fly(self, members: np.ndarray) -> Chunk:
@@ -176,23 +184,29 @@ class Fleet:
         found = {row: self._member_numbers(lanes, chunk, row) for row in range(len(chunk.members))}
         fitting = {row: numbers for row, numbers in found.items() if numbers is not None}
         rows = np.array(sorted(fitting, key=lambda row: first_rate(fitting[row])), int)
-        for first in range(0, len(rows), LANES):
-            of_batch = rows[first : first + LANES]
-            flown = lanes.fly(np.array([fitting[row] for row in of_batch]), chunk.seeds[of_batch])
-            self._put(chunk, of_batch, self._with_orbit(flown))
-            for row in of_batch[flown.failed].tolist():
-                self._fly_alone(chunk, row)
+        if not len(rows):
+            return
+        taken = Reduction(self.campaign.outcomes, self.scenario, len(rows), self._kept)
 
-    def _with_orbit(self, flown: FlownLanes) -> Flown:
-        """The motion of members in lanes, with the environment along their orbit."""
-        motion, totals = np.swapaxes(flown.motion, 1, 2), (flown.cells[name] for name in TOTALS)
-        return Flown._make(
-            [self.t_s, motion[..., :4], motion[..., 4:], *self._along, *totals, None]
-        )
+        def take(columns: slice, first: int, motion: np.ndarray) -> None:
+            motion, along = np.swapaxes(motion, 1, 2), self._along(first, len(motion))
+            taken.add(columns, first, Flown(along[0], motion[..., :4], motion[..., 4:], *along[1:]))
+
+        numbers = np.array([fitting[row] for row in rows])
+        cells, failed = lanes.fly_in_parts(numbers, chunk.seeds[rows], take)
+        self._put(chunk, rows, taken, {name: cells[name] for name in TOTALS})
+        for row in rows[failed].tolist():
+            self._fly_alone(chunk, row)
+
+    def _records_along(self, first: int, count: int) -> tuple:
+        """Times, and what `Flown` has along the orbit, of records that all members share."""
+        plan = self.base.plan
+        t_s = np.arange(first, first + count) * plan.record_steps * plan.step_s
+        return t_s, *_along(self.scenario, self.campaign, t_s)
 
     def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
         """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
-        if _MOTION_KEYS.issuperset(chunk.drawn):
+        if MOTION_KEYS.issuperset(chunk.drawn):
             motion = self._first_motion(chunk, row)
             if motion is not None:
                 return lanes.numbers_of(motion[None])[0]
@@ -244,8 +258,12 @@ class Fleet:
 
     def _finish(self, chunk: Chunk, row: int, run: Run) -> None:
         """Fly a member's run to its end."""
-        parts: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
-        run.keep = lambda run: parts.append(self._kept(run))
+        shared = _times(run) == _times(self.base)
+        kept = self._kept if shared else self._kept[:0]
+        found = Reduction(self.campaign.outcomes, self.scenario, 1, kept)
+        shared = shared and run.piece.environment == self.base.piece.environment
+        changes: dict[str, np.ndarray] = {}
+        run.keep = lambda run: self._take_alone(run, found, shared, changes)
         try:
             ended = advance_in_pieces(run, run.steps, None, _UNSAVED)
         except ValueError as error:
@@ -256,45 +274,69 @@ class Fleet:
         run.enter()
         record_this_instant(run)
         run.keep(run)
-        self._put(chunk, np.array([row]), self._flown_alone(run, parts))
+        totals = {name: np.array(run.state.cells[name]) for name in TOTALS}
+        self._put(chunk, np.array([row]), found, totals)
 
-    def _kept(self, run: Run) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Of a piece the rows of its record, and the states of its regions if they are needed."""
+    def _take_alone(
+        self, run: Run, found: Reduction, shared: bool, changes: dict[str, np.ndarray]
+    ) -> None:
+        """Take what a piece of a run gives; `shared`: its records' times and orbit are those of all
+        members; `changes`: states of its regions so far, without records in which none changes."""
         record = run.rows()
         needed = needs_modes(self.campaign.outcomes, self.scenario)
-        return record.rows, mode_numbers(run.scenario, record) if needed else {}
+        modes = mode_numbers(run.scenario, record) if needed else {}
+        for at in range(0, len(record.rows), RECORDS):
+            rows, first = record.rows[at : at + RECORDS], run.first_row + at
+            t_s = rows["step"] * run.plan.step_s
+            along = (
+                _along(run.scenario, self.campaign, t_s)
+                if not shared
+                else (self._along(first, len(rows))[1:])
+            )
+            q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
+            omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]
+            for name, numbers in modes.items():
+                before = changes.get(name, numbers[:0])
+                changes[name] = np.concatenate([before, numbers[at : at + RECORDS]])
+            states = {name: numbers[:, None] for name, numbers in changes.items()}
+            flown = Flown._make([t_s, q, omega, *along, states if needed else None])
+            found.add(slice(0, 1), first, flown)
+            changes |= _where_changed(changes)
 
-    def _flown_alone(self, run: Run, parts) -> Flown:
-        """A run as members in lanes are, from what is kept of its pieces."""
-        rows = np.concatenate([rows for rows, _ in parts])
-        t_s = rows["step"] * run.plan.step_s
-        along = self._along
-        if run.piece.environment != self.base.piece.environment or not np.array_equal(
-            t_s, self.t_s
-        ):
-            along = _along(run.scenario, self.campaign, t_s)
-        q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
-        omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]
-        totals = (run.state.cells[name] for name in TOTALS)
-        modes = {
-            name: np.concatenate([each[name] for _, each in parts])[:, None] for name in parts[0][1]
-        }
-        return Flown._make([t_s, q, omega, *along, *totals, modes or None])
-
-    def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
+    def _put(
+        self, chunk: Chunk, rows: np.ndarray, found: Reduction, totals: Mapping[str, np.ndarray]
+    ) -> None:
         """Put outcomes and signals of some members into their rows."""
-        outcomes = self.campaign.outcomes
-        signals = outcome_signals(outcomes, self.scenario, flown)
-        for name, values in take_outcomes(outcomes, signals, flown).items():
+        for name, values in found.outcomes(totals).items():
             chunk.outcomes[name][rows] = values
-        if np.array_equal(flown.t_s, self.t_s):
-            for name, values in signals.items():
-                chunk.series[name][rows] = values[self.kept].T
+        for name, values in found.series.items():
+            if values.shape[1]:
+                chunk.series[name][rows] = values
 
 
-def _along(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple[np.ndarray, ...]:
+def own_environment(campaign: Campaign) -> list[str]:
+    """Keys that vary of the orbit, the environment, the ephemeris or the steps."""
+    return [key for key in campaign.varied_keys if key.startswith(_OF_ORBIT_ENVIRONMENT)]
+
+
+def _times(run: Run) -> tuple:
+    """What the times of a run's records follow from."""
+    return run.steps, run.plan.step_s, run.plan.record_steps
+
+
+def _where_changed(numbers: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Numbers (r,) by name, without those records that equal the one before in all of them."""
+    if not numbers:
+        return {}
+    together = np.stack([*numbers.values()], axis=1)
+    kept = np.append(True, (together[1:] != together[:-1]).any(axis=1))
+    return {name: values[kept] for name, values in numbers.items()}
+
+
+def _along(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple:
     """Position, velocity, field and direction to the Sun at the records, as `Flown` has them."""
     environment = scenario.orbit_environment()
     r, v = environment.state(t_s)
+    field = environment.field(t_s, r, v) if needs_field(campaign.outcomes) else None
     sun = environment.sun(t_s) - r if needs_sun(campaign.outcomes) else None
-    return r, v, environment.field(t_s, r, v), sun
+    return r, v, field, sun

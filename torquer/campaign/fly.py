@@ -16,6 +16,7 @@ from torquer.base.limits import at_least
 from torquer.base.spec import check_spec
 from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
+from torquer.campaign.joining import join_chunks
 from torquer.campaign.load import check_campaign, check_own_parts
 from torquer.campaign.parts import Part, check_part
 from torquer.campaign.spec import SUCCESS, Campaign
@@ -25,7 +26,6 @@ from torquer.campaign.store import (
     check_arrived,
     finish_file,
     is_there,
-    join_chunks,
     load_members,
     put_chunk,
 )
@@ -65,9 +65,10 @@ def fly_campaign(
     """Fly all members of a campaign; one row each in the order of their numbers.
 
     `to`: a file (NetCDF) for the result; chunks of it are written as they are flown, into a folder
-    next to it. `resume` continues with the members that are missing there, also with added ones if
-    the campaign has more `runs` now. `workers`: one per core unless given. `where`: 'threads',
-    'processes' (a script needs `if __name__ == "__main__":` around what it does), or the address of
+    next to it; the numbers of a long result are read from the file when they are asked for.
+    `resume` continues with the members that are missing there, also with added ones if the campaign
+    has more `runs` now. `workers`: one per core unless given. `where`: 'threads', 'processes' (a
+    script needs `if __name__ == "__main__":` around what it does), or the address of
     a Dask scheduler. A member's result does not depend on any of these, to the bit. Members that
     fail are kept, with the reason. `computer`: a folder of `export_c`, or a shared library built
     from it, whose computer in C flies in all members, with the same bits; members may differ in

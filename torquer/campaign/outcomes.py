@@ -10,7 +10,7 @@ settling_s = { below = 7200 }
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -37,12 +37,19 @@ SIGNALS = {
     "rate_orbital_deg_s": rate_orbital,
     ATTITUDE_ERROR: attitude_error,
 }
-#: Totals of a run by name, which are fields of `Flown`.
+#: Totals of a run by name: energy, and the greatest dipole of one coil.
 TOTALS = ("coil_energy_j", "peak_dipole_a_m2")
 _Name = Literal[
     "rate_deg_s", "rate_orbital_deg_s", "attitude_error_deg", "coil_energy_j", "peak_dipole_a_m2"
 ]
 _Time = Annotated[float, Field(ge=0.0)]
+
+
+class Taken(NamedTuple):
+    """What has been taken so far of a signal of n members: a value (n,) of so many records (n,)."""
+
+    value: np.ndarray
+    records: np.ndarray
 
 
 class What(Spec):
@@ -78,23 +85,46 @@ class What(Spec):
         """Time [s] from which on the signal counts."""
         return self.greatest_after_s or self.mean_after_s or 0.0
 
-    def of(self, t_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
-        """Of a signal (r, n) at records t_s (r,): one number for each of n."""
+    @property
+    def _is_mean(self) -> bool:
+        return self.mean_after_s is not None or self.part_below is not None
+
+    def begin(self, count: int) -> Taken:
+        """Nothing taken yet of the signals of `count` members."""
+        least = -np.inf if self.greatest_after_s is not None else np.nan
+        return Taken(np.full(count, 0.0 if self._is_mean else least), np.zeros(count, np.int64))
+
+    def add(self, taken: Taken, rows: slice, t_s: np.ndarray, signal: np.ndarray) -> None:
+        """Go on with the signal (r, n) of some members at the records t_s (r,) that come next.
+
+        Into how many parts a flight is cut does not change a bit: a mean is summed record by record
+        (NumPy's would round one member differently from many), all else is compared or counted.
+        """
+        signal = signal[t_s >= self.after_s]
+        value, t_s = taken.value[rows], t_s[t_s >= self.after_s]
+        taken.records[rows] += len(t_s)
+        if not len(t_s):
+            return
         if self.at_end:
-            return signal[-1]
-        if self.settles_below is not None:
-            return stays_from(t_s, signal < self.settles_below)
-        if self.first_below is not None:
-            return first_at(t_s, signal < self.first_below)
-        if self.part_below is not None:
-            return np.mean(signal < self.part_below, axis=0)
-        late = signal[t_s >= self.after_s]
-        if not len(late):
-            return np.full(signal.shape[1], np.nan)
-        if self.greatest_after_s is not None:
-            return late.max(axis=0)
-        # summed record by record: NumPy's mean would round one member differently from many
-        return sum(late, start=np.zeros(signal.shape[1])) / len(late)
+            value[:] = signal[-1]
+        elif self.settles_below is not None:
+            below = signal < self.settles_below
+            goes_on = below.all(axis=0) & ~np.isnan(value)
+            value[:] = np.where(goes_on, value, stays_from(t_s, below))
+        elif self.first_below is not None:
+            first = first_at(t_s, signal < self.first_below)
+            value[:] = np.where(np.isnan(value), first, value)
+        elif self.part_below is not None:
+            value += np.count_nonzero(signal < self.part_below, axis=0)
+        elif self.greatest_after_s is not None:
+            value[:] = np.maximum(value, signal.max(axis=0))
+        else:
+            value[:] = sum(signal, start=value)
+
+    def number(self, taken: Taken) -> np.ndarray:
+        """The number for each of n members, of all that has been taken."""
+        value = taken.value / np.maximum(taken.records, 1) if self._is_mean else taken.value
+        return np.where(taken.records > 0, value, np.nan)
 
 
 def _signal_kind(value) -> str:
@@ -157,10 +187,25 @@ DEFAULT = {
 }
 
 
+def outcomes_with_series(outcomes: Mapping[str, Outcome]) -> list[str]:
+    """Outcomes whose signals are kept over time: the first one of each signal."""
+    first: dict[str | Axis, str] = {}
+    for name, each in outcomes.items():
+        if each.signal not in TOTALS:
+            first.setdefault(each.signal, name)
+    return [*first.values()]
+
+
 def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
     """Whether outcomes need the Sun: then `Flown` must have its direction."""
     signals = (outcome.signal for outcome in outcomes.values())
     return any(isinstance(signal, Axis) and signal.to == "sun" for signal in signals)
+
+
+def needs_field(outcomes: Mapping[str, Outcome]) -> bool:
+    """Whether outcomes need the field: then `Flown` must have it."""
+    signals = (outcome.signal for outcome in outcomes.values())
+    return any(isinstance(signal, Axis) and signal.to == "field" for signal in signals)
 
 
 def needs_modes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> bool:
@@ -202,17 +247,40 @@ def _signal(signal: str | Axis, scenario: Scenario, flown: Flown) -> np.ndarray:
     return SIGNALS[signal](scenario, flown)
 
 
-def take_outcomes(
-    outcomes: Mapping[str, Outcome], signals: Mapping[str, np.ndarray], flown: Flown
-) -> dict[str, np.ndarray]:
-    """Outcomes of n members by name, (n,) each; NaN where one has no value."""
-    found = {}
-    for name, outcome in outcomes.items():
-        if outcome.signal in TOTALS:
-            found[name] = np.array(getattr(flown, outcome.signal), dtype=float)
-        else:
-            found[name] = outcome.what.of(flown.t_s, signals[name])
-    return found
+class Reduction:
+    """Outcomes of n members, taken from one part of their flight after another.
+
+    `kept`: numbers of the records at which `series` (n, t) of the signals are kept, by the first
+    outcome of each.
+    """
+
+    def __init__(
+        self, outcomes: Mapping[str, Outcome], scenario: Scenario, count: int, kept: np.ndarray
+    ):
+        self._outcomes, self._scenario, self._kept = outcomes, scenario, kept
+        whats = {name: each.what for name, each in outcomes.items() if each.signal not in TOTALS}
+        self._taken = {name: (what, what.begin(count)) for name, what in whats.items() if what}
+        shape = (count, len(kept))
+        kept_of = outcomes_with_series(outcomes)
+        self.series = {name: np.full(shape, np.nan, np.float32) for name in kept_of}
+
+    def add(self, rows: slice, first: int, flown: Flown) -> None:
+        """Go on with some members; `first`: number of the first of the records that come next."""
+        signals = outcome_signals(self._outcomes, self._scenario, flown)
+        here = (self._kept >= first) & (self._kept < first + len(flown.t_s))
+        for name, (what, taken) in self._taken.items():
+            what.add(taken, rows, flown.t_s, signals[name])
+        for name, series in self.series.items():
+            series[rows, here] = signals[name][self._kept[here] - first].T
+
+    def outcomes(self, totals: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Outcomes by name, (n,) each, NaN where one has no value; `totals`: those of `TOTALS`."""
+        return {
+            name: np.array(totals[str(each.signal)], dtype=float)
+            if name not in self._taken
+            else self._taken[name][0].number(self._taken[name][1])
+            for name, each in self._outcomes.items()
+        }
 
 
 def evaluate_success(

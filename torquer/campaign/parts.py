@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.campaign.joining import in_blocks, join_chunks, write_blocks
 from torquer.campaign.spec import Campaign
-from torquer.campaign.store import ALIKE, in_words, join_chunks
-from torquer.simulation.results.file import explain_errors, load, save
+from torquer.campaign.store import ALIKE, in_words
+from torquer.simulation.results.file import explain_errors, lazily
 
 
 class Part(NamedTuple):
@@ -61,16 +62,20 @@ def join_parts(
     parts = [_load_part(path) for path in paths]
     for path, part in zip(paths, parts, strict=True):
         _check_alike(paths[0], parts[0], path, part)
-    whole = _in_order(paths, parts)
+    found = [part["member"].values for part in parts]
+    runs = Campaign.model_validate_json(parts[0].attrs["campaign"]).runs
+    _check_complete(found, runs)
+    _check_agreement(paths, parts, found)
+    blocks = in_blocks(paths, found, np.arange(runs), parts[0].attrs)
     if to is not None:
-        save(whole, Path(to))
-    return whole
+        return write_blocks(blocks, runs, Path(to))
+    return join_chunks([*blocks], parts[0].attrs)
 
 
 def _load_part(path: Path) -> xr.Dataset:
     with explain_errors(path):
         try:
-            data = load(path)
+            data = lazily(path)
         except OSError as error:
             raise ValueError(
                 f"files: must be files that can be read; received {path} ({error.strerror})"
@@ -95,13 +100,9 @@ def _check_alike(first_path: Path, first: xr.Dataset, path: Path, part: xr.Datas
         )
 
 
-def _in_order(paths: Sequence[Path], parts: list[xr.Dataset]) -> xr.Dataset:
-    """All members of all parts once, in the order of their numbers."""
-    joined = join_chunks(parts, parts[0].attrs)
-    runs = Campaign.model_validate_json(joined.attrs["campaign"]).runs
-    numbers, first, count = np.unique(
-        joined["member"].values, return_index=True, return_counts=True
-    )
+def _check_complete(found: list[np.ndarray], runs: int) -> None:
+    """ValueError unless parts have all members of a campaign, and no others."""
+    numbers = np.unique(np.concatenate(found))
     missing = np.setdiff1d(np.arange(runs), numbers)
     if len(missing):
         raise ValueError(
@@ -110,13 +111,20 @@ def _in_order(paths: Sequence[Path], parts: list[xr.Dataset]) -> xr.Dataset:
         )
     if (extra := np.setdiff1d(numbers, np.arange(runs))).size:
         raise ValueError(f"files: must have members below {runs}; received {in_words(extra)}")
+
+
+def _check_agreement(
+    paths: Sequence[Path], parts: list[xr.Dataset], found: list[np.ndarray]
+) -> None:
+    """ValueError for a member that two parts have differently."""
+    numbers, count = np.unique(np.concatenate(found), return_counts=True)
     for member in numbers[count > 1]:
-        found = np.flatnonzero(joined["member"].values == member)
-        rows = [joined.isel(member=row) for row in found]
+        having = [
+            (n, row) for n, each in enumerate(found) for row in np.flatnonzero(each == member)
+        ]
+        rows = [parts[n].isel(member=row) for n, row in having]
         if not all(row.identical(rows[0]) for row in rows):
-            where = np.repeat(range(len(parts)), [part.sizes["member"] for part in parts])[found]
             raise ValueError(
                 f"files: must agree in what they have both; received another member {member} in "
-                f"{paths[where[0]]} than in {paths[where[-1]]}"
+                f"{paths[having[0][0]]} than in {paths[having[-1][0]]}"
             )
-    return joined.isel(member=first)

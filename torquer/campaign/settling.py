@@ -7,10 +7,10 @@ first times are known to a part of a percent of the run's length at best.
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.residual import Residual, find_residual
+from torquer.analysis.residual import find_residual
 from torquer.analysis.series import first_at, times_above
 from torquer.base.strict_json import finite_or_none
-from torquer.campaign.contents import definition, signal_unit
+from torquer.campaign.contents import definition, member_blocks, series_of, signal_unit
 from torquer.campaign.statistics import quantile
 from torquer.simulation.results.dataset import flown_scenario
 
@@ -22,32 +22,36 @@ def settling(result: xr.Dataset, name: str) -> dict | None:
     above the limit again; `within_residual`: members in whose residual motion the limit lies, and
     `residual`: the median of its ends.
     """
-    (signal_name, what), series = definition(result, name), f"series.{name}"
+    (signal_name, what), series = definition(result, name), series_of(result, name)
     limit = what.get("settles_below")
-    if limit is None or series not in result:
+    if limit is None or series is None:
         return None
     t_s = np.asarray(result[series]["time"].values, dtype=float)
-    signal = result[series].transpose("time", "member").values.astype(float)
-    below = signal < limit
-    each = _residuals(result, t_s, signal, limit)
+    first_s, again, each, period_s = [np.zeros(0)], 0, [], _period_s(result)
+    for rows in member_blocks(result):
+        signal = result[series].isel(member=rows).transpose("time", "member").values.astype(float)
+        below = signal < limit
+        first_s.append(first_at(t_s, below))
+        again += int(np.count_nonzero(times_above(below)))
+        if period_s is not None:
+            each += [find_residual(t_s, one, limit, period_s) for one in signal.T]
     known = np.array([residual for residual in each if residual is not None])
     return {
         "below": float(limit),
         "unit": signal_unit(signal_name),
-        "first_median_s": finite_or_none(quantile(first_at(t_s, below), 0.5)),
-        "again": int(np.count_nonzero(times_above(below))),
+        "first_median_s": finite_or_none(quantile(np.concatenate(first_s), 0.5)),
+        "again": again,
         "within_residual": len(known),
         "residual": np.median(known, axis=0).tolist() if len(known) else None,
     }
 
 
-def _residuals(result: xr.Dataset, t_s, signal: np.ndarray, limit: float) -> list[Residual | None]:
-    """Of each member the motion within which the limit lies; none where no orbit is known."""
+def _period_s(result: xr.Dataset) -> float | None:
+    """The orbit's period; None where no orbit is known."""
     try:
-        period_s = flown_scenario(result).orbit.period_s
+        return flown_scenario(result).orbit.period_s
     except ValueError:  # of another version, or of a user's files that are gone
-        return []
-    return [find_residual(t_s, signal[:, n], limit, period_s) for n in range(signal.shape[1])]
+        return None
 
 
 def settling_in_words(found: dict, members: int, unit: str) -> str:

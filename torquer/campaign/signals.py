@@ -24,10 +24,9 @@ from torquer.scenario.spec import Scenario
 
 
 class Flown(NamedTuple):
-    """The motion of n members at r records.
+    """The motion of n members at r records, which may be a part of their flight.
 
-    `sun_inertial`: direction to the Sun; it may be None if no outcome uses it.
-    `coil_energy_j`, `peak_dipole_a_m2` (greatest dipole of one coil): totals of each run.
+    `b_inertial`, `sun_inertial` (direction to the Sun): they may be None if no outcome uses them.
     """
 
     t_s: np.ndarray
@@ -40,16 +39,13 @@ class Flown(NamedTuple):
     """(r, 3) [m]"""
     velocity_inertial: np.ndarray
     """(r, 3) [m/s]"""
-    b_inertial: np.ndarray
+    b_inertial: np.ndarray | None
     """(r, 3) [T]"""
     sun_inertial: np.ndarray | None
     """(r, 3)"""
-    coil_energy_j: np.ndarray
-    """(n,)"""
-    peak_dipole_a_m2: np.ndarray
-    """(n,)"""
     modes: Mapping[str, np.ndarray] | None = None
-    """Number of the state of each region, by region: (r, n); None if no outcome uses it."""
+    """Number of the state of each region, by region: (h + r, n), as states set what is kept later:
+    all that came before, records without a change left out; None if no outcome uses it."""
 
 
 class Axis(Spec):
@@ -111,8 +107,11 @@ def _held_by_members(scenario: Scenario, flown: Flown) -> Holding:
     if flown.modes is None:
         raise ValueError("modes: must be given for an attitude that depends on them; received none")
     count, members = flown.q_body_to_inertial.shape[:2]
+    length = max([count, *map(len, flown.modes.values())])
     each = [
-        held_over_time(scenario.control, {k: v[:, n] for k, v in flown.modes.items()}, count).which
+        held_over_time(
+            scenario.control, {k: v[:, n] for k, v in flown.modes.items()}, length
+        ).which[length - count :]
         for n in range(members)
     ]
     return Holding(attitudes_in_order(scenario.control), np.stack(each, axis=1))
@@ -131,10 +130,12 @@ def _direction(to, flown: Flown) -> np.ndarray:
         if flown.sun_inertial is None:
             raise ValueError("sun_inertial: must be given for the angle to the Sun; received None")
         return flown.sun_inertial
+    if to == "field":
+        if flown.b_inertial is None:
+            raise ValueError("b_inertial: must be given for the angle to the field; received None")
+        return flown.b_inertial
     if to == "nadir":
         return -r
     if to == "orbit_normal":
         return np.cross(r, v)
-    if to == "field":
-        return flown.b_inertial
     return np.tile(to, (len(flown.t_s), 1))

@@ -1,4 +1,5 @@
-"""The results of a campaign on the disk: a file for each chunk, joined at the end.
+"""The results of a campaign on the disk: a store that grows by a file for each chunk, joined at the
+end.
 
 Each file is written whole or not at all, so every file there is complete: a campaign whose process
 was killed continues with the chunks that are missing.
@@ -19,11 +20,12 @@ from torquer.base.user_code import check_unchanged
 from torquer.base.validate import as_storable
 from torquer.campaign.contents import outcome_unit, signal_unit
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
+from torquer.campaign.joining import in_blocks, numbers_in, write_blocks
 from torquer.campaign.outcomes import evaluate_success
 from torquer.campaign.provenance import check_same_provenance, provenance
 from torquer.scenario.keys import key_unit
 from torquer.simulation.results.dataset import law_attributes, part_attributes, versions
-from torquer.simulation.results.file import explain_errors, load, own_folder, save
+from torquer.simulation.results.file import explain_errors, lazily, load, own_folder, save
 from torquer.simulation.results.restore import are_one_run, check_version, scenario_in
 
 #: Name of the file of a chunk: its first member.
@@ -53,7 +55,7 @@ def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     how = [COMPLETE if text == COMPLETE else FAILED for text in chunk.ended]
     variables["how_it_ended"] = ("member", np.array(how))
     variables["ended"] = ("member", np.array([*map(as_storable, chunk.ended)]))
-    coordinates = {"member": chunk.members, "time": ("time", fleet.t_s[fleet.kept], {"units": "s"})}
+    coordinates = {"member": chunk.members, "time": ("time", fleet.kept_s, {"units": "s"})}
     made = xr.Dataset(variables, coordinates, campaign_attributes(fleet))
     for name in campaign.outcomes:
         made[name].attrs["units"] = outcome_unit(made, name)
@@ -158,7 +160,7 @@ def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
     """Members that have been flown, file by file; ValueError for one that cannot be continued."""
     alike: list = []
     for file in files_there(path):
-        data = load(file)
+        data = lazily(file) if file == path else load(file)
         if "member" not in data.coords or not data.sizes["member"] or "campaign" not in data.attrs:
             raise ValueError(f"to: must be the file of a campaign; received {file}")
         said = [data.attrs.get(key) for key in ALIKE]
@@ -195,27 +197,16 @@ def files_there(path: Path) -> list[Path]:
     return [*([path] if path.exists() else []), *chunks_there(path).values()]
 
 
-def join_chunks(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset:
-    """Chunks as one dataset, in the order of the members."""
-    whole = xr.concat(
-        parts, "member", data_vars="minimal", coords="minimal", compat="override",
-        join="override", combine_attrs="override",
-    )  # fmt: skip
-    return whole.assign_attrs(attributes)
-
-
 def finish_file(path: Path, members: np.ndarray, attributes: Mapping[str, str]) -> xr.Dataset:
     """Join the chunks of some members into the file of the campaign.
 
     Members that the file has already stay.
     """
-    parts = [load(file) for file in files_there(path)]
+    files = files_there(path)
+    found = [*map(numbers_in, files)]
     if path.exists():
-        members = np.union1d(members, parts[0]["member"].values)
-    whole = join_chunks(parts, attributes)
-    whole = whole.isel(member=np.unique(whole["member"].values, return_index=True)[1])
-    whole = whole.isel(member=np.isin(whole["member"].values, members))
-    missing = np.setdiff1d(members, whole["member"].values)
+        members = np.union1d(members, found[0])
+    missing = np.setdiff1d(members, np.concatenate([np.zeros(0, np.int64), *found]))
     if len(missing):
         there = len(members) - len(missing)
         raise ValueError(
@@ -223,7 +214,7 @@ def finish_file(path: Path, members: np.ndarray, attributes: Mapping[str, str]) 
             f"without {in_words(missing)}, whose chunks are gone from {chunks_folder(path)}: "
             "resume flies them again"
         )
-    save(whole, path)
+    whole = write_blocks(in_blocks(files, found, members, attributes), len(members), path)
     shutil.rmtree(chunks_folder(path), ignore_errors=True)
     return whole
 

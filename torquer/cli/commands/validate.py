@@ -28,6 +28,11 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         if campaign:
             check_own_parts(campaign, checked)
         size = checked_size(checked)
+        campaign_size = None
+        if campaign:
+            from torquer.campaign.size import checked_campaign_size
+
+            campaign_size = checked_campaign_size(checked, campaign, size)
     except ValueError as error:
         if not json:
             raise
@@ -48,12 +53,13 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         data["executes"] = sorted(map(str, executed))
         if (error_m := _interpolation_error_m(checked)) is not None:
             data["interpolation_error_m"] = error_m
-        if campaign:
+        if campaign and campaign_size:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
+            data["campaign_size"] = campaign_size._asdict()
         data["unnoticed_faults"] = unnoticed._asdict()
         print(json_text(data | {"modes": [each._asdict() for each in found]}))
         return 0
-    _show(checked, campaign, size, executed, found)
+    _show(checked, campaign, (size, campaign_size), executed, found)
     for line in lines_of(unnoticed):
         print(f"faults: {line}")
     for note in notes:
@@ -70,11 +76,11 @@ def _interpolation_error_m(scenario) -> float | None:
     return scenario.orbit.interpolation_error_m(scenario.start, 0.0, scenario.length_s)
 
 
-def _show(scenario, campaign, size, executed: dict, found: list) -> None:
+def _show(scenario, campaign, sizes: tuple, executed: dict, found: list) -> None:
     from torquer.environment.orbit import FileOrbit
     from torquer.simulation.setup.size import bytes_text, time_text
 
-    length = time_text(scenario.length_s)
+    length, (size, campaign_size) = time_text(scenario.length_s), sizes
     print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
     print(
         f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
@@ -86,6 +92,7 @@ def _show(scenario, campaign, size, executed: dict, found: list) -> None:
         print(compiling.AHEAD)
     if campaign:
         print(f"campaign: {campaign.in_words}")
+        print(f"campaign: {campaign_size.in_words}")
     for file, keys in executed.items():
         places = ", ".join(key.removesuffix(".file") for key in keys)
         print(harmless(f"executes {file} ({places}); --no-user-code refuses it"))

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from torquer.campaign.contents import failed_in, member_numbers, signal_unit
+from torquer.campaign.contents import failed_in, member_numbers, names_by_role, signal_unit
 from torquer.campaign.summary import with_unit
 from torquer.report.campaign.shared import is_wide, literal
 from torquer.report.common.colours import BLUE, ORANGE, PINK, RED
@@ -15,15 +15,22 @@ from torquer.report.common.scales import clock_for
 
 #: Parts of the members between which bands lie.
 PARTS = (0.05, 0.25, 0.5, 0.75, 0.95)
+#: Numbers of a signal that are in memory at once.
+_MOST = 1 << 24
 
 
 def series_by_signal(result: xr.Dataset) -> list[list[str]]:
-    """Names of the outcomes that have a series, those of one signal together."""
+    """Names of the outcomes whose signal is kept over time, those of one signal together.
+
+    The first of each has the series.
+    """
     groups: dict[str, list[str]] = {}
-    for variable in result.data_vars:
-        if result[variable].attrs.get("role") == "series":
-            name = str(variable).removeprefix("series.")
-            groups.setdefault(_signal_text(result, name), []).append(name)
+    for variable in names_by_role(result, "series"):
+        name = variable.removeprefix("series.")
+        groups.setdefault(_signal_text(result, name), []).append(name)
+    for name in names_by_role(result, "outcome"):
+        if name not in (names := groups.get(_signal_text(result, name), [name])):
+            names.append(name)
     return list(groups.values())
 
 
@@ -31,7 +38,8 @@ def _signal_text(result: xr.Dataset, name: str) -> str:
     """A text that identifies the signal of an outcome."""
     if name in result and "signal" in result[name].attrs:
         return result[name].attrs["signal"]
-    return str(result[f"series.{name}"].attrs.get("long_name", name))
+    series = f"series.{name}"
+    return str(result[series].attrs.get("long_name", name)) if series in result else name
 
 
 def percentiles(series: np.ndarray, parts=PARTS) -> np.ndarray:
@@ -44,6 +52,16 @@ def percentiles(series: np.ndarray, parts=PARTS) -> np.ndarray:
     return ordered[np.clip(places, 0, len(series) - 1)]
 
 
+def bands_of(variable: xr.DataArray, members: np.ndarray, instants: np.ndarray) -> np.ndarray:
+    """Percentiles [parts, time] of a stored signal over some members at some of its instants."""
+    at_once, found = max(1, _MOST // variable.sizes["member"]), []
+    for first in range(0, int(instants[-1]) + 1, at_once):
+        asked = instants[(instants >= first) & (instants < first + at_once)] - first
+        part = variable.isel(time=slice(first, first + at_once)).values
+        found.append(percentiles(part[members][:, asked]))
+    return np.concatenate(found, axis=1)
+
+
 def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | None:
     """Bands of the signal that outcomes are taken from, and the worst member of each outcome.
 
@@ -54,8 +72,8 @@ def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | 
     t_s = result["time"].values.astype(float)
     if not len(rows) or not len(t_s):
         return None
-    series = variable.values[rows]
-    clock, found = clock_for(float(t_s[-1] - t_s[0])), percentiles(series)
+    clock = clock_for(float(t_s[-1] - t_s[0]))
+    found = bands_of(variable, rows, np.arange(len(t_s)))
     title = str(variable.attrs.get("long_name", names[0]))
     figure = sheet(7.2, 3.9, f"{title} · {summary['name']}")
     axes = place(figure, 0.75, 0.75, 6.2, 2.6)
@@ -67,7 +85,7 @@ def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | 
         *axes.plot(t, found[2], color=BLUE, lw=1.5, label="median"),
     ]
     for row, label, colour in worst_lines(result, summary, names):
-        handles += axes.plot(t, variable.values[row], color=colour, lw=1.0, label=label)
+        handles += axes.plot(t, variable.isel(member=row).values, color=colour, lw=1.0, label=label)
     axes.set_yscale("log" if is_wide(found) else "linear")
     axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL)

@@ -14,7 +14,7 @@ from torquer.campaign.contents import (
     missing_as_worst,
 )
 from torquer.campaign.summary import correlations, percent, with_unit
-from torquer.report.campaign.bands import percentiles, series_unit, worst_lines
+from torquer.report.campaign.bands import bands_of, series_unit, worst_lines
 from torquer.report.campaign.convergence import mean_title
 from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
@@ -91,13 +91,12 @@ def bands_figure(result: xr.Dataset, summary: dict, names: list[str]) -> dict:
     t_s = result["time"].values.astype(float)
     rows = np.unique(np.linspace(0, len(t_s) - 1, _MOST_INSTANTS).astype(int))
     clock = clock_for(float(t_s[-1] - t_s[0]))
-    t, values = t_s[rows] / clock.seconds, variable.values[:, rows]
-    found = percentiles(values[~failed_in(result)])
+    t, found = t_s[rows] / clock.seconds, bands_of(variable, ~failed_in(result), rows)
     data = [*band(t, found[0], found[4], "5 to 95 %", BLUE, 0.18),
             *band(t, found[1], found[3], "25 to 75 %", BLUE, 0.3),
             line(t, found[2], "median", BLUE, 2.0)]  # fmt: skip
     for row, label, colour in worst_lines(result, summary, names):
-        data.append(line(t, values[row], label, colour, 1.2))
+        data.append(line(t, variable.isel(member=row).values[rows], label, colour, 1.2))
     title = with_unit(str(variable.attrs.get("long_name", names[0])),
                       series_unit(result, names[0]))  # fmt: skip
     y_axis = axis(title, type=_scale(found), hoverformat=".4~g")

@@ -14,14 +14,21 @@ from torquer.simulation.lanes.packing import Packed, pack_member
 from torquer.simulation.lanes.wheels import drive_wheels, own_space, same_allocation
 from torquer.simulation.loop.computers import Boards, make_boards, same_computers, sensed_places
 from torquer.simulation.loop.members import END, RUNNING, STREAMS, Many
-from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS
+from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS, Plan
 from torquer.simulation.loop.step import NO_READERS, Loop, run_steps, with_readers
-from torquer.simulation.propagate.interval import IN_LANES, LOOK_ONLY, Problem, propagate
+from torquer.simulation.propagate.adaptive import Auto
+from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
+from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.setup.prepare import first_rods
 from torquer.simulation.setup.run import Piece, Run, make_environments, tabulate_piece
 from torquer.simulation.setup.signals import noted_signals
 
 _MOTION = 7
+#: Records of members that are in memory at most, and pieces that are kept.
+RECORDS, PIECES = 2048, 64
+#: Is given what members have flown: their rows, the number of the first record, attitudes and rates
+#: (r, 7, n) at the records from there on.
+Take = Callable[[slice, int, np.ndarray], None]
 
 
 class FlownLanes(NamedTuple):
@@ -35,8 +42,21 @@ class FlownLanes(NamedTuple):
     """(n,): whether they ended early"""
 
 
+class _Batch(NamedTuple):
+    """Members side by side, where they stand: what the loop works on between two pieces."""
+
+    rows: slice
+    plan: Plan
+    integrator: Auto | Rk4 | Splitting
+    members: Many
+    moving: Many
+    boards: Boards
+    at: np.ndarray
+    local: np.ndarray
+
+
 class Pieces:
-    """The pieces of runs on one orbit: each is made once, for all members."""
+    """The pieces of runs on one orbit: each of the first ones is made once, for all members."""
 
     def __init__(self, run: Run):
         self._run, self._known = run, {run.piece.first: run.piece}
@@ -47,29 +67,43 @@ class Pieces:
 
     def at(self, first: int) -> Piece:
         """The piece that begins at a step."""
-        if first not in self._known:
-            run, last = self._run, min(first + self._run.piece_steps, self._run.steps)
-            self._known[first] = tabulate_piece(run.scenario, run.plan, first, last)
-        return self._known[first]
+        if (known := self._known.get(first)) is not None:
+            return known
+        run, last = self._run, min(first + self._run.piece_steps, self._run.steps)
+        piece = tabulate_piece(run.scenario, run.plan, first, last)
+        if len(self._known) < PIECES:
+            self._known[first] = piece
+        return piece
 
 
-def _has_own_torques(run: Run) -> bool:
-    return run.scenario.disturbance is not None and bool(run.scenario.disturbance.own)
+def _has_own_torques(scenario: Scenario) -> bool:
+    return scenario.disturbance is not None and bool(scenario.disturbance.own)
 
 
-#: What members are flown alone for, and whether a run has it.
-_ALONE: dict[str, Callable[[Run], bool]] = {
-    "an integrator that splits the motion": lambda run: type(run.integrator) not in IN_LANES,
-    "coils driven by pulse-width modulation": lambda run: run.plan.plant.coils.pwm_period_s > 0.0,
-    "a law in plain Python": lambda run: run.library is None and not run.blocks.compiled,
+def _has_pulses(scenario: Scenario) -> bool:
+    coils = scenario.spacecraft.coils
+    return coils is not None and coils.pwm_period_s is not None
+
+
+#: What members are flown alone for, and whether a scenario has it.
+_ALONE: dict[str, Callable[[Scenario], bool]] = {
+    "an integrator that splits the motion": lambda s: s.simulation.integrator == "splitting",
+    "coils driven by pulse-width modulation": _has_pulses,
     "torques of the user's own": _has_own_torques,
-    "a sensor of the user's own": lambda run: run.scenario.spacecraft.own_sensor is not None,
+    "a sensor of the user's own": lambda s: s.spacecraft.own_sensor is not None,
 }
 
 
 def why_not_in_lanes(run: Run) -> str:
     """Why a run cannot be flown next to others; "" if it can."""
-    return next((f"they have {what}" for what, has_it in _ALONE.items() if has_it(run)), "")
+    return why_alone(run.scenario, run.library is None and not run.blocks.compiled)
+
+
+def why_alone(scenario: Scenario, in_python: bool) -> str:
+    """Why runs of a scenario cannot be flown side by side; `in_python`: a law is not compiled."""
+    if in_python:
+        return "they have a law in plain Python"
+    return next((f"they have {what}" for what, has_it in _ALONE.items() if has_it(scenario)), "")
 
 
 def first_rate(numbers: np.ndarray) -> float:
@@ -143,12 +177,35 @@ class Lanes:
         return theirs if same else None
 
     def fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
-        """Fly members (n, size), `LANES` at a time; the last ones fill the last lanes."""
-        parts = [
-            self._fly(numbers[first : first + LANES], seeds[first : first + LANES])
-            for first in range(0, len(numbers), LANES)
-        ]
-        return FlownLanes(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+        """Fly members (n, size), with their whole motion in memory."""
+        records = self.run.steps // self.plan.record_steps + 1
+        motion = np.zeros((records, _MOTION, len(numbers)))
+
+        def keep(rows: slice, first: int, part: np.ndarray) -> None:
+            motion[first : first + len(part), :, rows] = part
+
+        return FlownLanes(motion, *self.fly_in_parts(numbers, seeds, keep))
+
+    def fly_in_parts(
+        self, numbers: np.ndarray, seeds: np.ndarray, take: Take
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Fly members (n, size), `LANES` at a time; states at the end, and who ended early (n,).
+
+        The last ones fill the last lanes. All fly a piece of the run before the first fly the next
+        one, so its tables are made once for them; and `take` is given what each `LANES` have flown
+        before `RECORDS` of their records are full: memory does not depend on the length.
+        """
+        run, plan = self.run, self.plan
+        parts = [slice(k, min(k + LANES, len(numbers))) for k in range(0, len(numbers), LANES)]
+        batches = [self._batch(rows, numbers[rows], seeds[rows]) for rows in parts]
+        kept = np.zeros((min(run.steps // plan.record_steps + 1, RECORDS), _MOTION, LANES))
+        for first in range(0, run.steps, run.piece_steps):
+            piece = self.pieces.at(first)
+            for batch in batches:
+                self._fly_piece(batch, piece, kept, take)
+        states = [_states(each) for each in batches]
+        failed = [each.members.ends["how"][: _count(each)] != RUNNING for each in batches]
+        return np.concatenate(states), np.concatenate(failed)
 
     def _boards(self, numbers: np.ndarray) -> Boards:
         """Boards of members (n, size) whose computers work one by one; of none for the others."""
@@ -161,43 +218,66 @@ class Lanes:
         sensed = sensed_places(self.plan.timetable)
         return make_boards(state, parameters, memory, sensed)
 
-    def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
-        run, count = self.run, len(numbers)
-        plan, integrator = own_space(self.plan, run.integrator)
-        fill = np.minimum(np.arange(LANES), count - 1)
+    def _batch(self, rows: slice, numbers: np.ndarray, seeds: np.ndarray) -> _Batch:
+        """Members at their start, at most `LANES`."""
+        plan, integrator = own_space(self.plan, self.run.integrator)
+        fill = np.minimum(np.arange(LANES), len(numbers) - 1)
         cells = np.ascontiguousarray(numbers[fill].T).ravel()
         seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
-        kept = np.zeros((run.steps // plan.record_steps + 1, _MOTION, LANES))
-        drawn, boards = np.zeros((STREAMS, 3, LANES)), self._boards(numbers[fill])
-        at, local = np.zeros(AT_CELLS, np.int64), np.zeros(LOCAL_CELLS)
-        rest = (seeds, drawn, ends, LANES)
+        rest = (seeds, np.zeros((STREAMS, 3, LANES)), ends, LANES)
         members = Many(self.packed.of_loop, cells, plan.plant, *rest)
-        moving = Many(self.packed.of_dynamics, cells, run.dynamics, *rest)
-        for first in range(0, run.steps, run.piece_steps):
-            piece = self.pieces.at(first)
-            problem = Arguments(
-                Problem(integrator, moving, piece.moving, local, plan.step_s, plan.record_steps)
+        moving = Many(self.packed.of_dynamics, cells, self.run.dynamics, *rest)
+        at, local = np.zeros(AT_CELLS, np.int64), np.zeros(LOCAL_CELLS)
+        return _Batch(
+            *(rows, plan, integrator, members, moving),
+            *(self._boards(numbers[fill]), at, local),
+        )
+
+    def _fly_piece(self, batch: _Batch, piece: Piece, kept: np.ndarray, take: Take) -> None:
+        """Fly on to the end of a piece; `kept`: place for records, each at its number modulo its
+        length."""
+        run, plan, at, count = self.run, batch.plan, batch.at, _count(batch)
+        problem = Arguments(
+            Problem(
+                *(batch.integrator, batch.moving, piece.moving, batch.local),
+                *(plan.step_s, plan.record_steps),
             )
-            compiled = propagate.address(problem)
-            loop = Loop(
-                *(plan, piece.tables, members, boards, at, local, kept, NO_READERS),
-                *(0, compiled, problem.address),
-            )
-            if len(plan.plant.rotors.rows):
-                loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
-            arguments = Arguments(with_readers(loop))
-            while at[0] < piece.last:
+        )
+        loop = Loop(
+            *(plan, piece.tables, batch.members, batch.boards, at, batch.local, kept, NO_READERS),
+            *(0, propagate.address(problem), problem.address),
+        )
+        if len(plan.plant.rotors.rows):
+            loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
+        arguments, most = Arguments(with_readers(loop)), len(kept) * plan.record_steps
+        for first in range(piece.first, piece.last, most):
+            last = min(first + most, piece.last)
+            while at[0] < last:
                 if noted_signals().asked:
                     raise KeyboardInterrupt
-                run_steps(arguments, piece.last)
-        propagate(problem, run.steps, run.steps, LOOK_ONLY)
-        ended = np.ascontiguousarray(
-            cells.reshape(-1, LANES)[CELLS_AT : CELLS_AT + len(CELLS.names)].T
-        )
-        if run.steps % plan.record_steps == 0:
-            kept[-1] = ended[:, :_MOTION].T
-        states = ended.view(CELLS)[:, 0]
-        return FlownLanes(kept[..., :count], states[:count], (ends["how"] != RUNNING)[:count])
+                run_steps(arguments, last)
+            records = np.arange(first // plan.record_steps, -(-last // plan.record_steps))
+            take(batch.rows, int(records[0]), kept[records % len(kept), :, :count])
+        if piece.last == run.steps:
+            propagate(problem, run.steps, run.steps, LOOK_ONLY)
+            if run.steps % plan.record_steps == 0:
+                motion = _lanes_of(batch)[:count, :_MOTION].T
+                take(batch.rows, run.steps // plan.record_steps, motion[None].copy())
+
+
+def _count(batch: _Batch) -> int:
+    return batch.rows.stop - batch.rows.start
+
+
+def _lanes_of(batch: _Batch) -> np.ndarray:
+    """The numbers of `CELLS` of each lane (LANES, k)."""
+    rows = batch.members.cells.reshape(-1, LANES)[CELLS_AT : CELLS_AT + len(CELLS.names)]
+    return np.ascontiguousarray(rows.T)
+
+
+def _states(batch: _Batch) -> np.ndarray:
+    """The members' states (n,) of `CELLS`."""
+    return _lanes_of(batch).view(CELLS)[: _count(batch), 0]
 
 
 def _functions(run: Run) -> list[Callable]:

@@ -49,7 +49,10 @@ def record_row(plan, state, coils, step, record):
 
 
 def record_members(members, plan, step, record):
-    """Record this instant: of one satellite a row, of several their attitudes and rates."""
+    """Record this instant: of one satellite a row, of several their attitudes and rates.
+
+    Each at its number modulo the length of the record.
+    """
     state = members.member.state
     record_row(plan, state, state.coils, step, record)
 
@@ -60,7 +63,7 @@ def _record_members(members, plan, step, record):
         return record_members
 
     def in_lanes(members, plan, step, record):
-        place = step // plan.record_steps
+        place = step // plan.record_steps % record.shape[0]
         for lane in range(members.lanes):
             x = read_motion(member_in(members, lane).state.cells)
             for k in range(4):

@@ -100,7 +100,7 @@ def lazily(path) -> xr.Dataset:
     """A stored result whose numbers are read when they are asked for, and not kept in memory."""
     from torquer.simulation.results import netcdf
 
-    path = Path(path)
+    path = _in_folder(Path(path))
     check(path)
     with _read(path):
         with path.open("rb") as raw:
@@ -185,6 +185,22 @@ def join(first, others: Iterable, grow) -> None:
             _reserve(file, unfinished.stat().st_size, room)
         for other in others:
             grow(unfinished, load(other))
+        _seal(unfinished)
+
+
+def save_in_parts(first: xr.Dataset, others: Iterable, path, how: dict, grow, times: float) -> None:
+    """Write a result part by part, of which one is in memory at a time; all of it or nothing.
+
+    `how`: the first part is written so; `grow(path, part)` appends one; `times`: by how much the
+    whole is longer than the first, for which the disk has room before it grows.
+    """
+    with replacing(Path(path)) as unfinished:
+        save(first, unfinished, how)
+        size = unfinished.stat().st_size
+        with unfinished.open("r+b") as file:
+            _reserve(file, size, int(size * times) + OVERHEAD)
+        for part in others:
+            grow(unfinished, part)
         _seal(unfinished)
 
 

@@ -23,7 +23,7 @@ _ROW, _ROW_WHEELS, _ROW_WHEEL, _ROW_BELIEVED = 49, 3, 3, 6
 _COPIES = 3
 #: Memory [byte] of the package and what it computes with; while tables are made, of those of a
 #: revolution or, exact, of a step.
-_BASE_BYTES, _REVOLUTION_BYTES, _EXACT_BYTES = 3e8, 1e6, 2e3
+BASE_BYTES, _REVOLUTION_BYTES, _EXACT_BYTES = 3e8, 1e6, 2e3
 #: Computing time [s]: of a step by its integrator, with wheels, air or what else disturbs; of a
 #: reading and its laws, with wheels, in plain Python; of tables by the revolution or, exact, by the
 #: step; of a row.
@@ -72,14 +72,18 @@ def estimate_size(scenario: Scenario, compiled: bool = True) -> Size:
     steps, simulation = scenario.steps(), scenario.simulation
     rows = steps // whole_steps("record_s", simulation.record_s, scenario.grid_s) + 1
     row_bytes, piece = 8.0 * row_numbers(scenario), min(steps, piece_steps(scenario))
-    revolutions = piece * scenario.grid_s / scenario.orbit.period_s
-    tables = _REVOLUTION_BYTES * revolutions
-    if scenario.environment.table_tolerance == 0.0:
-        tables = _EXACT_BYTES * piece
-    of_a_piece = _BASE_BYTES + tables + _COPIES * row_bytes * min(rows, piece * rows / steps)
+    copies = _COPIES * row_bytes * min(rows, piece * rows / steps)
+    of_a_piece = BASE_BYTES + table_bytes(scenario, piece) + copies
     in_memory = of_a_piece + (2.0 * row_bytes * rows if steps > piece else 0.0)
-    seconds = _computing_s(scenario, steps, rows, compiled)
+    seconds = stepping_s(scenario, compiled) + tables_s(scenario) + _ROW_S * rows
     return Size(steps, rows, of_a_piece, in_memory, row_bytes * rows, seconds)
+
+
+def table_bytes(scenario: Scenario, steps: int) -> float:
+    """Memory [byte] of the tables of so many steps while they are made."""
+    if scenario.environment.table_tolerance == 0.0:
+        return _EXACT_BYTES * steps
+    return _REVOLUTION_BYTES * steps * scenario.grid_s / scenario.orbit.period_s
 
 
 def row_numbers(scenario: Scenario) -> int:
@@ -105,8 +109,10 @@ def _estimators(scenario: Scenario) -> list:
     return [scenario.control.estimator, *scenario.control.estimators.values()]
 
 
-def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> float:
+def stepping_s(scenario: Scenario, compiled: bool) -> float:
+    """Computing time [s] of the steps of a run; `compiled`: whether its laws are."""
     craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
+    steps = scenario.steps()
     duration_s = steps * scenario.grid_s
     readings = duration_s / control.cycle_s * control.steps_in_cycle
     readings += sum(duration_s / interval_s for interval_s in _own_intervals_s(scenario))
@@ -120,10 +126,14 @@ def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> f
     step_s += _WHEELS_S if craft.wheels or disturbed else 0.0
     reading_s = _READING_S + (_WHEELS_READING_S if craft.wheels else 0.0)
     reading_s += 0.0 if compiled else _PYTHON_S
-    tables_s = _REVOLUTION_S * duration_s / scenario.orbit.period_s
+    return step_s * taken + reading_s * readings
+
+
+def tables_s(scenario: Scenario) -> float:
+    """Computing time [s] of the tables of a run."""
     if scenario.environment.table_tolerance == 0.0:
-        tables_s = _EXACT_S * steps
-    return step_s * taken + reading_s * readings + tables_s + _ROW_S * rows
+        return _EXACT_S * scenario.steps()
+    return _REVOLUTION_S * scenario.length_s / scenario.orbit.period_s
 
 
 def _own_intervals_s(scenario: Scenario) -> list[float]:

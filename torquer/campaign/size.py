@@ -1,0 +1,144 @@
+"""How large a campaign is: time, memory, disk; and that it fits on the disk.
+
+The costs were measured on two cores of a 2020s server; they are meant to a factor of three, as
+those of a run are. Whether members fly side by side follows from the scenario and from the keys
+that vary as far as that is plain without preparing them.
+"""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+from torquer.base.cores import cores
+from torquer.campaign.fleet import MOST_INSTANTS, MOTION_KEYS, PARTS, own_environment
+from torquer.campaign.fly import CHUNK
+from torquer.campaign.joining import BLOCK
+from torquer.campaign.outcomes import needs_modes, outcomes_with_series
+from torquer.campaign.spec import Campaign
+from torquer.compile.lanes import LANES
+from torquer.scenario.spec import Scenario, whole_steps
+from torquer.simulation.lanes.group import PIECES, RECORDS, why_alone
+from torquer.simulation.setup.prepare import make_blocks
+from torquer.simulation.setup.size import (
+    BASE_BYTES,
+    Size,
+    bytes_text,
+    free_disk,
+    piece_steps,
+    stepping_s,
+    table_bytes,
+    tables_s,
+    time_text,
+)
+
+#: Time of a member's steps in lanes, over that alone.
+_IN_LANES = 0.25
+#: Time [s] of a member's start in lanes, where more than its motion varies too, and alone; of a
+#: record and its signal; of a chunk on the disk and when it is joined.
+_MOTION_S, _VARIED_S, _ALONE_S, _RECORD_S, _CHUNK_S = 1e-4, 1.3e-3, 5e-3, 3e-7, 0.03
+#: Numbers of a record in lanes while signals are taken from it; along the orbit.
+_NUMBERS, _ALONG = 40, 13
+#: Bytes of a member besides its numbers: number, seed, how it ended; while all are looked at.
+_MEMBER_BYTES, _LOOKED_AT_BYTES = 80, 500
+#: What is kept of the memory in which tables are made.
+_TABLES_KEPT = 0.1
+#: Copies of a block of members while it is joined.
+_COPIES = 4
+
+
+class CampaignSize(NamedTuple):
+    """What a campaign takes: seconds of so many workers at once, bytes.
+
+    `why_alone`: why members fly one by one; "" if they fly side by side. `disk_bytes`: of
+    campaign.nc; while it is made the chunks take as much again.
+    """
+
+    runs: int
+    workers: int
+    why_alone: str
+    computing_s: float
+    memory_bytes: float
+    disk_bytes: float
+
+    @property
+    def in_words(self) -> str:
+        """Memory, disk and time as a line."""
+        together = f"one by one ({self.why_alone})" if self.why_alone else f"{LANES} at a time"
+        workers = f"{self.workers} worker{'s' if self.workers > 1 else ''}"
+        return (
+            f"campaign.nc of about {bytes_text(self.disk_bytes)}, twice while it is made; about "
+            f"{bytes_text(self.memory_bytes)} of memory and {time_text(self.computing_s)} of "
+            f"{workers}, members {together}"
+        )
+
+
+def checked_campaign_size(scenario: Scenario, campaign: Campaign, run: Size) -> CampaignSize:
+    """The size of a campaign, and of its runs `run`; ValueError if the disk here has no room."""
+    size = estimate_campaign(scenario, campaign, run, make_blocks(scenario).compiled)
+    if 2.0 * size.disk_bytes > (there := free_disk(Path().absolute())):
+        raise ValueError(
+            f"campaign.runs: {campaign.runs} members must fit in the {bytes_text(there)} that are "
+            f"free here; received a result of about {bytes_text(size.disk_bytes)}, for a while "
+            "twice on the disk"
+        )
+    return size
+
+
+def estimate_campaign(
+    scenario: Scenario, campaign: Campaign, run: Size, compiled: bool
+) -> CampaignSize:
+    """Estimate for a campaign with a worker a core; `run`: of one of its runs alone."""
+    why = _why_alone(scenario, campaign, compiled)
+    workers = min(cores(), math.ceil(campaign.runs / CHUNK))
+    member_s = _member_s(scenario, campaign, run, compiled, bool(why))
+    tables = tables_s(scenario) * (1.0 if not why else 0.0)
+    chunks = math.ceil(campaign.runs / CHUNK)
+    made_again = max(0.0, 1.0 - PIECES / math.ceil(run.steps / piece_steps(scenario)))
+    seconds = campaign.runs * member_s + chunks * (_CHUNK_S + made_again * tables) + tables
+    of_member = member_bytes(campaign, run)
+    memory = BASE_BYTES + workers * _worker_bytes(scenario, run, bool(why))
+    memory += _shared_bytes(scenario, run)
+    memory += _COPIES * of_member * min(campaign.runs, BLOCK) + _LOOKED_AT_BYTES * campaign.runs
+    disk = of_member * campaign.runs
+    return CampaignSize(campaign.runs, workers, why, seconds / workers, memory, disk)
+
+
+def _why_alone(scenario: Scenario, campaign: Campaign, compiled: bool) -> str:
+    if own := own_environment(campaign):
+        return f"{own[0]} varies"
+    if needs_modes(campaign.outcomes, scenario):
+        return "attitude_error_deg depends on the modes"
+    return why_alone(scenario, not compiled)
+
+
+def _member_s(scenario: Scenario, campaign: Campaign, run: Size, compiled: bool, alone) -> float:
+    records_s = _RECORD_S * run.rows * max(1, len(outcomes_with_series(campaign.outcomes)))
+    steps_s = stepping_s(scenario, compiled)
+    if alone:
+        return _ALONE_S + tables_s(scenario) + steps_s + records_s
+    started_s = _MOTION_S if MOTION_KEYS.issuperset(campaign.varied_keys) else _VARIED_S
+    return started_s + _IN_LANES * steps_s + records_s
+
+
+def member_bytes(campaign: Campaign, run: Size) -> float:
+    """Bytes of a member in a file: what it drew, its outcomes, and its signals over time."""
+    signals = len(outcomes_with_series(campaign.outcomes))
+    numbers = campaign.unit_numbers + len(campaign.varied_keys) + len(campaign.outcomes)
+    return _MEMBER_BYTES + 8.0 * numbers + 4.0 * signals * min(run.rows, MOST_INSTANTS)
+
+
+def _worker_bytes(scenario: Scenario, run: Size, alone: bool) -> float:
+    """Memory of a worker: of a run alone, or of those side by side, with tables of a piece."""
+    if alone:
+        return run.memory_bytes - BASE_BYTES
+    records = min(run.rows, RECORDS)
+    tables = table_bytes(scenario, min(run.steps, piece_steps(scenario)))
+    return 8.0 * LANES * _NUMBERS * records + tables
+
+
+def _shared_bytes(scenario: Scenario, run: Size) -> float:
+    """Memory of what is tabulated for all members: the orbit's pieces, and records along it."""
+    record = whole_steps("record_s", scenario.simulation.record_s, scenario.grid_s)
+    steps = min(run.steps, PIECES * piece_steps(scenario))
+    along = 8.0 * _ALONG * min(run.steps // record + 1, PARTS * RECORDS)
+    return _TABLES_KEPT * table_bytes(scenario, steps) + along
