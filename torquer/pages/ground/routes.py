@@ -35,7 +35,7 @@ from torquer.ground.live import Listener, Live, message_text
 from torquer.ground.plan import has_plan
 from torquer.ground.spool import PATIENCE_S
 from torquer.pages.browser import scene
-from torquer.pages.browser.files import answer_missing, json_object, serve_files
+from torquer.pages.browser.files import answer_failure, answer_missing, json_object, serve_files
 from torquer.pages.ground.alarm_routes import alarm_routes
 from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of, whole
 from torquer.pages.ground.history_routes import history_routes
@@ -93,6 +93,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             HTTPException: answer_missing,
             ArchiveError: _unreadable,
             sqlite3.Error: _unreadable,
+            Exception: answer_failure,
         },
         lifespan=lifespan,
     )
