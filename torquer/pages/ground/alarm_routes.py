@@ -8,7 +8,7 @@ import sqlite3
 from collections.abc import Callable, Mapping
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -21,7 +21,8 @@ from torquer.ground.alarms import LONGEST_SHELF_S
 from torquer.ground.contact import Contact
 from torquer.ground.log_search import SEVERITIES, LogQuery, search
 from torquer.ground.pieces import plain_cell
-from torquer.ground.violations import stored_violations
+from torquer.ground.span import refuse_reversed
+from torquer.ground.violations import MOST
 from torquer.pages.browser.files import json_object
 from torquer.pages.ground.asked import contact_of, made_by, read_archive, whole
 from torquer.scenario.explain import ScenarioError, validate_tables
@@ -91,6 +92,7 @@ class _Span(Spec):
     """Last time [ms since 1970]."""
     size: int = Field(default=500, ge=1, le=_MOST_ROWS)
     """How many at most."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 class _Search(_Span):
