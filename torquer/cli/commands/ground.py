@@ -28,6 +28,7 @@ from torquer.cli.output import (
 from torquer.cli.process import FAILED_CODE
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
+from torquer.cli.running_ground import note_what_waits
 #: Short name of a satellite without a ground file.
 NAME = "satellite"
 #: The port of the page unless another is given.
@@ -440,3 +441,4 @@ for _file, _names in _OTHERS.items():
         )
         _help = read_help(_file, _name)
         app.command(_place, name=_name, help=_help, help_epilogue=_epilogue)
+    note_what_waits(archive)
