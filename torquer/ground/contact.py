@@ -72,7 +72,7 @@ class Contact:
         try:
             self.link: Link = connect(satellite.link, self.dictionary)
         except ValueError as error:
-            raise ValueError(f"{self.key}.link: {error}") from None
+            raise ValueError(f"satellites.{self.key}.link: {error}") from None
         try:
             self.spool = Spool(folder / f"{satellite.key}.sqlite", self.dictionary)
         except BaseException:
