@@ -3,11 +3,13 @@
 import json
 import os
 import signal
+import socket
 import sqlite3
 import subprocess
 import sys
+import threading
 import urllib.request
-from contextlib import closing
+from contextlib import closing, suppress
 
 import pytest
 from archived import WrittenAtOnce
@@ -65,7 +67,8 @@ def alarmed(tmp_path):
 
 def test_alarms_are_listed_from_the_archive(call, alarmed, capsys):
     capsys.readouterr()
-    code, out, _ = call("alarms", "--folder", alarmed, "--log")
+    code, out, err = call("alarms", "--folder", alarmed, "--log")
+    assert err == "note: sat.sqlite alone is read: no ground that writes it answers\n"
     current, switched_off, head, *log = out.splitlines()
     assert code == 0 and head == "out-of-limits log:" and len(log) == 2
     assert current.startswith(
@@ -323,6 +326,46 @@ def test_without_a_running_ground_there_is_one_line(call, tmp_path):
     assert code == 2 and "--folder: must be that of a running ground" in err
 
 
+OTHERS = {
+    "no HTTP": b"SSH-2.0-x\r\n",
+    "nothing": b"",
+    "a page": b"HTTP/1.1 200 OK\r\nContent-Length: 4\r\n\r\n<a/>",
+    "other JSON": b"HTTP/1.1 200 OK\r\nContent-Length: 3\r\n\r\n[5]",
+    "not all of it": b"HTTP/1.1 200 OK\r\nContent-Length: 99\r\n\r\n[",
+    "a refusal, not all of it": b"HTTP/1.1 500 No\r\nContent-Length: 99\r\n\r\n[",
+}
+
+
+@pytest.mark.parametrize("what", sorted(OTHERS))
+def test_where_a_killed_ground_was_another_program_may_answer(call, alarmed, what):
+    def answer():
+        with suppress(OSError):
+            while True:
+                with server.accept()[0] as end, suppress(OSError):
+                    end.recv(9999)
+                    end.sendall(OTHERS[what])
+
+    with closing(socket.create_server(("127.0.0.1", 0))) as server:
+        threading.Thread(target=answer, daemon=True).start()
+        address = f"http://127.0.0.1:{server.getsockname()[1]}/?token=x"
+        (alarmed / "server.json").write_text(json.dumps({"address": address}))
+        code, _, err = call("send", "automatic", "on=ON", "--folder", alarmed)
+        assert code == 2 and "--folder: must be that of a running ground; " in err
+        assert err.count("\n") == 1
+        code, out, err = call("alarms", "--folder", alarmed)
+        assert code == 0 and len(out.splitlines()) == 2
+        assert err == "note: sat.sqlite alone is read: no ground that writes it answers\n"
+        code, _, err = call("gaps", "--folder", alarmed)
+        assert (code, err) == (0, "note: there are no gaps\n")
+
+
+@pytest.mark.parametrize("address", [5, "", "file:///etc/passwd?token=x", "http://a.b:9/?token=x"])
+def test_an_address_that_is_none_of_a_ground_gets_one_line(call, tmp_path, address):
+    (tmp_path / "server.json").write_text(json.dumps({"address": address}))
+    code, _, err = call("send", "automatic", "on=ON", "--folder", tmp_path)
+    assert code == 2 and "must be that of a running ground, which" in err and err.count("\n") == 1
+
+
 # The server
 
 
@@ -359,10 +402,10 @@ def test_the_server_tells_its_address_and_ends_cleanly(tmp_path, number):
         (("g.toml", "--scenario", "s.toml"), "--scenario: must not be given with FILE"),
         (("g.toml", "--software", "s.toml"), "--software: must not be given with FILE"),
         (("g.toml", "--satellite", "chibis"), "--satellite: must not be given with FILE"),
-        (("--link", "serial:1"), "error: satellite.link: must be tcp:HOST:PORT"),
+        (("--link", "serial:1"), "error: --link: must be tcp:HOST:PORT"),
         (
             ("--link", "tcp:h:99999", "--satellite", "a"),
-            "error: a.link: port must be a whole number",
+            "error: --link: port must be a whole number",
         ),
         (("--link", "tcp:127.0.0.1:9", "--port", 70000), "--port: must lie within 0..65535"),
         (
@@ -388,7 +431,15 @@ def test_wrong_options_get_one_line(call, tmp_path, monkeypatch, arguments, mess
         ("[satellites.a]\n", "satellites.a.link: must be given"),
         ('[satellites.A-b]\nlink = "x"\n', "satellites.A-b"),
         ('[satellites.a]\nlink = "x"\nkey = 1\n', "satellites.a.key"),
-        ('[satellites.a]\nlink = "x"\nsoftware = "s.toml"\n', "software: "),
+        ('[satellites.a]\nlink = "x"\n', "error: satellites.a.link: must be tcp:HOST:PORT"),
+        (
+            '[satellites.b]\nlink = "tcp:h:1"\n[satellites.a]\nlink = "x"\nsoftware = "s.toml"\n',
+            "error: satellites.a.software: must be a readable file; received ",
+        ),
+        (
+            '[satellites.a]\nlink = "x"\nscenario = "s.toml"\n',
+            "error: satellites.a.scenario: must be a readable file; received ",
+        ),
         ("[satellites", "ground: "),
     ],
 )

@@ -10,7 +10,7 @@ from made_archive import CHIBIS, archive_of, row
 from torquer.ground import selection as selections
 from torquer.ground.export import export_archive
 from torquer.ground.selection import Selected, check_selection, file_name, selection
-from torquer.scenario.explain import ScenarioError
+from torquer.scenario.explain import ScenarioError, validate_tables
 
 EXTENDED = CHIBIS.down["extended"]
 ROWS = 1000
@@ -28,7 +28,7 @@ def archive(tmp_path_factory):
 
 
 def pieces(archive, **asked):
-    selected = Selected(**asked)
+    selected = validate_tables(Selected, asked)
     columns = check_selection(EXTENDED, selected)
     return selection(archive, "Chibis-M", EXTENDED, columns, selected)
 

@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 from torquer.ground.limits import RANK, UNKNOWN
 
+#: Key of the alarm of an archive that takes nothing.
+ARCHIVE_ALARM = "ground.archive"
+
 
 class Now(NamedTuple):
     """The ground's time: of day [ms since 1970, UTC], and one that nobody sets [s]."""

@@ -23,13 +23,21 @@ from torquer.ground.ground_clock import now_ms
 from torquer.ground.history import latest
 from torquer.ground.limits import Limits
 from torquer.ground.spool import PATIENCE_S, Spool
-from torquer.ground.violations import COLUMNS, describe, stored_alarms, stored_violations
+from torquer.ground.violations import (
+    COLUMNS,
+    describe,
+    stored_alarms,
+    stored_violations,
+    violation_of,
+)
 
 #: Rows of earlier times that go on for so long are a clock that was set back [s].
 _SET_BACK_S = 10.0
 #: Most events of a look that the log names one by one.
 _MOST_NAMED = 5
 _LAST_MS = 2**53
+#: Under what the spool keeps what is to be written.
+_KEPT = ("alarms",)
 _IN_LOG = {"raised": "alarm raised", "again": "alarm raised anew", "unshelved": "no longer shelved"}
 _PUT_ALARM = "INSERT OR REPLACE INTO _alarms VALUES (?, ?, ?)"
 _TAKE_ALARM = "DELETE FROM _alarms WHERE key = ?"
@@ -134,6 +142,19 @@ class AlarmDesk:
         alarms = [self._described(key) for key, _, _ in self.alarms.listed()]
         return {"version": self.version, "counts": self.alarms.counts(), "alarms": alarms}
 
+    def violations(
+        self, db: sqlite3.Connection | None, start_ms: int, end_ms: int, size: int
+    ) -> list[dict[str, Any]]:
+        """The last violations within a span of on-board time, newest first: those of the archive,
+        and those that wait for it; `db` None: only these.
+        """
+        waiting = map(violation_of, self._spool.kept(*_KEPT, "violation"))
+        newer = [each for each in waiting if each["end_ms"] >= start_ms]
+        found = [] if db is None else stored_violations(db, start_ms, end_ms, size)
+        found += [each for each in newer if each["start_ms"] <= end_ms]
+        once = {each["id"]: each for each in found}
+        return [once[number] for number in sorted(once, reverse=True)[:size]]
+
     def _is_present(self, row: Row, at: Now) -> bool:
         """Whether a row tells of now: no doubtful one, none from the memory on board, none late."""
         if row.packet in RECORDED or row.quality == SUSPECT:
@@ -181,7 +202,7 @@ class AlarmDesk:
         self.alarms.violations.clear()
 
     def _keep(self, key: tuple, statement: str, *values) -> None:
-        self._spool.keep(("alarms", *key), statement, values)
+        self._spool.keep((*_KEPT, *key), statement, values)
 
     def _described(self, key: str) -> dict:
         alarm, shelf = self.alarms.of(key)

@@ -1,20 +1,28 @@
 """Commands through the ground that runs on this machine, from another process."""
 
+import http.client
 import json
+import re
 import time
 import urllib.error
 import urllib.request
 from collections.abc import Sequence
 from pathlib import Path
-from urllib.parse import parse_qs, quote, urlencode, urlsplit
+from urllib.parse import quote, urlencode
 
 from torquer.base.limits import RequestError
 from torquer.ground.authors import OPERATOR, fault_of
 
 #: File in the folder by which commands on this machine find the server: its address and token.
 SERVER = "server.json"
+#: An address of a page on this machine.
+_ADDRESS = re.compile(r"(http://127\.0\.0\.1:\d{1,5})/\?token=([\w-]+)", re.ASCII)
 #: How long an answer is waited for beyond a command's delay [s], and between two looks.
 _PATIENCE_S, _LOOK_S = 40.0, 0.2
+#: A ground that was killed has left its address, where something else may listen now.
+_ANOTHER = "another program answers there"
+#: Most characters that are shown of an answer that is not a ground's.
+_LONGEST = 200
 #: How many commands are looked at.
 _LISTED = 2000
 
@@ -22,7 +30,8 @@ _LISTED = 2000
 class RunningGround:
     """The ground that runs in a folder, `runs/ground` unless `torquer ground` was told another.
 
-    `operator`: the name that is stated with commands. RequestError for a folder without a ground,
+    `operator`: the name that is stated with commands; `patience_s`: how long an answer is waited
+    for. RequestError for a folder without a ground,
     and for a satellite that it does not serve; ValueError with its line for what it refuses.
 
         ground = RunningGround(Path("runs/ground"))
@@ -31,21 +40,22 @@ class RunningGround:
         sent["state"]                     # "executed"
     """
 
-    def __init__(self, folder: Path, operator: str | None = None):
+    def __init__(self, folder: Path, operator: str | None = None, patience_s: float = _PATIENCE_S):
         if operator is not None and (fault := fault_of(operator)):
             raise RequestError("as", fault)
-        self._operator = operator
+        self._operator, self._patience_s = operator, patience_s
         try:
             known = json.loads((folder / SERVER).read_text(encoding="utf-8"))
-            parts = urlsplit(known["address"])
-            self._token = parse_qs(parts.query)["token"][0]
-            self._base = f"{parts.scheme}://{parts.netloc}"
+            found = _ADDRESS.fullmatch(known["address"])
         except (OSError, ValueError, KeyError, TypeError):
+            found = None
+        if found is None:
             raise RequestError(
                 "folder",
                 "must be that of a running ground, which `torquer ground` starts; received "
                 f"{folder}",
-            ) from None
+            )
+        self._base, self._token = found.groups()
         # whatever proxy the environment names, this machine is reached directly
         self._open = urllib.request.build_opener(urllib.request.ProxyHandler({})).open
 
@@ -97,6 +107,17 @@ class RunningGround:
         """
         return self._get(f"/api/{self.satellite(satellite)}/command-history?{urlencode(wanted)}")
 
+    def alarms(self, satellite: str | None = None) -> list[dict]:
+        """Alarms and shelves as they are now, also such as are not archived yet."""
+        return self._get(f"/api/{self.satellite(satellite)}/alarms")["alarms"]
+
+    def violations(self, satellite: str | None = None, **wanted) -> list[dict]:
+        """The out-of-limits log, newest first, also what is not archived yet.
+
+        `wanted`: `start` and `end` on board [ms since 1970], `size`.
+        """
+        return self._get(f"/api/{self.satellite(satellite)}/violations?{urlencode(wanted)}")
+
     def stack(self, satellite: str | None = None) -> dict:
         """The command stack of a satellite, None if there is none, and the names of saved ones."""
         return self._get(f"/api/{self.satellite(satellite)}/stack")
@@ -132,7 +153,10 @@ class RunningGround:
 
     def satellite(self, name: str | None = None) -> str:
         """A satellite by its short name, or the only one."""
-        known = [each["key"] for each in self._get("/api/satellites")]
+        try:
+            known = [each["key"] for each in self._get("/api/satellites")]
+        except (KeyError, TypeError):
+            raise _not_one(_ANOTHER) from None
         if name is None and len(known) == 1:
             return known[0]
         if name is None or name not in known:
@@ -169,19 +193,34 @@ class RunningGround:
     def _ask(self, request: urllib.request.Request):
         request.add_header("Authorization", f"Bearer {self._token}")
         try:
-            with self._open(request, timeout=_PATIENCE_S) as answer:
-                return json.load(answer)
+            data, refused = self._fetch(request)
+        except OSError as error:
+            raise _not_one(getattr(error, "reason", error)) from None
+        except http.client.HTTPException:
+            raise _not_one(_ANOTHER) from None
+        if refused:
+            raise ValueError(_describe_answer(data.decode("utf-8", "replace")))
+        try:
+            return json.loads(data)
+        except ValueError:
+            raise _not_one(_ANOTHER) from None
+
+    def _fetch(self, request: urllib.request.Request) -> tuple[bytes, bool]:
+        """What is answered, and whether it is a refusal."""
+        try:
+            with self._open(request, timeout=self._patience_s) as answer:
+                return answer.read(), False
         except urllib.error.HTTPError as error:
             with error:
-                text = error.read().decode("utf-8", "replace")
-            raise ValueError(_describe_answer(text)) from None
-        except OSError as error:
-            why = getattr(error, "reason", error)
-            raise RequestError("folder", f"must be that of a running ground; {why}") from None
+                return error.read(), True
+
+
+def _not_one(why: object) -> RequestError:
+    return RequestError("folder", f"must be that of a running ground; {why}")
 
 
 def _describe_answer(answer: str) -> str:
     try:
         return str(json.loads(answer)["error"])
     except (ValueError, KeyError, TypeError):
-        return answer.strip() or "the ground refuses the request"
+        return " ".join(answer.split())[:_LONGEST] or "the ground refuses the request"

@@ -8,7 +8,7 @@ import json
 import sqlite3
 from collections.abc import Iterable
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from torquer.base.dates import iso_ms
 from torquer.base.spec import Spec
@@ -16,6 +16,7 @@ from torquer.ground.archive import quote_names
 from torquer.ground.command_states import State
 from torquer.ground.commands import COLUMNS, as_shown
 from torquer.ground.pieces import plain_cell
+from torquer.ground.span import refuse_reversed
 
 #: Columns of a table of commands; times are those of the ground but for `execute`, the satellite's.
 TIMES = ("made", "sent", "received", "answered", "execute")
@@ -34,7 +35,7 @@ class Wanted(Spec):
     """What became of it."""
     by: str = Field(default="", max_length=100)
     """Part of who ordered it, as stated."""
-    start: int = Field(default=0, ge=-_LAST_MS, le=_LAST_MS)
+    start: int = Field(default=-_LAST_MS, ge=-_LAST_MS, le=_LAST_MS)
     """First time at which it was made [ms since 1970]."""
     end: int = Field(default=_LAST_MS, ge=-_LAST_MS, le=_LAST_MS)
     """Last time at which it was made [ms since 1970]."""
@@ -42,6 +43,7 @@ class Wanted(Spec):
     """Number that its own must be below: for the next ones of a long list."""
     size: int = Field(default=1000, ge=1, le=MOST)
     """How many at most, the last ones."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 def find_commands(

@@ -15,6 +15,7 @@ from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.frames import Frame
 from torquer.flight.packets.keys import KEY_COMMAND
 from torquer.flight.packets.station import Station
+from torquer.ground.alarm import ARCHIVE_ALARM
 from torquer.ground.alarm_desk import AlarmDesk
 from torquer.ground.archive import RECORDED, SUSPECT, Row
 from torquer.ground.command_states import EXECUTED
@@ -71,7 +72,7 @@ class Contact:
         try:
             self.link: Link = connect(satellite.link, self.dictionary)
         except ValueError as error:
-            raise ValueError(f"{self.key}.link: {error}") from None
+            raise ValueError(f"satellites.{self.key}.link: {error}") from None
         try:
             self.spool = Spool(folder / f"{satellite.key}.sqlite", self.dictionary)
         except BaseException:
@@ -281,7 +282,7 @@ class Contact:
         since_ms = self.spool.since_ms
         severity = None if since_ms is None else "alarm"
         reason = f"not archived: {self.spool.reason}" if since_ms is not None else ""
-        self.alarms.tell("ground.archive", severity, reason, since_ms or now_ms())
+        self.alarms.tell(ARCHIVE_ALARM, severity, reason, since_ms or now_ms())
 
     def _counters(self) -> dict[str, int]:
         protection = self._station.protection

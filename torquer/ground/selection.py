@@ -14,7 +14,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import NamedTuple
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from torquer.base.spec import Spec
 from torquer.flight.packets.dictionary import Packet
@@ -22,6 +22,7 @@ from torquer.flight.packets.mistakes import quote_value
 from torquer.ground.archive import quote_names, read_only
 from torquer.ground.columns import FIRST_MS, LAST_MS, Column, as_numbers, fitting, packet_columns
 from torquer.ground.pieces import csv_bytes, parquet_bytes
+from torquer.ground.span import refuse_reversed
 from torquer.scenario.explain import ScenarioError
 
 #: Rows of a part.
@@ -48,6 +49,7 @@ class Selected(Spec):
     """Names of numbers with commas between them [all]."""
     format: str = Field(default="csv", pattern="^(csv|parquet)$")
     """Format of the file."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 class _Kind(NamedTuple):
@@ -70,8 +72,6 @@ def has_parquet() -> bool:
 
 def check_selection(packet: Packet, selected: Selected) -> list[Column]:
     """The columns of a selection; `ScenarioError` with one line for what cannot be selected."""
-    if selected.start > selected.end:
-        raise ScenarioError(f"end: must not be before start; received {selected.end}")
     if selected.format == "parquet" and not has_parquet():
         raise ScenarioError("format: must be csv where pyarrow is missing; received parquet")
     numbers = [name for name in selected.numbers.split(",") if name]

@@ -154,6 +154,12 @@ class Spool:
                 del self._others[next(iter(self._others))]
             self._wake()
 
+    def kept(self, *first) -> list[tuple]:
+        """The values of the statements that wait, under keys that begin so."""
+        with self._condition:
+            others = {**(self._written.others if self._written else {}), **self._others}
+        return [values for key, (_, values) in others.items() if key[: len(first)] == first]
+
     def flush(self) -> None:
         """Wait a moment for what was put to be archived, unless the archive takes nothing."""
         if self.is_failing:

@@ -16,6 +16,8 @@ from torquer.ground.archive import ArchiveError, read_only
 
 _LAST_MS = 2**53
 
+#: Most violations of an answer.
+MOST = 20_000
 #: Columns of the out-of-limits log.
 COLUMNS = tuple(each.name for each in fields(Violation))
 _NAMES = ", ".join(f'"{name}"' for name in COLUMNS)
@@ -77,8 +79,13 @@ def stored_violations(
         "ORDER BY id DESC LIMIT ?",
         *(start_ms, end_ms, 0 if lasting else 1, size),
     )
-    found = [dict(zip(COLUMNS, row, strict=True)) for row in rows]
-    return [each | {"is_over": bool(each["is_over"])} for each in found]
+    return [violation_of(row) for row in rows]
+
+
+def violation_of(row: tuple) -> dict[str, Any]:
+    """A violation of a row of the archive, or of one that waits for it."""
+    found = dict(zip(COLUMNS, row, strict=True))
+    return found | {"is_over": bool(found["is_over"])}
 
 
 def _rows(db: sqlite3.Connection, statement: str, *values) -> list[tuple]:

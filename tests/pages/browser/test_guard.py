@@ -36,11 +36,15 @@ class Served:
         }
         if kind == "websocket":
             del scope["method"]
-        guard = Guard(self._application, TOKEN, PORT, self._refused, watcher=WATCHER, login=login)
+        keys = {"watcher": WATCHER, "login": login, "failed": self._failed}
+        guard = Guard(self._application, TOKEN, PORT, self._refused, **keys)
         asyncio.run(guard(scope, self._receive, self._send))
 
     def _refused(self, reason, what):
         self.refused.append(f"{reason} ({what})")
+
+    def _failed(self, reason, what):
+        raise AssertionError(reason)
 
     async def _application(self, scope, receive, send):
         self.reached, self.role = True, scope["role"]
@@ -205,3 +209,39 @@ def test_a_code_is_void_after_a_minute_or_when_the_server_ends(tmp_path, monkeyp
 )
 def test_a_token_in_another_address_opens_nothing(path, query, method):
     assert not Served(HOST, path=path, query=query, method=method).reached
+
+
+class Failing(Served):
+    """A request at which the application fails after what it has `sent`."""
+
+    def __init__(self, *sent, **keys):
+        self.sent, self.failed = sent, []
+        super().__init__(HOST, COOKIE, ORIGIN, **keys)
+
+    async def _application(self, scope, receive, send):
+        for message in self.sent:
+            await send(message)
+        raise RuntimeError("no\n\x1b[31m/secret/path " + 1000 * "x")
+
+    def _failed(self, reason, what):
+        self.failed.append((reason, what))
+
+
+START = {"type": "http.response.start", "status": 500, "headers": []}
+BODY = {"type": "http.response.body", "body": b'{"error": "told"}'}
+
+
+@pytest.mark.parametrize("sent", [(), (START, BODY)])
+def test_a_failure_is_one_line_there_and_nothing_of_why_here(sent):
+    served = Failing(*sent)
+    ((reason, what),) = served.failed
+    assert reason.startswith("a request failed: RuntimeError: no \\x1b[31m/secret/path xxx")
+    assert len(reason) < 220 and what == "http, /api/satellites"
+    start, body = served.messages
+    assert start["status"] == 500 and b"secret" not in body["body"]
+    assert list(json.loads(body["body"])) == ["error"]
+
+
+def test_a_failure_within_an_answer_ends_the_connection():
+    with pytest.raises(ConnectionAbortedError):
+        Failing(START, {**BODY, "more_body": True})

@@ -14,6 +14,13 @@ import pytest
 from ground_flight import serving, table, until
 from small_satellite import command, ground_process, received, small_satellite
 
+from torquer.cli.commands.ground_alarms import AlarmsOptions, alarms as show_alarms
+from torquer.cli.commands.ground_history import (
+    AtOptions,
+    GapsOptions,
+    at as show_at,
+    gaps as show_gaps,
+)
 from torquer.cli.commands.ground_orders import HistoryOptions, history as commands_history
 from torquer.ground import contact as contacts, ground_clock, spool
 
@@ -60,6 +67,8 @@ def test_another_program_holds_the_archive(tmp_path, kind):
             other.execute(f"BEGIN {kind}")
             assert goes_on(client, socket_)
             (text,) = has_said(client, "not archived since")
+            violations = until(lambda: client.get("sat/violations"))
+            assert [each["key"] for each in violations] == ["ground.archive"]
             assert "locked" in text
             assert goes_on(client, socket_)
             assert len(client.get("sat/command-history")) == 2
@@ -114,6 +123,15 @@ def test_a_full_disk_that_is_freed(tmp_path, monkeypatch, capsys):
             assert commands_history(how=HistoryOptions(folder=tmp_path, json=True)) == 0
             listed = json.loads(capsys.readouterr().out)
             assert [each["state"] for each in listed] == 20 * ["executed"]
+            assert show_alarms(how=AlarmsOptions(folder=tmp_path, json=True, log=True)) == 0
+            out, err = capsys.readouterr()
+            for listed in json.loads(out).values():  # alarms, and violations
+                assert [each["key"] for each in listed] == ["ground.archive"]
+            assert not err
+            assert show_gaps(how=GapsOptions(folder=tmp_path)) == 0
+            assert show_at("2030-01-01T00:00:00Z", how=AtOptions(folder=tmp_path)) == 0
+            notes = capsys.readouterr().err
+            assert notes.count("note: sat.sqlite: nothing is archived since ") == 2
             most[0] = 10**6
             (text,) = has_said(client, "archived again")
             assert text.endswith(" 0 lost")

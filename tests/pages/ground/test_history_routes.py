@@ -13,7 +13,7 @@ from made_archive import archive_of, row
 pytest.importorskip("uvicorn")
 
 from torquer.flight.link import open_link
-from torquer.ground import archive, selection
+from torquer.ground import archive, history, selection
 from torquer.ground.archive import ArchiveError
 
 SOFTWARE = 'name = "Chibis-M"\ndictionary = "chibis_m"\nlink = "historical"\n'
@@ -113,6 +113,36 @@ def test_wrong_questions_get_one_line(client, path, status, text):
     assert text in error and "\n" not in error and len(error) < 300
 
 
+def test_what_fails_is_told_in_one_line_without_why(client, monkeypatch, capfd):
+    def fail(*_):
+        raise RuntimeError("/secret/place")
+
+    monkeypatch.setattr(history, "latest", fail)
+    for _ in range(5):
+        status, body, headers = client.raw("/api/sat/history/extended")
+        assert (status, headers["content-type"]) == (500, "application/json")
+        assert list(json.loads(body)) == ["error"] and b"secret" not in body
+    (line,) = capfd.readouterr().err.splitlines()
+    text = "a request failed: RuntimeError: /secret/place (http, /api/sat/history/extended)"
+    assert line == f"torquer ground: {text}"
+    assert client.raw("/api/sat/log")[0] == 200
+
+
+SPANS = (
+    *("history/extended", "history/extended/omega_x", "log", "log/search", "log.csv", "sent"),
+    *("violations", "command-history", "export/extended", "gaps"),
+)
+
+
+@pytest.mark.parametrize("path", sorted(SPANS))
+def test_a_span_that_is_reversed_is_refused_everywhere(client, path):
+    status, body, _ = client.raw(f"/api/sat/{path}?start=5&end=4")
+    assert status == 400
+    assert json.loads(body) == {"error": "end: must not be before start; received 4"}
+    for fine in ("start=5&end=5", "end=-5"):
+        assert client.raw(f"/api/sat/{path}?{fine}")[0] == 200
+
+
 @pytest.mark.parametrize(
     "body",
     [
@@ -145,12 +175,14 @@ def test_an_archive_that_is_gone_gets_one_line(client):
     shutil.move(there, away)
     try:
         for path in (
-            *("export/extended", "past?time=0", "gaps", "violations", "log/search", "log.csv"),
+            *("export/extended", "past?time=0", "gaps", "log/search", "log.csv"),
             *("plan", "history/extended", "history/extended/omega_x"),
         ):
             status, body, _ = client.raw(f"/api/sat/{path}")
             error = json.loads(body)["error"]
             assert status == 503 and "archive: cannot be read now: must be an archive" in error
             assert error.count("archive:") == 1 and "\n" not in error
+        for path in ("log", "sent", "command-history", "violations"):
+            assert isinstance(client.get(f"sat/{path}"), list), "what memory has"
     finally:
         shutil.move(away, there)

@@ -141,6 +141,32 @@ def test_tables_are_as_wide_as_the_screen_and_offer_only_what_there_is(page, gro
             assert not page.get_by_role("button", name="Older ones").is_visible()
 
 
+def test_each_of_two_satellites_has_a_line_of_the_status(page, context, ground):
+    opened(page, ground, view("log"))
+    lines = page.locator(".t-link:has(.t-link__state)")
+    heard = lines.filter(has_text="simulated at")
+    sync_api.expect(heard).to_contain_text("another epoch")
+    heights = lines.evaluate_all("""(each) => each.map((line) => {
+      const parts = [...line.children].filter((part) => part.textContent);
+      const boxes = parts.map((part) => part.getBoundingClientRect());
+      return Math.max(...boxes.map((b) => b.bottom)) - Math.min(...boxes.map((b) => b.top));
+    })""")
+    assert len(heights) == 2
+    assert context.width < 700 or max(heights) < 20, "one line, with all there is to be said"
+
+
+def test_a_log_of_no_span_says_so_in_place_of_entries(page, ground):
+    opened(page, ground, view("log"))
+    page.locator(".t-log td", has_text="link found").wait_for()
+    page.get_by_label("From (on board, UTC)").fill("2026-01-02T00:00:00")
+    page.get_by_label("To (on board, UTC)").fill("2026-01-01T00:00:00")
+    said = page.locator(".t-log [role=status]")
+    sync_api.expect(said).to_contain_text("end: must not be before start")
+    sync_api.expect(page.locator(".t-log__lines tbody tr")).to_have_count(0)
+    page.get_by_label("To (on board, UTC)").fill("")
+    sync_api.expect(said).to_contain_text("newest first, live")
+
+
 def test_the_log_of_an_overview_shows_several_lines(page, ground):
     opened(page, ground, view("overview"))
     lines = page.locator(".t-log__lines tbody tr")

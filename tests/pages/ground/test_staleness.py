@@ -29,11 +29,11 @@ def context():
 
 
 @contextmanager
-def page_of(context, satellite, folder):
+def page_of(context, satellite, folder, *refusals):
     """A ground in a process of its own, and its page with the values of a packet."""
     process, client = ground_process(folder, satellite.address)
     try:
-        with watched_page(context, "ERR_CONNECTION") as page:
+        with watched_page(context, "ERR_CONNECTION", *refusals) as page:
             place = "#/browse/torquer:sat/torquer:sat.packet.parameter?hideInspector=true"
             page.goto(f"{client.base}/?token={client.token}{place}")
             sync_api.expect(page.locator(".t-link:has(.t-link__state)")).to_contain_text("link up")
@@ -126,3 +126,30 @@ def test_a_tab_that_slept_says_so_and_catches_up(context, tmp_path):
             page.evaluate("() => { const end = Date.now() + 4000; while (Date.now() < end); }")
         sync_api.expect(page.locator(".t-silence")).to_have_text("")
         sync_api.expect(page.locator(".t-link:has(.t-link__state)")).to_contain_text("link up")
+
+
+def test_a_ground_that_was_started_again_says_how_to_go_on(context, tmp_path):
+    strange = "403", "Unexpected response code"
+    with small_satellite() as satellite, page_of(context, satellite, tmp_path, *strange) as shown:
+        process, client, page = shown
+        process.terminate()
+        process.wait(30)
+        banner = page.locator(".t-silence")
+        sync_api.expect(banner).to_contain_text(NO_WORD)
+        assert "started again" not in banner.inner_text(), "none is there"
+        again, new = ground_process(tmp_path, satellite.address, port=client.port)
+        try:
+            sync_api.expect(banner).to_contain_text("it was started again; open the address")
+            page.set_viewport_size({"width": 400, "height": 800})
+            is_cut = "e => e.scrollHeight > e.clientHeight || e.scrollWidth > e.clientWidth"
+            assert not banner.evaluate(is_cut)
+            page.set_viewport_size({"width": 1280, "height": 800})
+            opened = context.new_page()
+            opened.goto(f"{new.base}/?token={new.token}")
+            sync_api.expect(banner).to_have_text("")
+            line = page.locator(".t-link:has(.t-link__state)")
+            sync_api.expect(line).to_contain_text("link up")
+            opened.close()
+        finally:
+            again.terminate()
+            again.communicate(timeout=30)

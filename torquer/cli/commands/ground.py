@@ -1,6 +1,8 @@
 """`torquer ground`: telemetry in the browser, commands, archives."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -26,6 +28,7 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.process import FAILED_CODE
+from torquer.cli.running_ground import note_what_waits
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
 #: Short name of a satellite without a ground file.
@@ -83,7 +86,8 @@ def serve(
     make_writable(how.folder, "--folder")
     with writing_to(how.folder, "--folder"), claim(how.folder, "--folder"):
         counters = Counters(how.command_counter or 0, how.recovery_counter or 0, how.new_telemetry)
-        ground = Ground(satellites, how.folder, how.port or 0, counters)
+        with _keys_as_written(file):
+            ground = Ground(satellites, how.folder, how.port or 0, counters)
         for each in satellites:
             _note_on_protection(each)
             _note_on_elements(each)
@@ -136,10 +140,34 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
     else:
         table = {"link": how.link, "software": how.software, "scenario": how.scenario}
         tables, stations = {_short_name(how.satellite): SatelliteTable.model_validate(table)}, {}
-    for each in tables.values():
+    for key, each in tables.items():
         if each.scenario is not None:
-            load_checked(each.scenario, code)
-    return [make_satellite(key, table, stations) for key, table in tables.items()]
+            with _keys_as_written(path, key):
+                load_checked(each.scenario, code)
+    made = []
+    for key, each in tables.items():
+        with _keys_as_written(path, key):
+            made.append(make_satellite(key, each, stations))
+    return made
+
+
+@contextmanager
+def _keys_as_written(path: Path | None, key: str = "") -> Iterator[None]:
+    """Within the block, mistakes go by the keys of the ground file, or by the options without it.
+
+    `key`: the satellite whose table names files; what is wrong in these goes by their own keys.
+    """
+    try:
+        yield
+    except ValueError as error:
+        if path is None:
+            text = re.sub(r"^satellites\.\w+\.link: ", "--link: ", str(error))
+        else:
+            whose = f"satellites.{key}." if key else ""
+            text = re.sub(r"^(?=(software|scenario): )", whose, str(error))
+        if text == str(error):
+            raise
+        raise ValueError(text) from None
 
 
 def _short_name(name: str) -> str:
@@ -418,6 +446,7 @@ def export(archive: Path, *, how: ExportOptions = ExportOptions()) -> int:
         print_error(line)
     if not files:
         print_note("nothing was written: the archive has no such rows")
+    note_what_waits(archive)
     return FAILED_CODE if lost else 0
 
 

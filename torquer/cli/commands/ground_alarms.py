@@ -1,4 +1,4 @@
-"""`torquer ground alarms`: the alarms in an archive, and the out-of-limits log."""
+"""`torquer ground alarms`: the alarms of a satellite, and the out-of-limits log."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +9,7 @@ from torquer.base.strict_json import INFINITIES, json_text
 from torquer.cli.loading import FOLDER, archive_in, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
+from torquer.cli.running_ground import ask_or_read
 
 _STATES = {
     "active": "not acknowledged",
@@ -31,7 +32,7 @@ class AlarmsOptions:
     """First on-board time of the log, ISO 8601 with a zone [all]."""
     end: str | None = None
     """Last on-board time of the log, ISO 8601 with a zone [all]."""
-    size: Annotated[int, within(1, 100_000)] = 100
+    size: Annotated[int, within(1, 20_000)] = 100
     """Most entries of the log."""
     folder: Path = FOLDER
     """Folder of the ground's archives."""
@@ -39,20 +40,19 @@ class AlarmsOptions:
 
 
 def alarms(*, how: AlarmsOptions = AlarmsOptions()) -> int:
-    """List the alarms in an archive, whether a ground serves it or not, and the out-of-limits log.
+    """List the alarms of a satellite, and the out-of-limits log.
 
-    Times are of the satellite's clock unless they are of operators. What the ground that runs knows
-    is in the archive within a second.
+    They are asked of the ground that runs in --folder, which also knows those that a full disk does
+    not take; without one they are read from the archive. Times are of the satellite's clock unless
+    they are of operators.
     """
-    from torquer.ground.violations import read_alarms
-
     span = dict(zip(("start_ms", "end_ms"), span_ms(how.start, how.end), strict=True))
     given = {key: value for key, value in span.items() if value is not None}
     if given and not how.log:
         raise ValueError(
             f"--{next(iter(given))[:-3]}: must be given with --log, whose times it is of"
         )
-    found = read_alarms(archive_in(how.folder, how.satellite), **given, size=how.size)
+    found = _find(archive_in(how.folder, how.satellite), how.log, given | {"size": how.size})
     if how.json:
         violations = {"violations": found.violations} if how.log else {}
         print(json_text({"alarms": found.alarms} | violations, infinities=INFINITIES))
@@ -66,6 +66,18 @@ def alarms(*, how: AlarmsOptions = AlarmsOptions()) -> int:
         for each in found.violations:
             print(harmless(_violation_in_words(each)))
     return 0
+
+
+def _find(archive: Path, log: bool, wanted: dict[str, int]):
+    """Alarms, and violations where they are wanted, by the ground or by the archive."""
+    from torquer.ground.violations import AlarmRecord, read_alarms
+
+    def ask(ground, satellite: str) -> AlarmRecord:
+        asked = {key.removesuffix("_ms"): value for key, value in wanted.items()}
+        violations = ground.violations(satellite, **asked) if log else []
+        return AlarmRecord(ground.alarms(satellite), violations)
+
+    return ask_or_read(archive, ask, lambda path: read_alarms(path, **wanted))
 
 
 def _alarm_in_words(alarm: dict) -> str:
@@ -97,8 +109,8 @@ def _limit(one: dict) -> str:
     return f"{one['limit']} ({one['mode']})" if one["mode"] else one["limit"]
 
 
-def _value(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:.7g}"
+def _value(value: float | str | None) -> str:
+    return "unknown" if value is None else f"{float(value):.7g}"
 
 
 def _by(one: dict) -> str:

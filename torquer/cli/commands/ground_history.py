@@ -9,6 +9,7 @@ from torquer.cli.loading import FOLDER, archive_in, date_ms, load_given, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
+from torquer.cli.running_ground import note_what_waits
 
 #: Most gaps that one call orders.
 _MOST_ORDERS = 20
@@ -66,6 +67,7 @@ def at(time: str, /, *, how: AtOptions = AtOptions()) -> int:
             _show_packet(each, dictionary.down[each["packet"]])
     if not known:
         print_note("nothing had come by then")
+    note_what_waits(path)
     return 0
 
 
@@ -138,6 +140,7 @@ def gaps(*, how: GapsOptions = GapsOptions()) -> int:
             print(harmless(f"{each['id']} {each['command']}: {each['state']}{reason}"))
     if not found:
         print_note("there are no gaps")
+    note_what_waits(path)
     return 0 if all(each["state"] == "executed" for each in sent) else FAILED_CODE
 
 

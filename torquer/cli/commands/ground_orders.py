@@ -13,6 +13,7 @@ from torquer.cli.loading import FOLDER, archive_in, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
+from torquer.cli.running_ground import ask_or_read
 from torquer.ground.command_states import State
 
 #: A name that is stated with commands.
@@ -199,12 +200,13 @@ def _find(archive: Path, wanted) -> list[dict]:
     from contextlib import closing
 
     from torquer.ground.archive import read_only
-    from torquer.ground.client import RunningGround
     from torquer.ground.command_history import find_commands
 
-    try:
-        asked = wanted.model_dump(exclude_none=True)
-        return RunningGround(archive.parent).history(archive.stem, **asked)
-    except ValueError:  # none runs, or it serves other satellites
-        with closing(read_only(archive)) as db:
+    def ask(ground, satellite: str) -> list[dict]:
+        return ground.history(satellite, **wanted.model_dump(exclude_none=True))
+
+    def read(path: Path) -> list[dict]:
+        with closing(read_only(path)) as db:
             return find_commands(db, wanted)
+
+    return ask_or_read(archive, ask, read)

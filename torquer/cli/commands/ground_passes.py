@@ -15,6 +15,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli.loading import FOLDER, archive_in, load_checked
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
+from torquer.cli.running_ground import note_what_waits
 
 if TYPE_CHECKING:
     from torquer.ground.elements import KnownOrbit
@@ -303,6 +304,7 @@ def report(
         what.out.parent.mkdir(parents=True, exist_ok=True)
         what.out.write_text(page, encoding="utf-8")
     print(what.out)
+    note_what_waits(archive)
     return 0
 
 

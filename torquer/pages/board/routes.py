@@ -35,7 +35,7 @@ from torquer.pages.board.form import make_form
 from torquer.pages.board.starts import Starts
 from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
 from torquer.pages.board.theory import predict
-from torquer.pages.browser.files import answer_missing, json_object, serve_files
+from torquer.pages.browser.files import answer_failure, answer_missing, json_object, serve_files
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_from_data
 
@@ -103,6 +103,7 @@ def application(board: Board, ready: Callable[[], None]) -> Starlette:
             ArithmeticError: _refused,
             MemoryError: _refused,
             HTTPException: answer_missing,
+            Exception: answer_failure,
             ClientDisconnect: _closed,
             Superseded: _closed,
         },

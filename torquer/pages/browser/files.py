@@ -23,6 +23,8 @@ from torquer.scenario.explain import ScenarioError
 #: What pages share: three.js, the body in 3D, elements of a page.
 SHARED = Path(__file__).parent / "web"
 _COMPRESSED = {"content-encoding": "gzip"}
+#: What a request is told at which the server fails.
+FAILURE = {"error": "this cannot be answered: the server failed, and has said why where it runs"}
 
 
 def serve_files(folder: Path) -> Route:
@@ -54,6 +56,11 @@ def within(folder: Path, name: str) -> Path:
 async def answer_missing(request: Request, error: Exception) -> Response:
     """The answer to a request for what is not there."""
     return JSONResponse({"error": "there is no such thing"}, getattr(error, "status_code", 404))
+
+
+async def answer_failure(request: Request, error: Exception) -> Response:
+    """The answer to a request at which the server fails: nothing of why, which is not theirs."""
+    return JSONResponse(FAILURE, 500)
 
 
 async def _sent(request: Request, path: Path, name: str, encoding: dict[str, str]) -> Response:

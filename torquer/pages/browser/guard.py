@@ -17,7 +17,9 @@ from http.cookies import CookieError, SimpleCookie
 
 from starlette.requests import ClientDisconnect
 
+from torquer.pages.browser.files import FAILURE
 from torquer.pages.browser.login import Login
+from torquer.pages.browser.quiet import one_line
 
 #: What a page may load: its own files; plots set styles.
 POLICY = (
@@ -92,25 +94,28 @@ class Guard:
 
     async def _pass_on(self, scope, receive, send) -> None:
         """Let the application answer; where it fails, answer in its place, in one line."""
-        begun = False
+        begun = is_whole = False
 
         async def sending(message) -> None:
-            nonlocal begun
+            nonlocal begun, is_whole
             begun = True
             await send(message)
+            is_body = message["type"] == "http.response.body"
+            is_whole = is_body and not message.get("more_body", False)
 
         try:
             await self._app(scope, receive, self._with_headers(sending))
         except ClientDisconnect:
             return  # whoever asked has gone before the end of the question: no failure of ours
         except Exception as error:
-            reason = f"{type(error).__name__}: {error}"
-            self._failed(reason, _describe(scope))
+            self._failed(one_line("a request failed", error), _describe(scope))
+            if is_whole:
+                return  # the application has answered that it fails
             if begun:
                 raise ConnectionAbortedError from None
             if scope["type"] == "http":
-                plain = (b"content-type", b"text/plain; charset=utf-8")
-                await self._answer(send, 503, b"this cannot be answered now\n", [plain])
+                kind = (b"content-type", b"application/json")
+                await self._answer(send, 500, json.dumps(FAILURE).encode(), [kind])
             else:
                 await send({"type": "websocket.close", "code": _FAILED, "reason": "cannot serve"})
 

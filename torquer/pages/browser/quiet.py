@@ -25,7 +25,7 @@ class _Handler(logging.Handler):
         self._note = note
 
     def emit(self, record: logging.LogRecord) -> None:
-        self._note(_one_line(record.getMessage(), record.exc_info[1] if record.exc_info else None))
+        self._note(one_line(record.getMessage(), record.exc_info[1] if record.exc_info else None))
 
 
 @contextlib.contextmanager
@@ -49,11 +49,13 @@ def watch_loop(note: Callable[[str], None]) -> None:
     """Let `note(line)` get the errors of the running loop, such as a lack of file descriptors."""
 
     def handle(loop: asyncio.AbstractEventLoop, context: dict) -> None:
-        note(_one_line(str(context.get("message", "error")), context.get("exception")))
+        note(one_line(str(context.get("message", "error")), context.get("exception")))
 
     asyncio.get_running_loop().set_exception_handler(handle)
 
 
-def _one_line(message: str, error: BaseException | None) -> str:
+def one_line(message: str, error: BaseException | None) -> str:
+    """A message with its cause in one short line, which controls no terminal."""
     why = f": {type(error).__name__}: {error}" if error is not None else ""
-    return " ".join(f"{message}{why}".split())[:_LONGEST]
+    line = " ".join(f"{message}{why}".split())[:_LONGEST]
+    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in line)

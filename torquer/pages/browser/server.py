@@ -90,7 +90,7 @@ class LocalServer:
             self.trouble.note(f"{command}: {line}")
 
         def failed(reason: str, what: str) -> None:
-            self.trouble.note(f"{command}: a request failed: {reason}", what)
+            self.trouble.note(f"{command}: {reason}", what)
 
         who = failed, self.watcher, self._login
         guarded = Guard(app, self.token, self.port, refused, policy, command, *who)

@@ -8,7 +8,7 @@ import sqlite3
 from collections.abc import Callable, Mapping
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -18,10 +18,12 @@ from torquer.base.limits import RequestError
 from torquer.base.spec import Spec
 from torquer.base.strict_json import INFINITIES, json_text
 from torquer.ground.alarms import LONGEST_SHELF_S
+from torquer.ground.archive import ArchiveError
 from torquer.ground.contact import Contact
 from torquer.ground.log_search import SEVERITIES, LogQuery, search
 from torquer.ground.pieces import plain_cell
-from torquer.ground.violations import stored_violations
+from torquer.ground.span import refuse_reversed
+from torquer.ground.violations import MOST
 from torquer.pages.browser.files import json_object
 from torquer.pages.ground.asked import contact_of, made_by, read_archive, whole
 from torquer.scenario.explain import ScenarioError, validate_tables
@@ -89,8 +91,9 @@ class _Span(Spec):
     """First time [ms since 1970]."""
     end: _Time = _LAST_MS
     """Last time [ms since 1970]."""
-    size: int = Field(default=500, ge=1, le=_MOST_ROWS)
+    size: int = Field(default=500, ge=1, le=MOST)
     """How many at most."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 class _Search(_Span):
@@ -157,10 +160,13 @@ class _AlarmRoutes:
         """The out-of-limits log."""
         contact, span = self._contact(request), _asked(_Span, request)
 
-        def found(db: sqlite3.Connection) -> list[dict]:
-            return stored_violations(db, span.start, span.end, span.size)
+        def found(db: sqlite3.Connection | None) -> list[dict]:
+            return contact.alarms.violations(db, span.start, span.end, span.size)
 
-        return _json(await read_archive(contact, found))
+        try:
+            return _json(await read_archive(contact, found))
+        except (ArchiveError, sqlite3.Error):  # what is known without it is better than nothing
+            return _json(found(None))
 
     async def search(self, request: Request) -> Response:
         """Entries of the log, newest first, and whether the whole archive was searched."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator, Mapping
 
-from pydantic import Field
+from pydantic import Field, model_validator
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
@@ -28,6 +28,7 @@ from torquer.ground.selection import (
     has_parquet,
     selection,
 )
+from torquer.ground.span import refuse_reversed
 from torquer.pages.browser.files import json_object
 from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of, read_archive
 from torquer.scenario.explain import ScenarioError, validate_tables
@@ -56,6 +57,7 @@ class _Stretch(Spec):
     """First on-board time [ms since 1970; a week before the last row]."""
     end: int | None = Field(default=None, ge=FIRST_MS, le=LAST_MS)
     """Last on-board time [ms since 1970]."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 class _Filling(Spec):
@@ -65,6 +67,7 @@ class _Filling(Spec):
     """Its first on-board time [ms since 1970]."""
     end: int = Field(ge=FIRST_MS, le=LAST_MS)
     """Its last on-board time [ms since 1970]."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
@@ -115,8 +118,6 @@ def history_routes(contacts: Mapping[str, Contact]) -> list[Route]:
     async def order(request: Request) -> Response:
         contact = contact_of(contacts, request)
         asked = validate_tables(_Filling, await json_object(request, "gap", _MOST_BYTES))
-        if asked.start > asked.end:
-            raise ScenarioError(f"end: must not be before start; received {asked.end}")
         if not can_fill(contact.dictionary):
             raise ScenarioError("satellite: must have a record; its dictionary names no replay")
         try:

@@ -8,7 +8,7 @@ from functools import lru_cache
 from threading import Lock
 from typing import Any
 
-from pydantic import Field
+from pydantic import Field, model_validator
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -21,6 +21,7 @@ from torquer.ground.archive import ArchiveError
 from torquer.ground.contact import Contact
 from torquer.ground.file import Satellite
 from torquer.ground.ground_clock import now_ms
+from torquer.ground.span import refuse_reversed
 from torquer.pages.ground.asked import contact_of
 from torquer.scenario.explain import ScenarioError, validate_tables
 
@@ -57,6 +58,7 @@ class _Wanted(Spec):
     """LOS [ms since 1970, UTC]."""
     station: str = Field(default="", max_length=100)
     """Its station; none: a span without prediction."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 def has_passes(satellite: Satellite) -> bool:
@@ -99,7 +101,7 @@ class _Routes:
     async def report(self, request: Request) -> Response:
         """The report of a pass as a page."""
         contact, wanted = self._contact(request), _checked(_Wanted, request)
-        if not 0 <= wanted.end - wanted.start <= _LONGEST_MS:
+        if wanted.end - wanted.start > _LONGEST_MS:
             raise ScenarioError(
                 "end: must be at most a day after the start; received "
                 f"{quote_value(request.query_params.get('end'))}"

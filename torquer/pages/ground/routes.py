@@ -9,7 +9,7 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-from pydantic import Field
+from pydantic import Field, model_validator
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -33,9 +33,10 @@ from torquer.ground.ground_clock import now_ms
 from torquer.ground.limits import describe_limits
 from torquer.ground.live import Listener, Live, message_text
 from torquer.ground.plan import has_plan
+from torquer.ground.span import refuse_reversed
 from torquer.ground.spool import PATIENCE_S
 from torquer.pages.browser import scene
-from torquer.pages.browser.files import answer_missing, json_object, serve_files
+from torquer.pages.browser.files import answer_failure, answer_missing, json_object, serve_files
 from torquer.pages.ground.alarm_routes import alarm_routes
 from torquer.pages.ground.asked import contact_of, made_by, packet_of, query_of, whole
 from torquer.pages.ground.history_routes import history_routes
@@ -52,7 +53,7 @@ _LAST_MS = 2**53
 class _Span(Spec):
     """What is asked of an archive."""
 
-    start: int = Field(default=0, ge=-_LAST_MS, le=_LAST_MS)
+    start: int = Field(default=-_LAST_MS, ge=-_LAST_MS, le=_LAST_MS)
     """First time [ms since 1970]."""
     end: int = Field(default=_LAST_MS, ge=-_LAST_MS, le=_LAST_MS)
     """Last time [ms since 1970]."""
@@ -62,6 +63,7 @@ class _Span(Spec):
     """Which time it is."""
     latest: int = Field(default=0, ge=0, le=1)
     """1: the last rows."""
+    _in_order = model_validator(mode="after")(refuse_reversed)
 
 
 def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette:
@@ -91,6 +93,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
         exception_handlers={
             ScenarioError: _refused,
             HTTPException: answer_missing,
+            Exception: answer_failure,
             ArchiveError: _unreadable,
             sqlite3.Error: _unreadable,
         },

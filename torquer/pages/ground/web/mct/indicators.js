@@ -72,7 +72,7 @@ class Indicator {
   }
 
   #stateInWords() {
-    if (this.#watch.since !== null) return ["lost", noWord(this.#watch.since)];
+    if (this.#watch.since !== null) return ["lost", noWord(this.#watch)];
     if (!this.#hasServer) return ["lost", "no connection to the server"];
     if (!this.#link) return ["lost", "link unknown"];
     if (!this.#link.connected) return ["lost", "link lost"];
@@ -81,12 +81,13 @@ class Indicator {
   }
 }
 
-/** Counts by reason are shown as their sum. */
+/** Counts by reason are shown as their sum; what never was is not said. */
 function countsInWords(link) {
   const sum = (count) =>
     typeof count === "object" ? Object.values(count).reduce((a, b) => a + b, 0) : count;
   return Object.entries(COUNTS)
-    .filter(([key]) => link?.[key] !== undefined && link[key] !== null)
-    .map(([key, word]) => `${sum(link[key])} ${word}`)
+    .map(([key, word]) => [sum(link?.[key] ?? 0), word])
+    .filter(([count]) => count)
+    .map((parts) => parts.join(" "))
     .join(", ");
 }

@@ -1,7 +1,7 @@
 // Says that what is shown is old: of the whole page where the ground is silent, else of a satellite.
 
 import { every, h } from "../dom.js";
-import { noWord, troubleOf } from "./trouble.js";
+import { noWordAndWhy, troubleOf } from "./trouble.js";
 
 const LOOK_MS = 500;
 
@@ -9,7 +9,7 @@ export function installStaleness(satellites, live, watch) {
   const banner = h("p", { class: "t-silence", role: "alert" });
   document.body.append(banner);
   const links = new Map();
-  const show = () => showBanner(banner, watch.since, troubles(satellites, links));
+  const show = () => showBanner(banner, watch, troubles(satellites, links));
   watch.on(show);
   live.on("links", (received) => {
     received.forEach((link) => links.set(link.satellite, link));
@@ -24,8 +24,9 @@ export function installStaleness(satellites, live, watch) {
 }
 
 /** The banner of a silent ground; that of a satellite is for windows without a status line. */
-function showBanner(banner, since, troubles) {
-  const text = since === null ? troubles : noWord(since);
+function showBanner(banner, watch, troubles) {
+  const { since } = watch;
+  const text = since === null ? troubles : noWordAndWhy(watch);
   if (banner.textContent !== text) banner.textContent = text;
   document.documentElement.classList.toggle("is-silent", since !== null);
   document.documentElement.classList.toggle("is-troubled", since === null && text !== "");

@@ -3,7 +3,13 @@
 import { utcToday } from "../dom.js";
 
 /** No report from the ground since a time. */
-export const noWord = (since) => `no word from the ground since ${utcToday(since)} UTC`;
+export const noWord = ({ since }) => `no word from the ground since ${utcToday(since)} UTC`;
+
+/** The same with what is to be done, where a ground is there that does not know this page. */
+export const noWordAndWhy = (watch) =>
+  watch.isRefused
+    ? `${noWord(watch)}: it was started again; open the address that it printed`
+    : noWord(watch);
 
 /** No frame from a satellite that has sent; "" otherwise. */
 export const noTelemetry = (link) =>

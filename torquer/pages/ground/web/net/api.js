@@ -25,6 +25,12 @@ export async function post(path, body, method = "POST") {
   return answer(await fetch(path, { method, headers, body: JSON.stringify(body) }));
 }
 
+/** Whether the server knows this page; null where none answers. */
+export async function isKnownHere() {
+  const response = await fetch("/api/role").catch(() => null);
+  return response && !isStranger(response);
+}
+
 /** For requests that nobody waits for: when `signal` says that a view is closed, they may fail. */
 export function inBackground(request, signal) {
   request.catch((error) => signal.aborted || console.warn(error));
@@ -36,8 +42,10 @@ async function answer(response) {
   throw new ServerError(found.error ?? meaning(response));
 }
 
+const isStranger = ({ status }) => status === 401 || status === 403;
+
 function meaning(response) {
-  if (response.status === 401 || response.status === 403)
+  if (isStranger(response))
     return "The server does not know this page. Open the address that it printed at its start.";
   return `The server answered ${response.status} ${response.statusText}`.trim();
 }

@@ -1,11 +1,14 @@
 // The websocket: messages by kind, connected again after a loss.
 
+import { isKnownHere } from "./api.js";
+
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 15_000;
 
 /**
  * Listeners of kinds of messages: `rows`, `log`, `commands`, `links`, `beat` get the list of a message,
- * `connected` true or false, and `again` is called after every connection but the first, and after a
+ * `connected` true or false, `refused` whether a server is there that does not know this page, as one
+ * that was started again, and `again` is called after every connection but the first, and after a
  * silence: what came in between has to be asked for.
  */
 export class Live {
@@ -46,6 +49,7 @@ export class Live {
 
   #closed() {
     if (this.connected) this.#tell("connected", (this.connected = false));
+    isKnownHere().then((isKnown) => this.#tell("refused", isKnown === false));
     // Pages that lost the same server do not all return at the same moment.
     setTimeout(() => this.connect(), this.#wait * (0.75 + Math.random() / 2));
     this.#wait = Math.min(2 * this.#wait, LONGEST_WAIT_MS);

@@ -11,7 +11,8 @@ const LATE_MS = 1500;
 const START_MS = 5000;
 
 /**
- * `since`: the time of the last report [ms] where none comes any more, else null. After a silence,
+ * `since`: the time of the last report [ms] where none comes any more, else null; `isRefused`: a
+ * ground is there, but does not know this page, as one that was started again. After a silence,
  * and after rows that the server dropped for a slow page, history is asked for again.
  */
 export class Watch {
@@ -25,17 +26,19 @@ export class Watch {
   #isBehind = false;
   #isAskedAgain = false;
   since = null;
+  isRefused = false;
 
   constructor(live) {
     this.#live = live;
     live.on("beat", (beats) => this.#hear(beats.at(-1)));
     live.on("links", (links) => links.forEach((link) => this.#archive(link)));
     live.on("connected", (isConnected) => this.#connect(isConnected));
+    live.on("refused", (isRefused) => this.#refuse(isRefused));
     live.on("again", () => (this.#isAskedAgain = true));
     every(LOOK_MS, () => this.#look(), new AbortController().signal);
   }
 
-  /** Calls `listener` with `since` whenever it changes. */
+  /** Calls `listener` whenever one of them changes. */
   on(listener) {
     this.#listeners.add(listener);
   }
@@ -44,6 +47,10 @@ export class Watch {
   #connect(isConnected) {
     this.#dropped = 0;
     if (!isConnected) this.#tell(this.#heardAt);
+  }
+
+  #refuse(isRefused) {
+    if (isRefused || this.since !== null) this.#tell(this.since ?? this.#heardAt, isRefused);
   }
 
   #hear({ dropped }) {
@@ -78,9 +85,9 @@ export class Watch {
     if (!isLate && this.#silence() > SILENT_MS) this.#tell(this.#heardAt);
   }
 
-  #tell(since) {
-    if (since === this.since) return;
-    this.since = since;
-    for (const listener of this.#listeners) listener(since);
+  #tell(since, isRefused = since !== null && this.isRefused) {
+    if (since === this.since && isRefused === this.isRefused) return;
+    [this.since, this.isRefused] = [since, isRefused];
+    for (const listener of this.#listeners) listener();
   }
 }

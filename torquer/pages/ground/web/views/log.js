@@ -110,12 +110,19 @@ class Log {
     this.#pointFile();
     const number = ++this.#asked;
     const path = route(satellite.key, "log", "search");
-    const { entries, complete } = await get(path, { ...query, size: MOST }, signal);
-    if (number !== this.#asked) return; // an answer to a later question may come before this one
+    // A refusal is said in place of entries: old ones would be taken for what was asked for.
+    const refused = ({ message }) => ({ entries: [], failure: message });
+    const found = await get(path, { ...query, size: MOST }, signal).catch(refused);
+    // An answer to a later question may come before this one.
+    if (number !== this.#asked || signal.aborted) return;
     this.#entries.clear();
+    this.#note.textContent = found.failure ?? this.#spanInWords(found);
+    this.#add(found.entries);
+  }
+
+  #spanInWords({ complete }) {
     const span = this.#isLive() ? "newest first, live" : "of the time span";
-    this.#note.textContent = complete ? span : `${span}; there are more, in the file as well`;
-    this.#add(entries);
+    return complete ? span : `${span}; there are more, in the file as well`;
   }
 
   #has({ severity, source, text }) {
