@@ -20,8 +20,8 @@ typedef struct {
     size_t end;
 } memory_file;
 
-const uint32_t board_state = sizeof(adcs_state);
-const uint32_t board_inputs = sizeof(adcs_inputs);
+volatile uint32_t board_state;
+volatile uint32_t board_inputs;
 volatile uint32_t board_files;
 volatile uint32_t board_in_size;
 volatile uint32_t board_out_size;
@@ -149,5 +149,7 @@ int board_main(void)
     static char in[] = "in";
     static char out[] = "out";
     char *arguments[] = {replay, in, out, NULL};
+    board_state = sizeof(adcs_state);
+    board_inputs = sizeof(adcs_inputs);
     return main(1 + (int)board_files, arguments);
 }
