@@ -295,6 +295,10 @@ def loop_without_an_end_left(x, y, n, m, v, memory):
     return turns, x
 
 
+def numbers_of_seventeen_digits(x, y, n, m, v, memory):
+    return x + 0.30000000000000004, y - 1.1000000000000003, 100000000000000.02 - x
+
+
 def whole_numbers_by_zero(x, y, n, m, v, memory):
     zero = n - n
     return n // zero, n % zero

@@ -136,7 +136,9 @@ def same_bits(c: InC, kernel, arguments: tuple, cells: list[float]) -> bool | No
     in_python, in_c = np.array(cells).view(Cells), np.array(cells)
     try:
         expected = plain_function(kernel)(*arguments, in_python)
-    except (ZeroDivisionError, IndexError):
+    except (ZeroDivisionError, IndexError) as error:
+        if "negative power" in str(error):  # of zero: infinite in compiled Python
+            return None
         c(kernel, *arguments, in_c)
         return c.failed_line > 0 and list(map(bits, in_python)) == list(map(bits, in_c))
     except (ArithmeticError, ValueError):

@@ -120,7 +120,8 @@ def spoil(rng, exported, rows, bad: slice):
     for k in range(bad.start, bad.stop):
         way = rng.integers(6)
         if way == 0:  # any numbers
-            places = rng.choice(rows.shape[1], rng.integers(1, 8), replace=False)
+            count = rows.shape[1]
+            places = rng.choice(count, rng.integers(1, min(8, count + 1)), replace=False)
             rows[k, places] = rng.choice(BAD, len(places))
         elif way == 1:  # all of them
             rows[k] = rng.choice(BAD)
