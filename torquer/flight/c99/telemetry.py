@@ -181,7 +181,7 @@ def _bits(name: str, count: int, truth: str) -> str:
     return (
         f"    uint32_t {name} = 0;\n"
         f"    for (int32_t k = 0; k < {min(count, 32)}; k++) {{\n"
-        f"        {name} |= {truth} ? ((uint32_t)1 << k) : 0u;\n    }}\n"
+        f"        {name} |= {truth} ? ((uint32_t)1 << (uint32_t)k) : 0u;\n    }}\n"
     )
 
 
