@@ -8,24 +8,28 @@ static bool are_${real}_pairs_exact(void)
     $real y[4] = {0.0$f, 0.0$f, 0.0$f, 0.0$f};
     $real less_first[4];
     $real more_first[4];
+    $real *volatile hidden_x = x; /* or GCC keeps them in registers and fuses nothing here alone */
+    $real *volatile hidden_y = y;
     bool same = true;
     for (size_t k = 0; k < count; k++) { /* a count that no compiler knows keeps them in memory */
         const $real rounded = (2.0$f * part) + 1.0$f;
         x[k] = part + 1.0$f;
         y[k] = ((k & 1u) == 0u) ? rounded : -rounded;
     }
-    less_first[0] = (x[0] * x[0]) - y[0];
-    less_first[1] = (x[1] * x[1]) + y[1];
-    less_first[2] = (x[2] * x[2]) - y[2];
-    less_first[3] = (x[3] * x[3]) + y[3];
+    const $real *const u = hidden_x;
+    $real *const w = hidden_y;
+    less_first[0] = (u[0] * u[0]) - w[0];
+    less_first[1] = (u[1] * u[1]) + w[1];
+    less_first[2] = (u[2] * u[2]) - w[2];
+    less_first[3] = (u[3] * u[3]) + w[3];
     for (size_t k = 0; k < count; k++) {
         same = same && less_first[k] == 0.0$f;
-        y[k] = -y[k];
+        w[k] = -w[k];
     }
-    more_first[0] = (x[0] * x[0]) + y[0];
-    more_first[1] = (x[1] * x[1]) - y[1];
-    more_first[2] = (x[2] * x[2]) + y[2];
-    more_first[3] = (x[3] * x[3]) - y[3];
+    more_first[0] = (u[0] * u[0]) + w[0];
+    more_first[1] = (u[1] * u[1]) - w[1];
+    more_first[2] = (u[2] * u[2]) + w[2];
+    more_first[3] = (u[3] * u[3]) - w[3];
     for (size_t k = 0; k < count; k++) {
         same = same && more_first[k] == 0.0$f;
     }
