@@ -1,21 +1,29 @@
-"""What commands load: scenarios whose Python files may be executed, archives of a ground."""
+"""What commands load: scenarios whose Python files may be executed, archives of a ground.
+
+Also what the ground that runs knows, which its archive may lack.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from torquer.base.dates import iso_s
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import make_writable
+from torquer.cli.output import make_writable, print_note
 
 if TYPE_CHECKING:
     from torquer.campaign.spec import Campaign
     from torquer.scenario.spec import Scenario
 
-
+T = TypeVar("T")
 #: Where a ground has its archives unless another folder is given.
 FOLDER = Path("runs/ground")
+#: How long a ground is waited for that is asked for a note alone [s].
+_NOTE_PATIENCE_S = 2.0
 
 
 def archive_in(folder: Path, name: str | None) -> Path:
@@ -149,3 +157,31 @@ def load_result(
         ) from None
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
+
+
+def ask_or_read(archive: Path, ask: Callable[..., T], read: Callable[[Path], T]) -> T:
+    """`ask(ground, satellite)` of the ground that writes an archive; where none does, `read` of it.
+
+    What is read alone lacks what a disk did not take: a note says so.
+    """
+    from torquer.ground.client import RunningGround
+
+    try:
+        return ask(RunningGround(archive.parent), archive.stem)
+    except ValueError:  # none runs, or it serves other satellites
+        found = read(archive)
+        print_note(f"{archive.name} alone is read: no ground that writes it answers")
+        return found
+
+
+def note_what_waits(archive: Path) -> None:
+    """Say since when the ground that writes an archive cannot: what came since is not in it."""
+    from torquer.ground.alarm import ARCHIVE_ALARM
+    from torquer.ground.client import RunningGround
+    from torquer.ground.limits import IN_ORDER
+
+    with suppress(ValueError):  # none runs, or it serves other satellites
+        for each in RunningGround(archive.parent, patience_s=_NOTE_PATIENCE_S).alarms(archive.stem):
+            if each["key"] == ARCHIVE_ALARM and each.get("condition", IN_ORDER) != IN_ORDER:
+                since = iso_s(each["since_ms"])
+                print_note(f"{archive.name}: nothing is archived since {since}, and this lacks it")

@@ -49,7 +49,8 @@ MET = {
     NOT_BEGUN, EPHEMERIS_NOT_FINITE, ESTIMATOR_BEGUN_ANEW,
 ) = (1 << bit for bit in range(len(MET)))  # fmt: skip
 
-#: Times are below it [s]: at 1e20 s a clock that was believed would not tell steps apart any more.
+#: Times, and how far clocks are apart, are below it [s]: at 1e20 s a clock that was believed would
+#: not tell steps apart any more.
 LATEST_S = 1e10
 
 #: A sensor or device whose readings are checked: its row, the numbers of a reading, how old the
@@ -80,7 +81,7 @@ GATE_NOW = np.dtype([(name, np.float64) for name in ("offset_s", "t_s", "other_s
 OUTCOMES = {
     "done": "it holds from the next step on",
     "no_such": "there is no such region, state of the region, flag or parameter",
-    "not_a_number": "the value is no finite number",
+    "not_a_number": "the value is no finite number, or a time that no clock shows",
     "fixed": "the parameter shapes its block and is not set in flight",
 }
 DONE, NO_SUCH, NOT_A_NUMBER, FIXED = range(len(OUTCOMES))
@@ -356,9 +357,10 @@ def rebase(gate_now, shift_s):
 
     Meets REQ-BRD-003, REQ-BRD-004.
     """
-    if not math.isfinite(shift_s):
+    offset_s = gate_now[0].offset_s + shift_s
+    if not abs(offset_s) < LATEST_S:
         return NOT_A_NUMBER
-    gate_now[0].offset_s += shift_s
+    gate_now[0].offset_s = offset_s
     return DONE
 
 

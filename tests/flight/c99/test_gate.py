@@ -240,7 +240,25 @@ def test_a_clock_that_the_ground_sets_costs_nothing(exported):
         command, status = exported.in_c(row)
         assert not status & (gates.TIME_AHEAD | gates.CLOCK_SET)
         np.testing.assert_allclose(command, expected[k], rtol=1e-6, atol=1e-12)
-    assert exported.c.rebase(ctypes.c_double(math.nan)) == gates.NOT_A_NUMBER
+
+
+@needs_compiler
+@pytest.mark.verifies("REQ-BRD-004")
+def test_a_clock_is_set_to_no_time_that_no_clock_shows(exported):
+    exported.c.begin()
+    rows = np.ascontiguousarray(exported.inputs.copy())
+    expected, _ = exported.both(rows)
+    exported.c.begin()
+    far = [sign * size for sign in (1.0, -1.0) for size in (1e10, 1e20, 1e300, math.inf)]
+    for k, row in enumerate(rows):
+        if k == 100:
+            for shift_s in (math.nan, *far):
+                assert exported.c.rebase(ctypes.c_double(shift_s)) == gates.NOT_A_NUMBER
+        command, _ = exported.in_c(row)
+        np.testing.assert_array_equal(command, expected[k])
+    half = ctypes.c_double(0.6 * gates.LATEST_S)
+    assert exported.c.rebase(half) == gates.DONE
+    assert exported.c.rebase(half) == gates.NOT_A_NUMBER
 
 
 @needs_compiler

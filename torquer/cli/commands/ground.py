@@ -15,7 +15,7 @@ from torquer.base.strict_json import json_text
 from torquer.cli.app import read_help
 from torquer.cli.commands.ground_orders import As, in_words
 from torquer.cli.examples import show_examples
-from torquer.cli.loading import FOLDER, load_checked, load_given, span_ms
+from torquer.cli.loading import FOLDER, load_checked, load_given, note_what_waits, span_ms
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import (
     check_installed,
@@ -28,7 +28,6 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.process import FAILED_CODE
-from torquer.cli.running_ground import note_what_waits
 
 app = App(name="ground", help_epilogue=show_examples("ground"), version_flags=[])
 #: Short name of a satellite without a ground file.

@@ -6,10 +6,9 @@ from typing import Annotated
 from torquer.base.dates import iso_s
 from torquer.base.limits import within
 from torquer.base.strict_json import INFINITIES, json_text
-from torquer.cli.loading import FOLDER, archive_in, span_ms
+from torquer.cli.loading import FOLDER, archive_in, ask_or_read, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
-from torquer.cli.running_ground import ask_or_read
 
 _STATES = {
     "active": "not acknowledged",

@@ -5,11 +5,10 @@ from typing import Literal
 
 from torquer.base.dates import iso_ms
 from torquer.base.strict_json import INFINITIES, json_text
-from torquer.cli.loading import FOLDER, archive_in, date_ms, load_given, span_ms
+from torquer.cli.loading import FOLDER, archive_in, date_ms, load_given, note_what_waits, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
-from torquer.cli.running_ground import note_what_waits
 
 #: Most gaps that one call orders.
 _MOST_ORDERS = 20

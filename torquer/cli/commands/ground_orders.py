@@ -9,11 +9,10 @@ from cyclopts import Parameter
 from torquer.base.dates import iso_ms
 from torquer.base.limits import within
 from torquer.base.strict_json import json_text
-from torquer.cli.loading import FOLDER, archive_in, span_ms
+from torquer.cli.loading import FOLDER, archive_in, ask_or_read, span_ms
 from torquer.cli.options import Json, options
 from torquer.cli.output import harmless, print_note
 from torquer.cli.process import FAILED_CODE
-from torquer.cli.running_ground import ask_or_read
 from torquer.ground.command_states import State
 
 #: A name that is stated with commands.

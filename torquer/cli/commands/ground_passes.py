@@ -12,10 +12,9 @@ from cyclopts import Parameter
 from torquer.base.dates import table_utc
 from torquer.base.limits import positive, within
 from torquer.base.strict_json import json_text
-from torquer.cli.loading import FOLDER, archive_in, load_checked
+from torquer.cli.loading import FOLDER, archive_in, load_checked, note_what_waits
 from torquer.cli.options import CodeOptions, Json, options
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
-from torquer.cli.running_ground import note_what_waits
 
 if TYPE_CHECKING:
     from torquer.ground.elements import KnownOrbit
