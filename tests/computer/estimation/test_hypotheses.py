@@ -193,7 +193,7 @@ def test_weights_follow_the_density_of_the_innovations(bias):
     for k in (0, 7):
         hypotheses.load(memory, k)
         value = hypotheses.log_likelihood(row, parameters, memory, (0.0, 0.0, 0.0))
-        m, _ = hypotheses.measure(row, parameters, memory, 0, (0.0, 0.0, 0.0), 0.0)
+        m, _ = hypotheses.latest(row, parameters, memory, 0, (0.0, 0.0, 0.0), 0.0)
         h = np.zeros((m.count, len(memory.correction)))
         h[:, :3] = np.array(m.h)[: m.count]
         for at, other in zip(m.at, m.h_other, strict=True):
