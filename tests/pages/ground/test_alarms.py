@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import shutil
 import subprocess
 from contextlib import closing
@@ -309,6 +310,9 @@ def test_without_a_connection_alarms_are_unknown(fed):
         page.goto(f"{client.base}/?token={client.token}")
         indicator = page.locator(".t-alarms__indicator")
         sync_api.expect(indicator).to_have_text("no alarms")
+        # which may come before the connection does: a loss before it would be none
+        state = page.locator(".t-link__state").first
+        sync_api.expect(state).to_have_text(re.compile("^(link|no telemetry)"))
         page.route("**/api/sat/alarms", lambda route: route.fulfill(status=400, json={}))
         sockets[0].close()
         sync_api.expect(indicator).to_have_text("? alarms unknown")
