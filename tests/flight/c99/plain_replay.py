@@ -51,6 +51,7 @@ def replay(path: str, file: str) -> int:
     gate, now = records(made.checks), records(gates.first_gate())
     given = records(np.zeros(1, KNOWN))
     places = [*handed_in(inputs_for(parts, made)).values()]
+    numbers_of = state_numbers(made)
     data = Path(file).read_bytes()
     _, steps, inputs, _ = struct.unpack_from("<8sQQQ", data)
     size, at = 8 * (inputs + 15), 32
@@ -65,7 +66,7 @@ def replay(path: str, file: str) -> int:
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
         if (
             answer.tobytes() != row[1 + inputs : 7 + inputs].tobytes()
-            or mark_numbers(state_numbers(board, made)) != mark
+            or mark_numbers(numbers_of(board)) != mark
         ):
             print(f"the first difference is at step {step} of {steps}")
             return 1

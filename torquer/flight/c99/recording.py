@@ -92,6 +92,7 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
     torque = [with_attributes(each) for each in (checks.torque_axes, checks.torque)]
     places = [*handed_in(given).values()]
     estimated = [name in made.known for name in _ESTIMATE]
+    numbers_of = state_numbers(made)
     while len(marks) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
         afresh.append(float(_begins_afresh(run, before_s, known[0])))
@@ -102,7 +103,7 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
         )
         estimates.append(np.where(estimated, known[_PLACES], np.nan))
         board = _as_in_c(run.state.board, first, made)
-        marks.append(0 if is_single() else mark_numbers(state_numbers(board, made)))
+        marks.append(0 if is_single() else mark_numbers(numbers_of(board)))
         before_s = known[0]
     if not marks:
         raise ValueError("simulation: must have a control step to be recorded; received none")

@@ -99,10 +99,10 @@ def all_numbers(board: Board) -> np.ndarray:
     return np.concatenate([numbers_in(part) for part in state_parts(board)])
 
 
-def state_numbers(board: Board, made: Export) -> np.ndarray:
-    """All numbers of a state in C, in the order in which its struct has them; nothing failed."""
-    numbers = all_numbers(board)[kept_places(made.program, made.board)]
-    return np.concatenate([numbers, np.zeros(_failures(made))])
+def state_numbers(made: Export) -> Callable[[Board], np.ndarray]:
+    """What gives all numbers that a board has in C, in the order of its struct; nothing failed."""
+    places, failures = kept_places(made.program, made.board), np.zeros(_failures(made))
+    return lambda board: np.concatenate([all_numbers(board)[places], failures])
 
 
 def _failures(made: Export) -> int:
