@@ -17,7 +17,7 @@ import numpy as np
 from torquer.base.user_source import plain_function, source_mark, source_text
 from torquer.base.version import VERSION
 from torquer.compile import sources
-from torquer.compile.c_library import build_library
+from torquer.compile.c_library import EXACT, build_library
 from torquer.compile.engine import COMPILED
 from torquer.computer.computer import Blocks, Board, Computer, parameter_places
 
@@ -64,7 +64,7 @@ class Library:
             )
         if not self._code.torquer_self_test():
             raise ValueError(
-                "computer: must be compiled with -ffp-contract=off and -fno-tree-slp-vectorize; "
+                f"computer: must be compiled with {' and '.join(EXACT)}; "
                 f"received {file}, which computes other bits"
             )
 

@@ -17,6 +17,7 @@ from flight.c99.frameworks.stub_fprime import stub_base
 from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 
 import torquer
+from torquer.compile.c_library import EXACT
 from torquer.flight.c99.computer import OnBoard, find_computer, translate_step
 from torquer.flight.c99.frameworks import FRAMEWORK_FILES, FRAMEWORKS, framework_texts
 from torquer.flight.c99.frameworks.declared import declare
@@ -82,6 +83,22 @@ def exported(tmp_path_factory):
         return folders[name]
 
     return export
+
+
+@needs_compiler
+def test_every_build_bars_what_would_change_bits(exported):
+    """What builds an export, and what is said where another build is met."""
+    folder = exported("tip_off_campaign")
+    builds = [*folder.rglob("CMakeLists.txt")]
+    assert len(builds) == 1 + len(FRAMEWORKS)
+    said = [
+        folder / "README.md",
+        folder / "test/replay.c",
+        *folder.glob("cfs/*/fsw/src/adcs_app.c"),
+    ]
+    assert len(said) == 3
+    for file in (*builds, *said):
+        assert all(flag in file.read_text() for flag in EXACT), file
 
 
 def objects(folder: Path) -> list[Path]:

@@ -6,6 +6,7 @@ from string import Template
 from typing import NamedTuple
 
 from torquer.base.version import VERSION
+from torquer.compile.c_library import EXACT
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
@@ -68,7 +69,8 @@ class Declared(NamedTuple):
     def general(self) -> dict[str, str]:
         """Places that every file has."""
         ephemeris = '    "${ADCS_LIBRARY}/adcs_ephemeris.c"\n' if self.has_ephemeris else ""
-        return {"name": self.name, "version": VERSION, "ephemeris": ephemeris}
+        exact = " ".join(EXACT)
+        return {"name": self.name, "version": VERSION, "ephemeris": ephemeris, "exact": exact}
 
 
 def declare(computer: OnBoard, inputs: list[Input], has_ephemeris: bool = False) -> Declared:

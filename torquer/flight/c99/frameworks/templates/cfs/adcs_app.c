@@ -70,7 +70,8 @@ CFE_Status_t ADCS_APP_Init(void)
         return Status;
     }
     if (!adcs_self_test()) {
-        CFE_ES_WriteToSysLog("ADCS_APP: this build computes otherwise: compile with -ffp-contract=off\n");
+        CFE_ES_WriteToSysLog(
+            "ADCS_APP: this build computes otherwise: compile with $exact\n");
         return CFE_STATUS_EXTERNAL_RESOURCE_FAIL;
     }
     adcs_cycle_begin(&ADCS_APP_Data.Cycle);
