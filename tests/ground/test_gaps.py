@@ -100,6 +100,16 @@ def test_a_clock_that_goes_back_begins_a_gap_though_no_rows_are_far_apart(tmp_pa
     assert gap.missing == -((gap.start_ms - gap.end_ms) // 20_000)
 
 
+def test_a_reboot_while_rows_come_more_seldom_than_before(tmp_path):
+    """The period changes with the telemetry's rate: it is that about the reboot that counts."""
+    first = [1000 * k for k in range(400)]
+    slow = [first[-1] + 20_000 * k for k in range(1, 100)]
+    after = [slow[-1] - 30_000 + 20_000 * k for k in range(100)]
+    rows = [row("extended", t, 10 * k) for k, t in enumerate(first + slow + after)]
+    (gap,) = (each for each in found(archive_of(tmp_path / "sat.sqlite", rows)) if each.is_reboot)
+    assert (gap.end_ms, gap.every_ms) == (after[0], 20_000)
+
+
 @pytest.mark.usefixtures("parts")
 def test_rows_handed_over_late_or_by_another_ground_tell_of_no_reboot(tmp_path):
     late = [*range(0, 20), 21, 22, 20, *range(23, 60), 61, 60, 62, *range(63, 80)]

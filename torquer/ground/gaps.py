@@ -20,6 +20,7 @@ from torquer.base.dates import iso_ms, iso_s
 from torquer.base.limits import RequestError
 from torquer.flight.packets.commands import Sent
 from torquer.flight.packets.dictionary import Dictionary
+from torquer.flight.packets.frames import CLOCK_SAVED_S
 from torquer.ground.archive import EPOCH_MS, RECORDED, ArchiveError
 from torquer.ground.bins import usual_steps
 
@@ -35,8 +36,8 @@ _LAST_S = 2**32 - 1
 _REGULAR, _CLOSE = 0.5, 0.2
 #: Fewest rows of which a period is told, and rows that are looked at at a time.
 _FEWEST, _PART = 10, 100_000
-#: How far a reboot sets the clock back at most: it is saved each minute [ms].
-_KEPT_MS = 60_000
+#: How far a reboot sets the clock back at most [ms].
+_KEPT_MS = round(1000 * CLOCK_SAVED_S)
 #: Most gaps that are listed, the latest; time before the last row that is looked at [ms].
 MOST, SPAN_MS = 200, 7 * 86_400_000
 
@@ -102,22 +103,22 @@ def _of_packet(
             every_ms, step = int(usual[k]), int(steps[k])
             missing = round(step / every_ms) - 1
             found.append(Gap(packet, int(at[k]), int(at[k + 1]), every_ms, missing, 0))
-        found += _reboots(packet, at[received >= 0], received[received >= 0], usual)
+        found += _reboots(packet, at[received >= 0], received[received >= 0])
         found = sorted(found, key=lambda gap: gap.start_ms)[-MOST:]
     return found
 
 
-def _reboots(packet: str, at: np.ndarray, received: np.ndarray, usual: np.ndarray) -> Iterator[Gap]:
+def _reboots(packet: str, at: np.ndarray, received: np.ndarray) -> Iterator[Gap]:
     """Where the clock goes back, in the order of reception, and on in steps as usual.
 
     Rows that a link has handed over late do not go on so: rows before theirs have come already.
     """
     at = at[np.argsort(received, kind="stable")]
-    every_ms = int(np.median(usual))
     steps = np.diff(at)
-    goes_on = np.abs(steps[1:] - every_ms) < _CLOSE * every_ms
+    usual = usual_steps(steps)[1:]
+    goes_on = np.abs(steps[1:] - usual) < _CLOSE * usual
     for k in np.flatnonzero((steps[:-1] < 0) & goes_on).tolist():
-        start_ms, end_ms = int(at[k]) - _KEPT_MS, int(at[k + 1])
+        start_ms, end_ms, every_ms = int(at[k]) - _KEPT_MS, int(at[k + 1]), int(usual[k])
         if start_ms < end_ms:
             most = -((start_ms - end_ms) // every_ms)
             yield Gap(packet, start_ms, end_ms, every_ms, most, 0, is_reboot=True)

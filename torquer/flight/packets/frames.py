@@ -25,6 +25,8 @@ from torquer.flight.packets.security import begun_mark
 
 #: On-board time counts from then on.
 EPOCH = datetime(2010, 1, 1, tzinfo=UTC)
+#: How often it is saved, unless a software file says otherwise [s]: a reboot goes on from there.
+CLOCK_SAVED_S = 60.0
 FRAMESYNC = 0xAABBCCDD
 #: `msg_status` of a downlink frame.
 STATUS = INFO, ALARM, STOP = (0, 1, 2)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from torquer.flight.packets.frames import CLOCK_SAVED_S
 from torquer.flight.packets.reasons import Reason
 from torquer.flight.software.modules.module import Module
 
@@ -18,7 +19,7 @@ class Clk(Module):
     """Saves the time; a reboot loses what has passed since the last time, and the boot's."""
 
     name = "clk"
-    period_s = 60.0
+    period_s = CLOCK_SAVED_S
 
     def step(self, core) -> None:
         """Save the time."""
