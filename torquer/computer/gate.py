@@ -62,13 +62,16 @@ BOUND = np.dtype([(name, np.float64) for name in "xyz"])
 SETTABLE = np.dtype([("settable", np.int64)])
 #: A region that only guards, and its first state.
 GUARD = np.dtype([("region", np.int64), ("first", np.int64)])
+#: Parts of the ephemeris, and their fields in the computer's record.
+EPHEMERIS_PARTS = {
+    name: tuple(f"{field}_{c}" for c in "xyz")
+    for name, field in (
+        ("place", "position"), ("velocity", "velocity"), ("field", "model_b"),
+        ("field_rate", "model_b_rate"), ("to_sun", "to_sun"),
+    )
+} | {"sunlit_fraction": ("sunlit_fraction",)}  # fmt: skip
 #: Parts of the ephemeris that are used: 1 for each.
-EPHEMERIS = np.dtype(
-    [
-        (name, np.int64)
-        for name in ("place", "velocity", "field", "field_rate", "to_sun", "sunlit_fraction")
-    ]
-)
+EPHEMERIS = np.dtype([(name, np.int64) for name in EPHEMERIS_PARTS])
 #: The memory of an estimator of the user's.
 OWN = np.dtype([("m0", np.int64), ("m1", np.int64)])
 #: What the gate remembers: the clock of the computer is that of the caller less `offset_s`;

@@ -66,14 +66,6 @@ _ENTRIES = (
 _TIMES = frozenset({"Given.t_s", "Given.read_s", "Known.t_s", "Known.read_s", "GateNow.offset_s"})
 #: What of the computer's record an estimator writes.
 _ESTIMATE = [name for name in KNOWN.names or () if SENSED <= PLACES[name].start < ESTIMATED]
-#: Numbers of the parts of the ephemeris in the computer's record.
-_EPHEMERIS = {
-    name: [f"{field}_{c}" for c in "xyz"]
-    for name, field in (
-        ("place", "position"), ("velocity", "velocity"), ("field", "model_b"),
-        ("field_rate", "model_b_rate"), ("to_sun", "to_sun"),
-    )
-} | {"sunlit_fraction": ["sunlit_fraction"]}  # fmt: skip
 #: Arrays whose first index is the number of a sensor, with how many dimensions they have; by what
 #: name the numbers are noted that the control step uses.
 _ROWS, _USED = (("Known.readings", 2), ("Known.read_s", 1)), ("used", 1)
@@ -277,9 +269,9 @@ def _checks(computer: OnBoard, program: Program) -> gates.Gate:
         return computer.gate
     rows, ephemeris = computer.gate.readings, computer.gate.ephemeris.copy()
     used = program.live.cells.get(_USED, set())
-    for name, fields in _EPHEMERIS.items():
+    for name, fields in gates.EPHEMERIS_PARTS.items():
         ephemeris[name] = any(f"Known.{each}" in program.live.fields for each in fields)
-    is_used = any(ephemeris[name].any() for name in _EPHEMERIS)
+    is_used = any(ephemeris[name].any() for name in gates.EPHEMERIS_PARTS)
     return computer.gate._replace(
         readings=rows[np.isin(rows["row"], [*used])],
         ephemeris=ephemeris if is_used else ephemeris[:0],
