@@ -16,6 +16,7 @@ import torquer
 from torquer.cli.answer import answer
 from torquer.computer import gate as gates
 from torquer.flight.c99.export import export_c
+from torquer.flight.c99.texts import without_comments
 
 PREFIXES = ("bus", "nav")
 CPP = shutil.which("g++")
@@ -85,7 +86,7 @@ def test_all_that_the_headers_define_begins_with_the_prefix(pair):
             )  # fmt: skip
             macros = {line.split()[1] for line in set(own) - set(plain)}
             assert all(each.startswith(f"{prefix.upper()}_") for each in macros), macros
-            text = re.sub(r"/\*.*?\*/", "", (folder / header).read_text(), flags=re.S)
+            text = without_comments((folder / header).read_text())
             named = re.findall(r"^\} (\w+);|(\w+)\(|^    ([A-Z]\w+) = ", text, flags=re.M)
             names = {each for three in named for each in three if each} - {"UINT64_C", "INT64_C"}
             assert names and all(each.lower().startswith(f"{prefix}_") for each in names), names

@@ -7,6 +7,7 @@ from torquer.flight.c99.helpers import helper_texts
 from torquer.flight.c99.lines import Declared, Left, Line, Stored
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.program import Program
+from torquer.flight.c99.texts import without_comments
 from torquer.flight.c99.translation import FAILURES, Function
 from torquer.flight.c99.types import (
     BOOL,
@@ -197,11 +198,6 @@ def wrap_line(text: str, depth: int) -> str:
     return "\n".join([*lines, text])
 
 
-def _without_comments(text: str) -> str:
-    """A text without its comments, which name things without using them."""
-    return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-
-
 def helpers_text(used: str) -> str:
     """The functions of the C text's own that a text uses."""
     found = [text for name, text in helper_texts().items() if re.search(rf"\b{name}\(", used)]
@@ -228,7 +224,7 @@ def reached_functions(program: Program, roots: tuple[str, ...] = ()) -> dict[str
         name = waiting.pop()
         if name not in reached:
             reached.add(name)
-            called = re.findall(r"\b(\w+)\(", _without_comments(texts[name]))
+            called = re.findall(r"\b(\w+)\(", without_comments(texts[name]))
             waiting += [each for each in called if each in texts]
     return {name: text for name, text in texts.items() if name in reached}
 
@@ -236,7 +232,7 @@ def reached_functions(program: Program, roots: tuple[str, ...] = ()) -> dict[str
 def program_text(program: Program, with_types: bool = True, roots: tuple[str, ...] = ()) -> str:
     """The whole program as one text; see `functions_text`."""
     functions = "\n".join(reached_functions(program, roots).values())
-    used = _without_comments(functions)
+    used = without_comments(functions)
     parts = [types_text(program)] if with_types else []
     parts += [constants_text(program, used), helpers_text(used), functions]
     return "\n".join(part for part in parts if part)

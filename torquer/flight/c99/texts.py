@@ -45,10 +45,15 @@ def words_around() -> set[str]:
     return set(re.findall(r"(?:->|\.)(\w+)", text))
 
 
+def without_comments(text: str) -> str:
+    """A text of C without its comments, which name things without using them."""
+    return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+
+
 def names_around() -> list[str]:
     """Names of functions, types and tables of the text around the kernels."""
     files = [each for pattern in _AROUND for each in sorted(_FOLDER.glob(pattern))]
     texts = [each.read_text(encoding="utf-8") for each in files]
     texts.append(self_test(("double", "float"))["exact"])
-    text = re.sub(r"/\*.*?\*/", "", "\n".join(texts), flags=re.S)
+    text = without_comments("\n".join(texts))
     return re.findall(r"^[^\s#][^\n(\[;=]*?(\w+)\s*[(\[;=]", text, flags=re.M)
