@@ -1,11 +1,10 @@
 """Files of members joined block by block: what all of them are at once, in bounded memory."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 import xarray as xr
 from artificial_campaign import artificial
+from memory_peak import peak_of
 
 import torquer
 from torquer.campaign import joining
@@ -115,15 +114,6 @@ def test_statistics_of_a_stored_campaign_are_those_in_memory(tmp_path, monkeypat
     for instants in (np.arange(50), np.array([0, 1, 7, 20, 49]), np.array([49])):
         found = bands.bands_of(variable, all_of_them, instants)
         assert np.array_equal(found, percentiles[:, instants], equal_nan=True)
-
-
-def peak_of(function) -> int:
-    tracemalloc.start()
-    try:
-        function()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
 
 
 def test_memory_does_not_grow_with_the_number_of_members(tmp_path, monkeypatch):

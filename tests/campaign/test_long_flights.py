@@ -1,9 +1,8 @@
 """Long flights of members: outcomes taken while they fly, by parts, in bounded memory."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
+from memory_peak import peak_of
 from tip_off import SCENARIO, campaign
 
 from torquer.campaign import fleet
@@ -103,15 +102,6 @@ def test_the_last_record_may_come_before_the_end(monkeypatch):
     for records in (2048, 7, 45):
         monkeypatch.setattr(group, "RECORDS", records)
         assert_same(fly(scenario, made, False), whole)
-
-
-def peak_of(function) -> int:
-    tracemalloc.start()
-    try:
-        function()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("alone", [False, True])

@@ -81,11 +81,10 @@ class Fleet:
         self._kept = np.unique(places.round().astype(int))
         self.kept_s = self._kept * run.plan.record_steps * run.plan.step_s
         self.base, self._pieces = run, Pieces(run)
-        own = own_environment(campaign)
-        self._first_piece = None if own else run.piece
+        self._first_piece = None if own_environment(campaign) else run.piece
         if self._library is not None:
             self._check_tables()
-        self._lanes, self.why_not_in_lanes = self._side_by_side(own)
+        self._lanes, self.why_not_in_lanes = self._side_by_side()
         self._along = functools.lru_cache(PARTS)(self._records_along)
         r, v = scenario.orbit_environment().state(np.zeros(1))
         self._start = r[0], v[0]
@@ -115,19 +114,10 @@ class Fleet:
             with contextlib.suppress(ValueError):
                 yield with_values(self.scenario, as_changes({key: values}, row))
 
-    def _side_by_side(self, varied: list[str]) -> tuple[Lanes | None, str]:
-        """Lanes for the members; None, and the reason, if all must be flown one by one.
-
-        `varied`: keys that vary of the orbit, the environment, the ephemeris or the steps.
-        """
-        if needs_modes(self.campaign.outcomes, self.scenario):
-            return None, (
-                "attitude_error_deg is from the attitude that the modes hold at the time, and "
-                "members flown together do not record their modes"
-            )
-        if varied:
-            text = "members flown together share orbit, environment, ephemeris and steps"
-            return None, f"{varied[0]} varies, and {text}"
+    def _side_by_side(self) -> tuple[Lanes | None, str]:
+        """Lanes for the members; None, and the reason, if all must be flown one by one."""
+        if (asked := asks_for_alone(self.scenario, self.campaign)) is not None:
+            return None, asked.at_length
         if why := why_not_in_lanes(self.base):
             return None, why
         try:
@@ -312,6 +302,27 @@ class Fleet:
         for name, values in found.series.items():
             if values.shape[1]:
                 chunk.series[name][rows] = values
+
+
+class Asked(NamedTuple):
+    """Why a campaign's members fly one by one whatever their scenario has: in short, at length."""
+
+    why: str
+    at_length: str
+
+
+def asks_for_alone(scenario: Scenario, campaign: Campaign) -> Asked | None:
+    """What a campaign asks for that members flown together do not give."""
+    if needs_modes(campaign.outcomes, scenario):
+        return Asked(
+            "attitude_error_deg depends on the modes",
+            "attitude_error_deg is from the attitude that the modes hold at the time, and "
+            "members flown together do not record their modes",
+        )
+    if varied := own_environment(campaign):
+        text = "members flown together share orbit, environment, ephemeris and steps"
+        return Asked(f"{varied[0]} varies", f"{varied[0]} varies, and {text}")
+    return None
 
 
 def own_environment(campaign: Campaign) -> list[str]:

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.base.cores import cores
-from torquer.campaign.fleet import MOST_INSTANTS, MOTION_KEYS, PARTS, own_environment
+from torquer.campaign.fleet import MOST_INSTANTS, MOTION_KEYS, PARTS, asks_for_alone
 from torquer.campaign.fly import CHUNK
 from torquer.campaign.joining import BLOCK
-from torquer.campaign.outcomes import needs_modes, outcomes_with_series
+from torquer.campaign.outcomes import outcomes_with_series
 from torquer.campaign.spec import Campaign
 from torquer.compile.lanes import LANES
 from torquer.scenario.spec import Scenario, whole_steps
@@ -104,11 +104,8 @@ def estimate_campaign(
 
 
 def _why_alone(scenario: Scenario, campaign: Campaign, compiled: bool) -> str:
-    if own := own_environment(campaign):
-        return f"{own[0]} varies"
-    if needs_modes(campaign.outcomes, scenario):
-        return "attitude_error_deg depends on the modes"
-    return why_alone(scenario, not compiled)
+    asked = asks_for_alone(scenario, campaign)
+    return why_alone(scenario, not compiled) if asked is None else asked.why
 
 
 def _member_s(scenario: Scenario, campaign: Campaign, run: Size, compiled: bool, alone) -> float:
