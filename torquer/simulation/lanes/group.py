@@ -18,8 +18,8 @@ from torquer.simulation.loop.state import AT_CELLS, CELLS, LOCAL_CELLS, Plan
 from torquer.simulation.loop.step import NO_READERS, Loop, run_steps, with_readers
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
-from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.setup.prepare import first_rods
+from torquer.simulation.propagate.interval import IN_LANES, LOOK_ONLY, Problem, propagate
+from torquer.simulation.setup.prepare import choose_integrator, first_rods
 from torquer.simulation.setup.run import Piece, Run, make_environments, tabulate_piece
 from torquer.simulation.setup.signals import noted_signals
 
@@ -87,7 +87,7 @@ def _has_pulses(scenario: Scenario) -> bool:
 
 #: What members are flown alone for, and whether a scenario has it.
 _ALONE: dict[str, Callable[[Scenario], bool]] = {
-    "an integrator that splits the motion": lambda s: s.simulation.integrator == "splitting",
+    "an integrator that splits the motion": lambda s: type(choose_integrator(s)) not in IN_LANES,
     "coils driven by pulse-width modulation": _has_pulses,
     "torques of the user's own": _has_own_torques,
     "a sensor of the user's own": lambda s: s.spacecraft.own_sensor is not None,
