@@ -111,6 +111,7 @@ def test_memory_does_not_grow_with_the_length(alone, monkeypatch):
     monkeypatch.setattr(fleet, "RECORDS", 64)
     monkeypatch.setattr(size, "_PIECE_ROWS", 128)
     monkeypatch.setattr(group, "PIECES", 2)
+    monkeypatch.setattr(fleet, "FOUND_AT_ONCE", 64)
     monkeypatch.setattr(fleet, "PARTS", 4)
     peaks = []
     for duration_s in (10240.0, 10240.0, 40960.0):  # the first one compiles

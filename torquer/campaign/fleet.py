@@ -46,8 +46,9 @@ _TRIED = 8
 _UNSAVED = Checkpoints(lambda run: None, np.inf)
 #: Instants that are kept of a signal.
 MOST_INSTANTS = 200
-#: Parts of `RECORDS` records of which the environment along the orbit is kept.
-PARTS = 256
+#: Records at which the environment along the orbit is found at once, and such blocks that are kept.
+#: How a flight is cut must not matter: models round one record differently from many.
+FOUND_AT_ONCE, PARTS = 2048, 256
 
 
 class Chunk(NamedTuple):
@@ -85,7 +86,7 @@ class Fleet:
         if self._library is not None:
             self._check_tables()
         self._lanes, self.why_not_in_lanes = self._side_by_side()
-        self._along = functools.lru_cache(PARTS)(self._records_along)
+        self._along = functools.lru_cache(PARTS)(self._block_along)
         r, v = scenario.orbit_environment().state(np.zeros(1))
         self._start = r[0], v[0]
 
@@ -179,7 +180,7 @@ class Fleet:
         taken = Reduction(self.campaign.outcomes, self.scenario, len(rows), self._kept)
 
         def take(columns: slice, first: int, motion: np.ndarray) -> None:
-            motion, along = np.swapaxes(motion, 1, 2), self._along(first, len(motion))
+            motion, along = np.swapaxes(motion, 1, 2), self._records_along(first, len(motion))
             taken.add(columns, first, Flown(along[0], motion[..., :4], motion[..., 4:], *along[1:]))
 
         numbers = np.array([fitting[row] for row in rows])
@@ -188,10 +189,19 @@ class Fleet:
         for row in rows[failed].tolist():
             self._fly_alone(chunk, row)
 
-    def _records_along(self, first: int, count: int) -> tuple:
+    def _records_along(self, first: int, count: int) -> list:
         """Times, and what `Flown` has along the orbit, of records that all members share."""
-        plan = self.base.plan
-        t_s = np.arange(first, first + count) * plan.record_steps * plan.step_s
+        skipped = first % FOUND_AT_ONCE
+        numbers = range(first // FOUND_AT_ONCE, (first + count - 1) // FOUND_AT_ONCE + 1)
+        parts = zip(*map(self._along, numbers), strict=True)
+        joined = (None if part[0] is None else np.concatenate(part) for part in parts)
+        return [None if part is None else part[skipped : skipped + count] for part in joined]
+
+    def _block_along(self, number: int) -> tuple:
+        """The same of a block of records."""
+        plan, first = self.base.plan, number * FOUND_AT_ONCE
+        after = min(first + FOUND_AT_ONCE, self.base.steps // plan.record_steps + 1)
+        t_s = np.arange(first, after) * plan.record_steps * plan.step_s
         return t_s, *_along(self.scenario, self.campaign, t_s)
 
     def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
@@ -281,7 +291,7 @@ class Fleet:
             along = (
                 _along(run.scenario, self.campaign, t_s)
                 if not shared
-                else (self._along(first, len(rows))[1:])
+                else self._records_along(first, len(rows))[1:]
             )
             q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
             omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]

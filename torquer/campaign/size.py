@@ -10,7 +10,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.base.cores import cores
-from torquer.campaign.fleet import MOST_INSTANTS, MOTION_KEYS, PARTS, asks_for_alone
+from torquer.campaign.fleet import (
+    FOUND_AT_ONCE,
+    MOST_INSTANTS,
+    MOTION_KEYS,
+    PARTS,
+    asks_for_alone,
+)
 from torquer.campaign.fly import CHUNK
 from torquer.campaign.joining import BLOCK
 from torquer.campaign.outcomes import outcomes_with_series
@@ -137,5 +143,5 @@ def _shared_bytes(scenario: Scenario, run: Size) -> float:
     """Memory of what is tabulated for all members: the orbit's pieces, and records along it."""
     record = whole_steps("record_s", scenario.simulation.record_s, scenario.grid_s)
     steps = min(run.steps, PIECES * piece_steps(scenario))
-    along = 8.0 * _ALONG * min(run.steps // record + 1, PARTS * RECORDS)
+    along = 8.0 * _ALONG * min(run.steps // record + 1, PARTS * FOUND_AT_ONCE)
     return _TABLES_KEPT * table_bytes(scenario, steps) + along
