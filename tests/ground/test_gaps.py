@@ -94,7 +94,7 @@ def test_a_clock_that_goes_back_begins_a_gap_though_no_rows_are_far_apart(tmp_pa
     flights.append([flights[0][-1] - back_ms + 20_000 * k for k in range(20)])
     rows = [row("extended", t, 10 * k) for k, t in enumerate(flights[0] + flights[1])]
     listed = found(archive_of(tmp_path / "sat.sqlite", rows))
-    (gap,) = (each for each in listed if each.is_reboot)
+    (gap,) = (each for each in listed if each.went_back)
     assert gap.end_ms == flights[1][0]
     assert gap.start_ms == flights[0][-1] - 60_000
     assert gap.missing == -((gap.start_ms - gap.end_ms) // 20_000)
@@ -106,7 +106,7 @@ def test_a_reboot_while_rows_come_more_seldom_than_before(tmp_path):
     slow = [first[-1] + 20_000 * k for k in range(1, 100)]
     after = [slow[-1] - 30_000 + 20_000 * k for k in range(100)]
     rows = [row("extended", t, 10 * k) for k, t in enumerate(first + slow + after)]
-    (gap,) = (each for each in found(archive_of(tmp_path / "sat.sqlite", rows)) if each.is_reboot)
+    (gap,) = (each for each in found(archive_of(tmp_path / "sat.sqlite", rows)) if each.went_back)
     assert (gap.end_ms, gap.every_ms) == (after[0], 20_000)
 
 

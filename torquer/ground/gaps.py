@@ -45,9 +45,9 @@ MOST, SPAN_MS = 200, 7 * 86_400_000
 class Gap(NamedTuple):
     """Rows that are missing between two; times are on-board, in ms since 1970.
 
-    `stored`: rows of the satellite's record in between that have come since. `is_reboot`: the row
-    at the end is the first one that came after a reboot, `missing` the most that it may have made
-    before it.
+    `stored`: rows of the satellite's record in between that have come since. `went_back`: the
+    clock went back before the row at the end, as at a reboot or when it is set; `missing`: the most
+    rows that may have been made from there on.
     """
 
     packet: str
@@ -56,7 +56,7 @@ class Gap(NamedTuple):
     every_ms: int
     missing: int
     stored: int
-    is_reboot: bool = False
+    went_back: bool = False
 
 
 def find_gaps(
@@ -121,7 +121,7 @@ def _reboots(packet: str, at: np.ndarray, received: np.ndarray) -> Iterator[Gap]
         start_ms, end_ms, every_ms = int(at[k]) - _KEPT_MS, int(at[k + 1]), int(usual[k])
         if start_ms < end_ms:
             most = -((start_ms - end_ms) // every_ms)
-            yield Gap(packet, start_ms, end_ms, every_ms, most, 0, is_reboot=True)
+            yield Gap(packet, start_ms, end_ms, every_ms, most, 0, went_back=True)
 
 
 def _times(

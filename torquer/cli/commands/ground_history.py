@@ -144,7 +144,7 @@ def gaps(*, how: GapsOptions = GapsOptions()) -> int:
 
 
 def _gap_line(gap) -> str:
-    most, why = ("at most ", ", after a reboot") if gap.is_reboot else ("", "")
+    most, why = ("at most ", ", as the clock went back") if gap.went_back else ("", "")
     return (
         f"{gap.packet}: {iso_ms(gap.start_ms)} to {iso_ms(gap.end_ms)}: {most}{gap.missing} rows "
         f"of one each {gap.every_ms / 1e3:g} s are missing{why}; {gap.stored} stored ones came"

@@ -71,13 +71,14 @@ class Gaps {
     const { gaps, can_fill: canFill } = await get(route(satellite.key, "gaps"), {}, signal);
     this.#note.textContent =
       `${gaps.length} gaps within a week of telemetry, the latest first: rows farther apart than ` +
-      `is usual, and what may be missing after a reboot. ${canFill ? "What the satellite stored comes as packets of its record." : ""}`;
+      "is usual, and what may be missing where the clock went back, as at a reboot. " +
+      `${canFill ? "What the satellite stored comes as packets of its record." : ""}`;
     this.#body.replaceChildren(...gaps.reverse().map((gap) => this.#line(gap, canFill)));
   }
 
   #line(gap, canFill) {
-    const { packet, start_ms, end_ms, every_ms, missing, stored, is_reboot } = gap;
-    const most = is_reboot ? " at most, after a reboot" : "";
+    const { packet, start_ms, end_ms, every_ms, missing, stored, went_back } = gap;
+    const most = went_back ? " at most: the clock went back" : "";
     const record = h("td", {});
     if (canFill && packet === MAIN) record.append(this.#button(gap));
     const texts = [
