@@ -129,6 +129,14 @@ def without_reference_counts(value):
     return value
 
 
+def places(count):
+    """`range(count)` for a loop over places whose turns have no part in each other, and no branch.
+
+    In plain Python there is one turn, for the array of all places.
+    """
+    return (np.arange(count),)
+
+
 def float_bits(number):
     """The bits of a float64, as a uint64."""
     return np.float64(number).view(np.uint64)
@@ -143,7 +151,7 @@ def bits_float(bits):
 def _overload() -> None:
     from torquer.compile import overloads
 
-    overloads.overload_functions(without_reference_counts, float_bits, bits_float)
+    overloads.overload_functions(without_reference_counts, float_bits, bits_float, places)
 
 
 def caller(signature):

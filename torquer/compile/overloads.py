@@ -48,12 +48,16 @@ _to_bits: Any = _same_bits(types.uint64, ir.IntType(64))
 _to_float: Any = _same_bits(types.float64, ir.DoubleType())
 
 
-def overload_functions(without_reference_counts, bits_of, float_of) -> None:
+def overload_functions(without_reference_counts, bits_of, float_of, places) -> None:
     """Say what these functions of the engine are."""
 
     @overload(without_reference_counts, jit_options=INLINED_OPTIONS)
     def _without_reference_counts(value):
         return lambda value: _cut(value)
+
+    @overload(places, inline="always")
+    def _places(count):
+        return lambda count: range(count)
 
     @overload(bits_of, jit_options=INLINED_OPTIONS)
     def _bits_of(number):

@@ -9,6 +9,7 @@ import pygeomag
 import pytest
 
 from torquer.base.conventions import FIELD_RADIUS_M
+from torquer.compile.when_compiling import plainly
 from torquer.environment.earth.harmonics import gradient
 from torquer.environment.earth.harmonics_many import LANES, gradient_many
 from torquer.environment.field import (
@@ -214,6 +215,15 @@ def test_many_points_are_the_single_points(degree):
             assert b == pytest.approx(gradient(packed, tuple(row)), rel=1e-12, abs=1e-18), count
         gradient_many(packed, r, r)
         assert np.array_equal(r, out), count
+
+
+def test_many_points_have_the_same_bits_in_plain_python():
+    packed, r = Igrf14().prepare(2023.0), sphere(LANES + 5)
+    out, plain = np.empty_like(r), np.empty_like(r)
+    gradient_many(packed, r, out)
+    with plainly():
+        gradient_many(packed, r, plain)
+    assert out.tobytes() == plain.tobytes()
 
 
 def test_compiled_equals_interpreted():

@@ -5,11 +5,9 @@ The sums are those for one point, with the points innermost, so that the compile
 the compiler see that they do not overlap.
 """
 
-import math
-
 import numpy as np
 
-from torquer.compile.engine import kernel
+from torquer.compile.engine import kernel, places
 
 LANES = 64
 X, Y, Z, Q2, RE, IM, GX, GY, GZ, H0, H1, XC, XS, YC, YS, ZC, ZS = range(0, 17 * LANES, LANES)
@@ -19,7 +17,7 @@ SCRATCH = 17 * LANES
 @kernel
 def _load(radius, r, first, count, w):
     """Start a block: scaled inverse coordinates of `count` points, sums at zero."""
-    for j in range(count):
+    for j in places(count):
         x, y, z = r[first + j, 0], r[first + j, 1], r[first + j, 2]
         inverse = radius / (x * x + y * y + z * z)
         w[X + j], w[Y + j], w[Z + j] = x * inverse, y * inverse, z * inverse
@@ -34,7 +32,7 @@ def _begin_order(c, k, w):
     x0, x1, x2, x3 = c[k, 2], c[k, 3], c[k, 4], c[k, 5]
     y0, y1, y2, y3 = c[k, 6], c[k, 7], c[k, 8], c[k, 9]
     z0, z1, z2, z3 = c[k, 10], c[k, 11], c[k, 12], c[k, 13]
-    for j in range(LANES):
+    for j in places(LANES):
         z = w[Z + j]
         w[H0 + j], w[H1 + j] = 1.0, z
         w[XC + j], w[XS + j] = x0 + x1 * z, x2 + x3 * z
@@ -49,7 +47,7 @@ def _next_degrees(c, k, w):
     x0, x1, x2, x3 = c[k, 2], c[k, 3], c[k, 4], c[k, 5]
     y0, y1, y2, y3 = c[k, 6], c[k, 7], c[k, 8], c[k, 9]
     z0, z1, z2, z3 = c[k, 10], c[k, 11], c[k, 12], c[k, 13]
-    for j in range(LANES):
+    for j in places(LANES):
         h0 = w[Z + j] * w[H1 + j] - beta0 * w[Q2 + j] * w[H0 + j]
         h1 = w[Z + j] * h0 - beta1 * w[Q2 + j] * w[H1 + j]
         w[H0 + j], w[H1 + j] = h0, h1
@@ -64,7 +62,7 @@ def _next_degrees(c, k, w):
 @kernel
 def _end_order(w):
     """Add the order's sums to the gradient and turn to the next order."""
-    for j in range(LANES):
+    for j in places(LANES):
         re, im = w[RE + j], w[IM + j]
         w[GX + j] += w[XC + j] * re + w[XS + j] * im
         w[GY + j] += w[YC + j] * re + w[YS + j] * im
@@ -95,8 +93,8 @@ def gradient_many(harmonics, r, out):
         count = min(LANES, r.shape[0] - first)
         _load(harmonics.radius_m, r, first, count, w)
         _sum_block(harmonics, w)
-        for j in range(count):
-            q = math.sqrt(w[Q2 + j])
+        for j in places(count):
+            q = np.sqrt(w[Q2 + j])
             out[first + j, 0] = q * w[GX + j]
             out[first + j, 1] = q * w[GY + j]
             out[first + j, 2] = q * w[GZ + j]
