@@ -14,7 +14,8 @@ from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 import torquer
 from torquer.cli.answer import answer
 from torquer.flight.c99.computer import find_computer, translate_step
-from torquer.flight.c99.export import export_notes, make_texts
+from torquer.flight.c99.export import make_texts
+from torquer.flight.c99.notes import export_notes
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 #: All examples that are a scenario.

@@ -12,8 +12,10 @@ from flight.c99.test_export import EXAMPLES, STRICT, built, replayed, written
 import torquer
 from torquer.flight.c99 import statements
 from torquer.flight.c99.computer import find_computer, translate_step
-from torquer.flight.c99.export import export_notes, make_texts
+from torquer.flight.c99.export import make_texts
+from torquer.flight.c99.notes import export_notes
 from torquer.flight.c99.precision import computing_in
+from torquer.flight.c99.refusal import Refused
 
 LAWS = """
 import math
@@ -216,10 +218,20 @@ def test_the_readme_lists_where_laws_may_fail(export):
 )
 def test_what_is_refused_in_the_package_is_told_by_a_key_of_the_scenario(name, key, monkeypatch):
     monkeypatch.delitem(statements._HANDLERS, ast.AugAssign)
-    (note,) = export_notes(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
-    must = f"cannot be exported as C: {key}: must have a translation to C; received what needs `"
-    assert note.startswith(must)
-    assert re.search(r"` \(\w+\.py, line \d+ of torquer\)$", note)
+    with pytest.raises(Refused) as refused:
+        translate_step(find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml")))
+    told = str(refused.value)
+    assert told.startswith(f"{key}: must have a translation to C; received what needs `")
+    assert re.search(r"` \(\w+\.py, line \d+ of torquer\)$", told)
+
+
+def test_nothing_is_translated_to_assess_what_comes_with_the_package(monkeypatch):
+    """All of it is exported and flown by other tests; a user's file beside it is translated."""
+    scenarios = [torquer.load_scenario(EXAMPLES / f"{name}.toml") for name in ("spinner", "my_law")]
+    monkeypatch.delitem(statements._HANDLERS, ast.Assign)
+    assert export_notes(scenarios[0]) == []
+    (note,) = export_notes(scenarios[1])
+    assert note.startswith("cannot be exported as C: ")
 
 
 @needs_compiler

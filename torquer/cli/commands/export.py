@@ -34,7 +34,8 @@ class ExportOptions:
 
 def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) -> int:
     """Write estimators, modes and laws of SCENARIO as C99, with a replay that compares bits."""
-    from torquer.flight.c99.export import STEPS, export_c, export_notes
+    from torquer.flight.c99.export import STEPS, export_c
+    from torquer.flight.c99.notes import export_notes
 
     satellite = load_usable(scenario, code, how.out)
     with writing_to(how.out):

@@ -18,7 +18,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     from torquer.analysis.notes.mode_notes import mode_findings
     from torquer.analysis.notes.notes import write_notes
     from torquer.campaign.load import check_own_parts
-    from torquer.flight.c99.export import export_notes
+    from torquer.flight.c99.notes import export_notes
     from torquer.simulation.setup.usable import checked_size
 
     try:

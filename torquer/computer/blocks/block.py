@@ -20,6 +20,7 @@ import numpy as np
 
 from torquer.base.user_source import plain_function, source_file
 from torquer.base.validate import storable_name, storable_text
+from torquer.compile.sources import is_own
 from torquer.computer.blocks.adapter import (
     Kind,
     compile_block,
@@ -98,6 +99,11 @@ class Block:
     def kind(self) -> Kind:
         """What it must return."""
         raise NotImplementedError
+
+    @property
+    def is_built_in(self) -> bool:
+        """Whether its function comes with the package."""
+        return is_own(plain_function(self.function))
 
     def values(self) -> dict:
         """Parameters by name."""

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.base.user_source import plain_function
-from torquer.compile.sources import is_own
 from torquer.computer import computer as on_board, gate as gates, reports
 from torquer.computer.blocks import adapter
 from torquer.computer.blocks.adapter import floats, memory_names
@@ -178,8 +177,7 @@ def _adapter(number: int, name: str, block: Block, key: str) -> FunctionType:
 
     A user's that has failed answers with nothing; in the simulation the run would end.
     """
-    own = is_own(plain_function(block.function))
-    plain = adapter._plain_adapter if own else adapter._guarded_adapter
+    plain = adapter._plain_adapter if block.is_built_in else adapter._guarded_adapter
     parameters, names = block.parameters, memory_names(block.memory)
     kind = find_type(floats(parameters)) if parameters else None
     cells = Array((len(block.first_memory()),))

@@ -7,9 +7,7 @@ from pathlib import Path
 from string import Template
 
 from torquer.base.spec import check_spec
-from torquer.base.user_source import plain_function
 from torquer.base.version import VERSION
-from torquer.compile.sources import is_own
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import GATE_NOW, first_gate
 from torquer.flight.c99.accessors import accessor_texts
@@ -49,7 +47,6 @@ from torquer.flight.c99.program import Program, translate_repeatedly
 from torquer.flight.c99.readme import readme_text
 from torquer.flight.c99.recording import record_steps, recorded_in_c
 from torquer.flight.c99.records import make_record
-from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.tables import constant_text, first_state, initialiser
 from torquer.flight.c99.telemetry import called_entries, telemetry_texts, told_fields
 from torquer.flight.c99.texts import PRECISION, fill_template, read_template, self_test
@@ -140,22 +137,6 @@ def _check_parameters(computer: OnBoard) -> None:
                     f"real: must be 'double' unless all parameters are {HELD}; "
                     f"received {value:g} in {name}"
                 )
-
-
-def export_notes(scenario: Scenario) -> list[str]:
-    """A note with the reason where a scenario's computer cannot be exported; else notes of where
-    users' kernels may fail in flight.
-    """
-    computer = find_computer(scenario)
-    own = all(is_own(plain_function(each.function)) for each in computer.blocks.all())
-    try:
-        made = translate_step(computer, again=0 if own else 2, is_pruned=False)
-    except Refused as refused:
-        return [f"cannot be exported as C: {refused}"]
-    return [
-        f"in flight a law fails, and commands nothing, where it would raise an error: {place}"
-        for place in checks_by_file(made.program)
-    ]
 
 
 def checks_by_file(program: Program) -> list[str]:

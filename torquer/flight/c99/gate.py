@@ -4,8 +4,6 @@ import itertools
 
 import numpy as np
 
-from torquer.base.user_source import plain_function
-from torquer.compile.sources import is_own
 from torquer.computer.computer import Blocks
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.gate import BOUND, CHECKED, EPHEMERIS, GUARD, OWN, SETTABLE, Gate
@@ -82,11 +80,7 @@ def _own_estimators(blocks: Blocks) -> np.ndarray:
     """Places of the memory of the user's estimators, which follows that of the laws."""
     ends = np.cumsum([0, *(len(each.first_memory()) for each in blocks.all())]).tolist()
     pairs = zip(blocks.all(), itertools.pairwise(ends), strict=True)
-    rows = [
-        places
-        for each, places in pairs
-        if isinstance(each, Estimator) and not is_own(plain_function(each.function))
-    ]
+    rows = [at for each, at in pairs if isinstance(each, Estimator) and not each.is_built_in]
     return np.array(rows, OWN)
 
 

@@ -5,8 +5,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from torquer.base.user_source import plain_function
-from torquer.compile.sources import is_own
 from torquer.computer.computer import (
     NO_ESTIMATOR,
     OF_LAW,
@@ -170,7 +168,7 @@ def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
     for name, (first, count) in parameter_places(computer.blocks).items():
         _name(found["parameters"], first, f"{name}, {count} numbers", "parameter", name)
     for number, (name, block) in enumerate(computer.blocks.by_key().items()):
-        if not is_own(plain_function(block.function)):
+        if not block.is_built_in:
             said = f"{block.kind.name} {name} has failed"
             _name(found["failures"], failure_bit(number), said, "failed", name)
     return found
