@@ -6,6 +6,7 @@ callee in another file either: the folder is named by a hash of all sources that
 """
 
 import contextlib
+import functools
 import hashlib
 import os
 import stat
@@ -13,8 +14,6 @@ import tempfile
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-
-import numba
 
 from torquer.compile.ready import is_ours, is_private, ready_folder
 from torquer.compile.sources import are_edited, hash_sources, kernel_sources, mark_files
@@ -91,8 +90,16 @@ FOLDER = _folder()
 READY, _reason = (None, "") if _edited else ready_folder(SOURCES)
 if _reason:
     tell(_reason)
-if FOLDER or READY:
-    numba.config.CACHE_DIR = str(FOLDER or READY / SOURCES)
+
+
+@functools.cache
+def numba_config():
+    """Numba's settings, which name the folder."""
+    import numba
+
+    if FOLDER or READY:
+        numba.config.CACHE_DIR = str(FOLDER or READY / SOURCES)
+    return numba.config
 
 
 def seal_file(path: str, content: bytes | memoryview) -> bytes:
@@ -123,10 +130,11 @@ def is_sound(path: str) -> bool:
 @contextlib.contextmanager
 def user_cache(files: Iterable[Path]) -> Iterator[None]:
     """Compile, within the block, into a cache folder named by the content of the user's files."""
-    usual = numba.config.CACHE_DIR
+    config = numba_config()
+    usual = config.CACHE_DIR
     if FOLDER:
-        numba.config.CACHE_DIR = str(Path(usual) / f"user-{mark_files(files)}")
+        config.CACHE_DIR = str(Path(usual) / f"user-{mark_files(files)}")
     try:
         yield
     finally:
-        numba.config.CACHE_DIR = usual
+        config.CACHE_DIR = usual

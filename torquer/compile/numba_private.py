@@ -55,13 +55,23 @@ from numba.cpython import numbers
 from numba.experimental.function_type import _get_wrapper_address
 
 from torquer.compile import sources
-from torquer.compile.code_cache import FOLDER, READY, SOURCES, is_sound, seal_file, tell
+from torquer.compile.code_cache import (
+    FOLDER,
+    READY,
+    SOURCES,
+    is_sound,
+    numba_config,
+    seal_file,
+    tell,
+)
 from torquer.compile.ready import GENERIC
 from torquer.compile.when_compiling import FOR_KERNELS, LOOP_OPTIONS, numba_is_loaded
 
 #: New objects after which Python looks for garbage while it compiles; usually 700, with which the
 #: searches took 2.4 s of the 27 s that the main example compiles.
 _NEW_OBJECTS = 100_000
+
+numba_config()
 
 
 class Part(JITCodeLibrary):

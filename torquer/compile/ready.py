@@ -13,11 +13,8 @@ import os
 import stat
 import sys
 import sysconfig
+from importlib.metadata import version
 from pathlib import Path
-
-import llvmlite
-import llvmlite.binding as llvm
-import numba
 
 MANIFEST = "kernels.json"
 VARIABLE = "TORQUER_KERNELS"
@@ -42,8 +39,8 @@ def compiled_for(sources: str) -> dict[str, str]:
     return {
         "python": sys.implementation.cache_tag,
         "platform": sysconfig.get_platform(),
-        "numba": numba.__version__,
-        "llvmlite": llvmlite.__version__,
+        "numba": version("numba"),  # without loading them
+        "llvmlite": version("llvmlite"),
         "processor": GENERIC["NUMBA_CPU_NAME"],
         "sources": sources,
     }
@@ -86,6 +83,9 @@ def write_manifest(folder: Path, sources: str) -> None:
 
 def processor() -> str:
     """Kind of processor that is compiled for: its name and a mark of its instructions."""
+    import llvmlite.binding as llvm
+    import numba
+
     name = numba.config.CPU_NAME or llvm.get_host_cpu_name()
     features = numba.config.CPU_FEATURES
     if features is None:

@@ -5,6 +5,7 @@ import re
 import sys
 import time
 from collections.abc import Iterable, Mapping
+from importlib.metadata import version
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
@@ -34,9 +35,7 @@ def hash_sources(sources: Mapping[Path, bytes], of_compiler: bool = True) -> str
     """`source_key` of sources that have been read."""
     digest = hashlib.sha256()
     if of_compiler:
-        import numba
-
-        digest.update(f"{numba.__version__} {sys.implementation.cache_tag}".encode())
+        digest.update(f"{version('numba')} {sys.implementation.cache_tag}".encode())
     for path, text in sources.items():
         digest.update(str(path.relative_to(PACKAGE)).encode() + text)
     return digest.hexdigest()[:16]

@@ -8,9 +8,7 @@ import functools
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numba import types
 
 from torquer.compile.arguments import call_host, whole
 from torquer.compile.engine import addresses, caller, inlined, kernel
@@ -125,23 +123,31 @@ def _check(table, state, known):
     return True
 
 
-_SWITCH = types.boolean(
-    numba.typeof(NO_MODES), numba.typeof(first_state(NO_MODES, [])), numba.from_dtype(KNOWN)[::1]
-)
-
-
 def _select(selection, kept, known):
     select(selection, kept, known[0])
     return True
 
 
-_SELECT = types.boolean(
-    numba.typeof(NO_SELECTION), types.float64[:, ::1], numba.from_dtype(KNOWN)[::1]
-)
+def switch_signature():
+    """Numba's signature of what switches modes or checks sensors."""
+    import numba
+
+    state = numba.typeof(first_state(NO_MODES, []))
+    return numba.boolean(numba.typeof(NO_MODES), state, numba.from_dtype(KNOWN)[::1])
+
+
+def select_signature():
+    """Numba's signature of what chooses among devices of a kind."""
+    import numba
+
+    kept = numba.float64[:, ::1]
+    return numba.boolean(numba.typeof(NO_SELECTION), kept, numba.from_dtype(KNOWN)[::1])
+
+
 #: Called by its address: only satellites with several devices of a kind compile it.
-call_select = caller(_SELECT)
+call_select = caller(select_signature)
 #: Called by its address, as laws are: only a run with modes compiles it.
-call_switch = caller(_SWITCH)
+call_switch = caller(switch_signature)
 call_law = caller(KINDS["command"].in_loop)
 
 
@@ -476,12 +482,14 @@ def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
 @functools.cache
 def _switch(checked: bool) -> np.ndarray | tuple:
     functions = [_switch_modes, _check] if checked else [_switch_modes]
-    return addresses([plugin.first_class(f, _SWITCH, "modes: must compile") for f in functions])
+    return addresses(
+        [plugin.first_class(f, switch_signature(), "modes: must compile") for f in functions]
+    )
 
 
 @functools.cache
 def _selecting() -> np.ndarray | tuple:
-    return addresses([plugin.first_class(_select, _SELECT, "selection: must compile")])
+    return addresses([plugin.first_class(_select, select_signature(), "selection: must compile")])
 
 
 def parameter_places(blocks: Blocks) -> dict[str, tuple[int, int]]:

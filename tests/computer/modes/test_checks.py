@@ -60,7 +60,9 @@ class Flight:
             self.table = self.table._replace(oldest_s=tuple(map(float, oldest_s)))
         self.known, self.t_s, self.rng = nothing_known(), 0.0, np.random.default_rng(1)
         self.omega = np.radians(rate_deg_s)
-        self.check = plugin.first_class(computer._check, computer._SWITCH, "must").compiled
+        self.check = plugin.first_class(
+            computer._check, computer.switch_signature(), "must"
+        ).compiled
 
     @property
     def to_body(self):

@@ -13,7 +13,6 @@ import numpy as np
 from torquer.base.time import utc_at
 from torquer.base.user_source import source_mark, source_text
 from torquer.base.version import VERSION
-from torquer.compile.ready import processor
 from torquer.computer.blocks.block import Block, Logged
 from torquer.computer.computer import Blocks, estimates
 from torquer.computer.interface import SENSORS
@@ -267,6 +266,8 @@ def versions() -> dict[str, str]:
 
 
 def _attributes(run: Run, how: str, ended: str) -> dict:
+    from torquer.compile.ready import processor
+
     return {
         "scenario": run.scenario.model_dump_json(),
         **law_attributes(run),

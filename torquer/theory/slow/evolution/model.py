@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
 
 from torquer.base import validate
 from torquer.base.user_source import plain_function
@@ -44,17 +43,14 @@ class Case(NamedTuple):
     target: tuple = (0.0, 0.0, 1.0)
 
 
-SLOW = types.NamedUniTuple(types.float64, 4, Slow)
-CASE = types.NamedTuple(
-    (
-        types.float64,
-        types.float64,
-        types.UniTuple(types.float64, 6),
-        types.UniTuple(types.float64, 3),
-    ),
-    Case,
-)
-SIGNATURE = SLOW(SLOW, CASE)
+def signature():
+    """Numba's signature of averaged equations."""
+    from numba import types  # for each who compiles them, not for each who reads a theory
+
+    number = types.float64
+    slow = types.NamedUniTuple(number, 4, Slow)
+    parts = (number, number, types.UniTuple(number, 6), types.UniTuple(number, 3))
+    return slow(slow, types.NamedTuple(parts, Case))
 
 
 def always(case: Case) -> bool:
@@ -167,6 +163,6 @@ class Evolution:
 
 @functools.cache
 def compile_rates(rates: Callable):
-    """Averaged equations compiled against `SIGNATURE`; plain without the compiler."""
+    """Averaged equations compiled against `signature`; plain without the compiler."""
     name = plain_function(rates).__name__
-    return plugin.first_class(rates, SIGNATURE, f"rates {name}: must compile as (slow, case)")
+    return plugin.first_class(rates, signature(), f"rates {name}: must compile as (slow, case)")
