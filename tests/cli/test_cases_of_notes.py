@@ -3,7 +3,7 @@
 import pytest
 from spellings import TLE
 
-from torquer.analysis.notes import notes
+from torquer.analysis.notes import notes, run_notes
 
 HEAD = """
 start = 2025-07-01T00:00:00Z
@@ -139,7 +139,7 @@ def test_a_note_that_fails_does_not_fail_the_run(call, file, monkeypatch, no_rep
         raise IndexError("out of range")
 
     monkeypatch.setattr(notes, "_CHECKS", {"the tides": breaks})
-    monkeypatch.setattr("torquer.scenario.resolution.notes_on_steps", breaks)
+    monkeypatch.setattr(run_notes, "_CHECKS", {"the steps of the run": breaks})
     short = "simulation = { duration_s = 60, record_s = 5.0 }"
     code, _, err = call("run", file(short), "--out", tmp_path / "out")
     assert code == 0

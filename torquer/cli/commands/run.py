@@ -63,9 +63,8 @@ def run(
 
 def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
-    from torquer.analysis.notes.assess import assess
+    from torquer.analysis.notes.run_notes import run_notes
     from torquer.scenario.load import check_orbit_environment
-    from torquer.scenario.resolution import notes_on_steps
 
     out = how.out or Path("runs") / scenario.name
     with compiling_shown():
@@ -91,7 +90,7 @@ def run_scenario(scenario, how: RunOptions) -> int:
         report = () if how.no_report else ("report.html", *["plots/"] * how.plots)
         files = ("result.nc", "summary.json", *report)
         show_summary(summary["scenario"], summary_rows(summary), out, *files)
-    for note in assess({"the steps of the run": notes_on_steps}, result):
+    for note in run_notes(result):
         print_note(note)
     if stopped:
         goes_on = "" if code == FAILED_CODE else ": continue with --resume"

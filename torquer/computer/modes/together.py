@@ -10,7 +10,7 @@ from torquer.computer.modes.spec import Region, State
 
 #: Kinds of laws that take all rotation away, and of those that make it.
 _BRAKES = ("bdot", "bdot_rate", "bdot_derivative", "bdot_model")
-_SPINS = ("spin_up", "spin_to_sun")
+SPINS = ("spin_up", "spin_to_sun")
 
 
 def deadlocks(sight: Sight) -> Iterator[Finding]:
@@ -111,8 +111,8 @@ def _contradictions(sight: Sight, one: State, two: State) -> Iterator[str]:
             factors = f"{one.laws[law]:g} and {two.laws[law]:g}"
             yield f"multiply {law} by {factors}, against each other"
     for brake, spin in ((one, two), (two, one)):
-        brakes, spins = _active(sight, brake, _BRAKES), _active(sight, spin, _SPINS)
-        if brakes and spins and not spins & _active(sight, brake, _SPINS):
+        brakes, spins = _active(sight, brake, _BRAKES), _active(sight, spin, SPINS)
+        if brakes and spins and not spins & _active(sight, brake, SPINS):
             yield f"{min(brakes)} takes away the rotation that {min(spins)} makes"
 
 

@@ -2,16 +2,13 @@
 
 import numpy as np
 
-from torquer.analysis.notes.assess import assess
 from torquer.analysis.notes.notes import write_notes
+from torquer.analysis.notes.run_notes import run_notes
 from torquer.analysis.verdict import clock_text
 from torquer.analysis.wheel_use import AT_LIMIT
 from torquer.computer.blocks.user import GivenLaw
 from torquer.report.flight.view import View
-from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.results.dataset import COMPLETE
-
-_ON_STEPS = {"the steps of the run": notes_on_steps}
 
 
 def notes(view: View) -> list[str]:
@@ -57,7 +54,7 @@ def _notes_on_the_record(view: View) -> list[str]:
     if over.any():
         part = f"{100.0 * over.mean():.2g} % of the run"
         lines.append(f"the field exceeded the magnetometer's range in {part}")
-    return [*lines, *assess(_ON_STEPS, view.result), *_notes_on_full_wheels(view)]
+    return [*lines, *run_notes(view.result), *_notes_on_full_wheels(view)]
 
 
 def _notes_on_full_wheels(view: View) -> list[str]:

@@ -20,12 +20,23 @@ def law_sampling(scenario: Scenario, law) -> Sampling:
 
     Where the timing of readings differs from cycle to cycle, the greatest value of each.
     """
-    control, sensor = scenario.control, _sensor(scenario, law)
+    return _sampling(scenario, _sensor(scenario, law), isinstance(law, DIFFERENCES))
+
+
+def sampling_by_differences(scenario: Scenario) -> Sampling:
+    """The same of any law that takes differences of the magnetometer's readings."""
+    return _sampling(scenario, scenario.spacecraft.one_of("magnetometer"), True)
+
+
+def _sampling(
+    scenario: Scenario, sensor: Magnetometer | AttitudeSensor | None, by_differences: bool
+) -> Sampling:
+    control = scenario.control
     difference_s, hold_s, delay_s = control.sample_s, control.sample_s, 0.0
     if sensor is not None and sensor.sample_s is not None:
         difference_s, hold_s, delay_s = _reading_times(scenario, sensor)
     return Sampling(
-        difference_s if isinstance(law, DIFFERENCES) else 0.0,
+        difference_s if by_differences else 0.0,
         control.actuate_s or hold_s,
         scenario.spacecraft.coils.lag_s,
         control.measure_s,
