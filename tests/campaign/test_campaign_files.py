@@ -379,10 +379,9 @@ TABLES = [
      "at a time; received laws that hold none (off)"),
     ({"outcomes": {"x": {"signal": "rate_deg_s", "what": {"mean_after_s": 1e4}}}},
      ".outcomes.x.what: must begin before the run ends at 600 s; received 10000 s"),
-    ({"outcomes": {"a b": OUTCOME["x"]}}, ".outcomes: must be named by letters, digits and '_', "
-     "and not 'success'; received 'a b'"),
-    ({"outcomes": {"success": OUTCOME["x"]}}, ".outcomes: must be named by letters, "
-     "digits and '_', and not 'success'; received 'success'"),
+    *(({"outcomes": {name: OUTCOME["x"]}}, ".outcomes: must be named by letters, digits and '_', "
+       "and not 'success', 'succeeded', 'member', 'time', 'seed', 'how_it_ended', 'ended'; "
+       f"received '{name}'") for name in ("a b", "success", "seed", "ended")),
     ({"outcomes": OUTCOME, "success": {"y": {"below": 1}}},
      ".success: must be named as outcomes are, x; received 'y'"),
     ({"outcomes": OUTCOME, "success": {"x": {}}},

@@ -21,6 +21,7 @@ from torquer.campaign.statistics import (
     quantile_interval,
     rank_correlations,
     rate_interval,
+    varies,
 )
 from torquer.campaign.summary import correlations
 
@@ -204,3 +205,25 @@ def test_members_that_both_campaigns_have_are_compared_one_by_one():
 
 def test_three_members_have_no_correlations():
     assert correlations(artificial(3)) == {} != correlations(artificial(4))
+
+
+def test_what_varies_by_rounding_alone_does_not_vary():
+    rng = np.random.default_rng(11)
+    directions = rng.normal(size=(200, 3))
+    directions *= 30.0 / np.linalg.norm(directions, axis=1)[:, None]
+    assert np.ptp(np.linalg.norm(directions, axis=1)) > 0.0
+    sizes = rng.uniform(0.1, 1.0, 200)[:, None]
+    inputs = {"rate": directions, "dipole": sizes * [0.36, 0.48, 0.8], "axis": sizes * [1.0, 0, 0]}
+    outcome = rng.random(200)
+    (found,) = rank_correlations(inputs, {"y": outcome}).values()
+    assert "|rate|" not in found and {"rate[0]", "rate.direction[0]"} <= set(found)
+    assert "|dipole|" in found and not any(key.startswith("dipole.direction") for key in found)
+    assert {key for key in found if "axis" in key} == {"axis[0]", "|axis|"}
+    rounded = 311.8 * (1.0 + 1e-13 * rng.random(200))
+    assert rank_correlations(inputs, {"greatest": rounded}) == {}
+    assert rank_correlations(inputs, {"greatest": 311.8 * (1.0 + 1e-6 * outcome)}) != {}
+
+
+def test_members_without_a_value_differ_from_those_with_one():
+    assert not varies([np.inf] * 4) and not varies([]) and not varies([2.0] * 4)
+    assert varies([2.0, np.inf]) and varies([-np.inf, np.inf]) and varies([0.0, 1e-30])

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.base.shared import Sharing
+from torquer.campaign.checks import Rotation, checks_for, of_steps
 from torquer.campaign.outcomes import (
     TOTALS,
     Reduction,
@@ -53,7 +54,7 @@ FOUND_AT_ONCE, PARTS = 2048, 256
 
 class Chunk(NamedTuple):
     """Inputs and outcomes of some members; `series`: signals over time (n, t), by the first outcome
-    of each."""
+    of each; `checks`: see `campaign.checks`."""
 
     members: np.ndarray
     seeds: np.ndarray
@@ -61,6 +62,7 @@ class Chunk(NamedTuple):
     outcomes: dict[str, np.ndarray]
     series: dict[str, np.ndarray]
     ended: list[str]
+    checks: dict[str, np.ndarray]
 
 
 class Fleet:
@@ -155,7 +157,9 @@ class Fleet:
         shape = (count, len(self._kept))
         kept_of = outcomes_with_series(self.campaign.outcomes)
         series = {name: np.full(shape, np.nan, np.float32) for name in kept_of}
-        return Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
+        names = checks_for(self.scenario, self.campaign.varied_keys)
+        checks = {name: np.full(count, np.nan) for name in names}
+        return Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count, checks)
 
     def fly(self, members: np.ndarray) -> Chunk:
         """Fly members by their numbers."""
@@ -178,14 +182,18 @@ class Fleet:
         if not len(rows):
             return
         taken = Reduction(self.campaign.outcomes, self.scenario, len(rows), self._kept)
+        rotation = Rotation(self.scenario, len(rows), self.scenario.length_s)
 
         def take(columns: slice, first: int, motion: np.ndarray) -> None:
             motion, along = np.swapaxes(motion, 1, 2), self._records_along(first, len(motion))
-            taken.add(columns, first, Flown(along[0], motion[..., :4], motion[..., 4:], *along[1:]))
+            flown = Flown(along[0], motion[..., :4], motion[..., 4:], *along[1:])
+            taken.add(columns, first, flown)
+            rotation.add(columns, flown)
 
         numbers = np.array([fitting[row] for row in rows])
         cells, failed = lanes.fly_in_parts(numbers, chunk.seeds[rows], take)
         self._put(chunk, rows, taken, {name: cells[name] for name in TOTALS})
+        self._put_checks(chunk, rows, self.scenario, cells, rotation)
         for row in rows[failed].tolist():
             self._fly_alone(chunk, row)
 
@@ -251,8 +259,9 @@ class Fleet:
 
     def _fly_alone(self, chunk: Chunk, row: int) -> None:
         """Fly a member by itself."""
-        for values in (*chunk.outcomes.values(), *chunk.series.values()):
-            values[row] = np.nan
+        for values in (chunk.outcomes, chunk.series, chunk.checks):
+            for each in values.values():
+                each[row] = np.nan
         if run := self._prepared(chunk, row):
             self._finish(chunk, row, run)
 
@@ -261,9 +270,10 @@ class Fleet:
         shared = _times(run) == _times(self.base)
         kept = self._kept if shared else self._kept[:0]
         found = Reduction(self.campaign.outcomes, self.scenario, 1, kept)
+        rotation = Rotation(self.scenario, 1, run.scenario.length_s)
         shared = shared and run.piece.environment == self.base.piece.environment
         changes: dict[str, np.ndarray] = {}
-        run.keep = lambda run: self._take_alone(run, found, shared, changes)
+        run.keep = lambda run: self._take_alone(run, (found, rotation), shared, changes)
         try:
             ended = advance_in_pieces(run, run.steps, None, _UNSAVED)
         except ValueError as error:
@@ -276,13 +286,18 @@ class Fleet:
         run.keep(run)
         totals = {name: np.array(run.state.cells[name]) for name in TOTALS}
         self._put(chunk, np.array([row]), found, totals)
+        self._put_checks(chunk, np.array([row]), run.scenario, run.state.cells, rotation)
 
     def _take_alone(
-        self, run: Run, found: Reduction, shared: bool, changes: dict[str, np.ndarray]
+        self,
+        run: Run,
+        taken: tuple[Reduction, Rotation],
+        shared: bool,
+        changes: dict[str, np.ndarray],
     ) -> None:
         """Take what a piece of a run gives; `shared`: its records' times and orbit are those of all
         members; `changes`: states of its regions so far, without records in which none changes."""
-        record = run.rows()
+        record, (found, rotation) = run.rows(), taken
         needed = needs_modes(self.campaign.outcomes, self.scenario)
         modes = mode_numbers(run.scenario, record) if needed else {}
         for at in range(0, len(record.rows), RECORDS):
@@ -301,6 +316,7 @@ class Fleet:
             states = {name: numbers[:, None] for name, numbers in changes.items()}
             flown = Flown._make([t_s, q, omega, *along, states if needed else None])
             found.add(slice(0, 1), first, flown)
+            rotation.add(slice(0, 1), flown)
             changes |= _where_changed(changes)
 
     def _put(
@@ -312,6 +328,14 @@ class Fleet:
         for name, values in found.series.items():
             if values.shape[1]:
                 chunk.series[name][rows] = values
+
+    def _put_checks(
+        self, chunk: Chunk, rows: np.ndarray, flown: Scenario, cells, rotation: Rotation
+    ) -> None:
+        """Put the checks of some members into their rows."""
+        of_all = of_steps(flown.simulation.integrator, cells) | rotation.spun_up()
+        for name, values in of_all.items():
+            chunk.checks[name][rows] = values
 
 
 class Asked(NamedTuple):

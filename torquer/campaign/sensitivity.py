@@ -22,7 +22,7 @@ from torquer.campaign.contents import (
     succeeded_in,
 )
 from torquer.campaign.spec import SUCCESS
-from torquer.campaign.statistics import Interval, plain
+from torquer.campaign.statistics import Interval, plain, varies
 
 #: Least number of points for which indices are computed: fewer give no useful intervals.
 LEAST_POINTS = 16
@@ -92,7 +92,7 @@ def _indices(values: np.ndarray, names: list[str], confidence: float) -> dict:
     points = values[: len(values) // rows * rows].reshape(-1, rows)
     known = points[np.isfinite(points).all(axis=1)].T
     found: dict = {"points": known.shape[1], "groups": {}}
-    if known.shape[1] < LEAST_POINTS or np.ptp(known[:2]) == 0.0:
+    if known.shape[1] < LEAST_POINTS or not varies(known[:2].ravel()):
         return found
     parts = known[0], known[1], known[2:]
     first, total = sobol_indices(*parts)

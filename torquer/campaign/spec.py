@@ -17,6 +17,8 @@ from torquer.campaign.variation import Correlated, Variation
 ATTITUDE = "initial.attitude"
 #: Name of the success of all conditions, where outcomes are named.
 SUCCESS = "success"
+#: Names that a result has for something else.
+_TAKEN = (SUCCESS, "succeeded", "member", "time", "seed", "how_it_ended", "ended")
 #: Numbers that a Latin hypercube may have, as it is in memory as a whole.
 MOST_IN_HYPERCUBE = 50_000_000
 _MOST_RUNS = 100_000_000
@@ -225,10 +227,10 @@ class Campaign(Spec):
     @model_validator(mode="after")
     def _outcomes_are_known(self):
         for name in self.outcomes:
-            if not _NAME.fullmatch(name) or name == SUCCESS:
+            if not _NAME.fullmatch(name) or name in _TAKEN:
                 raise ValueError(
                     "outcomes: must be named by letters, digits and '_', and not "
-                    f"{SUCCESS!r}; received {name!r}"
+                    f"{', '.join(map(repr, _TAKEN))}; received {name!r}"
                 )
         known = ", ".join(self.outcomes)
         for name in self.success:

@@ -18,6 +18,10 @@ from torquer.base.strict_json import finite_or_none
 from torquer.campaign.spec import ATTITUDE, SUCCESS, Stop
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 
+#: Spread up to which numbers differ by rounding alone: of what was drawn, in units in the last
+#: place; of what was flown, where each step is rounded, as a part of the greatest.
+_ULPS, _FLOWN = 16, 1e-9
+
 
 class Interval(NamedTuple):
     """A confidence interval; an end may be infinite if the members do not bound it."""
@@ -121,16 +125,38 @@ def rank_correlations(
     """Spearman's rank correlation of each outcome with each number of the inputs: [outcome][input].
 
     `inputs`: what `draw` gives; for the names of their numbers see `as_columns`. Outcomes and
-    inputs that do not vary are left out.
+    inputs that do not vary, or by rounding alone, are left out.
     """
     columns = {name: _ranks(values) for name, values in as_columns(inputs).items()}
     columns = {name: ranks for name, ranks in columns.items() if ranks.any()}
     found = {}
     for name, values in outcomes.items():
-        ranks = _ranks(np.asarray(values, dtype=float))
+        ranks = ranks_of(values)
         if ranks.any():
             found[name] = {key: float(column @ ranks) for key, column in columns.items()}
     return found
+
+
+def varies(values: np.ndarray) -> bool:
+    """Whether numbers that were flown differ by more than rounding; missing ones do from others."""
+    values = np.asarray(values, dtype=float)
+    known = values[np.isfinite(values)]
+    if len(known) < len(values):
+        return len(np.unique(values[~np.isfinite(values)])) + bool(len(known)) > 1
+    return len(known) > 0 and bool(np.ptp(known) > _FLOWN * np.abs(known).max())
+
+
+def ranks_of(values) -> np.ndarray:
+    """`_ranks` of an outcome; zeros if it does not vary, or by rounding alone."""
+    values = np.asarray(values, dtype=float)
+    return _ranks(values) if varies(values) else np.zeros(len(values))
+
+
+def _rounded_off(values: np.ndarray, scale) -> np.ndarray:
+    """Numbers [n], or the first in all places if they differ by the rounding of `scale` alone."""
+    if len(values) and np.ptp(values) <= _ULPS * np.spacing(np.abs(scale).max()):
+        return np.full(len(values), values[0])
+    return values
 
 
 def _ranks(values: np.ndarray) -> np.ndarray:
@@ -160,7 +186,7 @@ def as_columns(inputs: Mapping[str, Sequence | np.ndarray]) -> dict[str, np.ndar
     For a vector its components `key[0]`, ..., its magnitude `|key|` and its direction cosines
     `key.direction[0]`, ...; for an attitude the direction cosines of body axis j to axis i of its
     reference, `initial.attitude[i][j]`; for a matrix its size. Times count in seconds. Texts,
-    tables and lists of different lengths have none.
+    tables and lists of different lengths have none. What differs by rounding alone is the same.
     """
     columns: dict[str, np.ndarray] = {}
     for key, values in inputs.items():
@@ -188,17 +214,20 @@ def _as_numbers(values) -> np.ndarray | None:
 def _columns(key: str, numbers: np.ndarray) -> dict[str, np.ndarray]:
     """Columns of numbers [n], vectors [n, k] or matrices."""
     if numbers.ndim == 1:
-        return {key: numbers}
+        return {key: _rounded_off(numbers, numbers)}
     size = np.linalg.norm(numbers.reshape(len(numbers), -1), axis=1)
+    sizes = {f"|{key}|": _rounded_off(size, size)}
     if numbers.ndim > 2:
-        return {f"|{key}|": size}
+        return sizes
     directions = numbers / np.where(size > 0.0, size, 1.0)[:, None]
-    components = {f"{key}[{k}]": column for k, column in enumerate(numbers.T)}
-    cosines = {f"{key}.direction[{k}]": column for k, column in enumerate(directions.T)}
-    return components | {f"|{key}|": size} | cosines
+    components = {f"{key}[{k}]": _rounded_off(x, size) for k, x in enumerate(numbers.T)}
+    cosines = {f"{key}.direction[{k}]": _rounded_off(x, 1.0) for k, x in enumerate(directions.T)}
+    return components | sizes | cosines
 
 
 def _direction_cosines(key: str, quaternions: np.ndarray) -> dict[str, np.ndarray]:
     """Direction cosines: unlike a quaternion's components they have one sign only."""
     matrices = dcm_body_to_reference(quaternions)
-    return {f"{key}[{i}][{j}]": matrices[:, i, j] for i in range(3) for j in range(3)}
+    return {
+        f"{key}[{i}][{j}]": _rounded_off(matrices[:, i, j], 1.0) for i in range(3) for j in range(3)
+    }

@@ -18,6 +18,7 @@ import xarray as xr
 
 from torquer.base.user_code import check_unchanged
 from torquer.base.validate import as_storable
+from torquer.campaign.checks import MEANINGS, column
 from torquer.campaign.contents import outcome_unit, signal_unit
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.joining import in_blocks, numbers_in, write_blocks
@@ -49,6 +50,10 @@ def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
             dims, about = ("member", "time"), {"role": "series", "long_name": named}
             about["units"] = signal_unit(outcome.signal)
             variables[f"series.{name}"] = (dims, chunk.series[name], about)
+    for name, values in chunk.checks.items():
+        unit, meaning = MEANINGS[name]
+        about = {"role": "check", "units": unit, "long_name": meaning}
+        variables[column(name)] = ("member", values, about)
     holds = evaluate_success(campaign.success, chunk.outcomes)
     if holds is not None:
         variables["succeeded"] = ("member", holds.astype(np.int8), {"role": "success"})

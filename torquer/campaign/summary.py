@@ -11,6 +11,8 @@ import xarray as xr
 
 from torquer.analysis.citations import cited_in_words
 from torquer.base.strict_json import finite_or_none
+from torquer.campaign.categories import by_category
+from torquer.campaign.checks import check_rows, check_summary
 from torquer.campaign.contents import (
     campaign_table,
     end_s,
@@ -45,12 +47,16 @@ from torquer.campaign.statistics import (
 PARTS = (0.01, 0.05, 0.5, 0.95, 0.99)
 #: How many members are named in a list.
 NAMED = 5
+#: How many categories are named in a row.
+_CATEGORIES = 8
+#: What a correlation is of that has no sign.
+CATEGORIES = "categories"
 
 
 def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
     """Members, success rate, statistics of each outcome, correlations above chance."""
     failed, own = failed_in(result), independent(result)
-    pairs = correlations(own)
+    pairs, categories = correlations(own), by_category(own, confidence)
     chance = chance_correlation(own.sizes["member"], confidence)
     return {
         "name": scenario_name(result),
@@ -61,11 +67,14 @@ def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
         "failures": _failures(result, failed),
         "confidence": confidence,
         "success": _success(own, confidence),
+        "checks": check_summary(result),
         "stop": _stop(own),
         "outcomes": {name: _outcome(own, name, confidence) for name in member_outcomes(own)},
         "chance_correlation": chance,
-        "correlations_computed": sum(map(len, pairs.values())),
-        "correlations": _above(pairs, chance),
+        "correlations_computed": sum(map(len, pairs.values()))
+        + sum(len(each["tests"]) for each in categories),
+        "correlations": _above(pairs, chance, categories),
+        "categories": categories,
         "sensitivity": sensitivity(result, confidence),
         "cite": cited_in_words(result),
     }
@@ -165,15 +174,28 @@ def correlations(result: xr.Dataset) -> dict[str, dict[str, float]]:
     return rank_correlations(member_inputs(result), outcomes)
 
 
-def _above(pairs: dict[str, dict[str, float]], chance: float) -> list[dict]:
-    """Correlations above chance, the greatest in size first."""
+def _above(pairs: dict[str, dict[str, float]], chance: float, categories: list[dict]) -> list[dict]:
+    """Correlations above chance, the greatest in size first; of categories that between them."""
     found = [
-        {"outcome": outcome, "input": key, "correlation": value}
+        {"outcome": outcome, "input": key, "correlation": value, "of": "ranks"}
         for outcome, inputs in pairs.items()
         for key, value in inputs.items()
         if abs(value) > chance
     ]
+    found += [
+        {"outcome": name, "input": each["input"], "correlation": test["between"], "of": CATEGORIES}
+        for each in categories
+        for name, test in each["tests"].items()
+        if (test["between"] or 0.0) > test["chance"]
+    ]
     return sorted(found, key=lambda each: -abs(each["correlation"]))
+
+
+def correlation_text(pair: dict) -> str:
+    """A rank correlation; one between categories has no sign."""
+    if pair["of"] == CATEGORIES:
+        return f"{pair['correlation']:.2f} between {CATEGORIES}"
+    return f"{pair['correlation']:+.2f}"
 
 
 # ------------------------------------------------------------------ in words
@@ -187,9 +209,44 @@ def summary_rows(summary: dict) -> list[tuple[str, str]]:
     for name in (*summary["outcomes"], SUCCESS):
         found = [pair for pair in summary["correlations"] if pair["outcome"] == name][:NAMED]
         if found:
-            text = ", ".join(f"{pair['input']} {pair['correlation']:+.2f}" for pair in found)
+            text = ", ".join(f"{pair['input']} {correlation_text(pair)}" for pair in found)
             rows.append((f"Rank correlation: {name}", text))
-    return rows + _sensitivity_rows(summary)
+    return [*rows, *_category_rows(summary), *_sensitivity_rows(summary)]
+
+
+def _category_rows(summary: dict) -> list[tuple[str, str]]:
+    """By category: members and success; medians of outcomes, and whether the categories differ."""
+    rows = []
+    for found in summary["categories"]:
+        shown = found["categories"][:_CATEGORIES]
+        more = [f"{left} more"] if (left := len(found["categories"]) - len(shown)) else []
+        rows.append((f"By {found['input']}", ", ".join([*map(category_text, shown), *more])))
+        for name, test in found["tests"].items():
+            medians = [] if name == SUCCESS else [_median_text(each, name) for each in shown]
+            text = "; ".join(
+                [", ".join([*medians, *more]), test_text(test)] if medians else [test_text(test)]
+            )
+            rows.append((f"  {with_unit(name, found['units'].get(name, ''))}", text))
+    return rows
+
+
+def category_text(category: dict) -> str:
+    """A category, its members and, with conditions, the part of them that succeeded."""
+    success = category["success"]
+    rate = "" if success is None else f", {success['rate']:.0%} successful"
+    return f"{category['value']} ({category['members']} members{rate})"
+
+
+def _median_text(category: dict, name: str) -> str:
+    at = [value_text(category["outcomes"][name][part]["value"]) for part in ("0.5", "0.05", "0.95")]
+    return f"{category['value']} median {at[0]} ({at[1]} to {at[2]})"
+
+
+def test_text(test: dict) -> str:
+    """Whether categories differ: the probability of such a difference by chance."""
+    if test["between"] is None:
+        return "all the same"
+    return f"{test['name']} p = {test['p']:.2g}"
 
 
 def _failure_rows(summary: dict) -> list[tuple[str, str]]:
@@ -230,7 +287,7 @@ def headline_rows(summary: dict) -> list[tuple[str, str]]:
         rows.append(("Stop", summary["stop"]))
     if summary["success"] is not None:
         rows.append(("Success rate", rate_text(summary["success"], summary["confidence"])))
-    return rows
+    return rows + check_rows(summary)
 
 
 def rate_text(success: dict, confidence: float) -> str:

@@ -163,6 +163,23 @@ def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
     return _bars_figure(data, len(keys), len(pairs), x_axis, shapes=shapes)
 
 
+def category_figure(found: dict, name: str) -> dict | None:
+    """An outcome's median in each category and the range of 90 % of its members, as bars."""
+    at = {
+        each["value"]: [each["outcomes"][name][part]["value"] for part in ("0.05", "0.5", "0.95")]
+        for each in found["categories"]
+    }
+    known = {value: parts for value, parts in at.items() if None not in parts}
+    if not known:
+        return None
+    low, middle, high = np.array([*known.values()]).T
+    spread = {"array": (high - middle).tolist(), "arrayminus": (middle - low).tolist()}
+    error = {"type": "data", "symmetric": False, "color": GREY, "thickness": 1.2, **spread}
+    label = f"median of {name}"
+    data = [_bars(label, known, middle.tolist(), BLUE) | {"error_x": error}]
+    return _bars_figure(data, len(known), 1, axis(with_unit(name, found["units"][name])))
+
+
 def sobol_figure(groups: dict[str, dict]) -> dict:
     """First-order and total indices of an outcome with their intervals, the greatest first."""
     names, data = [*greatest(groups)], []

@@ -13,6 +13,7 @@ from torquer.report.campaign.bands import series_by_signal
 from torquer.report.campaign.convergence import estimates
 from torquer.report.campaign.interactive import (
     bands_figure,
+    category_figure,
     convergence_figure,
     correlations_figure,
     distribution_figure,
@@ -21,6 +22,7 @@ from torquer.report.campaign.interactive import (
 )
 from torquer.report.campaign.tables import (
     campaign_rows,
+    category_grid,
     correlation_grid,
     outcome_grid,
     outcome_rows,
@@ -40,6 +42,7 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
         *_each_outcome(result, summary),
         *_over_time(result, summary, pictures),
         *_dependence(result, summary),
+        *_by_category(summary),
         *_sensitivity(summary),
         *_convergence(result, summary),
         *_worst(result, summary),
@@ -123,6 +126,27 @@ def _dependence(result: xr.Dataset, summary: dict) -> list[dict]:
         ),
     )
     return [card("dependence", "Dependence on what varied", caption, *parts)]
+
+
+def _by_category(summary: dict) -> list[dict]:
+    caption = (
+        "Of each outcome the median, and in brackets the range of 90 % of the members. Kruskal and "
+        "Wallis's test: p is the probability of such a difference in ranks if the categories do "
+        "not differ, for each test alone."
+    )
+    return [
+        card(
+            f"by_{n}",
+            f"By {found['input']}",
+            caption,
+            {"grid": category_grid(found)},
+            *(
+                _plot(category_figure(found, name), f"{name} by {found['input']}")
+                for name in found["units"]
+            ),
+        )
+        for n, found in enumerate(summary["categories"])
+    ]
 
 
 def _sensitivity(summary: dict) -> list[dict]:

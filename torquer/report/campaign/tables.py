@@ -5,11 +5,14 @@ import json
 
 import numpy as np
 
+from torquer.campaign.checks import check_rows
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import (
+    correlation_text,
     mean_rows,
     percent,
     settling_rows,
+    test_text,
     value_text,
     with_interval,
     with_unit,
@@ -78,10 +81,28 @@ def append_unit(value: float | None, unit: str) -> str:
 def correlation_grid(summary: dict) -> Grid:
     """Head and rows: correlations above chance, the greatest first."""
     rows: list[tuple[str, ...]] = [
-        (pair["outcome"], pair["input"], f"{pair['correlation']:+.3f}")
+        (pair["outcome"], pair["input"], correlation_text(pair))
         for pair in summary["correlations"][:30]
     ]
     return ("outcome", "input", "rank correlation"), rows
+
+
+def category_grid(found: dict) -> Grid:
+    """Head and rows by category: members, success, medians (5 % to 95 %); the tests."""
+    names = [*found["units"]]
+    head = (found["input"], "members", "success", *(with_unit(n, found["units"][n]) for n in names))
+    rows: list[tuple[str, ...]] = []
+    for each in found["categories"]:
+        of = [
+            [each["outcomes"][n][part]["value"] for part in ("0.5", "0.05", "0.95")] for n in names
+        ]
+        medians = [
+            f"{value_text(m)} ({value_text(low)} to {value_text(high)})" for m, low, high in of
+        ]
+        rows.append((each["value"], str(each["members"]), _rate(each["success"]), *medians))
+    tests = (SUCCESS, *names) if SUCCESS in found["tests"] else names
+    told = [test_text(found["tests"][name]) for name in tests]
+    return head, [*rows, ("", "", *([""] * (len(names) + 1 - len(told))), *told)]
 
 
 def sensitivity_grid(summary: dict) -> Grid:
@@ -152,6 +173,10 @@ def comparison_grid(found: dict) -> Grid:
         (label, str(a[label]), str(b[label]), "") for label in ("members", "failed")
     ]
     rows += _success_rows(found)
+    told = [dict(check_rows(each)) for each in (a, b)]
+    rows += [
+        (label, *(each.get(label, "") for each in told), "") for label in {**told[0], **told[1]}
+    ]
     for name in found["outcomes"]:
         rows += _compared_rows(found, name)
     return ("", *campaign_labels(found), "B - A"), rows
