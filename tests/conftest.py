@@ -40,6 +40,22 @@ def pytest_collection_finish():
     gc.freeze()
 
 
+@pytest.hookimpl(optionalhook=True, wrapper=True)
+def pytest_xdist_auto_num_workers():
+    """One worker more than there are cores: see `waiting_aside`."""
+    return (yield) + 1
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """The order in which `--dist loadfile` gives files to workers."""
+    if config.getvalue("dist") == "loadfile":
+        from waiting_aside import WaitingAside
+
+        return WaitingAside(config, log)
+    return None
+
+
 def changed(data: dict, changes: dict) -> dict:
     """A deep copy with values set (or, for None, removed) at dotted keys."""
     data = copy.deepcopy(data)

@@ -184,10 +184,9 @@ ADDITIONS = {
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of the package, and of what makes its made files."""
+    """A copy of the package, with what Python has read of it, and of what makes its made files."""
     for folder in ("torquer", "docs/templates"):
-        ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
+        shutil.copytree(ROOT / folder, tmp_path / folder)
     for file in ("docs/made_code.py", "pyproject.toml"):
         shutil.copy2(ROOT / file, tmp_path / file)
     return tmp_path

@@ -26,30 +26,35 @@ def house_module():
 
 
 house = house_module()
-HOUSE = house.read_house(ROOT)
 
 
-def test_no_two_rooms_import_each_other():
+@pytest.fixture(scope="module")
+def whole():
+    """The package as it is read."""
+    return house.read_house(ROOT)
+
+
+def test_no_two_rooms_import_each_other(whole):
     """So imports only point down: the floors are derived from them."""
-    assert house.circles(HOUSE.arrows) == []
+    assert house.circles(whole.arrows) == []
 
 
-def test_no_two_files_import_each_other():
+def test_no_two_files_import_each_other(whole):
     """Also within functions and for type checkers."""
-    assert house.file_circles(HOUSE) == []
+    assert house.file_circles(whole) == []
 
 
-def test_the_top_of_the_package_is_short():
-    assert house.figures(HOUSE)["entries at the top"] <= 19
+def test_the_top_of_the_package_is_short(whole):
+    assert house.figures(whole)["entries at the top"] <= 19
 
 
-def test_the_picture_is_of_this_house():
+def test_the_picture_is_of_this_house(whole):
     drawn = (ROOT / house.PICTURE).read_text(encoding="utf-8")
-    assert drawn == house.picture(HOUSE), "run docs/house.py --draw"
+    assert drawn == house.picture(whole), "run docs/house.py --draw"
 
 
-def test_the_command_line_is_imported_by_nobody():
-    assert [arrow for arrow in HOUSE.arrows if arrow[1] == "cli"] == []
+def test_the_command_line_is_imported_by_nobody(whole):
+    assert [arrow for arrow in whole.arrows if arrow[1] == "cli"] == []
 
 
 @pytest.fixture

@@ -1,5 +1,7 @@
 """The gate for numbers and the base of specs: what passes, and what is said about the rest."""
 
+import math
+
 import numpy as np
 import pytest
 from pydantic import Field, ValidationError
@@ -13,6 +15,8 @@ def test_finite_gives_float64_arrays():
     array = validate.finite("x", [1, 2, 3], (3,))
     assert array.dtype == np.float64 and array.tolist() == [1.0, 2.0, 3.0]
     assert validate.finite("x", 2).shape == ()
+    one = validate.finite("x", 2.5, ())
+    assert (one.dtype, one.shape, float(one)) == (np.float64, (), 2.5)
 
 
 @pytest.mark.parametrize(
@@ -24,6 +28,9 @@ def test_finite_gives_float64_arrays():
         ([1.0, 2.0], (3,), r"x: must have shape \(3,\); received shape \(2,\)"),
         ([1.0, np.nan], None, r"x: must be finite; received \[1.0, nan\]"),
         ([np.inf], (1,), r"x: must be finite; received \[inf\]"),
+        (math.nan, None, "x: must be finite; received nan"),
+        (-math.inf, (), "x: must be finite; received -inf"),
+        (1.0, (1,), r"x: must have shape \(1,\); received shape \(\)"),
         (None, None, "x: must be finite; received None"),
         (["500"], None, r"x: must be numbers; received \['500'\]"),
         ([1.0, True], None, r"x: must be numbers; received \[1.0, True\]"),

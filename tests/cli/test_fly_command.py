@@ -5,7 +5,7 @@ import signal
 from pathlib import Path
 
 import pytest
-import xarray as xr
+from exported_netcdf import read_exported
 from unit_cases import SIDE, two_magnetometers_text
 
 from torquer.base.folder_lock import claim
@@ -48,14 +48,13 @@ def test_a_flight_with_two_magnetometers_names_the_stuck_one(call, tmp_path):
     sessions = [tmp_path / folder / "session.json" for folder in ("80", "90")]
     code, text, _ = call("session", "bisect", *sessions)
     assert code == 1 and f"side ({SIDE})" in text
-    with xr.open_dataset(tmp_path / "90" / "extended.nc", engine="h5netcdf") as data:
-        assert data["isolated"].attrs["flag_meanings"].endswith(" panel side")
+    data = read_exported(tmp_path / "90" / "extended.nc")
+    assert data["isolated"].attrs["flag_meanings"].endswith(" panel side")
     recording, archive = tmp_path / "90" / "downlink.bin", tmp_path / "satellite.sqlite"
     for known in ((), ("--scenario", file)):
         assert call("ground", "import", recording, "--folder", tmp_path, *known)[0] == 0
         call("ground", "export", archive, "--out", tmp_path, "--packet", "extended")
-        with xr.open_dataset(tmp_path / "extended.nc", engine="h5netcdf") as data:
-            meanings = data["isolated"].attrs["flag_meanings"]
+        meanings = read_exported(tmp_path / "extended.nc")["isolated"].attrs["flag_meanings"]
         assert meanings.endswith(" panel side") == bool(known)
 
 

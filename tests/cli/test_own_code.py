@@ -1,6 +1,7 @@
 """Every command that takes a scenario executes no Python file of it where none may be executed."""
 
 import re
+from functools import cache
 
 import pytest
 from own_parts import (
@@ -32,6 +33,7 @@ CAMPAIGN += "'spacecraft.coils.limit_a_m2' = { values = [0.1, 0.2] }\n"
 KEYS = (*EVERY, "control.law")
 
 
+@cache
 def arguments(words: str) -> dict:
     """Arguments of a command by their names."""
     found = app

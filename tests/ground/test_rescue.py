@@ -9,7 +9,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-import xarray as xr
+from exported_netcdf import read_exported
 
 from torquer.flight.packets.dictionary import load_dictionary
 from torquer.ground.archive import EPOCH_MS, Archive, ArchiveError, Row
@@ -62,8 +62,7 @@ def exported(path, out, format="netcdf", **keys):
 
 
 def netcdf(out, packet="extended"):
-    with xr.open_dataset(out / f"{packet}.nc", engine="h5netcdf") as data:
-        return data.load()
+    return read_exported(out / f"{packet}.nc")
 
 
 ALL = {"extended": COUNT, "event": EVENTS, "dump": 1}

@@ -147,9 +147,10 @@ def test_all_that_it_remembers_is_its_memory(kind):
 WHEELS = {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 1.0, "torque_limit_n_m": 0.1}
 
 
+LAWS_OF_SCENARIOS = TypeAdapter(AnyLaw)
 #: Laws that come with the package.
 LAW_SPECS = {
-    kind: TypeAdapter(AnyLaw).validate_python({"kind": kind, **EXAMPLES[kind]})
+    kind: LAWS_OF_SCENARIOS.validate_python({"kind": kind, **EXAMPLES[kind]})
     for kind in LAWS
     if kind != "user"
 }

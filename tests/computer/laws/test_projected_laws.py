@@ -231,7 +231,8 @@ def test_a_satellite_of_gravity_s_gradient_settles(name):
 def test_the_gains_of_the_comparison_are_those_of_laws():
     """What `examples/compare_magnetic_laws.py` has found and flies."""
     path = Path(torquer.__file__).parents[1] / "examples/magnetic_laws.json"
-    specs = [TypeAdapter(AnyLaw).validate_python(k) for k in json.loads(path.read_text()).values()]
+    of_file = TypeAdapter(AnyLaw).validate_python
+    specs = [of_file(each) for each in json.loads(path.read_text()).values()]
     assert {spec.kind for spec in specs} == {"periodic_gains", "projected_pd", "sliding_mode"}
     assert len(specs) == 9 and all(spec.orbital for spec in specs)
 

@@ -3,7 +3,7 @@
 from contextlib import closing
 
 import pytest
-import xarray as xr
+from exported_netcdf import read_exported
 from onboard_ground import Ground
 from unit_cases import SIDE, two_magnetometers
 
@@ -48,9 +48,9 @@ def test_exports_of_archives_name_the_bits_as_far_as_the_ground_knows(ground, tm
         counts = import_recording(link, tmp_path / "downlink.bin", archive)
     assert counts["lost_bytes"] == 0 and counts["new"] > 120
     export_archive(tmp_path / "sat.sqlite", tmp_path, packets=["extended"])
-    with xr.open_dataset(tmp_path / "extended.nc", engine="h5netcdf") as data:
-        about = data["isolated"].attrs
-        assert data["isolated"].values[-1] == SIDE
+    isolated = read_exported(tmp_path / "extended.nc")["isolated"]
+    assert isolated.values[-1] == SIDE
+    about = isolated.attrs
     masks = dict(zip(about["flag_meanings"].split(), about["flag_masks"].tolist(), strict=True))
     assert masks["gyro"] == 4 and masks.get("side") == (scenario and SIDE)
 

@@ -87,21 +87,40 @@ class Hypothesis(NamedTuple):
     jacobian: float = 0.0
 
 
+class Path(NamedTuple):
+    """Positions [n, 3] m and velocities [n, 3] m/s of a satellite, inertial, taken for times [n]
+    s."""
+
+    t_s: np.ndarray
+    r: np.ndarray
+    v: np.ndarray
+
+
 class Place(NamedTuple):
     """Where a satellite is said to be; `environment` starts at time 0 of the rows."""
 
     environment: OrbitEnvironment
 
-    def strength(self, t_s, ahead_s=0.0, east_rad=0.0, higher=1.0) -> np.ndarray:
-        """Strength [n] nT at times [n] s, `ahead_s` along the orbit, its plane turned to the east,
-        the radius so many times as large. ValueError beyond what is known of orbit or field."""
+    def path(self, t_s, ahead_s=0.0) -> Path:
+        """Where it is at times [n] s, `ahead_s` along the orbit. ValueError beyond what is known of
+        orbit or field."""
         along = self.environment
         along.check_dates(*(float(edge(t_s)) + ahead_s for edge in (np.min, np.max)))
-        r, v = along.state(t_s + ahead_s)
+        return Path(t_s, *along.state(t_s + ahead_s))
+
+    def strength_on(self, path: Path, east_rad=0.0, higher=1.0) -> np.ndarray:
+        """Strength [n] nT on a path, its plane turned to the east, the radius so many times as
+        large."""
+        r = path.r
         if east_rad:
             cos, sin = np.cos(east_rad), np.sin(east_rad)
             r = r @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        return 1e9 * np.linalg.norm(along.field(t_s, higher * r, v), axis=1)
+        field = self.environment.field(path.t_s, higher * r, path.v)
+        return 1e9 * np.linalg.norm(field, axis=1)
+
+    def strength(self, t_s, ahead_s=0.0) -> np.ndarray:
+        """Strength [n] nT at times [n] s, `ahead_s` along the orbit."""
+        return self.strength_on(self.path(t_s, ahead_s))
 
     @property
     def period_s(self) -> float:
@@ -154,7 +173,7 @@ def _zones(t_s, m, place: Place, known: Known) -> Iterator[Hypothesis]:
 def _where_known(place: Place, t_s, ahead_s: float = 0.0, east_rad: float = 0.0):
     """The strength, or None beyond what is known of the orbit."""
     try:
-        return place.strength(t_s, ahead_s, east_rad)
+        return place.strength_on(place.path(t_s, ahead_s), east_rad)
     except ValueError:
         return None
 

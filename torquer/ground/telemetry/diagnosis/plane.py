@@ -60,7 +60,9 @@ def find_plane(t_s: np.ndarray, m: np.ndarray, place: Place, floor_nt: float) ->
 
 def _refine(t_s, m, place: Place, places, width) -> tuple[np.ndarray, np.ndarray]:
     """Spread of the residuals [k] nT at each node [rad] and phase [s], and what to add to these."""
-    strengths, columns = zip(*(_at(t_s, place, *each) for each in places), strict=True)
+    radius_km = _radius_km(place, t_s[:1])
+    found_at = (_at(t_s, place, radius_km, *each) for each in places)
+    strengths, columns = zip(*found_at, strict=True)
     count = len(places)
     tried = Tried(
         np.repeat(m[None], count, axis=0),
@@ -73,15 +75,16 @@ def _refine(t_s, m, place: Place, places, width) -> tuple[np.ndarray, np.ndarray
     return spread, found.values[:, 9:11]
 
 
-def _at(t_s, place: Place, node: float, phase_s: float):
+def _at(t_s, place: Place, radius_km: float, node: float, phase_s: float):
     """Strength [n] nT, and its derivatives [n, 5] by node, phase and height in km."""
-    here = place.strength(t_s, phase_s, node)
-    up = place.strength(t_s, phase_s, node, 1.001) - here
-    up = up / (1e-3 * _radius_km(place, t_s[:1]))
+    path = place.path(t_s, phase_s)
+    here = place.strength_on(path, node)
+    up = (place.strength_on(path, node, 1.001) - here) / (1e-3 * radius_km)
     turn = 2.0 * np.pi * t_s / place.period_s
+    later = place.path(t_s, phase_s + 5.0)
     columns = [
-        (place.strength(t_s, phase_s, node + 0.01) - here) / 0.01,
-        (place.strength(t_s, phase_s + 5.0, node) - here) / 5.0,
+        (place.strength_on(path, node + 0.01) - here) / 0.01,
+        (place.strength_on(later, node) - here) / 5.0,
         up, up * np.cos(turn), up * np.sin(turn),
     ]  # fmt: skip
     return here, np.stack(columns, axis=1)
