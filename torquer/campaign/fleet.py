@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.base.shared import Sharing
+from torquer.campaign.at_once import AtOnce
 from torquer.campaign.outcomes import (
     TOTALS,
     Reduction,
@@ -85,10 +86,9 @@ class Fleet:
         self._first_piece = None if own_environment(campaign) else run.piece
         if self._library is not None:
             self._check_tables()
+        self._at_once = AtOnce(run, self._sharing, self._first_piece)
         self._lanes, self.why_not_in_lanes = self._side_by_side()
         self._along = functools.lru_cache(PARTS)(self._block_along)
-        r, v = scenario.orbit_environment().state(np.zeros(1))
-        self._start = r[0], v[0]
 
     def _check_tables(self) -> None:
         """ValueError for a key that changes what the computer in C has as constants."""
@@ -172,8 +172,7 @@ class Fleet:
 
         Those of similar rates fly together: a fast one takes more steps, and slow ones would wait.
         """
-        found = {row: self._member_numbers(lanes, chunk, row) for row in range(len(chunk.members))}
-        fitting = {row: numbers for row, numbers in found.items() if numbers is not None}
+        fitting = self._numbers_of(lanes, chunk)
         rows = np.array(sorted(fitting, key=lambda row: first_rate(fitting[row])), int)
         if not len(rows):
             return
@@ -204,30 +203,20 @@ class Fleet:
         t_s = np.arange(first, after) * plan.record_steps * plan.step_s
         return t_s, *_along(self.scenario, self.campaign, t_s)
 
-    def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
-        """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
-        if MOTION_KEYS.issuperset(chunk.drawn):
-            motion = self._first_motion(chunk, row)
-            if motion is not None:
-                return lanes.numbers_of(motion[None])[0]
-            self._fly_alone(chunk, row)
-            return None
-        with self._sharing.used():
-            run = self._prepared(chunk, row)
-            numbers = self._taken(lanes, run) if run else None
-        if run and numbers is None:
-            self._finish(chunk, row, run)
-        return numbers
-
-    def _first_motion(self, chunk: Chunk, row: int) -> np.ndarray | None:
-        """Initial attitude and rate of a member; None if they cannot be flown."""
-        own = self.scenario.initial.model_dump(exclude_unset=True)
-        for key, value in as_changes(chunk.drawn, row).items():
-            own[key.removeprefix("initial.")] = value
-        try:
-            return InitialMotion.model_validate(own).motion(*self._start)
-        except ValueError:
-            return None
+    def _numbers_of(self, lanes: Lanes, chunk: Chunk) -> dict[int, np.ndarray]:
+        """Numbers of members in their lanes, by their rows; those that do not fit are flown."""
+        found = self._at_once.numbers(lanes, chunk.drawn, chunk.seeds)
+        for row in range(len(chunk.members)):
+            if row in found:
+                continue
+            with self._sharing.used():
+                run = self._prepared(chunk, row)
+                numbers = self._taken(lanes, run) if run else None
+            if numbers is not None:
+                found[row] = numbers
+            elif run:
+                self._finish(chunk, row, run)
+        return found
 
     def _taken(self, lanes: Lanes, run: Run) -> np.ndarray | None:
         """The numbers of a member that fits in with the others."""

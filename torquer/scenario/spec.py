@@ -258,8 +258,7 @@ class Scenario(Spec):
         whole_steps("control.sample_s", control.sample_s, step_s)
         whole_steps("control: measure_s + actuate_s", control.cycle_s, step_s)
         whole_steps("simulation.record_s", simulation.record_s, step_s)
-        if simulation.integrator == "rk4":
-            check_step(speeds_at_start(self.spacecraft, self.initial), step_s)
+        self._check_step()
         if self.environment.table_tolerance == 0.0 and simulation.integrator != "rk4":
             raise ValueError(
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
@@ -281,6 +280,12 @@ class Scenario(Spec):
         self._check_filters()
         self._check_disturbance()
         return self
+
+    @shared
+    def _check_step(self) -> None:
+        """Fixed steps can follow the motion at the start."""
+        if self.simulation.integrator == "rk4":
+            check_step(speeds_at_start(self.spacecraft, self.initial), self.grid_s)
 
     @shared
     def _check_sampling(self) -> None:
