@@ -177,7 +177,7 @@ def test_records_of_each_have_their_own_numbers():
 
 
 @pytest.mark.parametrize(
-    "results", [[1.0, 1], [(1.0,), (1.0, 2.0)], [np.zeros(1), np.zeros(2)], [{}, {}],
+    "results", [[1.0, 1], [(1.0,), (1.0, 2.0)], [np.zeros(1), np.zeros(2)], [{}, {"a": 1}],
                 [np.zeros(1, bool), np.ones(1, bool)]],
 )  # fmt: skip
 def test_results_of_different_forms_are_not_joined(results):

@@ -8,17 +8,20 @@ done scenario by scenario, at the innermost function that `spread` calls.
 """
 
 import copy
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from pydantic import BaseModel
 
 from torquer.compile.when_compiling import needs_python
+
+F = TypeVar("F", bound=Callable)
 
 
 class Mixed(Exception):
@@ -277,6 +280,16 @@ def spread(key, function: Callable, args: tuple):
     return function(*args) if computing is None else computing.call(key, function, args)
 
 
+def by_scenario(function: F) -> F:
+    """Mark a pure function whose arithmetic may refuse columns: each scenario then calls it."""
+
+    @functools.wraps(function)
+    def called(*args):
+        return spread(function, function, args)
+
+    return cast(F, called)
+
+
 def _together(values, lists: list) -> Iterator[tuple]:
     """Values of each scenario; those of `values` where they do not differ."""
     count = next(len(each) for each in lists if each is not None)
@@ -331,7 +344,11 @@ def joined(results: list):
         return getattr(type(first), "_make", type(first))(parts)
     if isinstance(first, np.ndarray):
         return _joined_arrays(results)
-    if isinstance(first, dict | BaseModel) or is_dataclass(first):
+    if isinstance(first, dict):
+        if any(each.keys() != first.keys() for each in results):
+            raise Refused("tables of different keys")
+        return {key: joined([each[key] for each in results]) for key in first}
+    if isinstance(first, BaseModel) or is_dataclass(first):
         raise Refused("values of a kind that is not joined")
     return first if guard(np.array([each == first for each in results])) else None
 

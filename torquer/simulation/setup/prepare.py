@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from torquer.base.columns import array_of, put_numbers, spread
+from torquer.base.columns import array_of, by_scenario, put_numbers
 from torquer.base.shared import shared
 from torquer.compile.engine import records
 from torquer.computer.allocation import (
@@ -248,7 +248,7 @@ def make_plan(
     table, selection = table._replace(oldest_s=oldest_s), make_selection(scenario, oldest_s)
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
-        allocation = spread(make_allocation, make_allocation, (wheels, step_s, driven))
+        allocation = by_scenario(make_allocation)(wheels, step_s, driven)
     plan = Plan(
         plant=make_plant(scenario, needs),
         timetable=timetable,
@@ -273,7 +273,7 @@ def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
     return Plant(
         coils=_coil_constants(craft),
-        rotors=wheels.pack(scenario.grid_s) if wheels else NO_ROTORS,
+        rotors=by_scenario(type(wheels).pack)(wheels, scenario.grid_s) if wheels else NO_ROTORS,
         sensors=_with_own(
             SensorSets(
                 *(sensor_constants(device, craft, needs) for device in DEVICES if device.read)
@@ -368,14 +368,13 @@ def first_state(
     cells["next_step_s"] = cells["slow_step_s"] = _FIRST_STEP_S
     cells["least_step_s"] = np.inf
     motion = first_motion(scenario, r_m, v_m_s)
-    coils, goal = spread(_first_coils, _first_coils, (plan.plant.coils,))
+    coils, goal = _first_coils(plan.plant.coils)
     cells = put_numbers(put_numbers(cells, 0, motion), CELLS.names.index("goal_x"), array_of(goal))
     sensors = np.zeros(ROWS, SENSOR)
     sensors["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
     if dynamics.rotors:
-        first = scenario.spacecraft.wheels, plan.plant.rotors, motion[4:]
-        rotors = spread(_first_rotors, _first_rotors, first)
+        rotors = _first_rotors(scenario.spacecraft.wheels, plan.plant.rotors, motion[4:])
         allocation = first_allocation(plan.allocation)
     state = State(
         at=np.zeros(AT_CELLS, dtype=np.int64),
@@ -385,7 +384,7 @@ def first_state(
         rotors=rotors,
         held=array_of(dynamics.held.constant_n_m),
         coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
-        rods=spread(first_rods, first_rods, (scenario, dynamics, motion[None]))[0],
+        rods=first_rods(scenario, dynamics, motion[None])[0],
         allocation=allocation,
         calibration=nothing_calibrated(),
         board=first_board(blocks, modes, plan.computer.estimator, plan.computer.selection),
@@ -399,6 +398,7 @@ def first_motion(scenario: Scenario, r_m, v_m_s) -> np.ndarray:
     return scenario.initial.motion(r_m, v_m_s)
 
 
+@by_scenario
 def _first_coils(coils: CoilSet) -> tuple[np.ndarray, list[float]]:
     """State of the coils at the start, and the numbers of their goal."""
     state = records(np.zeros(len(coils.rows), COIL_STATE))
@@ -406,10 +406,12 @@ def _first_coils(coils: CoilSet) -> tuple[np.ndarray, list[float]]:
     return state, [*goal.dipole_a_m2, goal.power_w, goal.greatest_a_m2]
 
 
+@by_scenario
 def _first_rotors(wheels, rotors, omega) -> np.ndarray:
     return wheels.first_state(rotors, omega)
 
 
+@by_scenario
 def first_rods(scenario: Scenario, dynamics: Dynamics, motions: np.ndarray) -> list[np.ndarray]:
     """What hysteresis rods remember at the start, for each of the motions (n, 7)."""
     magnets = magnets_in(dynamics.rigid.acting)
