@@ -21,6 +21,7 @@ from torquer.campaign.outcomes import (
     needs_sun,
     outcomes_with_series,
 )
+from torquer.campaign.room import MOST_INSTANTS
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
 from torquer.campaign.spec import ATTITUDE, Campaign
@@ -42,11 +43,9 @@ _OWN_KEYS = ("name", "seed")
 #: when it looks at them.
 _OF_ORBIT_ENVIRONMENT = ("orbit", "start", "environment", "control.ephemeris", "simulation")
 #: Members that are tried in lanes before a campaign is flown.
-_TRIED = 8
+TRIED = 8
 #: Members that fail are flown again from their start: nothing is saved on the way.
 _UNSAVED = Checkpoints(lambda run: None, np.inf)
-#: Instants that are kept of a signal.
-MOST_INSTANTS = 200
 #: Records at which the environment along the orbit is found at once, and such blocks that are kept.
 #: How a flight is cut must not matter: models round one record differently from many.
 FOUND_AT_ONCE, PARTS = 2048, 256
@@ -79,7 +78,8 @@ class Fleet:
         with self._sharing.learning():
             run = flown_by(computer, checked_again(scenario, keys))
         self._library = run.library
-        places = np.linspace(0, run.steps // run.plan.record_steps, MOST_INSTANTS)
+        self.rows = run.steps // run.plan.record_steps + 1
+        places = np.linspace(0, self.rows - 1, MOST_INSTANTS)
         self._kept = np.unique(places.round().astype(int))
         self.kept_s = self._kept * run.plan.record_steps * run.plan.step_s
         self.base, self._pieces = run, Pieces(run)
@@ -95,7 +95,7 @@ class Fleet:
         for key in self.campaign.varied_keys:
             if key in MOTION_KEYS:
                 continue
-            for member in self._try_key(key):
+            for member in try_key(self.scenario, self.campaign, key):
                 try:
                     prepare(member, piece=self._first_piece, library=self._library)
                 except OtherComputer:
@@ -106,14 +106,6 @@ class Fleet:
                     ) from None
                 except ValueError:  # by itself it may be no scenario
                     continue
-
-    def _try_key(self, key: str) -> Iterator[Scenario]:
-        """Some members as far as they are scenarios, each with its value of one key alone."""
-        members = np.linspace(0, self.campaign.runs - 1, _TRIED).astype(int)
-        values = draw(self.campaign, self.scenario, members)[key]
-        for row in range(_TRIED):
-            with contextlib.suppress(ValueError):
-                yield with_values(self.scenario, as_changes({key: values}, row))
 
     def _side_by_side(self) -> tuple[Lanes | None, str]:
         """Lanes for the members; None, and the reason, if all must be flown one by one."""
@@ -134,8 +126,8 @@ class Fleet:
         """Whether at least one of some members fits into lanes if it differs only at a key."""
         if key in MOTION_KEYS:
             return True
-        members = list(self._try_key(key))
-        if len(members) < _TRIED:  # by itself it may be no scenario
+        members = list(try_key(self.scenario, self.campaign, key))
+        if len(members) < TRIED:  # by itself it may be no scenario
             return True
         for member in members:
             try:
@@ -301,6 +293,15 @@ class Fleet:
         for name, values in found.series.items():
             if values.shape[1]:
                 chunk.series[name][rows] = values
+
+
+def try_key(scenario: Scenario, campaign: Campaign, key: str) -> Iterator[Scenario]:
+    """Some members as far as they are scenarios, each with its value of one key alone."""
+    members = np.linspace(0, campaign.runs - 1, TRIED).astype(int)
+    values = draw(campaign, scenario, members)[key]
+    for row in range(TRIED):
+        with contextlib.suppress(ValueError):
+            yield with_values(scenario, as_changes({key: values}, row))
 
 
 class Asked(NamedTuple):

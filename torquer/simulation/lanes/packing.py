@@ -148,6 +148,14 @@ def pack_member(
     )
 
 
+def shared_parts(plant: Plant, dynamics: Dynamics) -> tuple:
+    """What is no number of a lane: members flown together have it alike."""
+    packing = _Packing(NONE)
+    packing.part(plant)
+    packing.part(dynamics)
+    return tuple(packing.shared)
+
+
 def _as_rows(numbers: list) -> np.ndarray:
     """Numbers (size,) of a member; (n, size) of as many as there are in the columns among them."""
     columns = {k: each.values for k, each in enumerate(numbers) if isinstance(each, Column)}
