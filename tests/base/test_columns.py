@@ -10,21 +10,19 @@ from pydantic import Field
 from torquer.base.checked_columns import checked_columns, opened
 from torquer.base.columns import (
     Column,
-    Computing,
     Mixed,
     Own,
     Records,
     Refused,
     array_of,
     as_column,
-    joined,
     number,
     put_numbers,
     root,
-    spread,
     stacked,
     unstacked,
 )
+from torquer.base.computing import Computing, joined, spread
 from torquer.base.spec import Inertia, Spec, Vector, unit_vector
 from torquer.maths.geometry.quaternion import multiply, normalise
 from torquer.maths.geometry.vec3 import as_vector, scale

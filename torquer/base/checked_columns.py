@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import BaseModel
 
-from torquer.base.columns import Column, Computing, Mixed, Own, Refused, changed
+from torquer.base.columns import Column, Mixed, Own, Refused
+from torquer.base.computing import Computing, changed
 from torquer.base.spec import Number, is_own_class
 
 #: Bounds of numbers in pydantic's schema, and what must hold.

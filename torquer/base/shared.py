@@ -19,7 +19,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from pydantic import BaseModel
 
-from torquer.base.columns import spread
+from torquer.base.computing import spread
 from torquer.compile.when_compiling import is_plain
 
 F = TypeVar("F", bound=Callable)

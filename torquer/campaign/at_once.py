@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from torquer.base.columns import Computing, Mixed, Own, as_column
+from torquer.base.columns import Mixed, Own, as_column
+from torquer.base.computing import Computing
 from torquer.base.shared import Sharing
 from torquer.campaign.sampling import Drawn
 from torquer.campaign.spec import ATTITUDE

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from torquer.base.columns import by_scenario
+from torquer.base.computing import by_scenario
 from torquer.base.spec import Spec
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Axis

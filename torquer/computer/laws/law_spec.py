@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from torquer.base.columns import by_scenario
+from torquer.base.computing import by_scenario
 from torquer.base.spec import Spec
 from torquer.computer.blocks.law import Law
 

@@ -6,7 +6,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from torquer.base.columns import array_of, by_scenario, put_numbers
+from torquer.base.columns import array_of, put_numbers
+from torquer.base.computing import by_scenario
 from torquer.base.shared import shared
 from torquer.compile.engine import records
 from torquer.computer.allocation import (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.base.columns import by_scenario
+from torquer.base.computing import by_scenario
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.quaternion import from_rotation_vector, to_dcm
 from torquer.maths.geometry.vec3 import as_matrix
