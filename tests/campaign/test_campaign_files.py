@@ -148,12 +148,39 @@ def test_validate_states_what_the_campaign_takes(file, capsys):
 
 
 def test_validate_refuses_a_campaign_that_the_disk_has_no_room_for(file, capsys, monkeypatch):
-    monkeypatch.setattr("torquer.campaign.size.free_disk", lambda folder: 1e6)
+    monkeypatch.setattr("torquer.campaign.room.free_disk", lambda folder: 1e6)
     message = r"^campaign.runs: 1000 members must fit in the 1 MB that are free here; received a "
     with pytest.raises(ValueError, match=message):
         cli.validate(file, json=False)
     assert cli.validate(file, json=True) == 2
     assert json.loads(capsys.readouterr().out)["valid"] is False
+
+
+@pytest.mark.parametrize(
+    ("key", "variation", "why"),
+    [
+        ("spacecraft.magnetometer.noise_nt", "{ uniform = [1.0, 9.0] }", True),
+        ("spacecraft.coils.lag_s", "{ uniform = [0.1, 0.2] }", True),
+        ("spacecraft.magnetometer.bias_nt", "{ normal = { mean = [0, 0, 0], sigma = 9 } }", False),
+        ("initial.rate_deg_s", "{ uniform = [[0, 0, 0], [1, 1, 1]] }", False),
+    ],
+)
+def test_validate_knows_of_keys_that_members_flown_together_share(
+    file, capsys, key, variation, why
+):
+    text = EXAMPLE.read_text(encoding="utf-8") + SMALL
+    file.write_text(f"{text}vary.{key!r} = {variation}\n", encoding="utf-8")
+    assert size_of(file, capsys)["why_alone"] == (f"{key} varies" if why else "")
+
+
+def test_a_campaign_that_the_disk_has_no_room_for_is_not_flown(tmp_path, monkeypatch):
+    scenario, campaign = load_campaign(EXAMPLE.with_name("tip_off_campaign.toml"))
+    monkeypatch.setattr("torquer.campaign.room.free_disk", lambda folder: 1e6)
+    monkeypatch.setattr("torquer.campaign.fleet.Fleet.fly", None)
+    message = r"^campaign.runs: 10000 members must fit in the 1 MB that are free at .*; received a "
+    with pytest.raises(ValueError, match=message):
+        torquer.fly_campaign(scenario, campaign, to=tmp_path / "campaign.nc")
+    assert not any(tmp_path.iterdir())
 
 
 def test_the_schema_lets_a_campaign_stand():

@@ -109,6 +109,90 @@ def test_members_are_prepared_as_alone_whatever_varies(name, seed, spread):
         assert differences(fleet, chunk, row) == [], keys
 
 
+def alone_in_lanes(fleet, row):
+    """Numbers in its lane of a member that is prepared by itself; None if it has none."""
+    try:
+        run = prepare(member_scenario(fleet.scenario, fleet.campaign, row))
+    except ValueError:
+        return None
+    return fleet._taken(fleet._lanes, run)
+
+
+@pytest.mark.parametrize("spread", [0.01, 0.9])
+@pytest.mark.parametrize(("name", "seed"), CASES)
+def test_members_prepared_at_once_have_the_bits_of_each_alone(name, seed, spread):
+    """Of some keys at random, and of attitude and rate."""
+    scenario = load_scenario(EXAMPLES / f"{name}.toml")
+    rate = {"direction": "uniform", "magnitude": {"uniform": [0.0, 3.0]}}
+    vary = {"initial.attitude": "uniform", "initial.rate_deg_s": rate}
+    for key in drawn_keys(scenario, f"{name} {seed} at once"):
+        made = {key: variation_of(scenario, key, spread)}
+        if key.startswith(("initial", "orbit", "start", "environment", "control.ephemeris")):
+            continue
+        campaign = Campaign.model_validate({**TABLE, "vary": made, "success": {}})
+        if Fleet(scenario, campaign)._lanes is not None:
+            vary |= made
+    campaign = Campaign.model_validate({**TABLE, "runs": 20, "vary": vary, "success": {}})
+    fleet = Fleet(scenario, campaign)
+    if fleet._lanes is None:
+        return
+    chunk = fleet.unflown(np.arange(20))
+    found = fleet._at_once.numbers(fleet._lanes, chunk.drawn, chunk.seeds)
+    alone = {row: alone_in_lanes(fleet, row) for row in range(20)}
+    for row, numbers in found.items():
+        assert alone[row] is not None, vary
+        assert numbers.tobytes() == alone[row].tobytes(), vary
+    fitting = sum(numbers is not None for numbers in alone.values())
+    shares_keys = any(
+        ".stages[" in key for key in vary
+    )  # its check before pydantic's fills them in
+    assert len(found) == fitting or shares_keys or spread > 0.5, vary
+
+
+#: Keys of which all are prepared at once: what everybody varies.
+COMMON = {
+    "spacecraft.body.inertia_kg_m2": {"relative": {"uniform": [0.9, 1.1]}},
+    "spacecraft.coils.limit_a_m2": {"relative": {"uniform": [0.9, 1.1]}},
+    "spacecraft.coils.residual_dipole_a_m2": {"normal": {"mean": [0, 0, 0], "sigma": 0.1}},
+    "spacecraft.magnetometer.bias_nt": {"normal": {"mean": [0, 0, 0], "sigma": 50}},
+    "spacecraft.magnetometer.scale_error": {"normal": {"mean": [0, 0, 0], "sigma": 0.01}},
+    "spacecraft.gyro.misalignment_deg": {"normal": {"mean": [0, 0, 0], "sigma": 1.0}},
+    "spacecraft.sun_sensors.axes[1]": {"normal": {"mean": [1, 1, 0], "sigma": 0.01}},
+    "control.law.gain_a_m2_s_per_t": {"log_uniform": [1e6, 1e7]},
+    "initial.euler_deg": {"uniform": [[0, 0, 0], [360, 9, 360]]},
+    "initial.attitude": "uniform",
+}
+
+
+@pytest.mark.parametrize("key", sorted(COMMON))
+def test_what_everybody_varies_is_prepared_at_once(key, monkeypatch):
+    fleet, chunk = tip_off_fleet({key: COMMON[key]})
+    alone = [alone_in_lanes(fleet, row) for row in range(len(chunk.members))]
+    monkeypatch.setattr(Fleet, "_prepared", None)
+    found = fleet._numbers_of(fleet._lanes, chunk)
+    assert sorted(found) == [*range(len(chunk.members))]
+    for row, numbers in found.items():
+        assert numbers.tobytes() == alone[row].tobytes()
+
+
+def test_members_that_go_different_ways_are_prepared_in_parts():
+    """Some have no scale error, and some are no scenarios at all."""
+    vary = {
+        "spacecraft.magnetometer.bias_nt": {"uniform": [[-50, 0, 0], [50, 9, 9]]},
+        "spacecraft.gyro.bias_deg_s": {"uniform": [[0, 0, 0], [1, 1, 1]]},
+        "control.law.gain_a_m2_s_per_t": {"uniform": [-1e6, 1e6]},
+    }
+    scenario = load_scenario(EXAMPLES / "tip_off_campaign.toml")
+    table = {**TABLE, "runs": 64, "vary": vary, "success": {}}
+    fleet = Fleet(scenario, Campaign.model_validate(table))
+    chunk = fleet.unflown(np.arange(64))
+    found = fleet._at_once.numbers(fleet._lanes, chunk.drawn, chunk.seeds)
+    sound = np.flatnonzero(chunk.drawn["control.law.gain_a_m2_s_per_t"] > 0.0)
+    assert sorted(found) == sound.tolist()
+    for row in found:
+        assert found[row].tobytes() == alone_in_lanes(fleet, row).tobytes()
+
+
 def tip_off_fleet(vary):
     """Members of the example that vary in some keys, not flown."""
     scenario = load_scenario(EXAMPLES / "tip_off_campaign.toml")

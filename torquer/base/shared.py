@@ -19,6 +19,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from pydantic import BaseModel
 
+from torquer.base.computing import spread
 from torquer.compile.when_compiling import is_plain
 
 F = TypeVar("F", bound=Callable)
@@ -118,7 +119,7 @@ class Sharing:
         if self._has_read is not None:
             return self._learn(key, function, args, self._has_read)
         kept = self._kept.get(key)
-        return function(*args) if kept is None else kept[1]
+        return spread(key, function, args) if kept is None else kept[1]
 
     def _told(self, arg):
         """What an argument is known by: a single spec by its class, other objects as they are."""

@@ -16,11 +16,12 @@ from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
 from torquer.base import validate
-from torquer.base.validate import out_of_range
+from torquer.base.columns import unstacked
+from torquer.base.validate import out_of_range, quantity_range
 
 
 def _tensor(value):
-    return tuple(map(tuple, validate.inertia_tensor("inertia_kg_m2", value).tolist()))
+    return unstacked(validate.inertia_tensor("inertia_kg_m2", value), 2)
 
 
 def _moments(value):
@@ -85,7 +86,7 @@ def damping_tensor(key: str, what: str):
 _NO_NUMBERS = (bool, np.bool_, str, bytes)
 
 
-class _Number(NamedTuple):
+class Number(NamedTuple):
     """Check of a number before pydantic's own: a number, and in the range of its key.
 
     `low`: 0 for a quantity that is not negative, None for any other. `own`: it has a greatest
@@ -104,6 +105,12 @@ class _Number(NamedTuple):
         if must and (not self.own or must.startswith("at least")):
             raise PydanticCustomError("out_of_range", "Input should be {must}", {"must": must})
         return value
+
+    def holds(self, values: np.ndarray) -> np.ndarray:
+        """Whether each of some numbers (n,) is in the range."""
+        least, greatest = quantity_range(self.key)
+        small = (values > 0.0) & (values < least) if self.low == 0.0 else np.zeros(1, bool)
+        return ~small & (self.own | ~(np.abs(values) > greatest))
 
 
 def _as_float(value) -> float:
@@ -135,12 +142,12 @@ def _check_before(schema: dict, key: str):
     if schema["type"] != "float":
         return _whole_number if schema["type"] == "int" else _truth
     low = 0.0 if max(schema.get("gt", -1.0), schema.get("ge", -1.0)) >= 0.0 else None
-    return _Number(key, low, "le" in schema or "lt" in schema)
+    return Number(key, low, "le" in schema or "lt" in schema)
 
 
 def _is_checked(schema: dict) -> bool:
     check = schema["function"]["function"]
-    return isinstance(check, _Number) or check in (_whole_number, _truth)
+    return isinstance(check, Number) or check in (_whole_number, _truth)
 
 
 #: Parts of pydantic's schema that hold no schema of a value.
@@ -184,7 +191,7 @@ class Spec(BaseModel):
         schema = _with_checks(handler(source))
         # the name under which other schemas refer to it is that of the whole
         ref = schema.pop("ref", None)
-        return no_info_before_validator_function(_is_our_own, schema, ref=ref)
+        return no_info_before_validator_function(is_own_class, schema, ref=ref)
 
     def model_copy(self, *, update: Mapping | None = None, deep: bool = False) -> Self:
         """A copy with some keys changed, checked as on creation (`ValidationError`).
@@ -203,7 +210,7 @@ def by_kind(union) -> dict[str, type[Any]]:
     return {get_args(spec.model_fields["kind"].annotation)[0]: spec for spec in get_args(union)}
 
 
-def _is_our_own(value):
+def is_own_class(value):
     """The value, unless it is a subclass of the user's own: as data it would become its base."""
     if isinstance(value, Spec) and (base := _derived_from(type(value))):
         raise ValueError(

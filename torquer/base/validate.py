@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.columns import guard, has_columns, stacked
+
 
 class Range(NamedTuple):
     """What a quantity can be in size, generously: the least (0 apart) and the greatest."""
@@ -162,34 +164,36 @@ def inertia_tensor(name: str, value) -> np.ndarray:
     """A physical inertia tensor [kg m^2]: symmetric, positive definite, triangle inequality.
 
     Three numbers are taken as a diagonal tensor in principal axes. Asymmetry of the size of
-    rounding (1e-9 of the largest entry) is taken out.
+    rounding (1e-9 of the largest entry) is taken out. (n, 3, 3) of columns.
     """
-    tensor = finite(name, value)
-    if tensor.shape == (3,):
-        tensor = np.diag(tensor)
-    if tensor.shape != (3, 3):
+    tensor = stacked(value) if has_columns(value) else finite(name, value)
+    if tensor.shape[has_columns(value) :] == (3,):
+        tensor = tensor[..., None] * np.eye(3)
+    if tensor.shape[has_columns(value) :] != (3, 3):
         raise ValueError(
             f"{name}: must be 3 moments or a 3x3 tensor; received shape {tensor.shape}"
         )
     least, greatest = RANGES["kg_m2"]
-    if np.abs(tensor).max() > greatest:
+    size = np.abs(tensor).max(axis=(-2, -1))
+    if guard(size > greatest):
         raise ValueError(
             f"{name}: must be at most {greatest:g} kg m^2; received {np.abs(tensor).max():g}"
         )
-    if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * np.abs(tensor).max()):
+    turned = np.swapaxes(tensor, -2, -1)
+    if not guard(np.all(np.abs(tensor - turned) <= 1e-9 * size[..., None, None], axis=(-2, -1))):
         raise ValueError(f"{name}: must be symmetric; received {tensor.tolist()}")
-    tensor = 0.5 * (tensor + tensor.T)
-    moments = np.linalg.eigvalsh(tensor)
-    shown = ", ".join(f"{m:.6g}" for m in moments)
-    if moments[0] <= 0.0:
+    tensor = 0.5 * (tensor + turned)
+    moments = np.moveaxis(np.linalg.eigvalsh(tensor), -1, 0)
+    shown = ", ".join(f"{m:.6g}" for m in moments if not m.ndim)
+    if guard(moments[0] <= 0.0):
         raise ValueError(
             f"{name}: must be positive definite; received principal moments {shown} kg m^2"
         )
-    if moments[0] < least:
+    if guard(moments[0] < least):
         raise ValueError(
             f"{name}: principal moments must be at least {least:g} kg m^2; received {shown}"
         )
-    if moments[0] + moments[1] < moments[2] * (1.0 - 1e-12):
+    if guard(moments[0] + moments[1] < moments[2] * (1.0 - 1e-12)):
         raise ValueError(
             f"{name}: the sum of two principal moments must not be below the third "
             f"(triangle inequality); received {shown} kg m^2"

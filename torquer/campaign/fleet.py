@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.base.shared import Sharing
+from torquer.campaign.at_once import AtOnce
 from torquer.campaign.checks import Rotation, checks_for, of_steps
 from torquer.campaign.outcomes import (
     TOTALS,
@@ -21,6 +22,7 @@ from torquer.campaign.outcomes import (
     needs_sun,
     outcomes_with_series,
 )
+from torquer.campaign.room import MOST_INSTANTS
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
 from torquer.campaign.spec import ATTITUDE, Campaign
@@ -42,11 +44,9 @@ _OWN_KEYS = ("name", "seed")
 #: when it looks at them.
 _OF_ORBIT_ENVIRONMENT = ("orbit", "start", "environment", "control.ephemeris", "simulation")
 #: Members that are tried in lanes before a campaign is flown.
-_TRIED = 8
+TRIED = 8
 #: Members that fail are flown again from their start: nothing is saved on the way.
 _UNSAVED = Checkpoints(lambda run: None, np.inf)
-#: Instants that are kept of a signal.
-MOST_INSTANTS = 200
 #: Records at which the environment along the orbit is found at once, and such blocks that are kept.
 #: How a flight is cut must not matter: models round one record differently from many.
 FOUND_AT_ONCE, PARTS = 2048, 256
@@ -80,24 +80,24 @@ class Fleet:
         with self._sharing.learning():
             run = flown_by(computer, checked_again(scenario, keys))
         self._library = run.library
-        places = np.linspace(0, run.steps // run.plan.record_steps, MOST_INSTANTS)
+        self.rows = run.steps // run.plan.record_steps + 1
+        places = np.linspace(0, self.rows - 1, MOST_INSTANTS)
         self._kept = np.unique(places.round().astype(int))
         self.kept_s = self._kept * run.plan.record_steps * run.plan.step_s
         self.base, self._pieces = run, Pieces(run)
         self._first_piece = None if own_environment(campaign) else run.piece
         if self._library is not None:
             self._check_tables()
+        self._at_once = AtOnce(run, self._sharing, self._first_piece)
         self._lanes, self.why_not_in_lanes = self._side_by_side()
         self._along = functools.lru_cache(PARTS)(self._block_along)
-        r, v = scenario.orbit_environment().state(np.zeros(1))
-        self._start = r[0], v[0]
 
     def _check_tables(self) -> None:
         """ValueError for a key that changes what the computer in C has as constants."""
         for key in self.campaign.varied_keys:
             if key in MOTION_KEYS:
                 continue
-            for member in self._try_key(key):
+            for member in try_key(self.scenario, self.campaign, key):
                 try:
                     prepare(member, piece=self._first_piece, library=self._library)
                 except OtherComputer:
@@ -108,14 +108,6 @@ class Fleet:
                     ) from None
                 except ValueError:  # by itself it may be no scenario
                     continue
-
-    def _try_key(self, key: str) -> Iterator[Scenario]:
-        """Some members as far as they are scenarios, each with its value of one key alone."""
-        members = np.linspace(0, self.campaign.runs - 1, _TRIED).astype(int)
-        values = draw(self.campaign, self.scenario, members)[key]
-        for row in range(_TRIED):
-            with contextlib.suppress(ValueError):
-                yield with_values(self.scenario, as_changes({key: values}, row))
 
     def _side_by_side(self) -> tuple[Lanes | None, str]:
         """Lanes for the members; None, and the reason, if all must be flown one by one."""
@@ -136,8 +128,8 @@ class Fleet:
         """Whether at least one of some members fits into lanes if it differs only at a key."""
         if key in MOTION_KEYS:
             return True
-        members = list(self._try_key(key))
-        if len(members) < _TRIED:  # by itself it may be no scenario
+        members = list(try_key(self.scenario, self.campaign, key))
+        if len(members) < TRIED:  # by itself it may be no scenario
             return True
         for member in members:
             try:
@@ -176,8 +168,7 @@ class Fleet:
 
         Those of similar rates fly together: a fast one takes more steps, and slow ones would wait.
         """
-        found = {row: self._member_numbers(lanes, chunk, row) for row in range(len(chunk.members))}
-        fitting = {row: numbers for row, numbers in found.items() if numbers is not None}
+        fitting = self._numbers_of(lanes, chunk)
         rows = np.array(sorted(fitting, key=lambda row: first_rate(fitting[row])), int)
         if not len(rows):
             return
@@ -212,30 +203,20 @@ class Fleet:
         t_s = np.arange(first, after) * plan.record_steps * plan.step_s
         return t_s, *_along(self.scenario, self.campaign, t_s)
 
-    def _member_numbers(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
-        """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
-        if MOTION_KEYS.issuperset(chunk.drawn):
-            motion = self._first_motion(chunk, row)
-            if motion is not None:
-                return lanes.numbers_of(motion[None])[0]
-            self._fly_alone(chunk, row)
-            return None
-        with self._sharing.used():
-            run = self._prepared(chunk, row)
-            numbers = self._taken(lanes, run) if run else None
-        if run and numbers is None:
-            self._finish(chunk, row, run)
-        return numbers
-
-    def _first_motion(self, chunk: Chunk, row: int) -> np.ndarray | None:
-        """Initial attitude and rate of a member; None if they cannot be flown."""
-        own = self.scenario.initial.model_dump(exclude_unset=True)
-        for key, value in as_changes(chunk.drawn, row).items():
-            own[key.removeprefix("initial.")] = value
-        try:
-            return InitialMotion.model_validate(own).motion(*self._start)
-        except ValueError:
-            return None
+    def _numbers_of(self, lanes: Lanes, chunk: Chunk) -> dict[int, np.ndarray]:
+        """Numbers of members in their lanes, by their rows; those that do not fit are flown."""
+        found = self._at_once.numbers(lanes, chunk.drawn, chunk.seeds)
+        for row in range(len(chunk.members)):
+            if row in found:
+                continue
+            with self._sharing.used():
+                run = self._prepared(chunk, row)
+                numbers = self._taken(lanes, run) if run else None
+            if numbers is not None:
+                found[row] = numbers
+            elif run:
+                self._finish(chunk, row, run)
+        return found
 
     def _taken(self, lanes: Lanes, run: Run) -> np.ndarray | None:
         """The numbers of a member that fits in with the others."""
@@ -336,6 +317,15 @@ class Fleet:
         of_all = of_steps(flown.simulation.integrator, cells) | rotation.spun_up()
         for name, values in of_all.items():
             chunk.checks[name][rows] = values
+
+
+def try_key(scenario: Scenario, campaign: Campaign, key: str) -> Iterator[Scenario]:
+    """Some members as far as they are scenarios, each with its value of one key alone."""
+    members = np.linspace(0, campaign.runs - 1, TRIED).astype(int)
+    values = draw(campaign, scenario, members)[key]
+    for row in range(TRIED):
+        with contextlib.suppress(ValueError):
+            yield with_values(scenario, as_changes({key: values}, row))
 
 
 class Asked(NamedTuple):

@@ -19,6 +19,7 @@ from torquer.campaign.fleet import Fleet
 from torquer.campaign.joining import join_chunks
 from torquer.campaign.load import check_campaign, check_own_parts
 from torquer.campaign.parts import Part, check_part
+from torquer.campaign.room import check_room
 from torquer.campaign.spec import SUCCESS, Campaign
 from torquer.campaign.statistics import is_enough
 from torquer.campaign.store import (
@@ -93,6 +94,8 @@ def fly_campaign(
             known = _Known(campaign, of_part)
             for data in load_members(path, fleet) if path is not None else ():
                 known.add(data)
+            if path is not None:
+                check_room(campaign, fleet.rows, *known.counts(), path.parent)
         if fleet.why_not_in_lanes:
             text = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(text, OneByOne, stacklevel=2)
@@ -123,6 +126,10 @@ class _Known:
     def wanted_members(self) -> np.ndarray:
         """Numbers of the members that there will be, of the part if one is flown."""
         return np.arange(self.members) if self._part is None else self._part.members(self.runs)
+
+    def counts(self) -> tuple[int, int]:
+        """How many members there will be at most, and how many of them are missing."""
+        return int(np.count_nonzero(self.wanted)), int(np.count_nonzero(self.wanted & ~self.there))
 
     @property
     def has_enough(self) -> bool:

@@ -1,8 +1,8 @@
 """How large a campaign is: time, memory, disk; and that it fits on the disk.
 
 The costs were measured on two cores of a 2020s server; they are meant to a factor of three, as
-those of a run are. Whether members fly side by side follows from the scenario and from the keys
-that vary as far as that is plain without preparing them.
+those of a run are. Whether members fly side by side follows from the scenario and the keys that
+vary, as far as it does without laws compiled.
 """
 
 import math
@@ -12,24 +12,32 @@ from typing import NamedTuple
 from torquer.base.cores import cores
 from torquer.campaign.fleet import (
     FOUND_AT_ONCE,
-    MOST_INSTANTS,
     MOTION_KEYS,
     PARTS,
+    TRIED,
     asks_for_alone,
+    try_key,
 )
 from torquer.campaign.fly import CHUNK
 from torquer.campaign.joining import BLOCK
 from torquer.campaign.outcomes import outcomes_with_series
+from torquer.campaign.room import check_room, member_bytes
 from torquer.campaign.spec import Campaign
 from torquer.compile.lanes import LANES
+from torquer.computer.computer import Blocks
 from torquer.scenario.spec import Scenario, whole_steps
 from torquer.simulation.lanes.group import PIECES, RECORDS, why_alone
-from torquer.simulation.setup.prepare import make_blocks
+from torquer.simulation.lanes.packing import shared_parts
+from torquer.simulation.setup.prepare import (
+    collect_needs,
+    make_dynamics,
+    make_plant,
+    signals_need,
+)
 from torquer.simulation.setup.size import (
     BASE_BYTES,
     Size,
     bytes_text,
-    free_disk,
     piece_steps,
     stepping_s,
     table_bytes,
@@ -41,11 +49,11 @@ from torquer.simulation.setup.size import (
 _IN_LANES = 0.25
 #: Time [s] of a member's start in lanes, where more than its motion varies too, and alone; of a
 #: record and its signal; of a chunk on the disk and when it is joined.
-_MOTION_S, _VARIED_S, _ALONE_S, _RECORD_S, _CHUNK_S = 1e-4, 1.3e-3, 5e-3, 3e-7, 0.03
+_MOTION_S, _VARIED_S, _ALONE_S, _RECORD_S, _CHUNK_S = 2e-5, 5e-5, 5e-3, 3e-7, 0.03
 #: Numbers of a record in lanes while signals are taken from it; along the orbit.
 _NUMBERS, _ALONG = 40, 13
-#: Bytes of a member besides its numbers: number, seed, how it ended; while all are looked at.
-_MEMBER_BYTES, _LOOKED_AT_BYTES = 80, 500
+#: Bytes of a member while all are looked at.
+_LOOKED_AT_BYTES = 500
 #: What is kept of the memory in which tables are made.
 _TABLES_KEPT = 0.1
 #: Copies of a block of members while it is joined.
@@ -78,30 +86,29 @@ class CampaignSize(NamedTuple):
         )
 
 
-def checked_campaign_size(scenario: Scenario, campaign: Campaign, run: Size) -> CampaignSize:
-    """The size of a campaign, and of its runs `run`; ValueError if the disk here has no room."""
-    size = estimate_campaign(scenario, campaign, run, make_blocks(scenario).compiled)
-    if 2.0 * size.disk_bytes > (there := free_disk(Path().absolute())):
-        raise ValueError(
-            f"campaign.runs: {campaign.runs} members must fit in the {bytes_text(there)} that are "
-            f"free here; received a result of about {bytes_text(size.disk_bytes)}, for a while "
-            "twice on the disk"
-        )
-    return size
+def checked_campaign_size(
+    scenario: Scenario, campaign: Campaign, run: Size, blocks: Blocks
+) -> CampaignSize:
+    """The size of a campaign, and of its runs `run`; ValueError if the disk here has no room.
+
+    `blocks`: laws and estimators of the scenario.
+    """
+    check_room(campaign, run.rows, campaign.runs, campaign.runs, Path())
+    return estimate_campaign(scenario, campaign, run, blocks)
 
 
 def estimate_campaign(
-    scenario: Scenario, campaign: Campaign, run: Size, compiled: bool
+    scenario: Scenario, campaign: Campaign, run: Size, blocks: Blocks
 ) -> CampaignSize:
     """Estimate for a campaign with a worker a core; `run`: of one of its runs alone."""
-    why = _why_alone(scenario, campaign, compiled)
+    why, compiled = _why_alone(scenario, campaign, blocks), blocks.compiled
     workers = min(cores(), math.ceil(campaign.runs / CHUNK))
     member_s = _member_s(scenario, campaign, run, compiled, bool(why))
     tables = tables_s(scenario) * (1.0 if not why else 0.0)
     chunks = math.ceil(campaign.runs / CHUNK)
     made_again = max(0.0, 1.0 - PIECES / math.ceil(run.steps / piece_steps(scenario)))
     seconds = campaign.runs * member_s + chunks * (_CHUNK_S + made_again * tables) + tables
-    of_member = member_bytes(campaign, run)
+    of_member = member_bytes(campaign, run.rows)
     memory = BASE_BYTES + workers * _worker_bytes(scenario, run, bool(why))
     memory += _shared_bytes(scenario, run)
     memory += _COPIES * of_member * min(campaign.runs, BLOCK) + _LOOKED_AT_BYTES * campaign.runs
@@ -109,9 +116,32 @@ def estimate_campaign(
     return CampaignSize(campaign.runs, workers, why, seconds / workers, memory, disk)
 
 
-def _why_alone(scenario: Scenario, campaign: Campaign, compiled: bool) -> str:
+def _why_alone(scenario: Scenario, campaign: Campaign, blocks: Blocks) -> str:
     asked = asks_for_alone(scenario, campaign)
-    return why_alone(scenario, not compiled) if asked is None else asked.why
+    if asked is not None:
+        return asked.why
+    why = why_alone(scenario, not blocks.compiled)
+    shared = "" if why else _shared_key(scenario, campaign, blocks)
+    return f"{shared} varies" if shared else why
+
+
+def _shared_key(scenario: Scenario, campaign: Campaign, blocks: Blocks) -> str:
+    """A key that varies and that members flown together share, as noise; "" if there is none."""
+    own = _shared(scenario, blocks)
+    for key in campaign.varied_keys:
+        if key in MOTION_KEYS:
+            continue
+        members = [*try_key(scenario, campaign, key)]
+        # by itself it may be no scenario
+        if len(members) == TRIED and all(_shared(each, blocks) != own for each in members):
+            return key
+    return ""
+
+
+def _shared(scenario: Scenario, blocks: Blocks) -> tuple:
+    """What members must have alike that fly together, of their devices and their body."""
+    plant = make_plant(scenario, collect_needs(blocks) | signals_need(scenario))
+    return shared_parts(plant, make_dynamics(scenario, plant))
 
 
 def _member_s(scenario: Scenario, campaign: Campaign, run: Size, compiled: bool, alone) -> float:
@@ -121,13 +151,6 @@ def _member_s(scenario: Scenario, campaign: Campaign, run: Size, compiled: bool,
         return _ALONE_S + tables_s(scenario) + steps_s + records_s
     started_s = _MOTION_S if MOTION_KEYS.issuperset(campaign.varied_keys) else _VARIED_S
     return started_s + _IN_LANES * steps_s + records_s
-
-
-def member_bytes(campaign: Campaign, run: Size) -> float:
-    """Bytes of a member in a file: what it drew, its outcomes, and its signals over time."""
-    signals = len(outcomes_with_series(campaign.outcomes))
-    numbers = campaign.unit_numbers + len(campaign.varied_keys) + len(campaign.outcomes)
-    return _MEMBER_BYTES + 8.0 * numbers + 4.0 * signals * min(run.rows, MOST_INSTANTS)
 
 
 def _worker_bytes(scenario: Scenario, run: Size, alone: bool) -> float:

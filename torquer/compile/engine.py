@@ -22,6 +22,7 @@ from torquer.compile.when_compiling import (
     LOOP_OPTIONS as LOOP_OPTIONS,
     OPTIONS as OPTIONS,
     is_plain,
+    needs_python,
     when_compiling,
 )
 
@@ -50,7 +51,8 @@ class Kernel:
         return self._dispatcher
 
     def __call__(self, *arguments, **named):
-        if is_plain.get():
+        needs = needs_python.get()
+        if is_plain.get() or (needs is not None and needs(arguments)):
             return self.py_func(*arguments, **named)
         return self.dispatcher(*arguments, **named)
 

@@ -42,6 +42,10 @@ LOOP_OPTIONS: Any = {**OPTIONS, **FOR_KERNELS, "forceinline": True}
 #: Whether kernels run as Python here, though they can be compiled.
 is_plain: ContextVar[bool] = ContextVar("is_plain", default=False)
 
+#: Whether a kernel that Python calls runs as Python, by its arguments: the compiler may not know
+#: them. None: no kernel does.
+needs_python: ContextVar[Callable[[Any], bool] | None] = ContextVar("needs_python", default=None)
+
 
 @contextlib.contextmanager
 def plainly(plain: bool = True) -> Iterator[None]:

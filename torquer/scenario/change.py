@@ -6,7 +6,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
+from torquer.base.checked_columns import checked_columns, opened
+from torquer.base.computing import Computing
 from torquer.base.spec import Spec, as_data
+from torquer.compile.when_compiling import plainly
 from torquer.scenario.explain import ScenarioError, suggestion, validate_tables
 
 S = TypeVar("S", bound=Spec)
@@ -30,6 +33,16 @@ def checked_again(scenario: S, keys: Iterable[str]) -> S:
     for key in keys:
         _find_place(data, key)
     return validate_tables(type(scenario), data)
+
+
+def with_columns(computing: Computing, scenario: S, values: Mapping[str, Any]) -> S:
+    """What `with_values` makes of many scenarios, of columns in place of numbers.
+
+    `Refused` where that cannot be, `Mixed` where it can of some alone.
+    """
+    places = {tuple(_names(key)): value for key, value in values.items()}
+    with plainly():
+        return checked_columns(computing, opened(scenario, places))
 
 
 def fields_at(scenario: Spec, keys: Iterable[str]) -> dict[type[BaseModel], frozenset[str]]:

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
+from torquer.base.columns import array_of, radians, root
 from torquer.base.spec import Spec, Vector
 from torquer.maths.geometry import euler
 from torquer.maths.geometry.frames import dcm_orbital_to_inertial
@@ -30,7 +31,8 @@ class InitialMotion(Spec):
 
     @model_validator(mode="after")
     def _attitude_makes_sense(self):
-        if self.quaternion is not None and abs(np.linalg.norm(self.quaternion) - 1.0) > 1e-6:
+        q = self.quaternion
+        if q is not None and abs(root(sum(each * each for each in q)) - 1.0) > 1e-6:
             raise ValueError(
                 f"quaternion: must have length 1 within 1e-6; received {list(self.quaternion)}"
             )
@@ -53,8 +55,9 @@ class InitialMotion(Spec):
         q = self.attitude
         if self.reference == "orbital":
             q = multiply(from_dcm(as_matrix(dcm_orbital_to_inertial(r_m, v_m_s))), q)
-        omega = np.radians(self.rate_deg_s)
+        omega = tuple(map(radians, self.rate_deg_s))
         if self.rate_relative_to == "orbital":
             turning = np.cross(r_m, v_m_s) / np.dot(r_m, r_m)
-            omega = omega + np.array(rotate_inverse(tuple(q), as_vector(turning)))
-        return np.array([*q, *omega])
+            turning = rotate_inverse(tuple(q), as_vector(turning))
+            omega = tuple(one + other for one, other in zip(omega, turning, strict=True))
+        return array_of([*q, *omega])

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.base.columns import radians, root, stacked, unstacked
 from torquer.maths.geometry.vec3 import as_symmetric, as_vector
 from torquer.maths.integrate.rk4 import MOST_NUTATION, MOST_TURN, rk4_damping
 from torquer.spacecraft.frequencies import nutation_square
@@ -26,25 +27,29 @@ class Speeds(NamedTuple):
     nutation: float
 
 
-def momentum_at_start(spacecraft, omega) -> np.ndarray:
+def momentum_at_start(spacecraft, omega) -> tuple:
     """Momentum [N m s, body] of a `Spacecraft` and its wheels that starts at a rate [rad/s]."""
     body, wheels = spacecraft.body, spacecraft.wheels
-    momentum = np.array(body.inertia) @ omega + body.wheel_momentum_n_m_s
+    x, y, z = omega
+    parts = zip(body.inertia, body.wheel_momentum_n_m_s, strict=True)
+    # a product of arrays would round columns in another way
+    momentum = [row[0] * x + row[1] * y + row[2] * z + fixed for row, fixed in parts]
     if wheels is None:
-        return momentum
+        return as_vector(momentum)
     own = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
-    return momentum + total_momentum(wheels.array().axes, own)
+    added = total_momentum(wheels.array().axes, own)
+    return as_vector([one + other for one, other in zip(momentum, added, strict=True)])
 
 
 def speeds_at_start(spacecraft, initial) -> Speeds:
     """Speeds of a `Spacecraft` with an `InitialMotion`; the orbital rate is left out."""
-    omega, turning = np.radians(initial.rate_deg_s), np.array(spacecraft.body.inertia)
+    omega, turning = tuple(map(radians, initial.rate_deg_s)), stacked(spacecraft.body.inertia)
     momentum = momentum_at_start(spacecraft, omega)
     if spacecraft.wheels is not None:
         turning = turning - spacecraft.wheels.rotor_tensor_kg_m2()
-    inverse = as_symmetric(np.linalg.inv(turning))
-    square = nutation_square(inverse, as_vector(momentum), as_vector(omega))
-    return Speeds(float(np.linalg.norm(omega)), math.sqrt(abs(square)))
+    inverse = as_symmetric(unstacked(np.linalg.inv(turning), 2))
+    square = nutation_square(inverse, momentum, omega)
+    return Speeds(root(sum(each * each for each in omega)), root(abs(square)))
 
 
 def check_step(speeds: Speeds, step_s: float) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
+from torquer.base.columns import stacked, unstacked
 from torquer.base.shared import shared
 from torquer.base.spec import Spec
 from torquer.base.time import parse_utc, utc_text
@@ -73,8 +74,9 @@ class Spacecraft(Sensors, MagnetKeys, Platform):
             return self
         # a rotor that its bearing holds follows the body's rate a step late: no real wheel is so
         # heavy that this matters, and one that is would drive the body
-        body, rotors = np.array(self.body.inertia), self.wheels.rotor_tensor_kg_m2()
-        share = np.linalg.eigvals(np.linalg.solve(body, rotors)).real.max()
+        body, rotors = stacked(self.body.inertia), self.wheels.rotor_tensor_kg_m2()
+        shares = np.linalg.eigvals(np.linalg.solve(body, rotors)).real.max(axis=-1)
+        share = unstacked(shares, 0)
         if share >= 0.5:
             raise ValueError(
                 "wheels: their rotors' inertia (momentum_limit_n_m_s at speed_limit_rpm) must be "
@@ -258,8 +260,7 @@ class Scenario(Spec):
         whole_steps("control.sample_s", control.sample_s, step_s)
         whole_steps("control: measure_s + actuate_s", control.cycle_s, step_s)
         whole_steps("simulation.record_s", simulation.record_s, step_s)
-        if simulation.integrator == "rk4":
-            check_step(speeds_at_start(self.spacecraft, self.initial), step_s)
+        self._check_step()
         if self.environment.table_tolerance == 0.0 and simulation.integrator != "rk4":
             raise ValueError(
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
@@ -281,6 +282,12 @@ class Scenario(Spec):
         self._check_filters()
         self._check_disturbance()
         return self
+
+    @shared
+    def _check_step(self) -> None:
+        """Fixed steps can follow the motion at the start."""
+        if self.simulation.integrator == "rk4":
+            check_step(speeds_at_start(self.spacecraft, self.initial), self.grid_s)
 
     @shared
     def _check_sampling(self) -> None:

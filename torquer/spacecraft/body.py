@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
 from torquer.base import validate
+from torquer.base.columns import stacked, unstacked
 from torquer.base.spec import Inertia, Spec, Vector
 from torquer.base.validate import quantity_range
 from torquer.compile.engine import inlined
@@ -140,9 +141,8 @@ class Body(Spec):
 
     @model_validator(mode="after")
     def _nutation_can_be_followed(self):
-        greatest = math.radians(quantity_range("rate_deg_s").greatest) * float(
-            self.principal()[0][0]
-        )
+        least = unstacked(self.principal()[0][..., 0], 0)
+        greatest = math.radians(quantity_range("rate_deg_s").greatest) * least
         if math.dist(self.wheel_momentum_n_m_s, (0.0, 0.0, 0.0)) > greatest:
             raise ValueError(
                 f"wheel_momentum_n_m_s: must be at most {greatest:.3g} N m s for this inertia, or "
@@ -180,8 +180,8 @@ class Body(Spec):
 
     def principal(self) -> tuple[np.ndarray, np.ndarray]:
         """Principal moments [kg m^2], ascending, and their axes: the columns of a rotation."""
-        moments, axes = np.linalg.eigh(np.array(self.inertia))
-        axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+        moments, axes = np.linalg.eigh(stacked(self.inertia))
+        axes[..., 2] = np.cross(axes[..., 0], axes[..., 1])
         return moments, axes
 
     def pack(
@@ -193,11 +193,11 @@ class Body(Spec):
         it can spin by itself: that of the wheels' rotors about their axes. `acting`: constants of
         disturbance torques.
         """
-        inertia, rotors = np.array(self.inertia), rotors_kg_m2
+        inertia, rotors = stacked(self.inertia), rotors_kg_m2
         inverse = np.linalg.inv(inertia if rotors is None else inertia - rotors)
         return Rigid(
-            as_symmetric(inertia),
-            as_symmetric(inverse),
+            as_symmetric(unstacked(inertia, 2)),
+            as_symmetric(unstacked(inverse, 2)),
             as_vector(self.wheel_momentum_n_m_s),
             () if aerodynamics is None else aerodynamics.pack(),
             acting,

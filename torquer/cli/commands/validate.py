@@ -19,7 +19,7 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
     from torquer.analysis.notes.notes import write_notes
     from torquer.campaign.load import check_own_parts
     from torquer.flight.c99.notes import export_notes
-    from torquer.simulation.setup.usable import checked_size
+    from torquer.simulation.setup.usable import check_usable, checked_size
 
     try:
         checked = load_checked(scenario, code)
@@ -27,12 +27,13 @@ def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOpti
         check_code(checked, scenario, code, campaign)
         if campaign:
             check_own_parts(campaign, checked)
-        size = checked_size(checked)
+        blocks = check_usable(checked)
+        size = checked_size(checked, blocks)
         campaign_size = None
         if campaign:
             from torquer.campaign.size import checked_campaign_size
 
-            campaign_size = checked_campaign_size(checked, campaign, size)
+            campaign_size = checked_campaign_size(checked, campaign, size, blocks)
     except ValueError as error:
         if not json:
             raise

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from torquer.base.columns import Column, array_of
 from torquer.base.user_source import plain_function, source_file
 from torquer.base.validate import storable_name, storable_text
 from torquer.compile.sources import is_own
@@ -132,7 +133,7 @@ class Block:
                 raise ValueError(
                     f"{self.parameter_key(name)} must be {_what(value)}; received {value!r}"
                 )
-        return np.array([float(v) for v in flat(self.parameters)], dtype=np.float64)
+        return array_of(flat(self.parameters))
 
     def with_memory(self, cells) -> Self:
         """This block with other memory at the start, as cells."""
@@ -249,6 +250,8 @@ def _places(values: Mapping) -> dict[str, tuple[int, int]]:
 
 def _is_finite_number(value) -> bool:
     """Whether it is a real number, of Python or NumPy, that a float can hold; truth is none."""
+    if isinstance(value, Column):
+        return value.is_finite()
     if not isinstance(value, Real) or isinstance(value, bool):
         return False
     try:

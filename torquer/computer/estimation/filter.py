@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from torquer.base.computing import by_scenario
 from torquer.base.spec import Spec
 from torquer.computer.blocks.adapter import flat
 from torquer.computer.blocks.block import Axis
@@ -252,10 +253,12 @@ class Filter(SensorKeys):
         Each of them is a measurement of its own, but for magnetometers alone: the filter that
         starts by the field reads what laws read.
         """
-        cls, parameters = type(self), self.constants()
-        n, kernel, units = 3 * len(self.initial_variances()), cls.kernel, self.measured(units)
-        memory = filter_memory(n, self.unit_constants(units)) | cls.remembers
-        parameters = parameters._replace(sensing=self.sensing(units))
+        cls = type(self)
+        parameters = by_scenario(cls.constants)(self)
+        n = 3 * len(by_scenario(cls.initial_variances)(self))
+        kernel, units = cls.kernel, self.measured(units)
+        memory = filter_memory(n, by_scenario(cls.unit_constants)(self, units)) | cls.remembers
+        parameters = parameters._replace(sensing=by_scenario(cls.sensing)(self, units))
         if self.starts_by_field:
             kernel, more = cls.by_field
             # first: a record that begins as another does is a kind of it to Numba, which warns

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
+from torquer.base.computing import by_scenario
 from torquer.base.spec import Spec
 from torquer.computer.blocks.law import Law
 
@@ -29,7 +30,8 @@ class LawSpec(Spec):
     def law(self) -> Law:
         """The law with these keys."""
         cls = type(self)  # an instance would bind the kernel as a method
+        parameters = by_scenario(cls.parameters)(self)
         return Law(
-            self.kind, cls.kernel, self.parameters(), self.memory, self.log, self.needs,
+            self.kind, cls.kernel, parameters, self.memory, self.log, self.needs,
             spec=self, answers=self.answers, states=self.states, waits_for=self.needs - self.bears,
         )  # fmt: skip

@@ -2,6 +2,7 @@
 
 import math
 
+from torquer.base.columns import number
 from torquer.compile.engine import inlined
 
 
@@ -161,13 +162,13 @@ def solve(m, b):
 
 def as_vector(values) -> tuple:
     """Three numbers as the tuple that kernels take."""
-    x, y, z = (float(v) for v in values)
+    x, y, z = map(number, values)
     return (x, y, z)
 
 
 def as_symmetric(m) -> tuple:
     """A symmetric 3x3 array as the six numbers (xx, yy, zz, xy, xz, yz) that kernels take."""
-    return tuple(float(m[i][j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    return tuple(number(m[i][j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
 def as_matrix(rows) -> tuple:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from torquer.base.columns import Column, Records
 from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, lane_rows
 from torquer.simulation.loop.state import Dynamics, Plant, State
 from torquer.simulation.propagate.lane_stages import SPUN, STEP
@@ -39,8 +40,8 @@ class Packed(NamedTuple):
 class _Part(NamedTuple):
     """A part of a tuple as it is packed: itself, its numbers, what is shared of it, its kind."""
 
-    value: tuple | np.ndarray
-    numbers: list[float]
+    value: tuple | np.ndarray | Records
+    numbers: list[float | Column]
     shared: list
     kind: Any
 
@@ -52,7 +53,7 @@ class _Packing:
     """
 
     def __init__(self, known: Mapping[tuple[int, int], _Part]):
-        self.numbers: list[float] = []
+        self.numbers: list[float | Column] = []
         self.shared: list = []
         self.known = known
         self.parts: dict[tuple[int, int], _Part] = {}
@@ -63,14 +64,18 @@ class _Packing:
         self.numbers.extend(np.ravel(numbers).tolist())
         return place
 
-    def rows(self, array: np.ndarray) -> tuple[int, Rows]:
+    def rows(self, array: np.ndarray | Records) -> tuple[int, Rows]:
         """An array, or one of records."""
+        if isinstance(array, Records):
+            place = len(self.numbers)
+            self.numbers.extend(array.columns())
+            return place, lane_rows(array.values[0])
         numbers = array.view(np.float64) if array.dtype.names else array
         return self.put(numbers), lane_rows(array)
 
     def part(self, value):
         """A part of a tuple, as `Parts` tell it."""
-        if not isinstance(value, tuple | np.ndarray):
+        if not isinstance(value, tuple | np.ndarray | Records):
             self.shared.append(value)
             return SHARED
         key = id(value), len(self.numbers)
@@ -83,14 +88,18 @@ class _Packing:
         self.parts[key] = _Part(value, self.numbers[numbers:], self.shared[shared:], kind)
         return kind
 
-    def _pack(self, value: tuple | np.ndarray):
+    def _pack(self, value: tuple | np.ndarray | Records):
         if isinstance(value, tuple):
-            if value and all(isinstance(each, float) for each in value) and not _is_named(value):
+            if (
+                value
+                and all(isinstance(each, float | Column) for each in value)
+                and not _is_named(value)
+            ):
                 place = len(self.numbers)
                 self.numbers += value
                 return Parts(tuple(range(place, place + len(value))))
             return Parts(tuple(map(self.part, value)))
-        if value.dtype not in _SHARED:
+        if isinstance(value, Records) or value.dtype not in _SHARED:
             return self.rows(value)
         self.shared.append(value.tobytes())
         return LEFT_OUT
@@ -128,7 +137,7 @@ def pack_member(
     packing.put(board.memory)
     packing.shared += [len(board.parameters), len(board.memory)]
     return Packed(
-        np.array(packing.numbers),
+        _as_rows(packing.numbers),
         tuple(packing.shared),
         LaneLayout(Fields(_fields(of_loop)), devices),
         LaneLayout(Fields(_fields(of_dynamics)), moving),
@@ -137,6 +146,26 @@ def pack_member(
         of_loop["rotors"][0],
         packing.parts,
     )
+
+
+def shared_parts(plant: Plant, dynamics: Dynamics) -> tuple:
+    """What is no number of a lane: members flown together have it alike."""
+    packing = _Packing(NONE)
+    packing.part(plant)
+    packing.part(dynamics)
+    return tuple(packing.shared)
+
+
+def _as_rows(numbers: list) -> np.ndarray:
+    """Numbers (size,) of a member; (n, size) of as many as there are in the columns among them."""
+    columns = {k: each.values for k, each in enumerate(numbers) if isinstance(each, Column)}
+    if not columns:
+        return np.array(numbers)
+    base = [0.0 if k in columns else each for k, each in enumerate(numbers)]
+    rows = np.tile(np.array(base), (len(next(iter(columns.values()))), 1))
+    for k, values in columns.items():
+        rows[:, k] = values
+    return rows
 
 
 def _is_named(value: tuple) -> bool:

@@ -6,6 +6,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from torquer.base.columns import array_of, put_numbers
+from torquer.base.computing import by_scenario
 from torquer.base.shared import shared
 from torquer.compile.engine import records
 from torquer.computer.allocation import (
@@ -58,7 +60,6 @@ from torquer.simulation.loop.state import (
     Plant,
     Record,
     State,
-    put_goal,
 )
 from torquer.simulation.loop.timetable import Sampling, Timetable, longest_interval, make_timetable
 from torquer.simulation.propagate.adaptive import Auto
@@ -248,7 +249,7 @@ def make_plan(
     table, selection = table._replace(oldest_s=oldest_s), make_selection(scenario, oldest_s)
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
-        allocation = make_allocation(wheels, step_s, driven)
+        allocation = by_scenario(make_allocation)(wheels, step_s, driven)
     plan = Plan(
         plant=make_plant(scenario, needs),
         timetable=timetable,
@@ -273,7 +274,7 @@ def make_plant(scenario: Scenario, needs: frozenset[str]) -> Plant:
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
     return Plant(
         coils=_coil_constants(craft),
-        rotors=wheels.pack(scenario.grid_s) if wheels else NO_ROTORS,
+        rotors=by_scenario(type(wheels).pack)(wheels, scenario.grid_s) if wheels else NO_ROTORS,
         sensors=_with_own(
             SensorSets(
                 *(sensor_constants(device, craft, needs) for device in DEVICES if device.read)
@@ -365,17 +366,16 @@ def first_state(
 ) -> State:
     """State at the start."""
     cells = records(np.zeros(1, CELLS))
-    motion = scenario.initial.motion(r_m, v_m_s)
-    cells.view(np.float64)[:7] = motion
-    coils = records(np.zeros(len(plan.plant.coils.rows), COIL_STATE))
-    put_goal(cells, coil_targets(plan.plant.coils, coils))
     cells["next_step_s"] = cells["slow_step_s"] = _FIRST_STEP_S
     cells["least_step_s"] = np.inf
+    motion = first_motion(scenario, r_m, v_m_s)
+    coils, goal = _first_coils(plan.plant.coils)
+    cells = put_numbers(put_numbers(cells, 0, motion), CELLS.names.index("goal_x"), array_of(goal))
     sensors = np.zeros(ROWS, SENSOR)
     sensors["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
     if dynamics.rotors:
-        rotors = scenario.spacecraft.wheels.first_state(plan.plant.rotors, motion[4:])
+        rotors = _first_rotors(scenario.spacecraft.wheels, plan.plant.rotors, motion[4:])
         allocation = first_allocation(plan.allocation)
     state = State(
         at=np.zeros(AT_CELLS, dtype=np.int64),
@@ -383,7 +383,7 @@ def first_state(
         sensors=sensors,
         coils=coils,
         rotors=rotors,
-        held=np.array(dynamics.held.constant_n_m),
+        held=array_of(dynamics.held.constant_n_m),
         coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
         rods=first_rods(scenario, dynamics, motion[None])[0],
         allocation=allocation,
@@ -393,6 +393,26 @@ def first_state(
     return records(state)
 
 
+@shared
+def first_motion(scenario: Scenario, r_m, v_m_s) -> np.ndarray:
+    """Attitude and rate at the start: 7 numbers."""
+    return scenario.initial.motion(r_m, v_m_s)
+
+
+@by_scenario
+def _first_coils(coils: CoilSet) -> tuple[np.ndarray, list[float]]:
+    """State of the coils at the start, and the numbers of their goal."""
+    state = records(np.zeros(len(coils.rows), COIL_STATE))
+    goal = coil_targets(coils, state)
+    return state, [*goal.dipole_a_m2, goal.power_w, goal.greatest_a_m2]
+
+
+@by_scenario
+def _first_rotors(wheels, rotors, omega) -> np.ndarray:
+    return wheels.first_state(rotors, omega)
+
+
+@by_scenario
 def first_rods(scenario: Scenario, dynamics: Dynamics, motions: np.ndarray) -> list[np.ndarray]:
     """What hysteresis rods remember at the start, for each of the motions (n, 7)."""
     magnets = magnets_in(dynamics.rigid.acting)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.base.computing import by_scenario
 from torquer.compile.engine import inlined
 from torquer.maths.geometry.quaternion import from_rotation_vector, to_dcm
 from torquer.maths.geometry.vec3 import as_matrix
@@ -25,6 +26,7 @@ def through_electronics(value, limit, resolution):
     )
 
 
+@by_scenario
 def mounting_matrix(scale_error, misalignment_deg) -> tuple:
     """Matrix from body components to the sensor's channels: scale errors after a small turn."""
     turn = np.array(to_dcm(from_rotation_vector(tuple(np.radians(misalignment_deg)))))
