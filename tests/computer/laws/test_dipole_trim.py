@@ -174,3 +174,20 @@ def test_members_in_lanes_fly_as_each_does_alone():
         alone = torquer.simulate(member_scenario(scenario, campaign, member))
         error = find_attitude_error(alone).angle_deg
         assert together[member] == pytest.approx(float(np.mean(error)), rel=1e-13)
+
+
+@pytest.mark.parametrize("hold", [LAWS["hold"], STIFF], ids=["three_axis", "matrices"])
+def test_of_sixteen_starts_all_are_held_with_it_and_none_without(hold):
+    """What `examples/trim_residual_dipole.py` does with more starts and dipoles."""
+    vary = {f"initial.euler_deg[{axis}]": {"uniform": [-45.0, 45.0]} for axis in range(3)}
+    error = {"signal": "attitude_error_deg", "what": {"mean_after_s": 7.0 * PERIOD_S}}
+    campaign = {"runs": 16, "seed": 1, "vary": vary, "outcomes": {"error_deg": error}}
+    found = {}
+    for name, laws in {
+        "with": {"hold": hold, "trim": LAWS["trim"]},
+        "none": {"hold": hold},
+    }.items():
+        scenario = EXAMPLE.replace("control.laws", laws).replace("simulation.revolutions", 8)
+        found[name] = fly_campaign(scenario, Campaign.model_validate(campaign)).error_deg.values
+    assert found["with"].max() < 5.0
+    assert found["none"].min() > 10.0
