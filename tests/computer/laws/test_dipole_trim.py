@@ -26,7 +26,7 @@ STIFF = {
     "rate_gains_n_m_s_per_t2": [[[3.5e5, 0.0, 0.0], [0.0, 3.3e5, 0.0], [0.0, 0.0, 6.9e5]]],
     "angle_gains_n_m_per_t2": [[[147.0, 0.0, 0.0], [0.0, 173.0, 0.0], [0.0, 0.0, 353.0]]],
 }
-KEYS = {"inertia_kg_m2": [0.04, 0.05, 0.03], "time_constant_s": 800.0, "limit_a_m2": 0.02}
+KEYS = {"inertia_kg_m2": [0.04, 0.05, 0.03], "time_constant_s": 800.0, "greatest_dipole_a_m2": 0.02}
 
 
 def flown(scenario=EXAMPLE, revolutions=6, **laws):
@@ -112,7 +112,7 @@ def wild(n=40, seed=5, first_s=0.0, step_s=3.5):
 def test_the_estimate_keeps_its_limit_and_is_asked_for_over_the_duty(duty):
     asked, found = called(DipoleTrim(**KEYS, coil_duty=duty), wild())
     sizes = np.linalg.norm(found, axis=1)
-    assert sizes.max() == pytest.approx(KEYS["limit_a_m2"], rel=1e-12)
+    assert sizes.max() == pytest.approx(KEYS["greatest_dipole_a_m2"], rel=1e-12)
     assert asked == pytest.approx(-found / duty, rel=1e-15)
 
 
@@ -140,7 +140,7 @@ def test_an_isolated_body_shows_its_dipole_step_by_step():
     turn about a fixed field. Across the field the estimate obeys e'' + l e' + (l/T) e = 0 with its
     error e, about 1 - exp(-t/T); along the field there is none."""
     j, t_const, field, dipole, dt = 0.04, 800.0, 3e-5, 1e-3, 1.0
-    spec = DipoleTrim(inertia_kg_m2=[j] * 3, time_constant_s=t_const, limit_a_m2=1.0)
+    spec = DipoleTrim(inertia_kg_m2=[j] * 3, time_constant_s=t_const, greatest_dipole_a_m2=1.0)
     rows = [
         inputs(
             k * dt, b=(0.0, 0.0, field), omega=(0.0, -dipole * field * k * dt / j, 0.0),

@@ -21,7 +21,7 @@ def test_it_takes_a_quarter_of_a_revolution_and_half_of_the_coils():
     period_s = 2.0 * math.pi / task.sampled.hold.rate_rad_s
     assert found.spec.time_constant_s == pytest.approx(0.25 * period_s, rel=5e-3)
     assert found.spec.coil_duty == pytest.approx(6.0 / 7.0, rel=1e-3)
-    assert found.spec.limit_a_m2 == pytest.approx(0.5 * 0.2 * 6.0 / 7.0, rel=5e-3)
+    assert found.spec.greatest_dipole_a_m2 == pytest.approx(0.5 * 0.2 * 6.0 / 7.0, rel=5e-3)
     assert found.spec.inertia_kg_m2 == task.sampled.hold.body.inertia
     observed = least_held(task.sampled.maps.b_body_t)
     assert found.slowest_s == pytest.approx(found.spec.time_constant_s / observed, rel=5e-3)

@@ -119,7 +119,7 @@ class DipoleTrim(LawSpec):
     """Time T in which the estimate approaches a dipole across the field: about a quarter of a
     revolution. It must be more than 16 times the longest interval between control steps.
     """
-    limit_a_m2: float = Field(gt=0.0)
+    greatest_dipole_a_m2: float = Field(gt=0.0)
     """Greatest length of the estimate: what the coils can give beside what the hold asks for."""
     coil_duty: float = Field(default=1.0, gt=0.0, le=1.0)
     """Part of the time in which the coils act: `actuate_s` over the whole cycle."""
@@ -127,5 +127,5 @@ class DipoleTrim(LawSpec):
     def parameters(self) -> DipoleTrimParameters:
         """Inertia, time, limit, duty."""
         return DipoleTrimParameters(
-            as_symmetric(self.inertia_kg_m2), self.time_constant_s, self.limit_a_m2, self.coil_duty
+            as_symmetric(self.inertia_kg_m2), self.time_constant_s, self.greatest_dipole_a_m2, self.coil_duty
         )

@@ -50,7 +50,7 @@ def design_trim(task: DesignTask) -> TrimDesign:
     spec = DipoleTrim(
         inertia_kg_m2=hold.body.inertia,
         time_constant_s=float(f"{time_s:.3g}"),
-        limit_a_m2=float(f"{_PART_OF_LIMIT * duty * task.limit_a_m2:.3g}"),
+        greatest_dipole_a_m2=float(f"{_PART_OF_LIMIT * duty * task.limit_a_m2:.3g}"),
         coil_duty=float(f"{duty:.4g}"),
     )
     turn = 2.0 * n * time_s / FILTERS_IN_TIME
