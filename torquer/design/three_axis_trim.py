@@ -34,8 +34,8 @@ class TrimAnswer:
         spec, hours = self.design.spec, self.design.slowest_s / 3600.0
         left = ", ".join(f"{name} {error:.3g} deg" for name, error in self.left_deg.items())
         return [
-            f"trim: dipole_trim, time_constant_s = {spec.time_constant_s:g}, greatest_dipole_a_m2 = "
-            f"{spec.greatest_dipole_a_m2:g}, coil_duty = {spec.coil_duty:g}",
+            f"trim: dipole_trim, time_constant_s = {spec.time_constant_s:g}, "
+            f"greatest_dipole_a_m2 = {spec.greatest_dipole_a_m2:g}, coil_duty = {spec.coil_duty:g}",
             "trim: beside a law in control.laws it takes off the residual dipole and leaves "
             f"{left}; an error of the estimate falls to 1/e in {hours:.2g} h at the slowest",
             *(f"trim: {line}" for line in self.design.verdict.lines()),

@@ -24,10 +24,11 @@ def test_nothing_is_said_of_the_example():
          "trim: time_constant_s of 30 s is below 48 s, 16 times the longest interval between "
          "control steps: the law takes every interval for a gap, and estimates nothing"),
         ("control.laws.trim.greatest_dipole_a_m2", 0.005,
-         "trim: greatest_dipole_a_m2 of 0.005 A m^2 is less than the residual dipole, 0.00866 A m^2: the "
-         "rest is not trimmed"),
+         "trim: greatest_dipole_a_m2 of 0.005 A m^2 is less than the residual dipole, 0.00866 "
+         "A m^2: the rest is not trimmed"),
         ("control.laws.trim.greatest_dipole_a_m2", 0.3,
-         "trim: greatest_dipole_a_m2 of 0.3 A m^2 is more than a coil gives in the mean, 0.206 A m^2"),
+         "trim: greatest_dipole_a_m2 of 0.3 A m^2 is more than a coil gives in the mean, "
+         "0.206 A m^2"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_said(key, value, said):

@@ -48,11 +48,11 @@ def _body_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     residual, least = craft.coils.residual_dipole_a_m2, float(craft.coils.limits_a_m2().min())
     if float(np.linalg.norm(residual)) > law.greatest_dipole_a_m2:
         yield (
-            f"greatest_dipole_a_m2 of {law.greatest_dipole_a_m2:g} A m^2 is less than the residual dipole, "
-            f"{np.linalg.norm(residual):.3g} A m^2: the rest is not trimmed"
+            f"greatest_dipole_a_m2 of {law.greatest_dipole_a_m2:g} A m^2 is less than the "
+            f"residual dipole, {np.linalg.norm(residual):.3g} A m^2: the rest is not trimmed"
         )
     if law.greatest_dipole_a_m2 > law.coil_duty * least:
         yield (
-            f"greatest_dipole_a_m2 of {law.greatest_dipole_a_m2:g} A m^2 is more than a coil gives in the mean, "
-            f"{law.coil_duty * least:.3g} A m^2"
+            f"greatest_dipole_a_m2 of {law.greatest_dipole_a_m2:g} A m^2 is more than a coil "
+            f"gives in the mean, {law.coil_duty * least:.3g} A m^2"
         )

@@ -126,6 +126,6 @@ class DipoleTrim(LawSpec):
 
     def parameters(self) -> DipoleTrimParameters:
         """Inertia, time, limit, duty."""
-        return DipoleTrimParameters(
-            as_symmetric(self.inertia_kg_m2), self.time_constant_s, self.greatest_dipole_a_m2, self.coil_duty
-        )
+        known = as_symmetric(self.inertia_kg_m2)
+        most = self.greatest_dipole_a_m2
+        return DipoleTrimParameters(known, self.time_constant_s, most, self.coil_duty)
