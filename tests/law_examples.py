@@ -74,6 +74,12 @@ EXAMPLES = {
         "euler_deg": [40, 20, -10],
         "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
     },
+    "dipole_trim": {
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+        "time_constant_s": 1500.0,
+        "greatest_dipole_a_m2": 0.1,
+        "coil_duty": 0.8,
+    },
     "wheel_pd": {
         "bandwidth_rad_s": 0.1,
         "euler_deg": [40, 20, -10],

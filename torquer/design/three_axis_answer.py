@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture
+from torquer.design.three_axis_trim import TrimAnswer
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import to_toml
 from torquer.theory.three_axis.gain_search import (
@@ -29,7 +30,8 @@ CAPTURED = Limit(
 class ThreeAxisAnswer:
     """The design, its laws and the scenario's own by name, and what each captures, if flown.
 
-    `within_deg`: steady error beyond which a law is unusable; `case_notes`: what is left out.
+    `within_deg`: steady error beyond which a law is unusable; `case_notes`: what is left out;
+    `trim`: of the residual dipole, where this breaks a law.
     """
 
     scenario: Scenario
@@ -39,6 +41,7 @@ class ThreeAxisAnswer:
     captures: dict[str, Capture | None]
     within_deg: float
     case_notes: tuple[str, ...]
+    trim: TrimAnswer | None
 
     def table(self) -> list[list[Row]]:
         """A line for each law."""
@@ -115,6 +118,7 @@ class ThreeAxisAnswer:
             "grid_spacing": float(search.spacing.max()),
             "candidates": {name: as_data(row) for name, row in rows},
             "notes": [*self.case_notes],
+            "trim": self.trim and self.trim.data(),
         }
 
     def lines(self) -> list[str]:
@@ -171,12 +175,14 @@ class ThreeAxisAnswer:
                 "refined: no gains within the coils' limit are stable with a gain margin of "
                 f"{self.task.gain_margin:g}; these grow most slowly"
             )
+        lines += self.trim.lines() if self.trim else []
         return [*lines, *(_capture(name, found) for name, found in self.captures.items())]
 
     def tables(self) -> dict[str, str]:
         """Each designed law by name, as the TOML table of a scenario."""
         laws = self.design.candidates.items()
-        return {name: to_toml({"control": {"law": _keys(each.law)}}) for name, each in laws}
+        made = {name: to_toml({"control": {"law": _keys(each.law)}}) for name, each in laws}
+        return made | ({"trim": self.trim.table()} if self.trim else {})
 
 
 def _margin_rows(each: Candidate) -> list[Row]:
@@ -237,7 +243,7 @@ def _shares(found: PointingError) -> list[str]:
     if shares and shares[0][0] == SOURCES[1]:
         lines.append(
             "feedback of the attitude does not compensate a constant dipole: make the residual "
-            "dipole less, or estimate it and take it off the command"
+            "dipole less, or let the law dipole_trim estimate it and take it off"
         )
     return lines
 

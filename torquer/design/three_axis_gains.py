@@ -11,6 +11,7 @@ from torquer.computer.laws.pointing import HeldAttitude
 from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.design.requests import Key, ThreeAxisRequest
 from torquer.design.three_axis_answer import ThreeAxisAnswer
+from torquer.design.three_axis_trim import offered_trim
 from torquer.maths.geometry.vec3 import scale
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.scenario.spec import Scenario
@@ -70,9 +71,9 @@ def _answer(scenario: Scenario, request: ThreeAxisRequest, task, notes, own) -> 
         captures = {
             name: capture(scenario, task, each, *starts) for name, each in candidates.items()
         }
-    return ThreeAxisAnswer(
-        scenario, task, design, candidates, captures, request.capture_within_deg, notes
-    )
+    within_deg = request.capture_within_deg
+    trim = offered_trim(task, candidates, within_deg)
+    return ThreeAxisAnswer(scenario, task, design, candidates, captures, within_deg, notes, trim)
 
 
 def scenario_from_request(request: ThreeAxisRequest) -> Scenario:

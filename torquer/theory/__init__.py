@@ -262,6 +262,7 @@ if TYPE_CHECKING:
         SampledHold as SampledHold,
         sampled_family as sampled_family,
     )
+    from torquer.theory.three_axis.trim import TrimDesign as TrimDesign, design_trim as design_trim
     from torquer.theory.validity import Limit as Limit, within as within
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -95,6 +95,16 @@ def test_a_users_law_replays_with_the_same_bits(export, compiler, level):
 
 
 @needs_compiler
+@pytest.mark.parametrize("name", ["residual_dipole"])
+def test_laws_that_are_added_replay_with_the_same_bits(name, tmp_path):
+    torquer.export_c(torquer.load_scenario(EXAMPLES / f"{name}.toml"), tmp_path, steps=400)
+    done = replayed(built(tmp_path, "-O2"), tmp_path)
+    assert (done.returncode, done.stdout) == (
+        0, "400 control steps: the same bits in commands and state\n"
+    )  # fmt: skip
+
+
+@needs_compiler
 def test_a_replay_notices_another_bit(export, tmp_path):
     folder = shutil.copytree(export, tmp_path / "spoiled")
     text = (folder / "adcs_tables.c").read_text()

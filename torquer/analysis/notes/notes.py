@@ -18,6 +18,7 @@ from torquer.analysis.notes.orbit_notes import orbit_notes
 from torquer.analysis.notes.reach_notes import reach_notes
 from torquer.analysis.notes.slip_notes import slip_notes
 from torquer.analysis.notes.spin_notes import spin_notes
+from torquer.analysis.notes.trim_notes import trim_notes
 from torquer.analysis.notes.wheel_notes import wheel_notes
 from torquer.scenario.resolution import (
     QUIET_DAMPING,
@@ -82,6 +83,7 @@ _CHECKS = {
     "the laws that brake by the field": bdot_notes,
     "the law magneto_gyro": gyro_notes,
     "the laws about a spin axis": spin_notes,
+    "the law dipole_trim": trim_notes,
     "the steps of the run": _step_notes,
     "the orbit": orbit_notes,
     "the wheels": wheel_notes,

@@ -3,6 +3,7 @@
 from torquer.base.spec import by_kind
 from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
 from torquer.computer.laws.bias_momentum import BiasMomentum
+from torquer.computer.laws.dipole_trim import DipoleTrim
 from torquer.computer.laws.magneto_gyro.law import MagnetoGyro
 from torquer.computer.laws.nutation_damping import (
     NutationDamping,
@@ -49,6 +50,7 @@ BuiltIn = (
     | PeriodicGains
     | ProjectedPd
     | SlidingMode
+    | DipoleTrim
     | Unloading
     | WheelPd
     | WheelLyapunov
