@@ -17,6 +17,7 @@ from unittest import mock
 import numpy as np
 from flight_functions import functions_page
 from flight_requirements import requirements_page
+from satellites_page import page as page_of_satellites
 
 import gallery.theory
 import torquer.design
@@ -452,10 +453,22 @@ def _mapping_lists() -> list[str]:
     ]  # fmt: skip
 
 
+def satellites_page() -> str:
+    """Satellites from their data sheets."""
+    return page_of_satellites("en")
+
+
+def satellites_ru_page() -> str:
+    """The same in Russian."""
+    return page_of_satellites("ru")
+
+
 PAGES = {
     "telemetry-mapping.md": mapping_page,
     "commands.md": commands_page,
     "peers.md": peers_page,
+    "satellites.md": satellites_page,
+    "satellites.ru.md": satellites_ru_page,
     "scenario.md": scenario_page,
     "wheel-design.md": wheels_page,
     "equations.md": equations_page,

@@ -38,7 +38,7 @@ def _generator():
 def _generated() -> list[str]:
     """Names of the pages that are generated, without loading what generates them."""
     text = (ROOT / "docs/generate.py").read_text(encoding="utf-8")
-    return sorted(re.findall(r'^    "([\w/-]+\.md)": \w+_page,$', text, re.MULTILINE))
+    return sorted(re.findall(r'^    "([\w/.-]+\.md)": \w+_page,$', text, re.MULTILINE))
 
 
 def test_all_generated_pages_are_known():

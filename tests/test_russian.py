@@ -13,6 +13,7 @@ TUTORIALS = ("detumble", "spinner", "bench")
 PAGES = (
     *("README", "docs/installation", "docs/tutorials/README", "docs/all-pages"),
     *("docs/command-list", "docs/features", "docs/results-and-files", "docs/running-code"),
+    "docs/satellites",
     *(f"docs/tutorials/{name}" for name in TUTORIALS),
 )
 GLOSSARY = (ROOT / "docs/glossary.md").read_text(encoding="utf-8")

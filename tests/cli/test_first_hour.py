@@ -121,12 +121,28 @@ def test_init_copies_an_example_with_its_law(call, tmp_path, monkeypatch):
         (["init", "a b"], "NAME: must begin with a letter, digit or '_'"),
         (["init", "x", "--example", "chibis"], "--example: must be one of bench, chibis_m_day, "),
         (["init", "nowhere/x"], "NAME: must be a folder that can be written"),
+        (["init", "x", "--like", "4u"], "--like: must be one of 1u, 2u, 3u, 6u, 12u, 50kg, 150kg"),
+        (["init", "x", "--mass-kg", "4"], "--like: must be one of 1u, 2u, 3u, 6u, 12u, 50kg, 15"),
+        (["init", "x", "--like", "3u", "--panels", "1"], "--panels: must be an even number, 0 or"),
+        (["init", "x", "--like", "3u", "--example", "bench"], "--like: must not be given with --e"),
     ],
 )
 def test_init_refuses(call, tmp_path, monkeypatch, arguments, says):
     monkeypatch.chdir(tmp_path)
     code, out, err = call(*arguments)
     assert (code, out) == (2, "") and err.startswith(f"error: {says}") and err.count("\n") == 1
+
+
+def test_init_writes_a_satellite_of_a_size(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = call("init", "mine", "--like", "6u", "--mass-kg", "8", "--panels", "2")
+    assert code == 0 and out.startswith("mine.toml: written")
+    body = torquer.load_scenario("mine.toml").spacecraft.body
+    assert body.mass_kg == 8.0 and body.box_m[0] > 0.2263
+    code, out, _ = call("validate", "mine.toml")
+    assert code == 0 and "campaign: 64 runs" in out
+    code, _, err = call("init", "mine", "--like", "6u")
+    assert code == 2 and "must not name an existing file; received mine.toml" in err
 
 
 def test_examples_are_found_where_they_are_installed(tmp_path, monkeypatch):

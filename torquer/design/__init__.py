@@ -12,6 +12,9 @@
 - *Detumbling*: which gain of B-dot, by theory and in flights (`detumble`).
 - *Three axes by coils alone*: gains by formula and by search, a periodic regulator (`three_axis`).
 - *Magnetometer, coils and a pitch wheel*: gains of both stages (`magneto_gyro`).
+- *From a data sheet*: a scenario from a size class, with a campaign of what a data sheet leaves
+  open (`from_sheet`); inertia, surfaces and residual dipole by themselves (`masses_of_box`,
+  `equal_box_m`, `exposed_parts`, `residual_dipole_a_m2`).
 - *Hardware*: a magnetorquer without a core (`coil`), a test on a bench (`bench`), wheel arrays
   (`wheels` of what `load_wheels` gives).
 
@@ -32,14 +35,23 @@ if TYPE_CHECKING:
     from torquer.design.gain_sweep import GainSweep as GainSweep
     from torquer.design.gyro.answer import GyroDesign as GyroDesign
     from torquer.design.gyro.gains import magneto_gyro as magneto_gyro
+    from torquer.design.left_out import (
+        equal_box_m as equal_box_m,
+        exposed_parts as exposed_parts,
+        masses_of_box as masses_of_box,
+        residual_dipole_a_m2 as residual_dipole_a_m2,
+        size_classes as size_classes,
+    )
     from torquer.design.requests import (
         BenchRequest as BenchRequest,
         CoilRequest as CoilRequest,
         DetumbleRequest as DetumbleRequest,
         MagnetoGyroRequest as MagnetoGyroRequest,
+        SheetRequest as SheetRequest,
         ThreeAxisRequest as ThreeAxisRequest,
         WheelsRequest as WheelsRequest,
     )
+    from torquer.design.sheet import Sheet as Sheet, from_sheet as from_sheet
     from torquer.design.three_axis_answer import ThreeAxisAnswer as ThreeAxisAnswer
     from torquer.design.three_axis_gains import three_axis as three_axis
     from torquer.design.wheel_design import analyse as analyse

@@ -44,7 +44,7 @@ def detumble(
     `progress`: called with flights done and in total. ValueError for a scenario without coils, with
     modes, or with another law; RequestError for a rate that B-dot cannot brake.
     """
-    case = _case(scenario, request)
+    case = without_flights(scenario, request)
     own, gain = case.law, case.theory_gain
     most = min(gain * _FACTOR, case.most_gain)
     gains = {
@@ -76,8 +76,8 @@ def _above_residual(case: GainSweep, limits: list[float]) -> GainSweep:
     return replace(case, wanted=wanted, flights=flights, raised=Raised(limits[0], residual))
 
 
-def _case(scenario: Scenario, request: DetumbleRequest) -> GainSweep:
-    """The case of a scenario, without flights."""
+def without_flights(scenario: Scenario, request: DetumbleRequest) -> GainSweep:
+    """What theory says of a scenario: `theory_gain`, `theory_s(gain)`; nothing is flown."""
     own, wanted = _bdot_law(scenario), _choose_gain(scenario, request)
     sampling = law_sampling(scenario, own or ANY)
     _check_rate(wanted, sampling)

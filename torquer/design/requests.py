@@ -45,6 +45,31 @@ class DetumbleRequest:
 
 
 @request
+class SheetRequest:
+    """What `from_sheet` is asked: a size class, and what a data sheet says in place of its values.
+
+    SheetRequest(like="3u", mass_kg=3.4, panels=2)
+    """
+
+    like: str | None = None
+    """Write a scenario of a satellite of this size: 1u, 2u, 3u, 6u, 12u, 50kg, 150kg."""
+    mass_kg: Annotated[float | None, positive("mass_kg")] = None
+    """Mass [that of the class]."""
+    size_m: Annotated[Three | None, Key("spacecraft.body.box_m")] = None
+    """Edges along x, y, z, the longest along z [those of the class]."""
+    panels: Annotated[int, within(0, 8)] = 0
+    """Deployable panels, an even number; each as large as a face across x."""
+    limit_a_m2: Annotated[float | None, positive("limit_a_m2")] = None
+    """Greatest dipole of each of three coils [that of the class]."""
+    dipole_a_m2: Annotated[float | None, positive("limit_a_m2")] = None
+    """Size of the residual dipole, measured [by mass, after NASA SP-8018]."""
+    altitude_km: Annotated[float | None, positive("altitude_km")] = None
+    """Altitude of the circular orbit [that of the class]."""
+    inclination_deg: Annotated[float | None, within(0.0, 180.0)] = None
+    """Its inclination [that of the class]."""
+
+
+@request
 class ThreeAxisRequest:
     """What `three_axis` is asked.
 

@@ -1,4 +1,4 @@
-"""`torquer init`: a commented scenario to start from, or a copy of an example."""
+"""`torquer init`: a commented scenario to start from, by size if asked, or a copy of an example."""
 
 import re
 import sysconfig
@@ -7,9 +7,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from torquer.base.limits import RequestError
 from torquer.base.strict_json import json_text
-from torquer.cli.options import Json
+from torquer.cli.compiling import compiling_shown
+from torquer.cli.options import FLAT, Json
 from torquer.cli.output import writing_to
+from torquer.design.requests import SheetRequest
 from torquer.simulation.results.file import put
 
 _START = Path(__file__).parents[2] / "scenario" / "start.toml"
@@ -25,7 +28,8 @@ def examples() -> dict[str, Path]:
     for folder in folders:
         found = {path.stem: path for path in sorted(folder.glob("*.toml"))}
         if "chibis_m_detumble" in found:
-            return found
+            dozen = sorted(folder.glob("satellites/*.toml"))
+            return found | {f"satellites/{path.stem}": path for path in dozen}
     return {}
 
 
@@ -36,17 +40,25 @@ def init(
     example: Annotated[
         str | None, Parameter(help="Copy this example instead, with the files it refers to.")
     ] = None,
+    how: Annotated[SheetRequest, FLAT] = SheetRequest(),
     listed: Annotated[bool, Parameter(name="--list", help="List the examples.")] = False,
     json: Json = False,
 ) -> int:
-    """Write NAME.toml: a commented scenario to start from."""
+    """Write NAME.toml: a commented scenario to start from.
+
+    With --like it is one of a satellite of that size, with what its data sheet says: inertia,
+    surfaces and residual dipole by size and mass, B-dot with the gain of theory, and a campaign in
+    which what the data sheet leaves open varies.
+    """
     if listed:
         return _list(json)
     if name is None:
         raise ValueError("NAME: must be given; received nothing")
     path = _file_for(name)
     text, others = _START.read_text(encoding="utf-8"), {}
-    if example is not None:
+    if how != SheetRequest():
+        text = _by_size(how, example)
+    elif example is not None:
         source = _example(example)
         text = source.read_text(encoding="utf-8")
         others = {path.parent / file: source.parent / file for file in _NAMED.findall(text)}
@@ -76,6 +88,16 @@ def _file_for(name: str) -> Path:
             f"received {name!r}"
         )
     return path
+
+
+def _by_size(how: SheetRequest, example: str | None) -> str:
+    """The scenario of a satellite of a size."""
+    if example is not None:
+        raise RequestError("like", "must not be given with --example; received both")
+    with compiling_shown():
+        from torquer.design.sheet import from_sheet
+
+        return from_sheet(how).text
 
 
 def _example(name: str) -> Path:

@@ -1,0 +1,99 @@
+"""The dozen of examples/satellites: what wrote them, that they fly, and the page on them."""
+
+import importlib.util
+import shlex
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer.campaign.load import load_campaign
+from torquer.compile import engine
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted((ROOT / "examples/satellites").glob("*.toml"))
+needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+
+def loaded(file: Path):
+    """A script of the project as a module."""
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+page = loaded(ROOT / "docs/satellites_page.py")
+
+
+def alike(one, other) -> bool:
+    """Whether plain data are the same, numbers to a hundredth."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
+    if isinstance(one, list):
+        return len(one) == len(other) and all(map(alike, one, other))
+    is_number = isinstance(one, int | float) and not isinstance(one, bool)
+    return one == pytest.approx(other, rel=0.01) if is_number else one == other
+
+
+def test_there_are_a_dozen():
+    assert len(FILES) == 12
+
+
+@pytest.mark.parametrize("name", [path.stem for path in FILES])
+def test_its_first_line_has_the_command_that_writes_it(name, call, tmp_path, monkeypatch):
+    text = (ROOT / f"examples/satellites/{name}.toml").read_text(encoding="utf-8")
+    options = shlex.split(text.partition("\n")[0].partition(" torquer init NAME ")[2])
+    assert options[0] == "--like"
+    monkeypatch.chdir(tmp_path)
+    code, _, err = call("init", name, *options)
+    assert code == 0, err
+    made = Path(f"{name}.toml").read_text(encoding="utf-8")
+    assert alike(tomllib.loads(text), tomllib.loads(made))
+
+
+@pytest.mark.parametrize("name", [path.stem for path in FILES])
+def test_it_is_valid_and_can_be_copied(name, call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = call("init", "mine", "--example", f"satellites/{name}")
+    assert code == 0, err
+    code, out, err = call("validate", "mine.toml")
+    assert code == 0 and "campaign: 64 runs" in out, err
+
+
+@needs_jit
+@pytest.mark.parametrize("name", [path.stem for path in FILES])
+def test_it_flies_and_slows_down(name):
+    scenario, _ = load_campaign(ROOT / f"examples/satellites/{name}.toml")
+    result = torquer.simulate(scenario.replace("simulation.revolutions", 0.5))
+    rates = np.linalg.norm(result.omega_body.values, axis=1)
+    assert rates[-1] < 0.85 * rates[0]
+
+
+def test_the_page_has_what_was_flown():
+    found = page.flown()
+    assert [*found] and set(found) == {path.stem for path in FILES}
+    english = page.page("en")
+    for name, each in found.items():
+        scenario, _ = load_campaign(ROOT / f"examples/satellites/{name}.toml")
+        gain = scenario.control.law.gain_a_m2_s_per_t
+        assert each["stop"]["gain_a_m2_s_per_t"] == pytest.approx(gain, rel=1e-3), "fly it again"
+        assert english.count(f"`{name}`") == 2
+    assert "{" not in english.partition("## A dozen")[2] and "None" not in english
+
+
+@pytest.mark.parametrize(
+    ("medians", "limits"),
+    [
+        ((60.0, 20.0, 50.0, 1.0), "dipole"),
+        ((60.0, 50.0, 20.0, 1.0), "air_and_light"),
+        ((60.0, 50.0, 40.0, 1.0), "both"),
+        ((60.0, 50.0, 40.0, 35.0), "neither"),
+    ],
+)
+def test_what_limits_is_what_halves_the_error(medians, limits):
+    names = ("nothing", "dipole", "air_and_light", "both")
+    cases = {name: {"median_deg": each} for name, each in zip(names, medians, strict=True)}
+    assert page.limit(cases) == limits

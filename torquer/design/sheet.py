@@ -1,0 +1,223 @@
+"""A commented scenario of a satellite from its size class and what its data sheet says."""
+
+import math
+import textwrap
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from string import Template
+from typing import Any, NamedTuple
+
+from torquer.base.limits import RequestError, given_values
+from torquer.campaign.statistics import quantile
+from torquer.design.detumbling import without_flights
+from torquer.design.gain_sweep import GainSweep
+from torquer.design.left_out import (
+    SizeClass,
+    Spread,
+    centre_covariance,
+    equal_box_m,
+    exposed_parts,
+    masses_of_box,
+    residual_dipole_a_m2,
+    sheet_rules,
+    size_classes,
+)
+from torquer.design.requests import DetumbleRequest, SheetRequest
+from torquer.design.stopping import releases_stop_along_s
+from torquer.scenario.load import scenario_from_text
+from torquer.spacecraft.masses import MassProperties, mass_properties
+from torquer.spacecraft.parts import AnyPart, Plate
+
+_TEMPLATE = Path(__file__).with_name("sheet_scenario.txt")
+#: Rate that counts as stopped [deg/s]: well above that at which the field turns.
+BELOW_DEG_S = 0.5
+#: Releases of the campaign. Revolutions of a run: at least, times to stop by theory.
+RUNS = 64
+_LEAST, _TIMES = 4.0, 3.0
+#: Keys of a request that take the place of the class's.
+_OWN = ("mass_kg", "size_m", "limit_a_m2", "altitude_km", "inclination_deg")
+
+
+class Sheet(NamedTuple):
+    """A satellite from its data sheet.
+
+    `satellite`: its class, with what was given in place of the class's values; `masses`, `parts`:
+    mass properties, and what meets air and light; `box_m`: the uniform box of the same inertia;
+    `dipole_a_m2`: size of the residual dipole; `gain` [A m^2 s/T] of B-dot by theory, and the time
+    `promised_s` by which half of the releases stop with it; `text`: the scenario with its campaign.
+    """
+
+    satellite: SizeClass
+    masses: MassProperties
+    parts: tuple[AnyPart, ...]
+    box_m: tuple[float, float, float]
+    dipole_a_m2: Spread
+    gain: float
+    promised_s: float
+    text: str
+
+
+def from_sheet(request: SheetRequest) -> Sheet:
+    """A scenario from a size class and what a data sheet says, with a campaign of what it does not.
+
+        sheet = from_sheet(SheetRequest(like="3u", mass_kg=3.4, panels=2))
+        sheet.gain, sheet.promised_s    # of B-dot, by theory
+        Path("mine.toml").write_text(sheet.text)
+
+    Inertia is that of a uniform box with its panels; air and light act on the faces of both; the
+    residual dipole goes with the mass, unless it is given. RequestError for a class that is not
+    known and for values that no satellite has.
+    """
+    satellite = _satellite(request)
+    try:
+        masses = masses_of_box(satellite.size_m, satellite.mass_kg, request.panels)
+        parts = exposed_parts(satellite.size_m, satellite.mass_kg, request.panels)
+    except ValueError as error:
+        raise RequestError(*str(error).split(": ", 1)) from None
+    whole = mass_properties(masses)
+    dipole = residual_dipole_a_m2(satellite.mass_kg, request.dipole_a_m2)
+    sheet = Sheet(
+        satellite, whole, parts, equal_box_m(whole.inertia, satellite.mass_kg), dipole, 1.0, 1.0, ""
+    )
+    found = _by_theory(sheet, request)
+    gain = float(f"{found.theory_gain:.3g}")
+    sheet = sheet._replace(gain=gain, promised_s=quantile(releases_stop_along_s(found, gain), 0.5))
+    period_s = 2.0 * math.pi / found.scenario.orbit.rate_rad_s(found.scenario.start)
+    revolutions = math.ceil(max(_LEAST, _TIMES * sheet.promised_s / period_s))
+    return sheet._replace(text=_text(sheet, request, revolutions))
+
+
+def _satellite(request: SheetRequest) -> SizeClass:
+    """The class, with what was given in place of its values."""
+    known = size_classes()
+    if request.like not in known:
+        received = "nothing" if request.like is None else repr(request.like)
+        raise RequestError("like", f"must be one of {', '.join(known)}; received {received}")
+    return known[request.like]._replace(**given_values(request, *_OWN))
+
+
+def _by_theory(sheet: Sheet, request: SheetRequest) -> GainSweep:
+    """The case of B-dot without flights."""
+    scenario = scenario_from_text(_text(sheet, request, 1), "sheet")
+    wanted = DetumbleRequest(
+        tip_off_deg_s=sheet.satellite.tip_off_deg_s, rate_below_deg_s=BELOW_DEG_S
+    )
+    return without_flights(scenario, wanted)
+
+
+def _text(sheet: Sheet, request: SheetRequest, revolutions: int) -> str:
+    satellite, rules = sheet.satellite, sheet_rules()
+    words = {
+        **{key: _number(value) for key, value in satellite._asdict().items() if _is_number(value)},
+        **_words_of_class(satellite, request),
+        **_words_of_body(sheet, request),
+        **_words_of_dipole(sheet.dipole_a_m2, request),
+        **_words_of_parts(sheet),
+        **dict(zip(("f107_low", "f107", "f107_high"), rules["surface"]["f107"], strict=True)),
+        "sources": _sources(satellite, request),
+        "gain": _number(sheet.gain),
+        "promise": f"{_number(sheet.promised_s / 3600.0, 3)} h for half of the releases",
+        "revolutions": revolutions,
+        "below_deg_s": BELOW_DEG_S,
+        "runs": RUNS,
+    }
+    return Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(words)
+
+
+def _words_of_class(satellite: SizeClass, request: SheetRequest) -> dict[str, Any]:
+    rate = satellite.tip_off_deg_s / math.sqrt(3.0)
+    return {
+        "title": satellite.title,
+        "asked": " ".join(_options(request)),
+        "rate_deg_s": _plain((rate, -rate, rate)),
+    }
+
+
+def _options(request: SheetRequest) -> Iterator[str]:
+    """The request as the options of `torquer init`."""
+    for field in fields(request):
+        if (value := getattr(request, field.name)) != field.default:
+            words = value if isinstance(value, tuple) else (value,)
+            shown = (each if isinstance(each, str) else f"{each:g}" for each in words)
+            yield " ".join((f"--{field.name.replace('_', '-')}", *shown))
+
+
+def _sources(satellite: SizeClass, request: SheetRequest) -> str:
+    """Where the numbers come from, as a comment."""
+    rules = sheet_rules()
+    dipole = rules["dipole"]["source"]
+    if request.dipole_a_m2 is not None:
+        dipole = "as given; in the campaign a fifth less to a fifth more"
+    sources = {
+        "Class": satellite.source,
+        "Inertia": rules["inertia"]["source"],
+        "Residual dipole": dipole,
+        "Air and light": rules["surface"]["source"],
+        **({"Panels": rules["panel"]["source"]} if request.panels else {}),
+    }
+    lines = (textwrap.wrap(f"{what}: {each}.", 96) for what, each in sources.items())
+    return "\n".join(f"#   {'  ' * (k > 0)}{line}" for each in lines for k, line in enumerate(each))
+
+
+def _words_of_body(sheet: Sheet, request: SheetRequest) -> dict[str, str]:
+    size, box = sheet.satellite.size_m, sheet.box_m
+    low, high = (
+        _plain([part * edge for edge in box]) for part in sheet_rules()["inertia"]["edges"]
+    )
+    moments = ", ".join(_number(sheet.masses.inertia[k][k]) for k in range(3))
+    panels = f", {request.panels} panels" if request.panels else ""
+    return {
+        "size_words": " x ".join(map(_number, size)) + f" m{panels}",
+        "and_panels": " and its panels" if panels else "",
+        "moments": moments, "box_m": _plain(box), "box_low": low, "box_high": high,
+    }  # fmt: skip
+
+
+def _words_of_dipole(dipole: Spread, request: SheetRequest) -> dict[str, str]:
+    measured = request.dipole_a_m2 is not None
+    each = dipole.typical / math.sqrt(3.0)
+    between = f"{_number(dipole.low)} to {_number(dipole.high)} A m^2"
+    return {
+        "dipole": _plain((each, each, each)),
+        "dipole_words": f"{_number(dipole.typical)} A m^2 in all; {between} in the campaign",
+        "drawn": "uniform" if measured else "log_uniform",
+        "dipole_low": _number(dipole.low),
+        "dipole_high": _number(dipole.high),
+    }
+
+
+def _words_of_parts(sheet: Sheet) -> dict[str, str]:
+    """The exposed parts, and the shift of the centre of mass that moves them alike."""
+    count, most = len(sheet.parts), sheet.satellite.centre_m
+    rows = centre_covariance([0.5 * each for each in most], count)
+    keys = (f'"spacecraft.aerodynamics.parts[{k}].centre_m"' for k in range(count))
+    return {
+        "parts": "\n".join(f"  {_part_in_toml(part)}," for part in sheet.parts),
+        "centre_words": f"normal, two deviations {_plain(most)} m",
+        "keys": "\n".join(f"  {key}," for key in keys),
+        "changes": ", ".join(['"vector"'] * count),
+        "covariance": "\n".join(f"  {_plain(row)}," for row in rows),
+    }
+
+
+def _part_in_toml(part: AnyPart) -> str:
+    shape = ("axis", "area_m2") if isinstance(part, Plate) else ("size_m",)
+    surface = ("centre_m", "drag_coefficient", "specular_reflectivity", "diffuse_reflectivity")
+    keys = (f"{key} = {_plain(getattr(part, key))}" for key in (*shape, *surface))
+    return f'{{ kind = "{part.kind}", {", ".join(keys)} }}'
+
+
+def _is_number(value) -> bool:
+    return isinstance(value, int | float)
+
+
+def _number(value: float, digits: int = 4) -> str:
+    """A number as people write it: 0.02, 2.1e-5; none of the size of rounding."""
+    shown = f"{round(float(value), 12) + 0.0:.{digits}g}"
+    return shown.replace("e-0", "e-").replace("e+0", "e")
+
+
+def _plain(value) -> str:
+    """A number, or a list of them."""
+    return _number(value) if _is_number(value) else f"[{', '.join(map(_number, value))}]"
