@@ -171,8 +171,8 @@ function pinOf(pin) {
   const buttons = h("td", {});
   if (pin.name !== "now")
     buttons.append(
-      h("button", { onclick: () => change(pin.data, null, true) }, "use"),
-      h("button", { onclick: () => (pins.splice(pins.indexOf(pin), 1), draw()) }, "×"),
+      h("button", { onclick: () => change(pin.data, null, true), "aria-label": `use ${pin.name}` }, "use"),
+      h("button", { onclick: () => (pins.splice(pins.indexOf(pin), 1), draw()), "aria-label": `remove ${pin.name}` }, "×"),
     );
   row.append(buttons);
   return row;
@@ -220,6 +220,9 @@ at("starts").onclick = async () => {
     if (!control.signal.aborted && error instanceof Refused) errors(error.errors);
   }
 };
+
+for (const button of document.querySelectorAll("[data-to]"))
+  button.onclick = () => at(button.dataset.to).focus();
 
 // Undo
 
