@@ -31,7 +31,7 @@ def test_forty_terms_are_asked_for():
 def test_a_term_leads_to_the_page_that_answers_it(term, pages):
     word = trade_word(term)
     assert word is not None and f"docs/{word.page}" == TERMS[term]
-    assert f"single: ! {term}\n" in pages.index_entries(TERMS[term])
+    assert f"! single: {term}\n" in pages.index_entries(TERMS[term])
 
 
 def test_each_word_has_a_page_and_a_key_that_there_are():

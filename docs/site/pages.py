@@ -205,7 +205,7 @@ def read(app, name: str, source: list[str]) -> None:
 def index_entries(name: str) -> str:
     """Words of the trade that a page answers: the site's search finds it by them."""
     words = [word for row in trade_words() if f"docs/{row.page}" == name for word in row.words]
-    return "".join(f"\n```{{index}} single: ! {word}\n```\n" for word in words)
+    return "".join(f"\n```{{index}} ! single: {word}\n```\n" for word in words)
 
 
 def tree(caption: str, names) -> str:
