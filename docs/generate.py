@@ -33,6 +33,7 @@ from torquer.ground.telemetry.reading.epochs import TICKS
 from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
+from torquer.scenario.words import trade_words
 from torquer.simulation.results.variables import ATTRIBUTES, COORDINATES, LOGS, VARIABLES, Variable
 from torquer.theory.where_it_holds import table as conditions_table
 
@@ -463,6 +464,26 @@ def satellites_ru_page() -> str:
     return page_of_satellites("ru")
 
 
+def words_page() -> str:
+    """Words of the trade, what they are called here, and the page that answers."""
+    rows = [
+        f"| {', '.join(each.words)} | {each.here} | {f'`{each.key}`' if each.key else ''} "
+        f"| [{title_of(each.page)}]({each.page}.md) |"
+        for each in trade_words()
+    ]
+    return "\n".join([
+        "# Words of the trade, and where they are answered", "",
+        "Made from the code by `docs/generate.py`. The search of the site finds these words on the",
+        "pages that answer them, and `torquer explain WORD` prints the row.", "",
+        "| words | called here | key | page |", "|---|---|---|---|", *rows, "",
+    ])  # fmt: skip
+
+
+def title_of(page: str) -> str:
+    """The heading of a page below docs/."""
+    return (ROOT / f"docs/{page}.md").read_text(encoding="utf-8").partition("\n")[0].lstrip("# ")
+
+
 PAGES = {
     "telemetry-mapping.md": mapping_page,
     "commands.md": commands_page,
@@ -477,6 +498,7 @@ PAGES = {
     "packets.md": packets_page,
     "requirements.md": requirements_page,
     "functions.md": functions_page,
+    "words.md": words_page,
     "theory/where-it-holds.md": where_page,
 }
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from trade_terms import TERMS
 from watched_page import CHROMIUM
 
 from torquer.cli.app import app
@@ -173,22 +174,34 @@ def test_formulas_are_drawn(site, browser):
     assert strangers == []
 
 
+def found(page, address, words):
+    """Where the results of the search lead, the best first."""
+    page.goto(f"{address}search.html?q={words}")
+    page.wait_for_function("document.querySelector('.search-summary')?.textContent.match(/\\d/)")
+    return page.eval_on_selector_all(
+        "#search-results li a", "links => links.map(link => link.getAttribute('href'))"
+    )
+
+
+@pytest.mark.slow
+@needs_sphinx
+def test_the_search_finds_the_terms_of_the_trade(browser):
+    page, address, strangers = browser
+    results = {term: found(page, address, term)[:5] for term in TERMS}
+    missed = {
+        term: links
+        for term, links in results.items()
+        if not any(link.startswith(f"{TERMS[term]}.html") for link in links)
+    }
+    assert (missed, strangers) == ({}, [])
+
+
 @pytest.mark.slow
 @needs_sphinx
 def test_the_search_finds_every_command_and_russian_words(browser):
     page, address, strangers = browser
-
-    def found(words):
-        page.goto(f"{address}search.html?q={words}")
-        page.wait_for_function(
-            "document.querySelector('.search-summary')?.textContent.match(/\\d/)"
-        )
-        return page.eval_on_selector_all(
-            "#search-results li a", "links => links.map(link => link.getAttribute('href'))"
-        )
-
     for words in commands(app):
-        links = found(f"torquer {' '.join(words)}")
+        links = found(page, address, f"torquer {' '.join(words)}")
         assert any("commands.html" in link for link in links), words
     for word, pages in {
         "кувыркаться": "detumble.ru",
@@ -198,5 +211,5 @@ def test_the_search_finds_every_command_and_russian_words(browser):
         "подвесе": "bench.ru",
         "скомпилированные ядра": "installation.ru",
     }.items():
-        assert any(pages in link for link in found(word)), word
+        assert any(pages in link for link in found(page, address, word)), word
     assert strangers == []

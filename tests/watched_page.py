@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from urllib.parse import urlsplit
 
+import pytest
+
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 #: No sandbox, for tests that run as root; 3D without a graphics card; nothing asked of others.
 FLAGS = (
@@ -51,3 +53,16 @@ def watched_page(context, *refusals: str) -> Iterator:
     yield page
     page.close()
     assert (strangers, errors) == ([], []), (strangers, errors)
+
+
+def serious_findings(page) -> list[tuple[str, str]]:
+    """What axe finds wrong on a page for those who cannot see it or use no mouse: rule, element."""
+    axe = pytest.importorskip("axe_core_python.base")
+    page.evaluate(axe.AXE_SCRIPT)
+    found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")["violations"]
+    return [
+        (one["id"], node["html"][:200])
+        for one in found
+        if one["impact"] in ("serious", "critical")
+        for node in one["nodes"]
+    ]

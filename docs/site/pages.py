@@ -12,6 +12,8 @@ from pathlib import Path
 import generate
 from PIL import Image
 
+from torquer.scenario.words import trade_words
+
 ROOT = Path(__file__).parents[2]
 MADE = "docs/made"
 _INDEX = (ROOT / "docs/tutorials/README.md").read_text(encoding="utf-8")
@@ -42,6 +44,7 @@ CONTENTS = {
         "docs/packets",
         "docs/requirements",
         "docs/functions",
+        "docs/words",
     ),
     "Theory": ("docs/theory/*",),
     "Sources": (
@@ -191,6 +194,7 @@ def small(path: Path, to: Path) -> None:
 def read(app, name: str, source: list[str]) -> None:
     """Changes that only the site needs."""
     text = source[0].replace("```mermaid", "```text")
+    text += index_entries(name)
     if name == "docs/api":
         text = linked(text)
     if name in BELOW:
@@ -198,6 +202,12 @@ def read(app, name: str, source: list[str]) -> None:
     if name == "README":
         text += "".join(tree(caption, names) for caption, names in CONTENTS.items())
     source[0] = text
+
+
+def index_entries(name: str) -> str:
+    """Words of the trade that a page answers: the site's search finds it by them."""
+    words = [word for row in trade_words() if f"docs/{row.page}" == name for word in row.words]
+    return "".join(f"\n```{{index}} ! single: {word}\n```\n" for word in words)
 
 
 def tree(caption: str, names) -> str:

@@ -41,6 +41,14 @@ def test_help_ends_with_examples_and_has_no_stray_flags(call, name):
         assert " ".join(line.split()) in shown
 
 
+@pytest.mark.parametrize("words", [(), ("run",), ("design", "coil"), ("campaign",)])
+def test_help_is_a_command_too(call, words):
+    code, out, err = call("help", *words)
+    assert (code, out, err) == call(*words, "--help") and (code or 0) == 0
+    assert "Examples:" in out
+    assert call("help", "swim")[0] == 2
+
+
 @pytest.mark.parametrize("name", ALL)
 def test_every_option_is_explained(name):
     """Those of a spec by the string below the field, which Python does not check."""
@@ -176,6 +184,16 @@ def test_mistakes_are_json_where_that_is_asked(call, strict_json, arguments, fir
     code, out, err = call(*arguments)
     (answer,) = strict_json(out)["errors"]
     assert code == 2 and answer.startswith(first) and err == f"error: {answer}\n"
+
+
+@pytest.mark.parametrize("command", ["run", "validate", "board", "budget", "modes"])
+def test_a_file_without_its_ending_has_its_suggestion(call, scenario, command):
+    if command == "board":
+        pytest.importorskip("uvicorn")
+    code, _, err = call(command, scenario.with_suffix(""))
+    assert code == 2 and err.endswith(f"(No such file or directory); did you mean {scenario}?\n")
+    code, _, err = call(command, scenario.with_name("other"))
+    assert code == 2 and err.endswith("other (No such file or directory)\n")
 
 
 def test_a_mistyped_key_has_its_suggestion(call, scenario):

@@ -59,9 +59,10 @@ _ROWS = (
     ("Numerical phase lag of rotation by RK4", "rk4_lag_deg", "deg"),
     ("Relative error of the environment table, at most", "table_relative_error", ""),
 )
+#: Rows that are left out where there is no number: coils without a power have no energy.
+_KNOWN_OR_LEFT_OUT = ("coil_energy_j",)
 #: What is said where there is no number.
 _WHY_NONE = {
-    "coil_energy_j": "needs spacecraft.coils.power_at_limit_w",
     "initial_attitude_error_deg": "no attitude held",
     "final_attitude_error_deg": "no attitude held",
 }
@@ -263,7 +264,11 @@ def summary_rows(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
     The verdict and its limits come first, unless they are shown elsewhere.
     """
     first = _verdict_rows(summary) if verdict else []
-    rows = [(label, _show(summary[key], key, unit)) for label, key, unit in _ROWS if key in summary]
+    rows = [
+        (label, _show(summary[key], key, unit))
+        for label, key, unit in _ROWS
+        if key in summary and not (key in _KNOWN_OR_LEFT_OUT and summary[key] is None)
+    ]
     return [*first, *rows, *_mode_rows(summary.get("modes", {}))]
 
 

@@ -139,9 +139,10 @@ class Outcome(Spec):
         Discriminator(_signal_kind),
     ]
     """Source of the number: 'rate_deg_s' (absolute rate), 'rate_orbital_deg_s' (relative to the
-    orbital frame), 'attitude_error_deg' (from the attitude that the scenario's laws hold; with
-    modes the laws of the present states, and no number while they hold none), a table with the
-    angle of an `axis`, or a total of the run: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil).
+    orbital frame), 'attitude_error_deg', a table with the angle of an `axis`, or a total of the
+    run: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil). The error is from the attitude that the
+    scenario's laws hold. With modes these are the laws of the present states; there is no number
+    while they hold none.
     """
     what: What | None = None
     """Which number is taken from the signal; left out for totals of the run."""

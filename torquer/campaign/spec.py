@@ -85,11 +85,11 @@ class Campaign(Spec):
     members are flown.
     """
     sampling: Literal["random", "latin_hypercube", "sobol", "saltelli", "grid"] = "random"
-    """How members are drawn: 'random' (independently), 'latin_hypercube' (the members together
-    cover the range of each number evenly), 'sobol' (a scrambled low-discrepancy sequence, best for
-    powers of 2), 'saltelli' (for Sobol's sensitivity indices: points of such a sequence, each with
-    two members and one more for every key that varies) or 'grid' (all combinations of the `values`;
-    their number must equal the number of runs).
+    """How runs are drawn: 'random' (independently), 'latin_hypercube' (the runs together cover the
+    range of each number evenly), 'sobol' (a scrambled low-discrepancy sequence, best for powers of
+    2), 'saltelli' or 'grid'. The points of 'saltelli', for Sobol's sensitivity indices, are those
+    of such a sequence, each with two runs and one more for every key that varies. Those of 'grid'
+    are all combinations of the `values`: their number must equal the number of runs.
     """
     vary: dict[str, Variation] = Field(default_factory=dict)
     """How each key varies, by keys of the scenario as `Scenario.replace` takes them;

@@ -259,10 +259,10 @@ class Correlated(Spec):
     mean: tuple[Number, ...] | None = None
     """Means, in the order of the keys."""
     changes: tuple[Literal["number", "vector", "factor", "rotation", "inertia"], ...] | None = None
-    """What the scenario's values are changed by, in the order of the keys: a 'number', or the
-    three of a 'vector', that are added; the logarithm of a 'factor'; the three of a 'rotation' of
-    "initial.attitude" in the body [rad]; the six elements xx, yy, zz, xy, xz, yz of an 'inertia',
-    added as far as a body can have them.
+    """What the scenario's values are changed by, in the order of the keys. A 'number' or the three
+    of a 'vector' are added. For a 'factor' it is the logarithm, for a 'rotation' of
+    "initial.attitude" the three angles in the body [rad]. For an 'inertia' it is the six elements
+    xx, yy, zz, xy, xz, yz, added as far as a body can have them.
     """
     covariance: tuple[tuple[Number, ...], ...]
     """Covariance matrix in the order of the keys, with `changes` of all their numbers; symmetric

@@ -23,6 +23,9 @@ from torquer.cli.output import drop_output, finish_output, print_error
 def answer(arguments: list[str] | None = None) -> int | None:
     """Run a command; return its exit code: 2 on a user error, none or 0 on success."""
     code = 0
+    given = sys.argv[1:] if arguments is None else arguments
+    if given[:1] == ["help"]:  # as of git and others: `help run` for `run --help`
+        arguments = [*given[1:], "--help"]
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
         finish_output()
@@ -31,7 +34,7 @@ def answer(arguments: list[str] | None = None) -> int | None:
     except (CycloptsError, ValueError, OSError, MemoryError) as error:
         text = in_words(error)
         print_error(text)
-        if "--json" in (sys.argv[1:] if arguments is None else arguments):
+        if "--json" in given:
             with suppress(OSError):  # for programs that read standard output
                 print(json_text({"errors": [line for line in text.split("\n") if line]}))
         drop_output()

@@ -325,8 +325,8 @@ class SelectionSpec(Spec):
 
     kind: Literal["mean", "vote", "spare"] = "mean"
     """'mean' (of all that seem sound, weighted by their noise), 'vote' (of three or more the one
-    nearest to the others), 'spare' (the first, in the order of the file; the next one once it is
-    silent, stuck or not a number).
+    nearest to the others) or 'spare': the first, in the order of the file. The next one takes its
+    place once it is silent, stuck or not a number.
     """
     warm_up_s: float = Field(default=0.0, ge=0.0)
     """Time after a change to a spare for which it is not used, as one that was off (a cold spare);

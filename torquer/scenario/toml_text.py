@@ -29,8 +29,9 @@ def read_text(path: Path, what: str) -> str:
         return limited_text(path)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
+        hint = f"; did you mean {path}.toml?" if Path(f"{path}.toml").is_file() else ""
         raise ScenarioError(
-            f"{what}: must be a readable file; received {path} ({reason})"
+            f"{what}: must be a readable file; received {path} ({reason}){hint}"
         ) from None
 
 

@@ -153,10 +153,10 @@ class SensorFailure(Interval):
         "silent", "stuck", "zeros", "nan", "infinite", "reversed", "swapped", "bias", "noise"
     ]
     """'silent' (no new readings: the last one ages), 'stuck' (the last reading again and again,
-    as if it were new), what replaces each component of the measurement: 'zeros', 'nan' (not a
-    number), 'infinite'; 'reversed' (wrong sign) or 'swapped' (two axes exchanged), of an attitude
-    sensor in the vector part of its quaternion; 'bias' (a constant error of its own) or 'noise'
-    (a random error of each reading, of its own).
+    as if it were new), or one that changes the measurement. Each component becomes 'zeros', 'nan'
+    (not a number) or 'infinite'; or 'reversed' (wrong sign) or 'swapped' (two axes exchanged), of
+    an attitude sensor in the vector part of its quaternion. 'bias' adds a constant error of its
+    own, 'noise' a random error of each reading, of its own.
     """
     axis: Literal["x", "y", "z"] | None = None
     """Axis whose sign is wrong, for 'reversed'; left out: all three."""
@@ -286,10 +286,10 @@ class ComputerFailure(Interval):
     """A failure of the on-board computer in an interval of the run."""
 
     kind: Literal["halted", "restarted"]
-    """'halted' (no control steps: coils and wheels keep their commands, the coils also where they
-    would be off for a measurement; then it goes on where it stopped) or 'restarted' (the same, and
-    at the end laws, estimators and modes begin as at the start of the run; the latest readings are
-    there).
+    """'halted' or 'restarted'. While halted there are no control steps: coils and wheels keep their
+    commands, the coils also where they would be off for a measurement. Then it goes on where it
+    stopped. 'restarted' is the same, and at the end laws, estimators and modes begin as at the
+    start of the run; the latest readings are there.
     """
 
     @model_validator(mode="after")

@@ -71,6 +71,19 @@ def test_tables_that_are_left_out_can_be_added(data):
     fields = fields_of(data)
     assert fields["spacecraft.wheels.torque_limit_n_m"]["value"] > 0.0
     assert not fields["spacecraft.wheels.torque_limit_n_m"]["given"]
+    lost = fields["spacecraft.wheels.lost"]
+    assert (lost["type"], lost["value"]) == ("data", [])  # else there would be nothing to write in
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_each_of_several_numbers_has_a_name(path):
+    fields = fields_of(data_from_toml(path.read_text(encoding="utf-8")))
+    for key, field in fields.items():
+        if field["type"] == "numbers":
+            assert len(field["parts"]) == len(field["value"] or [0.0] * 3) > 0, key
+    assert fields["initial.rate_deg_s"]["parts"] == ["x", "y", "z"]  # axes of the body
+    if "initial.euler_deg" in fields:
+        assert fields["initial.euler_deg"]["parts"] == ["1", "2", "3"]  # in their sequence
 
 
 def test_other_kind_has_its_own_fields_and_required_ones(data):

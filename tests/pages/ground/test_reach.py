@@ -5,7 +5,7 @@ import time
 import pytest
 from ground_flight import serving, table, until
 from small_satellite import command, received, small_satellite
-from watched_page import CHROMIUM
+from watched_page import CHROMIUM, serious_findings
 
 from torquer.flight.packets.frames import Downlink
 from torquer.flight.packets.software_file import load_link
@@ -192,16 +192,7 @@ def test_a_satellite_that_was_never_heard_has_no_time(page, ground):
 
 @pytest.mark.slow
 def test_axe_has_no_serious_finding(page, ground):
-    axe = pytest.importorskip("axe_core_python.base")
     for place in PLACES:
         opened(page, ground, place)
         page.wait_for_timeout(1500)
-        page.evaluate(axe.AXE_SCRIPT)
-        found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")["violations"]
-        serious = [
-            (one["id"], node["html"][:200])
-            for one in found
-            if one["impact"] in ("serious", "critical")
-            for node in one["nodes"]
-        ]
-        assert serious == [], place
+        assert serious_findings(page) == [], place

@@ -125,7 +125,7 @@ def magneto_gyro(
 
     SCENARIO describes the satellite: inertia, wheel_momentum_n_m_s of its body, orbit, field, model
     on board, noise and bias of the magnetometer. Its own laws and modes are replaced in
-    scenario.toml, which flies from the tip-off rate until the satellite points.
+    scenario.toml, which runs from the tip-off rate until the satellite points.
     """
     from torquer.design.gyro.gains import magneto_gyro as answer
 

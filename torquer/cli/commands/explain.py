@@ -8,6 +8,7 @@ from torquer.cli.options import Json
 from torquer.cli.output import console
 from torquer.design.stored_keys import file_tables, find
 from torquer.scenario.described import Key, Table
+from torquer.scenario.words import Word, trade_word
 
 #: More tables than this are listed by their first lines.
 _MOST_TABLES = 3
@@ -18,20 +19,40 @@ def explain(key: str | None = None, /, *, json: Json = False) -> int:
 
     KEY is a key ("spacecraft.coils.limit_a_m2"), a table ("coils"), the last part of either, or
     the kind of a table ("bdot"). Without KEY all tables are listed. "mapping" are the keys with
-    which `torquer telemetry` reads files.
+    which `torquer telemetry` reads files. A word of the trade ("momentum dumping") leads to the
+    page and the key that answer it.
     """
-    tables, keys = find(key) if key else ([], [])
+    word, tables, keys = _find(key) if key else (None, [], [])
     if json:
         whole = tables if key else file_tables()
         alone = [{"table": table.title} | each._asdict() for table, each in keys]
-        print(json_text({"tables": [_plain(table) for table in whole], "keys": alone}))
+        found = {"tables": [_plain(table) for table in whole], "keys": alone}
+        print(json_text(found | ({"word": word._asdict()} if word else {})))
         return 0
     if not key:
         tables = file_tables()
     blocks = [_list_items(tables)] if len(tables) > _MOST_TABLES else [*map(_explain_table, tables)]
-    text = "\n\n".join(blocks + [_explain_key(k, keys) for k in _each(keys)])
+    blocks = [_explain_word(word), *blocks] if word else blocks
+    text = "\n\n".join(
+        each for each in blocks + [_explain_key(k, keys) for k in _each(keys)] if each
+    )
     console(soft_wrap=True).print(text + _explain_sources(text))
     return 0
+
+
+def _find(key: str) -> tuple[Word | None, list[Table], list[tuple[Table, Key]]]:
+    """What a key means, or a word of the trade, which no key is called."""
+    try:
+        return None, *find(key)
+    except ValueError:
+        if (word := trade_word(key)) is None:
+            raise
+        return word, *(find(word.key) if word.key else ([], []))
+
+
+def _explain_word(word: Word) -> str:
+    words = ", ".join(word.words)
+    return f"{words}\n  called here: {word.here}\n  see docs/{word.page}.md"
 
 
 def schema() -> int:

@@ -23,8 +23,8 @@ class ExportOptions:
     real: Literal["double", "float"] = "double"
     """Precision: with "float" all but times is computed in single precision, with other bits."""
     ephemeris: Literal["given", "kepler", "sgp4"] | None = None
-    """Ephemeris on board: model field and Sun at a position that is handed in ("given"), or with
-    position and velocity by a Kepler orbit that drifts by J2 or by SGP4 [all is handed in]."""
+    """Ephemeris on board: model field and Sun. The position is handed in ("given"), or position and
+    velocity come from a Kepler orbit that drifts by J2, or from SGP4 [all is handed in]."""
     prefix: str = "adcs"
     """What the names of files, functions, types and macros begin with."""
     framework: Annotated[_Framework | None, Parameter(name="--for")] = None

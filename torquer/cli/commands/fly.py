@@ -114,7 +114,7 @@ def fly(
     """Fly SCENARIO with flight software around its on-board computer: modules, queues, packets.
 
     In lock-step, as fast as it goes. Writes the session (session.json) and what comes down
-    (downlink.bin) as it flies, then a table for each packet and a picture of them. The session can
+    (downlink.bin) as it runs, then a table for each packet and a picture of them. The session can
     be flown again to the same bytes, that of a flight that was killed as far as it came.
     """
     if how.realtime and how.speed is not None:

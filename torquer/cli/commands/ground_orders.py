@@ -50,10 +50,10 @@ def stack(
     """Load a stack of commands, and send it step by step, by the ground that runs in --folder.
 
     ACTION is one of: `show`; `load` WHAT, a file that ends in .toml or the name of a saved stack,
-    checked as a whole; `next` (send one step), `run` (with its pauses), `hold`, `skip` (leave one
-    out), `abort`; `list` the saved stacks, `text` or `delete` the one with the name WHAT, `save`
-    the file WHAT. Page and command line see the same stack. `run` waits; exit code 1 unless all
-    steps of the stack went well.
+    checked as a whole; `next` (send one step), `run` (with its pauses), `hold`, `skip`, `abort`.
+    Others are `list` the saved stacks, `text` or `delete` the one with the name WHAT, `save` the
+    file WHAT. Page and command line see the same stack. `run` waits; exit code 1 unless all steps
+    of the stack went well.
     """
     from torquer.ground.client import RunningGround
 

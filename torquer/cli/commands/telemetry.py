@@ -43,7 +43,7 @@ def check(
     their errors. Logged quaternions are compared with field and Sun: order, sense, frame, axes.
     With --filter an attitude is estimated, forwards and in hindsight, and whether the filter's
     model fits. With --twin the same tip-off is simulated, and says what inertia and gain are;
-    `torquer campaign` flies on what its errors leave open, twin.toml. Writes calibrated.nc,
+    `torquer campaign` varies what its errors leave open, twin.toml. Writes calibrated.nc,
     attitude.nc, twin.nc, twin.toml, report.html and pictures. Exit code 1 for telemetry that cannot
     be used as it is, and for a filter or a twin that does not fit it.
     """

@@ -105,9 +105,9 @@ class Filter(SensorKeys):
     """A Kalman filter; noise as the filter believes it.
 
     The filter starts from a reading of the star tracker or by TRIAD from the latest directions,
-    unless their angle is not that of the models, and again where the standard deviation of the
-    attitude, that of all axes together, exceeds `lost_sigma_deg`. With the magnetometer alone it
-    starts with several hypotheses about the turn around the field, and states their spread until
+    unless their angle is not that of the models. It starts again where the standard deviation of
+    the attitude, that of all axes together, exceeds `lost_sigma_deg`. With the magnetometer alone
+    it starts with several hypotheses about the turn around the field, and states their spread until
     they agree; with another direction alone it needs an attitude from another estimator. Where
     other estimators have worked before it, in other modes, it takes over an attitude that is not
     older than `longest_gap_s` and better than its own; after a longer gap it starts again. An
@@ -117,8 +117,8 @@ class Filter(SensorKeys):
     turns, while its field is not as large as that of the model, or while it sees the Sun in the
     umbra. Where readings turn otherwise than the propagated motion, the rate becomes uncertain.
     After `most_rejected` readings of a sensor rejected one after another the filter starts again by
-    TRIAD, or isolates the sensor if others agree with the filter, or turns its attitude to fit the
-    readings and states that it does not know it.
+    TRIAD, or isolates the sensor if others agree with the filter. Otherwise it turns its attitude
+    to fit the readings and states that it does not know it.
     """
 
     gives: ClassVar = frozenset({"attitude", "rate"})

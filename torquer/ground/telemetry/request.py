@@ -31,9 +31,9 @@ class TelemetryRequest:
     mapping: Path | None = None
     """How columns become quantities [none: files of torquer]."""
     model: Model | None = None
-    """Last part of the calibration: each holds those before it, but `temperature` no coils;
-    `attitude`: bias and a whole matrix by the logged quaternions instead [chosen by blocks of time
-    held out]."""
+    """Last part of the calibration: each holds those before it, but `temperature` no coils.
+    `attitude` is bias and a whole matrix by the logged quaternions instead [chosen by blocks of
+    time held out]."""
     leave_out_first_min: Annotated[float, at_least(0.0)] = 0.0
     """Minutes at the beginning that are not used."""
     clock_sigma_s: Annotated[float | None, positive()] = None
@@ -46,8 +46,8 @@ class TelemetryRequest:
     smoother make an attitude of the calibrated readings [none]."""
     twin: Path | None = None
     """Scenario of the satellite as it is believed to be, on its orbit, with a control cycle that
-    begins at its `start`: flown alongside the calibrated readings, its inertia, gain and residual
-    dipole are fitted [none]."""
+    begins at its `start`. It is simulated alongside the calibrated readings, which fits its
+    inertia, gain and residual dipole [none]."""
 
     def __post_init__(self) -> None:
         pair = {key: getattr(self, key) for key in ("clock_sigma_s", "along_track_sigma_km")}

@@ -123,12 +123,14 @@ def _field(place: str, key: Key, field: FieldInfo, known: dict, given: dict) -> 
     """A key as a field; None for lists of tables that are not given.
 
     `type`: number, whole, numbers (three of them, or as many as there are), choice, flag, text, or
-    data, which is written as JSON. `slider`: see `_slider`; None for what has none.
+    data, which is written as JSON. `parts`: a name for each of its numbers. `slider`: see
+    `_slider`; None for what has none.
     """
     default = None if field.is_required() else field.get_default(call_default_factory=True)
     value = known.get(key.name, _plain(default))
     kind, choices = _field_type(field, value)
-    if kind == "data" and key.name not in known:
+    is_empty_list = value == [] and not _has_tables(_members(field.annotation))
+    if kind == "data" and key.name not in known and not is_empty_list:
         return None
     if kind == "numbers" and value is None and _is_vector(field):
         value = [0.0, 0.0, 0.0] if field.is_required() else None
@@ -136,8 +138,16 @@ def _field(place: str, key: Key, field: FieldInfo, known: dict, given: dict) -> 
         "key": place, "name": key_words(key.name), "about": key.description, "unit": key.unit,
         "values": key.values, "default": key.default, "required": field.is_required(),
         "given": key.name in given, "value": value, "type": kind, "choices": choices,
+        "parts": _parts(key.name, field, value) if kind == "numbers" else [],
         "slider": _slider(key, field, kind, value),
     }  # fmt: skip
+
+
+def _parts(key: str, field: FieldInfo, value: list | None) -> list[str]:
+    """A name for each of a key's numbers: the axis, or the number of an angle or a device."""
+    if _is_vector(field) and not key.endswith("euler_deg"):
+        return ["x", "y", "z"]
+    return [str(k + 1) for k in range(len(value or [0.0] * 3))]
 
 
 def _slider(key: Key, field: FieldInfo, kind: str, value) -> dict | None:
@@ -186,7 +196,7 @@ def _field_type(field: FieldInfo, value) -> tuple[str, list[str]]:
     if _has_tables(members):
         return "data", []
     if isinstance(value, list):
-        is_plain = all(isinstance(x, int | float) for x in value) and len(value) <= 8
+        is_plain = all(isinstance(x, int | float) for x in value) and 1 <= len(value) <= 8
         return ("numbers" if is_plain else "data"), []
     if bool in members:
         return "flag", []

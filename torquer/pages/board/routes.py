@@ -23,6 +23,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
@@ -32,6 +33,7 @@ from torquer.base.text_files import MOST_BYTES
 from torquer.pages.board.answer import make_answer
 from torquer.pages.board.flown import Flown, Orbits, Superseded, fly
 from torquer.pages.board.form import make_form
+from torquer.pages.board.own_files import OwnFiles
 from torquer.pages.board.starts import Starts
 from torquer.pages.board.text import data_from_toml, mistakes_in, read_scenario
 from torquer.pages.board.theory import predict
@@ -54,6 +56,7 @@ class Board:
 
     def __init__(self, data: dict, name: str, folder: Path, code: Container[Path] = ()):
         self.data, self.name, self.folder, self.code = data, name, folder, code
+        self.own_files = OwnFiles(data, folder, code)
         self.orbits, self.starts = Orbits(), Starts()
         self.flights, self.theory = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self.background = ThreadPoolExecutor(1)
@@ -94,7 +97,7 @@ def application(board: Board, ready: Callable[[], None]) -> Starlette:
             Route("/api/start", routes.start),
             *(
                 Route(f"/api/{name}", getattr(routes, name), methods=["POST"])
-                for name in ("form", "fly", "theory", "starts", "read", "write")
+                for name in ("form", "fly", "theory", "starts", "read", "write", "code", "edit")
             ),
             serve_files(WEB),
         ],
@@ -133,6 +136,18 @@ class _Routes:
     async def write(self, request: Request) -> Response:
         """The TOML text of data."""
         return JSONResponse({"toml": toml_from_data(await _data(request))})
+
+    async def code(self, request: Request) -> Response:
+        """The Python files that the page may edit."""
+        return JSONResponse({"files": await run_in_threadpool(self._board.own_files.read)})
+
+    async def edit(self, request: Request) -> Response:
+        """A Python file replaced."""
+        asked = await json_object(request, "file", 2 * MOST_BYTES)
+        given = (str(asked.get(key, "")) for key in ("name", "text", "mark"))
+        found = await run_in_threadpool(self._board.own_files.write, *given)
+        self._board.orbits = Orbits()  # its tables may be of what the file had
+        return JSONResponse(found)
 
     async def fly(self, request: Request) -> Response:
         """A flight."""

@@ -51,9 +51,9 @@ _KEY = "damper_kg_m2"
 class EnergySink(Spec):
     """Internal damping: a slug of liquid or a flexible part that follows the body a little late.
 
-    It turns energy of a nutation into heat and leaves the angular momentum as it is: a spin about
-    any axis but that of the greatest inertia dies away, and the body falls over to that one. For a
-    body with J about its spin axis and J_t across, the tangent of the angle between the axis and
+    It turns energy of a nutation into heat and leaves the angular momentum as it is. A spin about
+    any axis but that of the greatest inertia dies away, and the body falls over to that one. Take a
+    body with J about its spin axis and J_t across. The tangent of the angle between the axis and
     the momentum H changes as exp(-t/T), with 1/T = I_d tau H^2 (J - J_t)/(J_t^3 J): it grows
     where J is the smaller. Valid where the nutation's rate times `time_constant_s` is far below 1
     and the damper's inertia far below the body's. The damper does not feel other torques.

@@ -166,8 +166,8 @@ class HysteresisRods(Spec):
 
     The model of T. Flatley and D. Henretty (1995). Field, remanence and saturation are the
     *apparent* ones of the rod as it is: its own poles weaken the field within it, so that
-    its loop is far flatter than that of the material (a rod 95 mm long and 1 mm thick of a
-    material with 0.35 T has a remanence of some mT). Measure a rod, or take a published one of the
+    its loop is far flatter than that of the material. A rod 95 mm long and 1 mm thick of a
+    material with 0.35 T has a remanence of some mT. Measure a rod, or take a published one of the
     same length and thickness.
     """
 

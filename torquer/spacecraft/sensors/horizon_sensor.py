@@ -112,8 +112,8 @@ class HorizonSensor(Sampled):
     """Fixed small rotation of the reading about the body axes, a mounting error."""
     horizon_km: float = Field(default=0.0, ge=-100.0, le=100.0)
     """By how much the infrared horizon is higher at the north pole than at the equator, and lower
-    at the south pole, as in northern summer (some kilometres); between them as the sine of the
-    latitude. On board it is not known.
+    at the south pole, as in northern summer (some kilometres). Between them it goes as the sine of
+    the latitude. On board it is not known.
     """
     rate_limit_deg_s: float | None = Field(default=None, gt=0.0)
     """Rate of the body above which there is no reading; left out: none."""

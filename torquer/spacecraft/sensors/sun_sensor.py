@@ -112,7 +112,7 @@ class SunSensors(Sampled):
     """Sun sensors by their axes in the body.
 
     Where several see the Sun, the one that faces it most directly is read. Coarse sensors are
-    misled by sunlight that the Earth reflects, by up to some 15 deg: a reading is the direction of
+    misled by sunlight that the Earth reflects, by up to some 15 deg. A reading is the direction of
     the sum of both lights, as for cosine detectors on all sides and a Lambertian Earth
     (NASA Technical Memorandum 104596).
     """

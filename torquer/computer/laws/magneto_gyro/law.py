@@ -25,8 +25,8 @@ from torquer.maths.geometry.quaternion import to_dcm
 class MagnetoGyro(HeldAttitude):
     """Orbital attitude by a magnetometer, coils and a pitch wheel, without gyro and Earth sensor.
 
-    Gains are in units of the satellite: angles in rad, time in 1/nu0, torque in J nu0^2, with the
-    orbital rate nu0 and J the root of the product of the moments of inertia about roll and yaw.
+    Gains are in units of the satellite: angles in rad, time in 1/nu0, torque in J nu0^2. Here nu0
+    is the orbital rate, J the root of the product of the moments of inertia about roll and yaw.
     """
 
     kind: Literal["magneto_gyro"] = "magneto_gyro"

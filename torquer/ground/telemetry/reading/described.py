@@ -52,9 +52,10 @@ def _leaps(counted: bool) -> str:
 
 
 def _formats_said() -> str:
-    origins = ", ".join(f"{name} ({each.meaning})" for name, each in ORIGINS.items())
+    origins = [f"{name} ({each.meaning})" for name, each in ORIGINS.items()]
     dates = ", ".join([*DATES, "year_day"])
-    return f"Origins: {origins}. Ticks: {', '.join(TICKS)}. Dates: {dates}."
+    first, others = (", ".join(part) for part in (origins[:7], origins[7:]))
+    return f"Origins: {first}. Others: {others}. Ticks: {', '.join(TICKS)}. Dates: {dates}."
 
 
 def _quantities_said() -> str:

@@ -1,11 +1,17 @@
 // The form: tables with their fields; numbers with sliders; mistakes next to their fields.
+// What an input is called is put together from texts that stand on the page, by their ids: the
+// table, the key, the axis. What a key is about is read out with it, and shown below the form.
 
 import { h } from "/dom.js";
 
 const STEPS = 1000;
 
+/** The id of an element of a table or key; names of the author's choice may have spaces. */
+const idOf = (what, key) => `${what}-${key}`.replaceAll(/\s/g, "_");
+
 export class Form {
   #box;
+  #help = h("p", { class: "help", "aria-hidden": "true" });
   #change;
   #fields = new Map();
   #open = null;
@@ -14,9 +20,15 @@ export class Form {
   constructor(box, change) {
     this.#box = box;
     this.#change = change;
+    box.addEventListener("focusin", ({ target }) => this.#explain(target));
   }
 
-  /** Builds the form again, with the same tables open. */
+  #explain(input) {
+    const about = input.closest(".field")?.querySelector(".about");
+    this.#help.textContent = about?.textContent ?? "";
+  }
+
+  /** Builds the form again, with the same tables open and the focus where it was. */
   show(tables) {
     const before = this.#open;
     const isOpen = (table) =>
@@ -24,8 +36,17 @@ export class Form {
     this.#fields.clear();
     this.#open = new Set(tables.filter(isOpen).map((table) => table.key));
     const scrolled = this.#box.scrollTop;
-    this.#box.replaceChildren(...tables.filter(isShown).map((table) => this.#table(table)));
+    const focus = this.#focus();
+    this.#box.replaceChildren(...tables.filter(isShown).map((table) => this.#table(table)), this.#help);
     this.#box.scrollTop = scrolled;
+    focus.map((id) => document.getElementById(id)).find(Boolean)?.focus();
+  }
+
+  /** Ids of what has the focus and of the heading of its table, which stays. */
+  #focus() {
+    const element = document.activeElement;
+    const table = this.#box.contains(element) && element.closest("[data-table]");
+    return table ? [element.id, idOf("table", table.dataset.table)] : [];
   }
 
   /** Shows mistakes next to their fields; those that are left have none. */
@@ -50,16 +71,16 @@ export class Form {
     box.addEventListener("toggle", () =>
       box.open ? this.#open.add(table.key) : this.#open.delete(table.key),
     );
-    box.append(h("summary", {}, table.title));
+    box.append(h("summary", { id: idOf("table", table.key) }, table.title));
     box.append(...this.#choices(table));
     const [given, rest] = [true, false].map((is) =>
       table.fields.filter((field) => (field.given || field.required) === is),
     );
-    box.append(...given.map((field) => this.#field(field)));
+    box.append(...given.map((field) => this.#field(table, field)));
     if (!rest.length) return box;
-    const more = h("details", {}, h("summary", {}, "more"));
-    more.append(...rest.map((field) => this.#field(field)));
-    box.append(given.length ? more : h("div", {}, ...rest.map((field) => this.#field(field))));
+    const more = h("details", {}, h("summary", { "aria-label": `more of ${table.title}` }, "more"));
+    more.append(...rest.map((field) => this.#field(table, field)));
+    box.append(given.length ? more : h("div", {}, ...rest.map((field) => this.#field(table, field))));
     return box;
   }
 
@@ -70,9 +91,11 @@ export class Form {
         this.#open.add(table.key);
         this.#change(table.key, value, true);
       };
-      found.push(h("button", { onclick: add({}) }, "add"));
-      for (const preset of table.presets)
-        found.push(h("button", { onclick: add({ preset }) }, preset));
+      found.push(h("button", { onclick: add({}), "aria-label": `add ${table.title}` }, "add"));
+      for (const preset of table.presets) {
+        const name = `add ${table.title}: ${preset}`;
+        found.push(h("button", { onclick: add({ preset }), "aria-label": name }, preset));
+      }
       return found;
     }
     if (table.kind) {
@@ -80,34 +103,45 @@ export class Form {
         this.#change(table.key, { kind }, true),
       );
       select.dataset.kind = table.key;
-      found.push(h("div", { class: "field is-given" }, h("label", {}, "kind"), select));
+      const label = h("label", { id: idOf("label", `${table.key}.kind`) }, "kind");
+      called(select, table, `${table.key}.kind`, "");
+      label.htmlFor = select.id;
+      found.push(h("div", { class: "field is-given" }, label, select));
     }
-    if (table.optional && table.key !== "control.law")
-      found.push(
-        h("button", { onclick: () => this.#change(table.key, undefined, true) }, "take out"),
-      );
+    if (table.optional && table.key !== "control.law") {
+      const takeOut = () => this.#change(table.key, undefined, true);
+      const name = `take out ${table.title}`;
+      found.push(h("button", { onclick: takeOut, "aria-label": name }, "take out"));
+    }
     return found;
   }
 
-  #field(field) {
+  #field(table, field) {
     const set = (value) => {
       box.classList.add("is-given");
       this.#change(field.key, value, false);
     };
-    const title = [field.about, field.values, field.default && `default: ${field.default}`]
-      .filter(Boolean)
-      .join("\n");
-    const clear = h("button", { class: "clear", title: "take out", hidden: field.required }, "×");
+    const otherwise = field.required ? "must be given" : field.default && `default: ${field.default}`;
+    const title = [field.about, field.values, otherwise].filter(Boolean).join("\n");
+    const takeOut = { class: "clear", title: `take out ${field.name}`, hidden: field.required };
+    const clear = h("button", { ...takeOut, "aria-label": takeOut.title }, "×");
     clear.onclick = () => this.#change(field.key, undefined, true);
-    const failure = h("p", { class: "failure", hidden: true });
+    const id = idOf("failure", field.key);
+    const failure = h("p", { class: "failure", id, role: "alert", hidden: true });
+    const about = h("p", { class: "about", id: idOf("about", field.key), hidden: true }, title);
     const box = h("div", { class: `field${field.given ? " is-given" : ""}`, title });
     box.dataset.key = field.key;
-    const label = h("label", {}, `${field.name}${field.unit ? ` [${field.unit}]` : ""}`);
-    if (field.given) label.append(clear);
-    box.append(label, ...inputsOf(field, set), failure);
+    const name = `${field.name}${field.unit ? ` [${field.unit}]` : ""}`;
+    const label = h("label", { id: idOf("label", field.key) }, name);
+    const head = h("div", { class: "head" }, label, field.given ? clear : null);
+    const rows = inputsOf(field, set);
+    const inputs = rows.flatMap((row, i) => namedIn(row, table, field, field.parts[i] ?? ""));
+    label.htmlFor = inputs[0].id;
+    box.append(head, ...rows, about, failure);
     const wrong = (text) => {
       failure.textContent = text;
       failure.hidden = !text;
+      for (const input of inputs) input.setAttribute("aria-invalid", Boolean(text));
       box.classList.toggle("is-wrong", Boolean(text));
     };
     this.#fields.set(field.key, { wrong });
@@ -115,12 +149,31 @@ export class Form {
   }
 }
 
+/** Gives an input its id and name: of its table, its key and, of several numbers, which one. */
+function called(input, table, key, part) {
+  input.id = [idOf(input.type, key), part].filter(Boolean).join("-");
+  const names = [idOf("table", table.key), idOf("label", key), part && idOf("part", `${key}-${part}`)];
+  input.setAttribute("aria-labelledby", names.filter(Boolean).join(" "));
+}
+
+/** The inputs of a row, with their names and with the texts that are read out after these. */
+function namedIn(row, table, field, part) {
+  if (part) row.prepend(h("span", { class: "part", id: idOf("part", `${field.key}-${part}`) }, part));
+  const inputs = row.matches("select") ? [row] : [...row.querySelectorAll("input")];
+  for (const input of inputs) {
+    called(input, table, field.key, part);
+    const texts = [idOf("failure", field.key), idOf("about", field.key)];
+    input.setAttribute("aria-describedby", texts.join(" "));
+  }
+  return inputs;
+}
+
 const isShown = (table) =>
   table.fields.length > 0 || !table.present || (table.kind && table.kind.choices.length > 1);
 
 function inputsOf(field, set) {
-  if (field.type === "number") return [number(field.value, field.slider, set, field.key)];
-  if (field.type === "numbers") return numbers(field, set);
+  if (field.type === "number") return [number(field.value, field, set, field.key)];
+  if (field.type === "numbers") return numbersOf(field, set);
   if (field.type === "choice") return [choiceOf(field.choices, field.value, set)];
   if (field.type === "flag") {
     const box = h("input", { type: "checkbox", checked: field.value === true });
@@ -141,28 +194,34 @@ function inputsOf(field, set) {
   return [h("div", { class: "row" }, input)];
 }
 
-function numbers(field, set) {
+function numbersOf(field, set) {
   const values = [...(field.value ?? [0, 0, 0])];
   return values.map((value, i) =>
-    number(value, field.slider, (found) => set(Object.assign(values, { [i]: found }).slice()), `${field.key}[${i}]`),
+    number(value, field, (found) => set(Object.assign(values, { [i]: found }).slice()), `${field.key}[${i}]`),
   );
 }
 
 /** A number as a slider and text; text takes any value, the slider those that are usual. */
-function number(value, span, set, key) {
+function number(value, { slider: span, unit }, set, key) {
   const text = h("input", { type: "text", inputMode: "decimal", value: value ?? "" });
   text.dataset.number = key;
   const row = h("div", { class: "row" });
   if (span) {
     const slider = h("input", { type: "range", min: 0, max: STEPS, step: 1 });
     slider.dataset.slider = key;
+    const say = () => slider.setAttribute("aria-valuetext", `${text.value || "none"} ${unit}`.trim());
     slider.value = value === null ? 0 : placeOf(value, span);
+    say();
     slider.oninput = () => {
       const found = valueOf(Number(slider.value), span);
       text.value = found;
+      say();
       set(found);
     };
-    text.addEventListener("change", () => (slider.value = placeOf(Number(text.value), span)));
+    text.addEventListener("change", () => {
+      slider.value = placeOf(Number(text.value), span);
+      say();
+    });
     row.append(slider);
   }
   text.addEventListener("change", () => {

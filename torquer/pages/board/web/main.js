@@ -1,6 +1,7 @@
 // The board: data of a scenario, flown at each change; the latest wins.
 
 import { h } from "/dom.js";
+import { Code } from "./code.js";
 import { fromAddress, History, toAddress, withValue } from "./data.js";
 import { Form } from "./form.js";
 import { fly, Latest, lines, post, Refused } from "./net.js";
@@ -36,6 +37,7 @@ const form = new Form(at("form"), (key, value, isStructure) => {
   change(withValue(history_.now, key, value), isStructure ? null : key, isStructure);
 });
 const plots = new Plots(at("plots"), (hours) => view?.at(hours));
+const code = new Code(at("code"), () => refresh(false));
 const flights = new Latest(flown, PATIENCE_MS);
 const theories = new Latest(withTheory, 0);
 measured.counts = flights.counts;
@@ -132,6 +134,7 @@ function showView() {
 
 function errors(found) {
   wrong = found;
+  code.mistakes(found);
   at("errors").replaceChildren(...form.mistakes(found).map((each) => h("li", {}, each.text)));
 }
 
@@ -171,8 +174,8 @@ function pinOf(pin) {
   const buttons = h("td", {});
   if (pin.name !== "now")
     buttons.append(
-      h("button", { onclick: () => change(pin.data, null, true) }, "use"),
-      h("button", { onclick: () => (pins.splice(pins.indexOf(pin), 1), draw()) }, "×"),
+      h("button", { onclick: () => change(pin.data, null, true), "aria-label": `use ${pin.name}` }, "use"),
+      h("button", { onclick: () => (pins.splice(pins.indexOf(pin), 1), draw()), "aria-label": `remove ${pin.name}` }, "×"),
     );
   row.append(buttons);
   return row;
@@ -221,6 +224,9 @@ at("starts").onclick = async () => {
   }
 };
 
+for (const button of document.querySelectorAll("[data-to]"))
+  button.onclick = () => at(button.dataset.to).focus();
+
 // Undo
 
 const step = (how) => {
@@ -236,6 +242,17 @@ addEventListener("keydown", (event) => {
   const how = event.shiftKey ? "redo" : "undo";
   if (history_[how === "undo" ? "canUndo" : "canRedo"]) step(how);
 });
+
+// The scenario's Python files, in place of the form
+
+at("edit").onclick = () => {
+  const isOpen = at("code").hidden;
+  at("code").hidden = !isOpen;
+  at("form").hidden = isOpen;
+  document.querySelector("main").classList.toggle("is-editing", isOpen);
+  at("edit").setAttribute("aria-expanded", isOpen);
+  if (isOpen) at("code").querySelector("textarea").focus();
+};
 
 // TOML
 
@@ -279,6 +296,7 @@ async function start() {
   measured.name = begin.name;
   history_.now = (await fromAddress(location.hash)) ?? begin.data;
   refresh(true);
+  at("edit").hidden = !(await code.begin());
   try {
     const { View } = await import("./view.js");
     view = new View(at("view"));

@@ -1,6 +1,7 @@
 // Plots of a run over hours: its own lines, pinned runs dashed, the band of the starts behind.
 
 import { h } from "/dom.js";
+import { plotByKeys } from "./keys.js";
 
 const COLOURS = ["#74c0fc", "#ff8787", "#8ce99a", "#b197fc", "#ffd43b"];
 const PINNED = ["#e599f7", "#ffa94d", "#63e6be", "#adb5bd"];
@@ -53,6 +54,7 @@ export class Plots {
     plot?.chart.destroy();
     const chart = new window.uPlot(this.#options(panel, shared, band), data, box);
     if (!plot) this.#box.append(box);
+    plotByKeys(chart, panel);
     this.#plots.set(panel.key, { box, chart, shape });
   }
 

@@ -19,6 +19,7 @@ import { Body } from "/attitude/body.js";
 import { COLOURS } from "/attitude/colours.js";
 import { graticule } from "/attitude/shapes.js";
 import { h } from "/dom.js";
+import { viewByKeys } from "./keys.js";
 
 const RADIUS = 1.25;
 const Z_UP = new Quaternion().setFromAxisAngle(new Vector3(1, 0, 0), -Math.PI / 2);
@@ -54,6 +55,7 @@ export class View {
     Object.assign(controls, { enablePan: false, minDistance: 2.5, maxDistance: 9 });
     controls.addEventListener("change", () => this.#draw());
     box.append(this.#renderer.domElement, this.#caption);
+    viewByKeys(this.#renderer.domElement, (around, over) => this.#turn(around, over, controls));
     new ResizeObserver(() => this.#fit()).observe(box);
     this.#fit();
   }
@@ -78,6 +80,17 @@ export class View {
     const [rate, dipole] = [[...row("view.rate", 3)], [...row("view.dipole", 3)]];
     this.#body.show({ rate, dipole, field: null, sun: null }, true);
     this.#caption.textContent = `${(times[k] / 3600).toFixed(2)} h; rate orange, dipole cyan; inertial axes`;
+    this.#draw();
+  }
+
+  #turn(around, over, controls) {
+    const place = this.#camera.position;
+    const size = place.length();
+    const polar = Math.min(Math.max(Math.acos(place.y / size) + over, 0.01), Math.PI - 0.01);
+    const azimuth = Math.atan2(place.x, place.z) + around;
+    const level = size * Math.sin(polar);
+    place.set(level * Math.sin(azimuth), size * Math.cos(polar), level * Math.cos(azimuth));
+    controls.update();
     this.#draw();
   }
 
