@@ -46,9 +46,9 @@ def init(
 ) -> int:
     """Write NAME.toml: a commented scenario to start from.
 
-    With --like it is one of a satellite of that size, with what its data sheet says: inertia,
-    surfaces and residual dipole by size and mass, B-dot with the gain of theory, and a campaign in
-    which what the data sheet leaves open varies.
+    With --like it is a satellite of that size. Inertia, surfaces and residual dipole follow from
+    size and mass, and B-dot has the gain of theory. What the data sheet leaves open varies in a
+    campaign.
     """
     if listed:
         return _list(json)
