@@ -140,6 +140,17 @@ def make_writable(out: Path, option: str = "--out") -> None:
         probe.unlink()
 
 
+def check_writable(out: Path) -> None:
+    """As `make_writable`, but folders that were not there are not left: work may yet be refused."""
+    missing = [each for each in (out, *out.parents) if not each.exists()]
+    try:
+        make_writable(out)
+    finally:
+        for each in missing:
+            with suppress(OSError):  # not made, or another's by now
+                each.rmdir()
+
+
 def save_pictures(figures: dict, out: Path) -> list[str]:
     """Save figures by name into a folder; their paths."""
     from torquer.report.common.figure import save_figure

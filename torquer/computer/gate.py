@@ -13,6 +13,7 @@ import numpy as np
 
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.computer import control_step
+from torquer.computer.estimation.estimator import has_failed
 from torquer.computer.inputs import read_ephemeris
 from torquer.computer.interface import (
     NO_COMMAND,
@@ -295,6 +296,13 @@ def begin_anew(gate, board):
 
 
 @inlined
+def drop_failed(gate, known):
+    """No estimate in place of one of the user's that cannot be used: nothing of it is kept."""
+    if gate.own.shape[0] > 0 and has_failed(known):
+        put_estimate(known, UNKNOWN_ESTIMATE)
+
+
+@inlined
 def check_answer(gate, computer, board, made):
     """The command within its limits, and what was met.
 
@@ -343,6 +351,7 @@ def gated_step(gate, computer, board, gate_now, inputs):
     met |= answer.status
     if not is_first:  # in the loop each step is the first of a gate: a simulation does not do it
         met |= begin_anew(gate, board)
+        drop_failed(gate, known)
     now.status = float(met)
     return Answer(answer.dipole_a_m2, answer.torque_n_m, met, answer.asked)
 

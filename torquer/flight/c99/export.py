@@ -199,7 +199,7 @@ def _texts(
             state_bytes(computer, made),
         ),
         "test/in_the_loop.c": in_the_loop_text(
-            name, computer.board, made, given, _fresh_gate(program)
+            name, computer.board, made, given, _fresh_gate(program), len(computer.blocks.laws)
         ),
         "test/replay.c": _replay(ephemeris is not None),
         **{each: (_HARNESS / each).read_text() for each in ("Makefile", "MISRA.md")},

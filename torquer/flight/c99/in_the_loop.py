@@ -6,6 +6,8 @@ from string import Template
 import numpy as np
 
 from torquer.computer.computer import Board
+from torquer.computer.interface import PLACES
+from torquer.flight.c99.calls import failure_bit
 from torquer.flight.c99.computer import Export
 from torquer.flight.c99.interface import Input, handed_in
 from torquer.flight.c99.precision import is_single
@@ -27,6 +29,12 @@ _GET_FLOATS = """\
         parameters[n] = (held == (float)parameters[n]) ? parameters[n] : (double)held;
     }
 """
+#: What an estimator isolates that has failed, as the simulation knows it; estimators follow laws.
+_FAILED = """\
+        if (own.board.failures.blocks >= INT64_C($bit)) {
+            known[$place] = (double)NAN;
+        }
+"""
 _FIRST = """\
     for (size_t n = 0; n < $count; n++) {
         numbers[$at + n] = ${cast}own->board.$part[n];
@@ -35,9 +43,9 @@ _FIRST = """\
 
 
 def in_the_loop_text(
-    name: str, board: Board, made: Export, inputs: Sequence[Input], fresh: str
+    name: str, board: Board, made: Export, inputs: Sequence[Input], fresh: str, laws: int
 ) -> str:
-    """The file `test/in_the_loop.c` of a computer."""
+    """The file `test/in_the_loop.c` of a computer with so many laws."""
     starts = np.cumsum([0, *(len(numbers_in(part)) for part in state_parts(board))])
     kept, floats = kept_places(made.program, made.board), len(board.parameters) * is_single()
     rows = [_pair(starts, place) for place in kept.tolist()]
@@ -51,7 +59,7 @@ def in_the_loop_text(
         "places": ", ".join(map(str, given.values())), "given": str(len(given)),
         "put_floats": Template(_PUT_FLOATS).substitute(count=floats) if floats else "",
         "get_floats": Template(_GET_FLOATS).substitute(count=floats) if floats else "",
-        "first": _first_text(board),
+        "first": _first_text(board), "failed": _failed_text(made, laws),
     }  # fmt: skip
     return fill_template("in_the_loop.c", places)
 
@@ -60,6 +68,14 @@ def _pair(starts: np.ndarray, place: int) -> tuple[int, int]:
     """The array of the simulation in which one of all numbers stands, and its place there."""
     part = int(np.searchsorted(starts, place, side="right")) - 1
     return part, place - int(starts[part])
+
+
+def _failed_text(made: Export, laws: int) -> str:
+    """Statements that tell the simulation of an estimator that has failed."""
+    if not made.program.keeps(made.board, "failures"):
+        return ""
+    place = PLACES["isolated"].start
+    return Template(_FAILED).substitute(bit=failure_bit(laws), place=place)
 
 
 def _first_text(board: Board) -> str:

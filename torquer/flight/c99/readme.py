@@ -51,6 +51,10 @@ and writes the answers, whose differences `test/differences.py` shows:
 
 _ARRAY = """ `test/recorded.c` holds
 the first steps as an array: with `ADCS_RECORDED` defined the replay takes them, without a file."""
+_NO_ARRAY = """ There is no
+`test/recorded.c` in single precision: the record has the simulation's doubles, whose bits no board
+answers with. A board is compared with another build: let both write their answers to `recorded.bin`
+(`make pil` does so for a processor in QEMU) and compare the files byte by byte."""
 _NONE = "Nothing here can fail so."
 #: What nothing provides, by how the ephemeris on board finds the place.
 _MISSING = {
@@ -96,7 +100,7 @@ def _places(computer: OnBoard, steps: int, inputs: Sequence[Input]) -> dict[str,
         "contract": "\n".join(rules), "met": "\n".join(met), "outcomes": "\n".join(outcomes),
         "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
-        "array": "" if is_single() else _ARRAY,
+        "array": _NO_ARRAY if is_single() else _ARRAY,
         "bits": _BITS_IN_SINGLE if is_single() else _BITS,
         "compared": _COMPARED_IN_SINGLE if is_single() else _COMPARED,
         "processor": "Cortex-M4F" if is_single() else "Cortex-M7 with `ADCS_PORTABLE`",

@@ -80,5 +80,5 @@ $get_floats    for (size_t k = 0; k < 3u; k++) {
     }
     if ((found.status & ADCS_MET_LAW_FAILED) != 0) { /* a run ends where a law raises an error */
         answer[0] = (double)NAN;
-    }
+$failed    }
 }
