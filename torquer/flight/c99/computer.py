@@ -182,7 +182,9 @@ def _adapter(number: int, name: str, block: Block, key: str) -> FunctionType:
     kind = find_type(floats(parameters)) if parameters else None
     cells = Array((len(block.first_memory()),))
     memory = Cast(cells if names is None else _memory_type(block, names))
-    unify = block.kind.unify if own else block.kind.checked or block.kind.unify
+    unify = block.kind.unify
+    if not block.is_built_in:
+        unify = block.kind.checked or unify
     parts = {
         "_failed": Failed(number, block.kind.answer),
         "_function": block.function, "_inputs": adapter._first_record, "_unify": unify,
