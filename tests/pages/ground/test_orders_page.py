@@ -144,6 +144,15 @@ def test_the_history_is_filtered_and_saved(page, ground):
     sync_api.expect(page.locator(".t-history [role=status]")).to_contain_text("no commands")
 
 
+def test_older_commands_are_offered_once_it_is_known_that_there_are_some(page, ground):
+    """Before the first answer there is no command that others are older than."""
+    page.route("**/command-history?*", lambda route: None)  # which is never answered
+    opened(page, ground, "history")
+    page.locator(".t-history").wait_for()
+    assert page.get_by_role("button", name="CSV").is_visible()
+    assert not page.get_by_role("button", name="Older ones").is_visible()
+
+
 @pytest.mark.parametrize("view", VIEWS)
 def test_who_watches_has_no_button_that_would_fail(page, ground, view):
     ground.raw(

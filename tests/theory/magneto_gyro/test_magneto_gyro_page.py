@@ -86,8 +86,8 @@ def test_the_errors_that_are_predicted_and_flown(along):
     push = {"disturbance": {"constant_torque_n_m": (0.0, 2e-4, 0.0)}}
     direct, tilted = (in_flight({**push, "environment.field": {"kind": kind}})
                       for kind in ("direct_dipole", "tilted_dipole"))  # fmt: skip
-    stated(f"the flight has {degrees(direct)} in the field of a dipole along the Earth's axis, "
-           f"{degrees(tilted)} in that of a tilted one")  # fmt: skip
+    stated(f"the simulation has {degrees(direct)} in the field of a dipole along the Earth's axis, "
+           f"and {degrees(tilted)} in that of a tilted one")  # fmt: skip
 
 
 @needs_jit

@@ -40,6 +40,7 @@ class CommandHistory {
 
   constructor(context) {
     this.#context = context;
+    this.#more.hidden = true; // until it is known that there are some
     const head = h("tr", {}, TITLES.map((title) => h("th", { scope: "col" }, title)));
     const table = h("table", { class: "t-table" }, h("thead", {}, head), this.#body);
     const save = (form) => button(form.toUpperCase(), () => this.#save(form));
