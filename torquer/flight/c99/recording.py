@@ -102,7 +102,7 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
             np.array([*limited(*dipole, (*asked[:3],)), *limited(*torque, (*asked[3:],))])
         )
         estimates.append(np.where(estimated, known[_PLACES], np.nan))
-        board = _as_in_c(run.state.board, first, made)
+        board = _as_in_c(run, first, made)
         marks.append(0 if is_single() else mark_numbers(numbers_of(board)))
         before_s = known[0]
     if not marks:
@@ -111,10 +111,14 @@ def record_steps(scenario: Scenario, most: int, made: Export, given: Sequence[In
     return Recorded(a, i, c, e, marks, count_state_words(run.state.board, made))
 
 
-def _as_in_c(board: Board, first: np.ndarray, made: Export) -> Board:
-    """The board with readings as at the start that nothing on board uses: C is not given them."""
+def _as_in_c(run: Run, first: np.ndarray, made: Export) -> Board:
+    """The board with readings as at the start that nothing on board uses: C is not given them.
+    Nor those of a kind of several devices, but these it makes of the devices' readings itself.
+    """
+    board = run.state.board
     known = board.known.copy()
-    unused = np.setdiff1d(np.arange(ROWS), made.checks.readings["row"])
+    kinds = run.plan.computer.selection.kinds["sensor"]
+    unused = np.setdiff1d(np.arange(ROWS), [*made.checks.readings["row"], *kinds])
     for name in ("readings", "read_s"):
         known[name][:, unused] = first[name][:, unused]
     return board._replace(known=known)
