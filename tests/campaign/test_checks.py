@@ -182,6 +182,16 @@ def test_no_column_is_an_outcome():
             )
 
 
+@pytest.mark.parametrize(
+    "name, advice",
+    [("rk4_damping", "or adaptive ones"), ("integration_error_deg", "simulation.tolerance_deg")],
+)
+def test_the_advice_is_for_the_steps_that_were_taken(name, advice):
+    result = xr.Dataset({column(name): ("member", [2.0, 3.0])}, {"member": [0, 1]})
+    ((_, text),) = check_rows({"members": 2, "checks": check_summary(result)})
+    assert advice in text and "(member 1)" in text
+
+
 def test_a_result_without_checks_has_none():
     data = xr.Dataset(coords={"member": [0, 1]})
     assert check_rows({"members": 2, "checks": check_summary(data)}) == []

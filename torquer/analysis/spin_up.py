@@ -21,8 +21,8 @@ _MOST = 5000
 _GROWN = 1.1
 #: Part of the limit of sampled control from which on it may be the reason.
 _NEAR = 0.5
-#: A strong field in low orbit [T].
-_STRONG_FIELD_T = 6e-5
+#: The greatest field in low orbit [T].
+_GREATEST_FIELD_T = 6e-5
 
 
 def may_be_spun_up(scenario: Scenario) -> bool:
@@ -47,7 +47,7 @@ def has_grown(scenario: Scenario, first_j, last_j):
     craft, orbital = scenario.spacecraft, scenario.orbit.rate_rad_s(scenario.start)
     moments = craft.body.principal()[0]
     own = float(np.linalg.norm(craft.coils.residual_dipole_a_m2)) if craft.coils else 0.0
-    lent = 1.5 * orbital**2 * float(np.ptp(moments)) + 2.0 * own * _STRONG_FIELD_T
+    lent = 1.5 * orbital**2 * float(np.ptp(moments)) + 2.0 * own * _GREATEST_FIELD_T
     slow = 0.5 * float(np.max(moments)) * (ORBITAL_RATES * orbital) ** 2
     return (last_j > _GROWN * first_j) & (last_j - first_j > lent) & (last_j > slow)
 

@@ -57,6 +57,8 @@ Terms.
   residual dipole     the satellite's own magnetic dipole, coils off
 """
 
+#: A strong field in low orbit [T], for what coils can do at best.
+STRONG_FIELD_T = 5e-5
 #: Geocentric gravitational constant of EGM2008 [m^3/s^2].
 MU_EARTH_M3_S2 = 3.986004415e14
 #: Equatorial radius of WGS84 [m] and its flattening.

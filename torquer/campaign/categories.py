@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from torquer.base.strict_json import finite_or_none
 from torquer.campaign.contents import (
     member_inputs,
     member_outcomes,
@@ -22,14 +21,7 @@ from torquer.campaign.contents import (
     succeeded_in,
 )
 from torquer.campaign.spec import SUCCESS
-from torquer.campaign.statistics import (
-    as_columns,
-    plain,
-    quantile,
-    quantile_interval,
-    ranks_of,
-    rate_interval,
-)
+from torquer.campaign.statistics import as_columns, quantile_table, ranks_of, success_table
 
 #: Parts of the members of a category at which quantiles are taken.
 PARTS = (0.05, 0.5, 0.95)
@@ -76,27 +68,15 @@ def by_category(result: xr.Dataset, confidence: float = 0.95) -> list[dict]:
             {
                 "value": value,
                 "members": len(rows),
-                "success": None if succeeded is None else _rate(succeeded[rows], confidence),
-                "outcomes": {n: _quantiles(v[rows], confidence) for n, v in ranked.items()},
+                "success": None
+                if succeeded is None
+                else success_table(succeeded[rows], confidence),
+                "outcomes": {
+                    n: quantile_table(v[rows], PARTS, confidence) for n, v in ranked.items()
+                },
             }
             for value, rows in groups.items()
         ]
         units = {name: outcome_unit(result, name) for name in ranked}
         found.append({"input": key, "categories": each, "tests": tests, "units": units})
     return found
-
-
-def _rate(succeeded: np.ndarray, confidence: float) -> dict:
-    count, members = int(succeeded.sum()), len(succeeded)
-    ends = plain(rate_interval(count, members, confidence))
-    return {"succeeded": count, "rate": count / members, "interval": ends}
-
-
-def _quantiles(values: np.ndarray, confidence: float) -> dict:
-    return {
-        f"{part:g}": {
-            "value": finite_or_none(quantile(values, part)),
-            "interval": plain(quantile_interval(values, part, confidence)),
-        }
-        for part in PARTS
-    }

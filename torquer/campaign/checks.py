@@ -11,16 +11,14 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.spin_up import LAST, has_grown, limit_text, may_be_spun_up, rotation_energy_j
-from torquer.campaign.contents import member_numbers
+from torquer.campaign.contents import NAMED, member_numbers
 from torquer.campaign.signals import Flown
-from torquer.scenario.resolution import QUIET_DAMPING, QUIET_LAG_DEG
+from torquer.scenario.resolution import QUIET_DAMPING, QUIET_LAG_DEG, TAKE_SHORTER, part_damped
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_scenario
 
 #: Which members were spun up: 1, else 0.
 SPUN_UP = "spun_up"
-#: Members that are named, and what to do about steps.
-_NAMED, _ADVICE = 5, "take shorter steps, or adaptive ones (no step_s)"
 
 
 class Check(NamedTuple):
@@ -36,21 +34,25 @@ class Check(NamedTuple):
     quiet: float
     label: str
     meaning: str
+    advice: str
 
 
 CHECKS: Mapping[str, Check] = {
     "rk4_damping": Check(
-        "rk4", "damping", lambda damping: -np.expm1(-damping), "1", QUIET_DAMPING,
+        "rk4", "damping", part_damped, "1", QUIET_DAMPING,
         "Damping by the steps of RK4",
         "fraction of the nutation or libration amplitude damped by the steps, at most",
+        TAKE_SHORTER,
     ),
     "rk4_lag_deg": Check(
         "rk4", "lag", np.degrees, "deg", QUIET_LAG_DEG, "Lag by the steps of RK4",
         "approximate phase lag of the rotation due to the steps",
+        TAKE_SHORTER,
     ),
     "integration_error_deg": Check(
         "auto", "error_rad", np.degrees, "deg", QUIET_LAG_DEG, "Integration error",
         "attitude error at the end: sum of the steps' estimates",
+        "ask for a smaller simulation.tolerance_deg",
     ),
 }  # fmt: skip
 #: Columns of a campaign with checks: unit and meaning by name.
@@ -136,7 +138,7 @@ def _spun_up(result: xr.Dataset, members: np.ndarray) -> dict | None:
     if column(SPUN_UP) not in result:
         return None
     rows = np.flatnonzero(result[column(SPUN_UP)].values == 1.0)
-    named = [int(member) for member in members[rows[:_NAMED]]]
+    named = [int(member) for member in members[rows[:NAMED]]]
     return {"count": len(rows), "members": named, "limit": limit_text(flown_scenario(result))}
 
 
@@ -146,11 +148,13 @@ def check_rows(summary: dict) -> list[tuple[str, str]]:
     for name, each in summary["checks"]["steps"].items():
         if each["worst"] >= CHECKS[name].quiet:
             worst, median = (_text(name, each[key]) for key in ("worst", "median"))
-            text = f"median {median}, worst {worst} (member {each['member']}); {_ADVICE}"
+            text = (
+                f"median {median}, worst {worst} (member {each['member']}); {CHECKS[name].advice}"
+            )
             rows.append((CHECKS[name].label, text))
     spun = summary["checks"][SPUN_UP]
     if spun and spun["count"]:
-        named = ", ".join(map(str, spun["members"])) + ", …" * (spun["count"] > _NAMED)
+        named = ", ".join(map(str, spun["members"])) + ", …" * (spun["count"] > NAMED)
         rows.append((
             "Spun up",
             f"{spun['count']} of {summary['members']} members rotate faster at the end than at the "

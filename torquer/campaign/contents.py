@@ -9,6 +9,8 @@ import xarray as xr
 
 #: Greatest value of an outcome, by its unit where it has one; the least is 0.
 _GREATEST = {"deg": 180.0, "": 1.0}
+#: How many members are named in a list.
+NAMED = 5
 #: Members whose signals over time are in memory at once.
 _BLOCK = 8192
 #: Unit of a number taken from a signal, where it differs from the signal's unit.

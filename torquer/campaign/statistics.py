@@ -102,6 +102,27 @@ def quantile_interval(values, part: float, confidence: float = 0.95) -> Interval
     )
 
 
+def success_table(succeeded, confidence: float = 0.95) -> dict:
+    """How many of members [n] succeeded, the rate and its interval, as plain data."""
+    count, members = int(np.sum(succeeded)), len(succeeded)
+    return {
+        "succeeded": count,
+        "rate": count / members if members else None,
+        "interval": plain(rate_interval(count, members, confidence)),
+    }
+
+
+def quantile_table(values, parts: Sequence[float], confidence: float = 0.95) -> dict:
+    """Quantiles of values [n] and their intervals by the parts, as plain data."""
+    return {
+        f"{part:g}": {
+            "value": finite_or_none(quantile(values, part)),
+            "interval": plain(quantile_interval(values, part, confidence)),
+        }
+        for part in parts
+    }
+
+
 def is_enough(stop: Stop, values) -> bool:
     """Whether the members so far make the confidence interval as narrow as required.
 

@@ -14,6 +14,7 @@ from torquer.base.strict_json import finite_or_none
 from torquer.campaign.categories import by_category
 from torquer.campaign.checks import check_rows, check_summary
 from torquer.campaign.contents import (
+    NAMED,
     campaign_table,
     end_s,
     failed_in,
@@ -37,16 +38,13 @@ from torquer.campaign.statistics import (
     chance_correlation,
     mean_interval,
     plain,
-    quantile,
-    quantile_interval,
+    quantile_table,
     rank_correlations,
-    rate_interval,
+    success_table,
 )
 
 #: Parts of all members at which quantiles are taken.
 PARTS = (0.01, 0.05, 0.5, 0.95, 0.99)
-#: How many members are named in a list.
-NAMED = 5
 #: How many categories are named in a row.
 _CATEGORIES = 8
 #: What a correlation is of that has no sign.
@@ -91,12 +89,9 @@ def _success(result: xr.Dataset, confidence: float) -> dict | None:
     succeeded = succeeded_in(result)
     if succeeded is None:
         return None
-    count, members = int(succeeded.sum()), len(succeeded)
     others = member_numbers(result)[~succeeded & ~failed_in(result)]
     return {
-        "succeeded": count,
-        "rate": count / members if members else None,
-        "interval": plain(rate_interval(count, members, confidence)),
+        **success_table(succeeded, confidence),
         "unsuccessful": [int(member) for member in others[:NAMED]],
     }
 
@@ -120,13 +115,7 @@ def _outcome(result: xr.Dataset, name: str, confidence: float) -> dict:
         "missing": int(np.isnan(values).sum()),
         **_mean(values, confidence, outcome_bounds(result, name)),
         "restricted_mean": _restricted_mean(result, name, confidence),
-        "quantiles": {
-            f"{part:g}": {
-                "value": finite_or_none(quantile(ranked, part)),
-                "interval": plain(quantile_interval(ranked, part, confidence)),
-            }
-            for part in PARTS
-        },
+        "quantiles": quantile_table(ranked, PARTS, confidence),
         "settling": settling(result, name),
         "worst_is": "least" if least_is_worst(result, name) else "greatest",
         "worst": worst_members(result, name),

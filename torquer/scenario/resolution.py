@@ -64,9 +64,18 @@ def check_step(speeds: Speeds, step_s: float) -> None:
             )
 
 
+#: What to do about the steps of RK4.
+TAKE_SHORTER = "take shorter steps, or adaptive ones (no step_s)"
+
+
+def part_damped(exponent):
+    """Fraction of an amplitude that falls by exp(-exponent), numbers or arrays."""
+    return -np.expm1(-exponent)
+
+
 def lost_amplitude(speed: float, step_s: float, duration_s: float) -> float:
     """Fraction of the amplitude of an oscillation [rad/s] that RK4 damps out in a run."""
-    return -math.expm1(-rk4_damping(speed * speed, step_s, duration_s / step_s))
+    return float(part_damped(rk4_damping(speed * speed, step_s, duration_s / step_s)))
 
 
 def step_that_keeps(part: float, speed: float, duration_s: float) -> float:
@@ -82,10 +91,10 @@ def notes_on_steps(result) -> Iterator[str]:
     if damping >= QUIET_DAMPING:
         yield (
             f"the steps of RK4 damped up to {100.0 * damping:.3g} % of the amplitude of nutation "
-            "or libration during this run: take shorter steps, or adaptive ones (no step_s)"
+            f"or libration during this run: {TAKE_SHORTER}"
         )
     if lag_deg >= QUIET_LAG_DEG:
         yield (
             f"the steps of RK4 made the rotation lag by about {lag_deg:.3g} deg during this run: "
-            "take shorter steps, or adaptive ones (no step_s)"
+            f"{TAKE_SHORTER}"
         )

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.notes.uses import Use, notes_on_laws
+from torquer.base.conventions import STRONG_FIELD_T
 from torquer.computer.laws.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
 from torquer.computer.laws.nutation_damping import (
     NutationDamping,
@@ -36,8 +37,6 @@ from torquer.theory.slow.gains import (
     sampling_limit_rad_s,
 )
 
-#: A strong field in low orbit [T], for the limit of the gain.
-_STRONG_FIELD_T = 5e-5
 #: From this part of the limit on little braking is left, and a body in nutation may have none: over
 #: the directions normal to the momentum its mean vanishes at 0.87 of the limit at the earliest.
 _NEAR = 0.85
@@ -204,12 +203,12 @@ def _gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     if not isinstance(law, BDOT):
         return
     sampling, gain = law_sampling(scenario, law), use.gain(law.gain_a_m2_s_per_t)
-    greatest = most_gain(scenario, sampling, _STRONG_FIELD_T)
+    greatest = most_gain(scenario, sampling, STRONG_FIELD_T)
     if gain > greatest:
         late = f" by coils with a lag of {sampling.lag_s:g} s" if sampling.lag_s else ""
         yield (
             f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, beyond which a hold of "
-            f"{sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
+            f"{sampling.hold_s:g} s{late} overshoots in a field of {STRONG_FIELD_T * 1e9:.0f} nT"
         )
 
 
@@ -222,12 +221,12 @@ def _weak_gain_notes(scenario: Scenario, use: Use) -> Iterator[str]:
     """A gain too low to reduce even the rate about the axis of least inertia e-fold in a day."""
     control, gain = scenario.control, use.gain(use.law.gain_a_m2_s_per_t)
     least = float(scenario.spacecraft.body.principal()[0][0])
-    e_fold_s = bdot_gain(1.0, least, _STRONG_FIELD_T, share=1.0, duty=control.coil_duty) / gain
+    e_fold_s = bdot_gain(1.0, least, STRONG_FIELD_T, share=1.0, duty=control.coil_duty) / gain
     duration_s = scenario.length_s
     if e_fold_s > max(duration_s, _DAY_S):
         yield (
             f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to reduce "
-            f"the rate e-fold in a field of {_STRONG_FIELD_T * 1e9:.0f} nT, the run lasts "
+            f"the rate e-fold in a field of {STRONG_FIELD_T * 1e9:.0f} nT, the run lasts "
             f"{duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
         )
 

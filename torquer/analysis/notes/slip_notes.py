@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from torquer.analysis.notes.assess import assess
-from torquer.base.conventions import EARTH_RADIUS_M
+from torquer.base.conventions import EARTH_RADIUS_M, STRONG_FIELD_T
 from torquer.environment.field import DirectDipole, UserField
 from torquer.environment.orbit import Numerical
 from torquer.scenario.spec import Scenario
@@ -16,8 +16,6 @@ from torquer.scenario.spec import Scenario
 LOWEST_KM, _HIGHEST_KM = 120.0, 50_000.0
 #: Altitude [km] of the Moon. Difference [km] of two heights that are the same.
 _MOON_KM, _ROUND_KM = 378_000.0, 1.0
-#: A strong field in low orbit [T], for what coils can do at best.
-_STRONG_FIELD_T = 5e-5
 #: Rates [deg/s] that coils can take off at best in a day. Hubble has 11 deg/s, microsatellites have
 #: some hundreds, CubeSats some thousands, the smallest 1e5.
 _LEAST_DEG_S_A_DAY, _MOST_DEG_S_A_DAY = 5.0, 3e5
@@ -78,7 +76,7 @@ def _inertia_notes(scenario: Scenario) -> Iterator[str]:
     if coils is None:
         return
     limit, moment = float(coils.limits_a_m2().max()), float(body.principal()[0].max())
-    a_day = math.degrees(limit * _STRONG_FIELD_T / moment) * _DAY_S
+    a_day = math.degrees(limit * STRONG_FIELD_T / moment) * _DAY_S
     if a_day > _MOST_DEG_S_A_DAY:
         yield (
             f"spacecraft.coils.limit_a_m2 of {limit:g} is very large for a moment of inertia of "

@@ -20,6 +20,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.ephemeris import EphemerisModels
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 from torquer.maths.geometry.frames import geodetic_from_ecef
+from torquer.scenario.resolution import part_damped
 from torquer.scenario.spec import Scenario
 from torquer.simulation.loop.state import Record, State, find_arrays
 from torquer.simulation.results.variables import (
@@ -240,7 +241,7 @@ def _totals(run: Run) -> dict:
     of_steps = {"auto": ADAPTIVE, "rk4": FIXED}.get(integrator, ())
     totals = {each.name: float(cells[each.key]) for each in (*COILS, *of_steps)}
     if integrator == "rk4":
-        totals["rk4_damping"] = float(-np.expm1(-cells["damping"]))
+        totals["rk4_damping"] = float(part_damped(cells["damping"]))
     if integrator == "auto":
         flown_s = float(run.state.at[0]) * run.plan.step_s
         taken = totals["steps"] > 0.0
