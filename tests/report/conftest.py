@@ -1,7 +1,9 @@
 """Short runs that the report is tried on, made once."""
 
 import pytest
+from picture_faults import faults
 
+from torquer.report.common import figure as figures
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.simulate import simulate
 
@@ -34,6 +36,19 @@ def scenario(name="base", **sections) -> Scenario:
     for key, value in sections.items():
         base[key] = base[key] | value if isinstance(value, dict) else value
     return Scenario.model_validate(base)
+
+
+@pytest.fixture(autouse=True)
+def _readable(monkeypatch):
+    """Of each picture that these tests make, all can be read and nothing is cut off."""
+    encode = figures.encode_png
+
+    def checked(figure):
+        data = encode(figure)
+        assert faults(figure) == []
+        return data
+
+    monkeypatch.setattr(figures, "encode_png", checked)
 
 
 @pytest.fixture(scope="session")

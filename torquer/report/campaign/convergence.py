@@ -6,7 +6,7 @@ Of times that some members do not reach, the restricted mean.
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from torquer.campaign.contents import (
     campaign_table,
@@ -111,6 +111,7 @@ def _draw_panel(axes, counts, each: np.ndarray) -> None:
     axes.fill_between(counts, each[:, 1], each[:, 2], color=BLUE, alpha=0.22, lw=0)
     axes.plot(counts, each[:, 0], color=BLUE, lw=1.3)
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda count, _: f"{count:g}"))
     axes.xaxis.set_minor_formatter("")
     axes.set_xlim(counts[0], max(counts[-1], counts[0] + 1))

@@ -21,6 +21,8 @@ from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 _WIDTH, _HEIGHT, _LEFT, _WIDE = 7.2, 4.7, 0.75, 6.2
 #: An end of the run that is farther beyond the last member, over their range, is not drawn.
 _FARTHEST = 2.0
+#: Room for the name of a quantile, as a part of the axis.
+_NAME = 0.06
 _LABELS = {"0.01": "1 %", "0.05": "5 %", "0.5": "50 %", "0.95": "95 %", "0.99": "99 %"}
 
 
@@ -105,17 +107,32 @@ def _mark(axes, each: dict, condition: dict | None) -> None:
 
 
 def _name_quantiles(axes, each: dict) -> None:
-    """Names above the lines, in further rows where they would overlap."""
-    ends = [-1.0, -1.0, -1.0]
-    for key, found in each["quantiles"].items():
-        if found["value"] is None:
-            continue
-        place_px = axes.transData.transform((found["value"], 0.0))
-        at = float(axes.transAxes.inverted().transform(place_px)[0])
-        row = next((row for row, end in enumerate(ends) if at > end + 0.055), 2)
-        ends[row] = at
-        axes.text(at, 1.02 + 0.09 * row, _LABELS[key], transform=axes.transAxes, ha="center",
-                  fontsize=SMALL - 1, color=INK)  # fmt: skip
+    """Names above the lines; one for several lines whose names would overlap."""
+    known = {_LABELS[k]: q["value"] for k, q in each["quantiles"].items() if q["value"] is not None}
+    for label, at in apart({label: _along(axes, value) for label, value in known.items()}):
+        side = "left" if at < _NAME else "right" if at > 1.0 - _NAME else "center"
+        axes.text(at, 1.02, label, transform=axes.transAxes, ha=side, fontsize=SMALL - 1,
+                  color=INK)  # fmt: skip
+
+
+def apart(ascending: dict[str, float]) -> list[tuple[str, float]]:
+    """Names and places, 0..1, of lines along an axis; neighbours that would overlap are joined."""
+    groups: list[tuple[list[str], list[float]]] = []
+    for label, at in ascending.items():
+        labels, places = [label], [at]
+        while groups:
+            before, beside = groups[-1]
+            if np.mean(places) - np.mean(beside) >= 0.5 * _NAME * (len(before) + len(labels)):
+                break
+            groups.pop()
+            labels, places = before + labels, beside + places
+        groups.append((labels, places))
+    return [(", ".join(labels), float(np.mean(places))) for labels, places in groups]
+
+
+def _along(axes, x: float) -> float:
+    """Place of a value along the axis, 0..1."""
+    return float(axes.transAxes.inverted().transform(axes.transData.transform((x, 0.0)))[0])
 
 
 def _words(each: dict, condition: dict | None, shown: tuple[float, float]) -> str:

@@ -25,9 +25,9 @@ def correlated(result: xr.Dataset) -> dict[str, dict[str, float]]:
 
 
 def settled_range(counts, found: np.ndarray) -> tuple[float, float] | None:
-    """Range of estimates and intervals [counts, 3] without the first, which are very wide."""
-    late = found[counts >= min(10, counts[-1])]
-    ends = late[np.isfinite(late)]
+    """Range of estimates and intervals [counts, 3] without the first intervals, very wide ones."""
+    shown = np.concatenate([found[:, 0], found[counts >= min(10, counts[-1])].ravel()])
+    ends = shown[np.isfinite(shown)]
     if not len(ends) or np.ptp(ends) == 0.0:
         return None
     margin = 0.05 * np.ptp(ends)

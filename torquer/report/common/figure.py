@@ -94,12 +94,13 @@ def stack_panels(title: str, panels: int = 1, height: float = 3.9, **keys) -> tu
 
 
 def quiet(axes, labelsize: float = SMALL) -> None:
-    """Faint grid and frame."""
+    """Faint grid and frame; the power of ten of the ticks stands beside the title, not below it."""
     axes.grid(True, color="#d9d9d9", lw=0.5)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(FAINT)
     axes.tick_params(labelsize=labelsize, color=FAINT)
+    axes.yaxis.get_offset_text().set(ha="right", fontsize=labelsize)
 
 
 def legend(axes, handles, **keys) -> None:

@@ -25,13 +25,15 @@ _SIDES = {
 }
 #: Elevation and azimuth [deg] in Y of the initial view.
 _EYE = (16.0, 32.0)
+#: Cosine of the angle from which on two directions have one name.
+_NEARLY = math.cos(math.radians(20.0))
 _AROUND = np.radians(np.arange(0.0, 361.0, 5.0))
 
 
 def draw_cone(paths: xr.Dataset, path: Path) -> Path:
     """Left: 3D view in the axes Y. Right: view along the cone axis; of what `field_cone` found."""
     figure, shape = sheet(11.0, 5.5, f"Field cone · {paths.attrs['title']}"), cone_in(paths)
-    space = place(figure, 0.0, 0.35, 5.75, 5.0, projection="3d", computed_zorder=False)
+    space = place(figure, 0.0, 0.5, 5.75, 4.85, projection="3d", computed_zorder=False)
     flat = place(figure, 6.45, 0.72, 4.25, 4.25)
     handles = _draw_space(space, paths, shape)
     _draw_flat(flat, paths, shape)
@@ -60,10 +62,12 @@ def _draw_space(axes, paths: xr.Dataset, shape: ConeShape) -> list:
         colour = COLOURS[m % len(COLOURS)]
         handles += axes.plot(*b[m].T, color=colour, lw=1.6, label=name, zorder=4)
     directions = _directions(paths, shape)
-    for name, tip, style in directions:
+    for _, tip, style in directions:
         axes.plot(*zip((0, 0, 0), tip, strict=True), color=INK, lw=0.9, ls=style, zorder=3)
-        ha, va = _SIDES.get(name, _LEFT)[0]
-        axes.text(*(1.04 * tip), name, fontsize=SMALL, color=INK, zorder=6, ha=ha, va=va)
+    for names, tip in named_once(directions):
+        ha, va = _SIDES.get(names[0], _LEFT)[0]
+        text = "\n".join(names)
+        axes.text(*(1.04 * tip), text, fontsize=SMALL, color=INK, zorder=6, ha=ha, va=va)
     tips = np.array([tip for _, tip, _ in directions])
     _frame_space(axes, np.vstack([b.reshape(-1, 3), rim, np.zeros((1, 3)), tips]))
     return handles
@@ -81,6 +85,19 @@ def _directions(paths: xr.Dataset, shape: ConeShape) -> list[tuple[str, np.ndarr
     ]
 
 
+def named_once(directions) -> list[tuple[list[str], np.ndarray]]:
+    """Names of the directions at their tips; those that nearly coincide have one place."""
+    found: list[tuple[list[str], np.ndarray]] = []
+    for name, tip, _ in directions:
+        near = [names for names, other in found if _cosine(tip, other) > _NEARLY]
+        near[0].append(name) if near else found.append(([name], tip))
+    return found
+
+
+def _cosine(a, b) -> float:
+    return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b)))
+
+
 def _frame_space(axes, points) -> None:
     """Reference directions instead of axes; equal scales, everything in view."""
     low, high = points.min(axis=0), points.max(axis=0)
@@ -88,7 +105,7 @@ def _frame_space(axes, points) -> None:
     for limits, centre in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, strict=True):
         limits(centre - half, centre + half)
     axes.set_axis_off()
-    axes.set_box_aspect((1, 1, 1), zoom=1.5)
+    axes.set_box_aspect((1, 1, 1), zoom=1.4)
     axes.view_init(elev=_EYE[0], azim=_EYE[1])
 
 
