@@ -160,8 +160,8 @@ def compute() -> Answer:
         "from the text: what agrees is that it does what the text says. Chosen, as the text has "
         "none: durations of the steps of the boot, byte order and packing. Drivers of I2C, SPI, "
         "RS485, CAN and of the parallel bus have no part in a simulation; their steps of the boot "
-        "take their time. That a command has no arguments and that it may have parameters stand in the "
-        "same appendix: both kinds fly. Frame marks are "
+        "take their time. That a command has no arguments and that it may have parameters stand in "
+        "the same appendix: both kinds fly. Frame marks are "
         f"0x{FRAMESYNC:X}, headers {HEADER_BYTES} bytes."
     )
     return Answer(checks, {"": picture(started)}, note)
