@@ -10,6 +10,10 @@ from artificial_campaign import artificial
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import torquer
+from torquer.analysis.filters.filter_check import FilterCheck
+from torquer.analysis.filters.filter_statistics import FilterRuns
+from torquer.analysis.filters.filter_verdict import Check
+from torquer.analysis.filters.linear_covariance import Expected
 from torquer.analysis.summary import summary_rows
 from torquer.design.coil_design import coil
 from torquer.design.requests import CoilRequest
@@ -25,7 +29,8 @@ WITH_WHEELS = {
             "momentum_limit_n_m_s": 0.4,
             "torque_limit_n_m": 0.05,
         }
-    }
+    },
+    "control": {"law": None, "laws": {"coils": {"kind": "unloading", "gain_per_s": 1e-3}}},
 }
 LONG = Page(
     title=NAME,
@@ -33,11 +38,11 @@ LONG = Page(
     verdict="Not achieved: " + "rate below 0.1 deg/s never, 3.7 deg/s at the end; " * 20,
     look="missed",
     plots=(),
-    numbers=[(f"  A label of many words, number {n}", f"{n / 7.0:.15g} " * 9) for n in range(80)],
-    models=[(f"Model{n}", "key " + "x" * 300) for n in range(80)],
-    sources=[f"Author, A. B. A source with a long title, number {n}. " * 6 for n in range(40)],
-    notes=["Careful: $5 and $6 are no formula. " * 9] * 30,
-    table=[["label"] * 40, ["unit"] * 40, *([f"{n:.6f}" for n in range(40)] for _ in range(50))],
+    numbers=[(f"  A label of many words, number {n}", f"{n / 7.0:.15g} " * 9) for n in range(40)],
+    models=[(f"Model{n}", "key " + "x" * 200) for n in range(40)],
+    sources=[f"Author, A. B. A source with a long title, number {n}. " * 6 for n in range(20)],
+    notes=["Careful: $5 and $6 are no formula. " * 9] * 12,
+    table=[["label"] * 40, ["unit"] * 40, *([f"{n:.6f}" for n in range(40)] for _ in range(24))],
 )
 
 
@@ -115,22 +120,22 @@ def test_a_run(name, request):
 
 
 def test_a_run_with_a_mission_and_a_long_name(make):
-    run = torquer.simulate(
-        make(NAME[:200], mission={"rate_below_deg_s": 0.3, "within_s": 5400.0},
-             simulation={"duration_s": 60.0})
-    )  # fmt: skip
-    figure = run.torquer.page()
-    check(figure)
-    question = run_page(run).question
-    assert question.endswith("Required: rate below 0.3 deg/s within 90 min.")
+    brief = make(NAME[:200], simulation={"duration_s": 60.0})
+    run = torquer.simulate(brief.replace("mission", {"rate_below_deg_s": 0.3, "within_s": 50.0}))
+    check(run.torquer.page())
+    assert run_page(run).question.endswith("Required: rate below 0.3 deg/s within 50 s.")
 
 
 def test_models_are_those_of_the_scenario(make):
-    rows = dict(model_rows(make(**WITH_WHEELS)))
-    assert rows["Coils"] == "limit 3\u00a0A\u00a0m²"
-    assert rows["Orbit"].startswith("circular, altitude 500\u00a0km, inclination 51.6\u00a0deg")
-    assert "layout (four sided pyramid, alpha 54.7356\u00a0deg" in rows["Wheels"]
-    assert "Gyro" not in rows  # as by default
+    rows = model_rows(make(**WITH_WHEELS))
+    labels = [label for label, _ in rows]
+    assert len(labels) == len(set(labels))
+    told = dict(rows)
+    assert told["Coils"] == "limit 3\u00a0A\u00a0m²"
+    assert told["Law coils"] == "unloading, gain 0.001\u00a01/s"
+    assert told["Orbit"].startswith("circular, altitude 500\u00a0km, inclination 51.6\u00a0deg")
+    assert "layout (four sided pyramid, alpha 54.7356\u00a0deg" in told["Wheels"]
+    assert "Gyro" not in told  # as by default
 
 
 @pytest.mark.parametrize("members", [60, 2])
@@ -165,3 +170,27 @@ def test_the_file_has_the_same_bytes_each_time(detumble, tmp_path):
     first, second = (save_page(page, tmp_path).read_bytes() for _ in range(2))
     assert first == second and first.startswith(b"%PDF")
     assert first.count(b"/Type /Page ") == 1
+
+
+def filter_check(started: bool) -> FilterCheck:
+    """A check of a consistent filter with made-up errors, or of one that never started."""
+    scenario = torquer.load_scenario("examples/which_sensors.toml")
+    rng, t_s, n = np.random.default_rng(5), np.linspace(0.0, 12_000.0, 120), 6
+    errors = 1e-3 * rng.normal(size=(12, len(t_s), n)) if started else np.full((12, 120, n), np.nan)
+    covariance = np.broadcast_to(1e-6 * np.eye(n), (12, len(t_s), n, n))
+    counts = np.ones((12, len(t_s)))
+    innovations = {"sun": rng.normal(size=(12, len(t_s), 3))}
+    runs = FilterRuns(t_s, errors, covariance, innovations, 0.0 * counts, counts, counts, [])
+    expected = Expected(t_s, covariance[0], t_s < 7000.0)
+    checks = [Check("NEES of the attitude", 1.0, 0.5, 1.5, 0.95, True)] * started
+    return FilterCheck(scenario, 12, [], checks, runs, runs, expected)
+
+
+@pytest.mark.parametrize(("started", "plots"), [(True, 4), (False, 0)])
+def test_a_filter_check(started, plots):
+    figure = torquer.page(filter_check(started))
+    check(figure)
+    assert len([each for part in figure.subfigs for each in part.get_axes()]) == plots
+    for part in figure.subfigs:  # labels of axes above each other do not overlap
+        boxes = [each.yaxis.label.get_window_extent() for each in part.get_axes()]
+        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))

@@ -11,6 +11,8 @@ from torquer.scenario.spec import Scenario
 
 #: Longest value that is told; TLEs and tables of numbers are in the scenario.
 _LONGEST = 100
+#: What tables are that the user names, by the table around them.
+_NAMED = {"control.laws": "law", "control.estimators": "estimator"}
 #: Keeps a number and its unit on one line.
 _NO_BREAK = "\u00a0"
 #: Tables that say what the satellite is to do, or how it starts: no models.
@@ -71,6 +73,7 @@ def _key_in_words(key: str, value) -> str:
 
 
 def _label(path: str) -> str:
-    """A table's name, without the table around it."""
-    name = path.rpartition(".")[2].replace("_", " ")
-    return name[:1].upper() + name[1:]
+    """A table's name, without the table around it unless that says what it is."""
+    around, _, name = path.rpartition(".")
+    words = f"{_NAMED[around]} {name}" if around in _NAMED else name.replace("_", " ")
+    return words[:1].upper() + words[1:]

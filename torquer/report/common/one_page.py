@@ -35,6 +35,8 @@ _PLOTS, _NOTES, _TABLE, _SOURCES = 4.4, 1.2, 2.2, 2.0
 _LABELS = 0.45
 #: Colours of verdicts, by their looks: achieved, not achieved, none.
 _COLOURS = {"done": GREEN, "missed": RED, "open": INK}
+#: Part of a width that text may fill: renderers of pixels round the widths of letters.
+_LEFT_FREE = 0.985
 _PALE = "#555555"
 _PLAIN = TextToPath()
 
@@ -220,6 +222,7 @@ def _draw_plots(figure: Sheet, plots: Sequence[Plot], top: float, bottom: float)
 
 def _wrap(text: str, wide: float, size: float, bold: bool, most: int) -> list[str]:
     """Text in lines of at most a width [inch]; beyond the last one, an ellipsis."""
+    wide *= _LEFT_FREE
     lines: list[str] = []
     for word in re.split(r"[ \t\r\n]+", text.strip()):  # a space that does not break stays
         joined = f"{lines[-1]} {word}" if lines else word

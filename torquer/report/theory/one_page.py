@@ -68,7 +68,7 @@ def gyro_page(made: GyroDesign) -> Page:
     flights = made.flights
     errors = Plot(lambda part: draw_errors(made, "Pointing error by cause", part))
     other = (
-        Plot(lambda part: draw_wheels(made, "Which wheel?", part), 1.5)
+        Plot(lambda part: draw_wheels(made, "Which wheel?", part), 2.2)
         if flights is None
         else Plot(lambda part: draw_flights(made, flights, "From tip-off to pointing", part))
     )
