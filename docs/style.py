@@ -51,7 +51,7 @@ def pages() -> list[Path]:
 
 
 def sentences(text: str) -> Iterator[Sentence]:
-    """The sentences of a page in Markdown; an item of a list and a cell of a table end one."""
+    """The sentences of a page in Markdown; an item, a cell of a table and a break end one."""
     blank = _BLOCK.sub(lambda block: "\n" * block[0].count("\n"), text)
     for line, paragraph in _paragraphs(blank):
         plain = _LINK.sub(r"\1", _CODE.sub("Code", paragraph))
@@ -68,7 +68,7 @@ def _paragraphs(text: str) -> Iterator[tuple[int, str]]:
             yield begun, " ".join(lines)
             lines = []
         if is_table:
-            yield from ((number, cell.strip()) for cell in re.split(r"(?<!\\)\|", line))
+            yield from ((number, cell.strip()) for cell in re.split(r"(?<!\\)\||<br>", line))
         elif line.startswith("    ") and not lines and not _ITEM.match(line):
             continue  # a block of code
         elif line.strip() and not is_title:

@@ -35,6 +35,7 @@ def test_all_pages_keep_the_style(style):
         ("- one\n- two\n  goes on", ["one", "two goes on"]),
         ("| a | b. C |\n|---|---|\n| `x` | y |", ["a", "b", "C", "Code", "y"]),
         ("Text.\n\n```sh\ntorquer run\n```\n\n    int code;\n\nMore.", ["Text.", "More."]),
+        ("| one<br>two. Three |", ["one", "two", "Three"]),
         ("See [the page. It](x.md) of `a. B`.", ["See the page", "It of Code."]),
         ("First. 'clip' is next.", ["First", "'clip' is next."]),
     ],

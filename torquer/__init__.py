@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from torquer.analysis.derived import derive as derive
     from torquer.analysis.filters.smoothing import smooth_run as smooth_run
     from torquer.analysis.summary import summarise as summarise, summary_rows as summary_rows
+    from torquer.analysis.table import to_dataframe as to_dataframe, write_table as write_table
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
     from torquer.campaign.parts import join_parts as join_parts
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from torquer.flight.c99.export import export_c as export_c
     from torquer.report import write_report as write_report
     from torquer.report.flight.compared import Comparison as Comparison, compare as compare
+    from torquer.report.one_page import page as page
     from torquer.report.plot import plot as plot
     from torquer.report.results import (
         concat as concat,

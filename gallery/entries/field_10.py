@@ -185,12 +185,13 @@ def compute() -> Answer:
         f"Accuracy: 95th percentile of the angle over revolutions 30 to 60, deg, over the nodes: "
         f"{ranges(runs, accuracy)}. Over the first {EARLY:g} revolutions the same percentile is "
         f"{early_ratios.min():.2f} to {early_ratios.max():.2f} of IGRF's: there the curves are "
-        f"closer. Not in the text and chosen here: the gain ({gain:.3g}, by (2.16)), the order "
+        f"closer. The text does not give these, which were chosen here: the gain ({gain:.3g}, "
+        "by (2.16)), the order "
         "of the moments (2450 up, 4000 along the motion, 5750 normal), errors and constant torque "
-        "alike on all axes, the random torque held for a second, the node and the date, the "
-        "length of the run. The measure, its limits and the gain were fixed before the models "
-        f"were compared. Of gains from {GAINS[0]:g} to {GAINS[-1]:g} those of {held} keep the "
-        f"attitude in the stable order, under the best model."
+        "alike on all axes. Further the random torque held for a second, the node and the "
+        "date, the length of the run. The measure, its limits and the gain were fixed before the "
+        f"models were compared. Of gains from {GAINS[0]:g} to {GAINS[-1]:g} those of {held} "
+        f"keep the attitude in the stable order, under the best model."
     )
     return Answer(checks, {"": picture(runs)}, note)
 
@@ -219,7 +220,7 @@ ENTRY = Entry(
         "with the moments in the printed order none of the gains tried, from 1e7 to 5e12, keeps "
         "the attitude, and in the stable order the body tumbles with the gain of Fig. 8 (the text "
         "prints no other), as with all from 5e9 on. With a gain that keeps it, the three simple "
-        "models agree with one another, but the error under IGRF is twice as large: its quadrupole "
+        "models agree with one another, but the error under IGRF is twice as large. Its quadrupole "
         "excites the body once a revolution, near the pitch frequency of 0.90; the tilted dipole "
         "does so an eighth as much, the direct one not at all. In the first revolutions all are "
         "closer"

@@ -55,7 +55,7 @@ ENTRY = Entry(
     grade=Grade.REFUTED,
     reason=(
         "the formulas (1.10) and (1.11) give 0.0420 mu_e/r^3 on a polar orbit, 1076 nT with the "
-        "height above the equatorial radius and 1080 nT above the mean one; 1250 nT would need an "
+        "height above the equatorial radius and 1080 nT above the mean one. 1250 nT would need an "
         "orbit 327 km lower, or mu_e a sixth greater. The printed 3 % holds"
     ),
 )

@@ -94,7 +94,7 @@ ENTRY = Entry(
     grade=Grade.OPEN,
     reason=(
         "here even IGRF at every step adds about a third to a run (FIELD: 87 % of it was the "
-        "field): it is compiled, evaluated for all instants at once, and shared by the stages of "
+        "field). It is compiled, evaluated for all instants at once, and shared by the stages of "
         "a step. With the environment's table the stepping costs the same under every model"
     ),
     slow=True,

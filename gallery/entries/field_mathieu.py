@@ -79,7 +79,7 @@ def compute() -> Answer:
     note = (
         "chi is the ratio of the two terms of the stiffness; with lambda2 chi given in its place "
         "7/32 becomes -1/32. For the direct dipole FIELD says that its equation holds near the "
-        "nodes and about the field's direction; in fact it holds at all u, about a uniform "
+        "nodes and about the field's direction. In fact it holds at all u, about a uniform "
         "rotation (near a node the dipole field rotates by 2u, not u). The edges for the motion "
         "itself, which oscillates about the uniform rotation, are dashed: the tongue closes within "
         "1 % of the printed place, and far from it the linear equation does not apply."

@@ -107,8 +107,8 @@ ENTRY = Entry(
     grade=Grade.REFUTED,
     reason=(
         "in the long run the momentum decays as exp(-2p eps u) below i0 = 45.58 deg and as "
-        "exp(-(1 - p) eps u) above it, as by (2.1.11) for a sphere: faster with inclination up "
-        "to i0 only, and slower from there to the pole, except for momenta that start near the "
+        "exp(-(1 - p) eps u) above it, as by (2.1.11) for a sphere. It is faster with inclination "
+        "up to i0 only, and slower from there to the pole, except for momenta that start near the "
         "cone axis. This holds for every C/A and eps tried"
     ),
     slow=True,

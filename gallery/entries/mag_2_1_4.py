@@ -65,8 +65,8 @@ def compute() -> Answer:
     note = (
         f"Greatest errors of l, rho, theta at eps = 0.1, halved four times: {listed}. A rate of 10 "
         f"omega0, as in the text, makes eta1 = {eta[0]:g} and eta2 = {eta[1]:g} with C = 2. With "
-        "eta2 = 5 (C = 1) the precession l eta2 passes the resonance with 4u on its way down, and "
-        f"the error does not decrease uniformly (eps^{slope[other]:.1f} overall); with eta2 = 12 "
+        "eta2 = 5 (C = 1) the precession l eta2 passes the resonance with 4u on its way down. The "
+        f"error then does not decrease uniformly (eps^{slope[other]:.1f} overall); with eta2 = 12 "
         "it does not pass it, and the error does."
     )
     return Answer(checks, {"": picture(run)}, note)

@@ -133,7 +133,7 @@ ENTRY = Entry(
     grade=Grade.REFUTED,
     reason=(
         "the figure itself is confirmed. Away from the cone axis the second equation of (3.3.2) "
-        "has p cos^2 rho + q sin^2 rho where the text prints p; the full motion follows the "
+        "has p cos^2 rho + q sin^2 rho where the text prints p. The full motion follows the "
         "corrected system, and the printed integral (3.3.3) is not constant along it"
     ),
 )

@@ -156,14 +156,14 @@ def compute() -> Answer:
                "reorientation goes very slowly", low[3], low=45.0, unit="deg"),
     )  # fmt: skip
     spread = {i: (rows[i][:, 2], rows[i][:, 3]) for i in INCLINATIONS}
-    parts = "; ".join(
-        f"at {i:.0f} deg it begins at {a.min():.0f} to {a.max():.0f} deg and is at {b.min():.0f} "
-        f"to {b.max():.0f} deg 1000 s later"
+    parts = " ".join(
+        f"At {i:.0f} deg it begins at {a.min():.0f} to {a.max():.0f} deg and is at {b.min():.0f} "
+        f"to {b.max():.0f} deg 1000 s later."
         for i, (a, b) in spread.items()
     )
     note = (
         f"Damping at 60 and 10 deg with one choice changed: {by_other_choices()}. The angle at "
-        f"which the reorientation begins depends on the sensor errors: {parts}. Of twelve other "
+        f"which the reorientation begins depends on the sensor errors. {parts} Of twelve other "
         f"initial attitudes {slow[0]} had not ended the damping after 12 000 s at 60 deg and "
         f"{slow[1]} at 10 deg; with a linear law of {LINEAR_DAMPING:g} A m^2 s/T in place of the "
         f"relay {linear[0]} and {linear[1]}. With a linear reorientation of {LINEAR_POINTING:g} "
@@ -218,7 +218,7 @@ ENTRY = Entry(
         "the times of spin-up are reproduced. Those of damping depend on the attitude and the "
         "limit, which the text does not give; chosen in view of the printed ones, they come near "
         "5000 s but are 1907 s where 1500 s are printed. The reorientation is not reproduced: at "
-        "60 deg it is not complete after 1000 s, by the relay or by a linear law; at 10 deg this "
+        "60 deg it is not complete after 1000 s, by the relay or by a linear law. At 10 deg this "
         "target, across the field, is approached quickly, and only one along the field slowly (MAG "
         "(3.3.2) as printed has p for p cos^2 rho + q sin^2 rho in the fast one)"
     ),

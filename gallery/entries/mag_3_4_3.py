@@ -75,7 +75,7 @@ def compute() -> Answer:
     )  # fmt: skip
     note = (
         "k2 = 5e6 and k5 = 1e6 cancel in a precession about the target at the rate k5/k2, at the "
-        "angle arccos(C omega3 k2 / (A k5)), if C/A is below 1.146; the lower panel has it, and "
+        "angle arccos(C omega3 k2 / (A k5)), if C/A is below 1.146. The lower panel has it, and "
         f"runs of nine bodies. The body of MAG 3.6 ends {stays.mean():.2f} deg off with "
         f"{large[0].end('across'):.1f} deg/s across its axis, from all four azimuths."
     )

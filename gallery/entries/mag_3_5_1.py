@@ -86,7 +86,7 @@ ENTRY = Entry(
     reason=(
         "the printed 45 deg holds as rho tends to zero; from rho0 = 20 deg, as in the figure, low "
         "inclination is better above 46 deg. The advice to take the first algorithm from there on "
-        "compares two inclinations of the second; the two algorithms, on one orbit, exchange rank "
+        "compares two inclinations of the second. The two algorithms, on one orbit, exchange rank "
         "at 60 deg on the polar one and later or never on others. Damping at high inclination is "
         "not negligible from large rho0"
     ),

@@ -138,7 +138,7 @@ ENTRY = Entry(
         "at moderate and high inclination the second law leaves a smaller error at every strength "
         "of the damping, 0.3 to 50 times that of the reorientation, where the table has the first. "
         "At low inclination the table's choice holds while the damping is less than about twice as "
-        "strong (1.5 in MAG 3.4); where it is stronger, as with the gains of 3.6, the second "
+        "strong (1.5 in MAG 3.4). Where it is stronger, as with the gains of 3.6, the second "
         "leaves up to 11 % more (37 % from another start)"
     ),
     slow=True,

@@ -163,7 +163,7 @@ def compute() -> Answer:
     )  # fmt: skip
     note = (
         f"Axis before the last stage over {TRIES} attitudes (standard; proposed), by the angle of "
-        f"the target to the end that is spun up: {in_words(found)}. The fitted case was picked of "
+        f"the target to the end that is spun up. {in_words(found)}. The fitted case was picked of "
         "fifty for both printed errors at once: it only shows that they can be reached. With "
         f"the second preliminary law it has {fitted[2][0]:.0f} deg. With the tensor as printed the "
         f"axis of greatest inertia lies {principal_tilt_deg():.1f} deg from the third one, which "
@@ -188,7 +188,7 @@ def claims(reading: str, rows) -> list:
 
 def in_words(found) -> str:
     """Ranges of the errors before the last stage, by reading."""
-    return ", ".join(
+    return ". ".join(
         f"{reading}: " + "; ".join(f"{x.min():.0f} to {x.max():.0f} deg" for x in rows[:, :, 0])
         for reading, rows in found.items()
     )
@@ -226,12 +226,12 @@ ENTRY = Entry(
     grade=Grade.REFUTED,
     reason=(
         "in 106 and 85 deg. With the target 19.6 deg from the end that is spun up, as the text "
-        "reads, the standard scheme leaves up to 73 deg to the last stage in twelve attitudes; "
-        "the momentum starts 34 to 73 deg from such a target. With 160.4 deg, or with "
+        "reads, the standard scheme leaves up to 73 deg to the last stage in twelve attitudes. "
+        "The momentum starts 34 to 73 deg from such a target. With 160.4 deg, or with "
         "19.6 deg and a spin against the initial one, both numbers lie in the range of the "
         "attitudes that were run; the text gives none. The proposed scheme leaves less and takes "
         "less time, as in the text. The final error is some degrees for the diagonal part of the "
-        "tensor only: with the printed tensor the axis of greatest inertia lies 39.7 deg from the "
+        "tensor only. With the printed tensor the axis of greatest inertia lies 39.7 deg from the "
         "axis to be pointed, and the final error is that angle"
     ),
     slow=True,

@@ -262,11 +262,11 @@ def compute() -> Answer:
         + "; ".join(f"{e['fastest'][0]:.1f} and {e['fastest'][1]:.1f} deg at {i:.0f} deg"
                     for i, e in found.items())
         + ". Least errors: greatest over the orbit, of gains with that margin that settle at least "
-        "half as fast as the fastest of their law; of any stable ones up to a K of 30 and a degree "
-        "of 0.02 besides. In the averaged field the projected law is (4.1.5). The last rows, with "
-        f"readings every {_FINE_S:g} s and {_HARMONICS} harmonics of the gains, show what remains "
-        "as errors weigh more: the error from the part of the torque along the field, which no "
-        "dipole can turn against."
+        "half as fast as the fastest of their law. Besides, of any stable ones up to a K of 30 "
+        "and a degree of 0.02. In the averaged field the projected law is (4.1.5). The last rows, "
+        f"with readings every {_FINE_S:g} s and {_HARMONICS} harmonics of the gains, show what "
+        "remains as errors weigh more. It is the error from the part of the torque along the "
+        "field, which no dipole can turn against."
     )  # fmt: skip
     return Answer(tuple(checks), {"": picture(found)}, note)
 
@@ -297,7 +297,7 @@ ENTRY = Entry(
         "the text names neither gains nor inclination for its 10 deg. At 70 deg no stable gains of "
         "(4.1.5) leave less than 10.8 deg, those that settle fastest with a gain margin of 2 leave "
         "14.8 deg by a torque within the text's limit. J^-1 lowers the error by a sixth at 70 deg "
-        "and hardly at 30 deg; gains that follow the orbit halve it at 70 deg and do not lower it "
+        "and hardly at 30 deg. Gains that follow the orbit halve it at 70 deg and do not lower it "
         "at 30 deg, where what coils cannot turn against remains"
     ),
     slow=True,

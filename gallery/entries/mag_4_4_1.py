@@ -150,9 +150,9 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.CHOSEN,
     reason=(
-        "the divergence and the region of instability are as printed. For the torque of 5e-6 N m "
-        "and the accuracy of 10 deg, whose gains the text does not give, those of the greatest "
-        "exact degree with gravity gradient are taken here, on the orbit of 70 deg"
+        "the divergence and the region of instability are as printed. The text does not "
+        "give the gains for the torque of 5e-6 N m and the accuracy of 10 deg. Those of the "
+        "greatest exact degree with gravity gradient are taken here, on the orbit of 70 deg"
     ),
     slow=True,
 )

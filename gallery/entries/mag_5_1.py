@@ -193,7 +193,7 @@ ENTRY = Entry(
         "it in less than a revolution, not two. The means of the two dipoles differ by some "
         "thousandths of the initial momentum chosen here, which the text has lost. And with "
         "rho0 = 0.1 the averaged model does not go below its steady momentum, for any of the "
-        "momenta and angles tried; with pi - 0.1, the body rotating against the field, it does, "
+        "momenta and angles tried. With pi - 0.1, the body rotating against the field, it does, "
         "for about half a revolution"
     ),
     slow=True,

@@ -78,7 +78,7 @@ ENTRY = Entry(
     grade=Grade.REFUTED,
     reason=(
         "from the printed rate of 0.29 deg/s the rate falls by a factor of 2 to 4 in 30 min, not "
-        "5, with any gain tried: B-dot leads to one to two orbital rates, and a fifth of 0.29 "
+        "5, with any gain tried. B-dot leads to one to two orbital rates, and a fifth of 0.29 "
         "deg/s is below the orbital rate itself, which some of the sessions pass for a while. "
         "After 5 min the rate is still about four orbital ones; the rate at which the session of "
         "11 March began is not printed"

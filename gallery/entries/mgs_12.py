@@ -127,10 +127,11 @@ def compute() -> Answer:
     note = (
         f"With k = K/[(1 + b^2) J nu0^2] and n likewise all rows follow. The degree is "
         f"{here.frozen:.3f} by the constant model, {here.exact:.3f} exactly, b = {b:.3f}. The lag "
-        "of the filters bounds n at about 2 xi omega lambda. The constant model needs h > 0 alone; "
-        "in the field of a dipole with gravity gradient stage 1 is unstable for h of "
+        "of the filters bounds n at about 2 xi omega lambda. The constant model needs h > 0 alone. "
+        "In the field of a dipole with gravity gradient stage 1 is unstable for h of "
         + " and ".join(f"{abs(low):.2f} to {high:.2f}" for low, high in spans)
-        + f", too; at h = {WEAK:g} in {100 * wrong.sum() / (weak.frozen > 0.0).sum():.0f} % of the "
+        + f", too. At h = {WEAK:g} it is so in "
+        f"{100 * wrong.sum() / (weak.frozen > 0.0).sum():.0f} % of the "
         "chart where the constant model is stable. The satellite's dipole leaves (roll, pitch, "
         f"yaw) {in_degrees(flown)} deg in flight, {in_degrees(exact)} by the exact model, "
         f"{in_degrees(frozen)} by the constant one."

@@ -105,11 +105,11 @@ def note(found, mean, scatter, formula) -> str:
                 found[name].max(axis=1), strict=True,
             )
         )  # fmt: skip
-        text.append(f"{name}: " + ", ".join(parts))
+        text.append(f"{name[0].upper()}{name[1:]}: " + ", ".join(parts))
     return (
         f"(2.18) gives {formula:.4f} of the initial momentum. Means over {COUNT} even start "
         "arguments with the standard error that as many drawn at random would have, and the "
-        f"range: {'; '.join(text)}. The momentum turns to the Sun from the half-space v.L > 0, "
+        f"range. {'. '.join(text)}. The momentum turns to the Sun from the half-space v.L > 0, "
         "v = (p S1, p S2, q S3), and away from it else. "
     )
 
@@ -120,10 +120,10 @@ def trial_note(runs: dict) -> str:
     last = [runs[rate][-1] for rate in FASTER]
     fell = ", ".join(f"{each.frequency[0]:.1f} to {each.frequency[-1]:.1f}" for each in last)
     return (
-        "At the text's rate the scatter falls more slowly than the gain. With k in proportion to "
-        "the rate, so that k B0/L0 is 0.023 and 0.008 and the rotation over the orbital rate is "
-        f"all that changes, its order in k is {', '.join(f'{x:.2f}' for x in order)} at "
-        f"{', '.join(f'{x:g}' for x in FASTER)} times the text's rates, and from the first orbit "
+        "At the text's rate the scatter falls more slowly than the gain. Then k is taken in "
+        "proportion to the rate, so that k B0/L0 is 0.023 and 0.008 and only the rotation over the "
+        f"orbital rate changes. Its order in k is {', '.join(f'{x:.2f}' for x in order)} at "
+        f"{', '.join(f'{x:g}' for x in FASTER)} times the text's rates. From the first orbit "
         f"to the end it grows by factors of {', '.join(f'{each.growth:.2f}' for each in last)}. "
         "The part of the rate across the momentum turns, in inertial axes, with the precession and "
         "with the precession less twice the nutation. The scatter grows where the latter, which "

@@ -106,8 +106,8 @@ ENTRY = Entry(
     declared=Verdict.CHOSEN,
     reason=(
         "the axis turns to the Sun from every start argument. The text's eps, 'close to 0.2' for "
-        "this run and to 20 for the next, is taken for k B0/L0, as it depends on the initial rate; "
-        "the printed k B0 L0/C is a torque, and eps of the averaged equations is 1.0 here. The "
+        "this run and to 20 for the next, is taken for k B0/L0, as it depends on the initial rate. "
+        "The printed k B0 L0/C is a torque, and eps of the averaged equations is 1.0 here. The "
         "final momentum is that of (2.18) in the mean (SDOT-2.18)"
     ),
 )

@@ -93,23 +93,23 @@ def compute() -> Answer:
 def note(cone, igrf, lowest, medians, formula) -> str:
     """Distributions in words."""
     text = []
-    for name, runs in (("averaged", cone), ("IGRF", igrf)):
+    for name, runs in (("Averaged", cone), ("IGRF", igrf)):
         end, axis = ends(runs), np.array([each.axis_deg[-1] for each in runs])
         line = np.minimum(axis, 180.0 - axis)
         low, middle, high = np.percentile(end, [10, 50, 90])
         text.append(
             f"{name}: final momentum {end.min():.2f} to {end.max():.2f} of the initial one (tenths "
-            f"{low:.2f} and {high:.2f}, median {middle:.2f}), {np.sum(line > FAR_DEG)} of {COUNT} "
+            f"{low:.2f} and {high:.2f}, median {middle:.2f}). {np.sum(line > FAR_DEG)} of {COUNT} "
             f"axes more than {FAR_DEG:g} deg off the Sun's line after {HOURS:g} h, "
             f"{np.sum(axis > 90.0)} of them away from the Sun"
         )
     return (
-        f"(2.18): {formula:.3f}. {'; '.join(text)}. With the averaged field the momentum falls to "
+        f"(2.18): {formula:.3f}. {'. '.join(text)}. With the averaged field the momentum falls to "
         f"{lowest.min():.2f} to {lowest.max():.2f} of the initial one, below a tenth from "
         f"{np.sum(lowest < 0.1)} start arguments. Median times until the axis stays within "
         f"{CAPTURED_DEG:g} deg: {medians['weak']:.1f} h with k = 60; with k = 6000 "
         f"{medians['cone']:.1f} h ({_median_range(cone)}), {medians['igrf']:.1f} h "
-        f"({_median_range(igrf)}) under IGRF, with attitude and Sun given in S; the averaged field "
+        f"({_median_range(igrf)}) under IGRF, with attitude and Sun given in S. The averaged field "
         f"with them in S takes {medians['in_s']:.1f} h."
     )
 

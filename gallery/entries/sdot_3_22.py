@@ -58,7 +58,7 @@ def compute() -> Answer:
         f"{STARTS} starts of {HOURS:.0f} h: node, attitude, 2 to 6 deg/s and seed drawn. In the "
         f"median the wheels start after {began:.0f} min and fine pointing after {aimed:.0f} min. "
         f"Errors are those {SETTLED_S:.0f} s after a change of sensors in the light and later, "
-        "and of all the time in the shadow; the filter's return within 1 deg is of the "
+        "and of all the time in the shadow. The filter's return within 1 deg is of the "
         f"{again.size} of {sum(map(shadow_ends, courses))} ends of a shadow at which the sensors "
         "see the Sun within a minute. Chosen: gyro bias of 0.027 deg/s and drift of 1e-4 "
         "deg/s in a second, 500 nT per A m^2 of coil field at the magnetometer (the coils rest "

@@ -157,11 +157,11 @@ def compute() -> Answer:
               *of_modules(core, saved))  # fmt: skip
     note = (
         f"A reboot after {REBOOT_S:.0f} s of examples/chibis_m_flight.toml. The software was made "
-        "from the text: what agrees is that it flies what it says. Chosen, as the text has none: "
-        "durations of the steps of the boot, byte order and packing. Drivers of I2C, SPI, RS485, "
-        "CAN and of the parallel bus have no part in a simulation; their steps of the boot take "
-        "their time. That a command has no arguments and that it may have parameters stand in the "
-        "same appendix: both kinds fly. Frame marks are "
+        "from the text: what agrees is that it does what the text says. Chosen, as the text has "
+        "none: durations of the steps of the boot, byte order and packing. Drivers of I2C, SPI, "
+        "RS485, CAN and of the parallel bus have no part in a simulation; their steps of the boot "
+        "take their time. That a command has no arguments and that it may have parameters stand in "
+        "the same appendix: both kinds fly. Frame marks are "
         f"0x{FRAMESYNC:X}, headers {HEADER_BYTES} bytes."
     )
     return Answer(checks, {"": picture(started)}, note)

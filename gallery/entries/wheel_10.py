@@ -56,14 +56,14 @@ OTHER_WAY = {
 }
 #: Evidence for each reading.
 _EVIDENCE = (
-    "Co-rotating air is supported by V in (6.3), relative to the Earth's surface, and by section "
-    "7, in which the air rotates and the growth of H1 and H2 is attributed mainly to the "
-    "atmosphere; air at rest by the sentence after (6.3), and by the 31 h. x1 along the motion is "
-    "supported by the first rotation, by pi/2, of the initial attitude: with three namings of the "
-    "orbital axes one such rotation puts x1 on the line of motion and x3 on the normal, and x1 "
-    "points along the motion where the radius is the first or third axis, against it where the "
-    "normal is the first. x1 against the motion, in co-rotating air, is supported by H1, H2 and "
-    "the greatest momentum of a wheel. No reading matches all."
+    "Co-rotating air is supported by V in (6.3), relative to the Earth's surface. Section 7 "
+    "supports it, too: there the air rotates, and the growth of H1 and H2 is attributed mainly to "
+    "the atmosphere. Air at rest is supported by the sentence after (6.3), and by the 31 h. The "
+    "first rotation, by pi/2, of the initial attitude supports x1 along the motion. With three "
+    "namings of the orbital axes one such rotation puts x1 on the line of motion and x3 on the "
+    "normal. Then x1 points along the motion where the radius is the first or third axis, against "
+    "it where the normal is the first. H1, H2 and the greatest momentum of a wheel support x1 "
+    "against the motion, in co-rotating air. No reading matches all."
 )
 #: Momentum [N m s] along the ascending node with which the first reading has the printed numbers.
 STEADY = -3.07
@@ -216,10 +216,11 @@ def note(made, steady: Flight) -> str:
     own = angles.least_four_sided(greatest(first))
     return (
         "Lost in the text: (7.2) with its kappa and omega0, and (6.6) with the sense of x1. "
-        f"'Along', 'against': x1 and the motion; 'at rest', 'turning': the air. kappa = {KAPPA:g} "
-        f"1/s, omega0 = {rate_at_start():.6g} 1/s (the rate of a circular orbit through the start) "
-        "and what the law's rates refer to were chosen with the printed angles, and the momenta "
-        "4.6, 4.6 and 29.6 N m s that the text implies, in view. 'Tuned': kappa and omega0 such "
+        f"'Along', 'against': x1 and the motion; 'at rest', 'turning': the air. Three things were "
+        "chosen with the printed angles in view, and with the momenta 4.6, 4.6 and 29.6 N m s that "
+        f"the text implies. They are kappa = {KAPPA:g} 1/s, omega0 = {rate_at_start():.6g} 1/s "
+        "(the rate of a circular orbit through the start), and what the law's rates refer to. "
+        "'Tuned': kappa and omega0 such "
         "that the greatest angle about x3 is 0.50 deg and H3 = 29.6 N m s, which leaves up to "
         f"{greatest_angles(made['tuned'][FIRST])[0]:.3f} deg about x1. The pictures of angles and "
         f"wheels, and rows that name no reading, are of 'along, at rest'. {_causes(made)} "
@@ -242,12 +243,12 @@ def _causes(made) -> str:
         f"{greatest(instant)[2]:.1f} N m s. H1 and H2 are one momentum along the line of nodes, "
         f"which rotates in the body. Without aerodynamic torque it is {along_node(airless):.2f} N "
         "m s, as the body's spin and H3 rotate with the orbit normal; with air at rest "
-        f"{nodal[FIRST]:.2f}; the cross wind of co-rotating air makes it "
+        f"{nodal[FIRST]:.2f}. The cross wind of co-rotating air makes it "
         f"{nodal['along, turning']:.1f} with x1 along the motion, {nodal['against, turning']:.1f} "
         "against it. With H3 against the orbit normal spin and H3 nearly cancel: "
-        f"{along_node(other[FIRST]):.1f} with air at rest, and the amplitude of H1 grows by no "
-        f"more than {least_growth(other[FIRST], 0):.1f} N m s in one of the days, where in the "
-        "text it grows all the time."
+        f"{along_node(other[FIRST]):.1f} with air at rest. The amplitude of H1 then grows by "
+        f"no more than {least_growth(other[FIRST], 0):.1f} N m s in one of the days. In the text "
+        "it grows all the time."
     )
 
 
@@ -256,8 +257,8 @@ def _steady(flight: Flight) -> str:
     before, after = peak(flight, BALANCED), peak(flight, PRINTED)
     return (
         f"A torque constant in space that adds {STEADY} N m s along the ascending node in the five "
-        "days, a quarter of the effect of the cross wind with x1 against the motion, would: "
-        f"'along, at rest', tuned, then has H3/H2 = {np.divide(*greatest(flight)[[2, 1]]):.2f}, "
+        "days would. It is a quarter of the effect of the cross wind with x1 against the motion. "
+        f"With it 'along, at rest', tuned, has H3/H2 = {np.divide(*greatest(flight)[[2, 1]]):.2f}, "
         f"{before:.1f} N m s in a wheel, {before / after:.2f} times less at 70.0, 21.5, where a "
         f"wheel saturates {later_h(flight):.1f} h later."
     )

@@ -65,7 +65,7 @@ def compute() -> Answer:
     )  # fmt: skip
     note = (
         "(7.3) is lost. With H1 = H2 and H3/H2 = 6.4 as printed, f_min = 19.4 N m s implies H2 = "
-        f"{H2:.2f} N m s, which is therefore no check, nor is the least value of the section; but "
+        f"{H2:.2f} N m s, which is therefore no check, nor is the least value of the section. But "
         "the wheels' momenta that follow from it, with H1 and H2 on a circle as in (6.8), are "
         "those of Figs 12 and 13."
     )

@@ -269,6 +269,25 @@ def test_run_writes_everything_and_is_quiet_in_a_pipe(scenario, tmp_path, strict
 
 
 @needs_jit
+def test_a_page_is_written_when_it_is_asked_for(call, scenario, tmp_path):
+    """Also of a complete run."""
+    out = tmp_path / "out"
+    code, said, _ = call("run", scenario, "--out", out, "--page")
+    assert code == 0 and said.endswith("result.nc, summary.json, report.html, page.pdf\n")
+    assert (out / "page.pdf").read_bytes().startswith(b"%PDF")
+    (out / "page.pdf").unlink()
+    assert call("run", scenario, "--out", out, "--resume", "--page")[0] == 0
+    assert (out / "page.pdf").exists()
+
+
+@pytest.mark.parametrize("name", ["run", "campaign"])
+def test_a_page_needs_a_report(call, name):
+    code, _, err = call(name, "any.toml", "--page", "--no-report")
+    assert code == 2
+    assert err == "error: --page: must not be given with --no-report; received both\n"
+
+
+@needs_jit
 def test_pictures_are_drawn_when_they_are_asked_for(call, scenario, tmp_path):
     """Also of a complete run; those of an earlier result do not outlive it."""
     out = tmp_path / "out"

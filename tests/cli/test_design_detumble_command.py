@@ -55,6 +55,7 @@ def test_the_gain_of_bdot_is_flown(call, strict_json, detumbling, tmp_path):
     slowest = found["flights"][0]
     assert slowest["peak_share"] < 1.0 and slowest["energy_j"] < best["energy_j"]
     assert (out / "gains.png").read_bytes().startswith(b"\x89PNG")
+    assert (out / "page.pdf").read_bytes().startswith(b"%PDF")
     law = torquer.load_scenario(out / "scenario.toml").control.law
     assert law.gain_a_m2_s_per_t == pytest.approx(found["gain_a_m2_s_per_t"], rel=1e-3)
 

@@ -53,7 +53,8 @@ def test_the_scenario_that_it_writes_flies_as_predicted(call, strict_json, tmp_p
     code, out, err = call("design", "magneto-gyro", EXAMPLE, *options)
     assert (code, err) == (0, "")
     found = strict_json(out)
-    names = ["law.toml", "scenario.toml", "wheel.png", "errors.png", "orbits.png", "flights.png"]
+    pictures = ("wheel.png", "errors.png", "orbits.png", "flights.png")
+    names = ["law.toml", "scenario.toml", *pictures, "page.pdf"]
     assert [Path(file).name for file in found["files"]] == names
     assert all(Path(file).stat().st_size > 300 for file in found["files"])
     assert found["degree"] > 0.2 and found["stage_1"]["degree"] > 0.3

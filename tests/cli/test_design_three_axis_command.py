@@ -42,7 +42,7 @@ def test_a_design_by_options(strict_json, design):
     by_source = regulator["error"]["by_source_deg"]
     assert max(by_source, key=by_source.get) == "residual dipole"
     assert refined["law"]["kind"] == "three_axis" and refined["law"]["reference"] == "orbital"
-    names = ["formula.toml", "map.png", "refined.toml", "regulator.toml", "trim.toml"]
+    names = ["formula.toml", "map.png", "page.pdf", "refined.toml", "regulator.toml", "trim.toml"]
     assert found["trim"]["law"]["kind"] == "dipole_trim"
     left, errors = found["trim"]["error_deg"], found["candidates"]
     assert left and all(not errors[name]["error"]["is_linear"] for name in left)

@@ -91,6 +91,7 @@ def test_a_folder_gets_the_report_with_its_pictures(call, with_filter, tmp_path)
     out = tmp_path / "checked"
     code, said, _ = call("filter-check", with_filter(), "--runs", "4", "--out", out)
     assert code in (0, 1) and said.splitlines()[-1] == str(out / "report.html")
+    assert (out / "page.pdf").read_bytes().startswith(b"%PDF")
     page = (out / "report.html").read_text(encoding="utf-8")
     pictures = sorted(path.stem for path in (out / "plots").glob("*.png"))
     assert pictures == ["consistency", "errors_attitude", "errors_gyro_bias", "whiteness"]

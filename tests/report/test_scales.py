@@ -24,7 +24,16 @@ def test_prefixed(greatest, unit):
 
 
 @pytest.mark.parametrize(
-    ("span", "unit"), [(0.0, "s"), (600.0, "s"), (5700.0, "min"), (1e5, "h"), (1e6, "d")]
+    ("span", "unit"),
+    [
+        (0.0, "s"),
+        (600.0, "s"),
+        (5700.0, "min"),
+        (10_800.0, "min"),
+        (10_801.0, "h"),
+        (1e5, "h"),
+        (1e6, "d"),
+    ],
 )
 def test_clock(span, unit):
     clock = clock_for(span)

@@ -4,7 +4,8 @@ Each function gives an `xarray.DataArray` over the time of the result, with its 
 gives all of them that apply, as one data set. `result.torquer` has them as methods.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -117,7 +118,12 @@ def mode_over_time(result: xr.Dataset, region: str | None = None) -> xr.DataArra
 
 def derive(result: xr.Dataset) -> xr.Dataset:
     """All that applies to the run, as one data set over its time, with units."""
-    makers = {
+    return xr.Dataset({name: make(result) for name, make in makers(result).items()})
+
+
+def makers(result: xr.Dataset) -> dict[str, Callable[[xr.Dataset], xr.DataArray]]:
+    """What gives each quantity that applies to the run, by name."""
+    found: dict[str, Callable[[xr.Dataset], xr.DataArray]] = {
         "rate": rate_size,
         "rate_body": body_rate,
         "rate_orbital": orbital_rate,
@@ -126,14 +132,11 @@ def derive(result: xr.Dataset) -> xr.Dataset:
         "vertical_angle": angle_from_vertical,
     }
     if find_attitude_error(result) is not None:
-        makers["attitude_error"] = attitude_error_angle
+        found["attitude_error"] = attitude_error_angle
     if "wheel_speed" in result:
-        makers["wheel_speed"] = wheel_speeds
-    found = {name: make(result) for name, make in makers.items()}
-    found |= {
-        f"mode_{each.name}": mode_over_time(result, each.name) for each in find_regions(result)
-    }
-    return xr.Dataset(found)
+        found["wheel_speed"] = wheel_speeds
+    modes = {f"mode_{each.name}": each.name for each in find_regions(result)}
+    return found | {name: partial(mode_over_time, region=of) for name, of in modes.items()}
 
 
 def _over_time(result: xr.Dataset, values: np.ndarray, unit: str, meaning: str) -> xr.DataArray:

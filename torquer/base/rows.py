@@ -43,7 +43,7 @@ def as_text(table: Sequence[Sequence[Row]], width: int = 12, first: int = 0) -> 
 
     `first`: width of the first column if that holds words, which stand at its left.
     """
-    cells = _cells(table)
+    cells = cells_of(table)
     widths = [f"<{first}" if first else f">{width}", *[f">{width}"] * (len(cells[0]) - 1)]
     return [
         "".join(f"{cell:{each}}" for cell, each in zip(line, widths, strict=True))
@@ -54,7 +54,7 @@ def as_text(table: Sequence[Sequence[Row]], width: int = 12, first: int = 0) -> 
 
 def as_html(table: Sequence[Sequence[Row]], notes: Sequence[str] = ()) -> str:
     """The table for notebooks, with notes below it."""
-    labels, units, *rest = _cells(table)
+    labels, units, *rest = cells_of(table)
     head = [
         f"{label} [{unit}]" if unit else label for label, unit in zip(labels, units, strict=True)
     ]
@@ -68,8 +68,8 @@ def _line(tag: str, cells: Sequence[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-def _cells(table: Sequence[Sequence[Row]]) -> list[list[str]]:
-    """Labels, units and the texts of each entry."""
+def cells_of(table: Sequence[Sequence[Row]]) -> list[list[str]]:
+    """Labels, units and the texts of each entry; "-" for what an entry lacks."""
     units = {row.label: row.unit for rows in table for row in rows if row.text}
     texts = ({row.label: row.text for row in rows if row.text} for rows in table)
     return [[*units], [*units.values()], *([by.get(x, "-") for x in units] for by in texts)]

@@ -54,6 +54,7 @@ COMMANDS = {
     "session bisect": "fly:bisect",
     "session replay": "fly:replay",
     "smooth": "results:smooth",
+    "table": "results:table_",
     "telemetry": "telemetry:app:check",
     "theory": "theory:app:theory",
     "validate": "validate:validate",

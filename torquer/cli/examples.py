@@ -167,9 +167,13 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "run": (
         f"torquer run {_S}",
         f"torquer run {_S} --out runs/first --no-report --json",
-        f"torquer run {_S} --out runs/first --resume --plots",
+        f"torquer run {_S} --out runs/first --resume --plots --page",
     ),
     "smooth": ("torquer smooth runs/which_sensors", "torquer smooth runs/a/result.nc --json"),
+    "table": (
+        "torquer table runs/first --variables omega_body --variables rate --every-s 10 > first.csv",
+        "torquer table runs/first --out first.parquet",
+    ),
     "schema": ("torquer schema > scenario.schema.json",),
     "packets": (
         "torquer packets",

@@ -159,6 +159,17 @@ def load_result(
         raise ValueError(f"{name}: {error}") from None
 
 
+def open_result(path: Path, name: str):
+    """As `load_result`, of a run or a campaign; numbers are read when they are asked for."""
+    from torquer.simulation.results.file import lazily
+
+    try:
+        return lazily(path)
+    except (OSError, ValueError) as error:
+        text = str(error).removeprefix("path: ").removeprefix("result: ")
+        raise ValueError(f"{name}: {text}") from None
+
+
 def ask_or_read(archive: Path, ask: Callable[..., T], read: Callable[[Path], T]) -> T:
     """`ask(ground, satellite)` of the ground that writes an archive; where none does, `read` of it.
 

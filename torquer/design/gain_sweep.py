@@ -188,12 +188,12 @@ class GainSweep:
     def lines(self) -> list[str]:
         """The answer as text."""
         notes = (f"note: {note}" for note in self.notes())
-        return [*as_text(self.table(), 11), *self._words(), *self.verdict.lines(), *notes]
+        return [*as_text(self.table(), 11), *self.words(), *self.verdict.lines(), *notes]
 
     def _repr_html_(self) -> str:
-        return as_html(self.table(), [*self._words(), *self.verdict.lines(), *self.notes()])
+        return as_html(self.table(), [*self.words(), *self.verdict.lines(), *self.notes()])
 
-    def _words(self) -> list[str]:
+    def words(self) -> list[str]:
         """The gain chosen, by which rule, and what is known of how many stop."""
         best, wanted = self.chosen, self.wanted
         count, runs = best.settled_within(wanted.allowed_s), len(best.settled_s)

@@ -123,11 +123,11 @@ class ThreeAxisAnswer:
 
     def lines(self) -> list[str]:
         """The answer as text."""
-        return [self._headline(), *as_text(self.table()), *self._words(),
+        return [self._headline(), *as_text(self.table()), *self.words(),
                 *self.verdicts(), *(f"note: {note}" for note in self.notes())]  # fmt: skip
 
     def _repr_html_(self) -> str:
-        said = [self._headline(), *self._words(), *self.verdicts(), *self.notes()]
+        said = [self._headline(), *self.words(), *self.verdicts(), *self.notes()]
         return as_html(self.table(), said)
 
     def notes(self) -> list[str]:
@@ -156,7 +156,7 @@ class ThreeAxisAnswer:
             f"{off}, linear range {self.task.linear_range_deg:g} deg"
         )
 
-    def _words(self) -> list[str]:
+    def words(self) -> list[str]:
         """The gains, what the search says of the second pair, and the captures."""
         lines = []
         for name in ("formula", "refined"):

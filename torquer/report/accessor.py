@@ -18,6 +18,7 @@ import xarray as xr
 from torquer.analysis import derived
 from torquer.analysis.citations import citations
 from torquer.analysis.summary import summarise, summary_rows
+from torquer.analysis.table import to_dataframe
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import flown_laws, flown_scenario
 
@@ -74,11 +75,19 @@ class Torquer:
     mode = _method(derived.mode_over_time)
     derived = _method(derived.derive)
     citations = _method(citations)
+    to_dataframe = _method(to_dataframe)
 
     @property
     def plot(self) -> Plots:
         """The report's pictures, by name: `plot.rate()`, `plot.overview()`; `dir` lists them."""
         return Plots(self._result)
+
+    def page(self) -> Figure:
+        """One page of A4 about the run, as `torquer.page` gives it."""
+        from torquer.report.common.one_page import draw_page
+        from torquer.report.flight.one_page import run_page
+
+        return draw_page(run_page(self._result))
 
     def _repr_html_(self) -> str:
         from torquer.report.common.figure import image

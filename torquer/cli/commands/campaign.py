@@ -61,6 +61,8 @@ class CampaignOptions:
     """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
     plots: bool = False
     """With --member, draw plots/*.png, too."""
+    page: bool = False
+    """Write page.pdf, too: success, plots, numbers, models and sources on one page of A4."""
     no_report: bool = False
     """Write no report and no pictures."""
 
@@ -80,6 +82,8 @@ def fly(
         return _fly_member(scenario, how.member, how, code)
     if how.plots:
         raise ValueError("--plots: must be given with --member only; received it without")
+    if how.page and how.no_report:
+        raise ValueError("--page: must not be given with --no-report; received both")
     part = _part_of(how.part)
     check_computer(how.computer, code)
     satellite, campaign = _load(scenario, how, code)
@@ -117,7 +121,7 @@ def _show(summary: dict, how: CampaignOptions, out: Path) -> int:
     if how.json:
         print(json_text(summary))
         return ended
-    report = () if how.no_report else ("report.html", "plots/")
+    report = () if how.no_report else ("report.html", *["page.pdf"] * how.page, "plots/")
     show_summary(
         summary["name"], summary_rows(summary), out, "campaign.nc", "summary.json", *report
     )
@@ -202,6 +206,11 @@ def _write(result, out: Path, how: CampaignOptions) -> dict:
         from torquer.report.campaign import write_campaign_report
 
         write_campaign_report(result, out)
+    if how.page:
+        from torquer.report.campaign.one_page import campaign_page
+        from torquer.report.common.one_page import save_page
+
+        save_page(campaign_page(result), out)
     return summary
 
 
@@ -223,8 +232,8 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
     if not 0 <= member < campaign.runs:
         raise ValueError(f"--member: must lie within 0..{campaign.runs - 1}; received {member}")
     alone = RunOptions(
-        out=how.out, json=how.json, plots=how.plots, no_report=how.no_report,
-        overwrite=how.overwrite,
+        out=how.out, json=how.json, plots=how.plots, page=how.page,
+        no_report=how.no_report, overwrite=how.overwrite,
     )  # fmt: skip
     return run_scenario(member_scenario(scenario, campaign, member), alone)
 

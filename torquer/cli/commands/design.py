@@ -25,7 +25,9 @@ def three_axis(
     /,
     *,
     how: Annotated[ThreeAxisRequest, FLAT] = ThreeAxisRequest(),
-    out: Annotated[Path | None, Parameter(help="Folder for map.png and the laws as TOML.")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="Folder for map.png, page.pdf, laws as TOML.")
+    ] = None,
     json: Json = False,
     code: CodeOptions = CodeOptions(),
 ) -> int:
@@ -58,15 +60,19 @@ def _load_satellite(path: Path, code: CodeOptions):
 
 
 def _write_laws(found, out: Path) -> list[Path]:
-    """map.png and a TOML file of each law."""
+    """map.png, page.pdf and a TOML file of each law."""
     from torquer.report.common.figure import save_figure
-    from torquer.report.theory.designs import draw_design
+    from torquer.report.common.one_page import save_page
+    from torquer.report.theory.designs import draw_design, gain_map
+    from torquer.report.theory.one_page import three_axis_page
     from torquer.simulation.results.file import put
 
+    over = gain_map(found)
     with writing_to(out):
-        picture = save_figure(draw_design(found), out / "map.png")
+        picture = save_figure(draw_design(found, over), out / "map.png")
+        page = save_page(three_axis_page(found, over), out)
         laws = found.tables().items()
-        return [picture, *(put(out / f"{name}.toml", text) for name, text in laws)]
+        return [picture, page, *(put(out / f"{name}.toml", text) for name, text in laws)]
 
 
 def detumble(
@@ -75,7 +81,7 @@ def detumble(
     *,
     how: Annotated[DetumbleRequest, FLAT] = DetumbleRequest(),
     out: Annotated[
-        Path | None, Parameter(help="Folder for gains.png and the scenario with the gain.")
+        Path | None, Parameter(help="Folder for gains.png, page.pdf, the new scenario.")
     ] = None,
     json: Json = False,
     code: CodeOptions = CodeOptions(),
@@ -98,9 +104,11 @@ def detumble(
 
 
 def _write_gain(sweep, out: Path) -> list[Path]:
-    """gains.png, and scenario.toml with the gain chosen."""
+    """gains.png, page.pdf, and scenario.toml with the gain chosen."""
     from torquer.report.common.figure import save_figure
+    from torquer.report.common.one_page import save_page
     from torquer.report.theory.designs import draw_gains
+    from torquer.report.theory.one_page import gain_page
     from torquer.scenario.toml_text import to_toml
     from torquer.simulation.results.file import put
 
@@ -108,6 +116,7 @@ def _write_gain(sweep, out: Path) -> list[Path]:
     with writing_to(out):
         return [
             save_figure(draw_gains(sweep), out / "gains.png"),
+            save_page(gain_page(sweep), out),
             put(out / "scenario.toml", to_toml(plain)),
         ]
 
@@ -117,7 +126,9 @@ def magneto_gyro(
     /,
     *,
     how: Annotated[MagnetoGyroRequest, FLAT] = MagnetoGyroRequest(),
-    out: Annotated[Path | None, Parameter(help="Folder for law, scenario and pictures.")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="Folder for law, scenario, pictures, page.pdf.")
+    ] = None,
     json: Json = False,
     code: CodeOptions = CodeOptions(),
 ) -> int:
@@ -139,7 +150,9 @@ def _write_gyro(made, out: Path) -> list[Path]:
     """law.toml, scenario.toml with the law in a mode table and a campaign, and the pictures."""
     from torquer.design.gyro.flown_scenario import campaign_table
     from torquer.report.common.figure import save_figures
+    from torquer.report.common.one_page import save_page
     from torquer.report.theory.magneto_gyro import draw_gyro_design
+    from torquer.report.theory.one_page import gyro_page
     from torquer.scenario.toml_text import to_toml
     from torquer.simulation.results.file import put
 
@@ -150,6 +163,7 @@ def _write_gyro(made, out: Path) -> list[Path]:
             put(out / "law.toml", to_toml({"control": {"law": made.law}})),
             put(out / "scenario.toml", to_toml(data)),
             *save_figures(draw_gyro_design(made), out).values(),
+            save_page(gyro_page(made), out),
         ]
 
 

@@ -34,7 +34,7 @@ class FilterOptions:
     computer: Path | None = None
     """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
     out: Path | None = None
-    """Folder for report and pictures."""
+    """Folder for report, page.pdf and pictures."""
     json: Json = False
 
 

@@ -1,4 +1,4 @@
-"""`torquer compare` and `torquer smooth`: results of runs side by side; attitude in hindsight."""
+"""`torquer compare`, `smooth`, `table`: runs side by side; attitude in hindsight; tables."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,8 +7,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from torquer.base.strict_json import json_text
-from torquer.cli.loading import load_result
-from torquer.cli.options import Json, options
+from torquer.cli.loading import load_result, open_result
+from torquer.cli.options import Json, as_options, options
 from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.simulation.results.file import explain_errors, save
 
@@ -109,4 +109,40 @@ def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
     ]  # fmt: skip
     table_console(_SMOOTHED_WIDTH).print(table(head, rows, accuracy.scenario))
     print(f"{out}: smoothed.nc, smoothed.png")
+    return 0
+
+
+@options
+class TableOptions:
+    """Options of `torquer table`."""
+
+    variables: list[str] | None = None
+    """This variable, of the result or derived; may be repeated [all of the result]."""
+    every_s: float | None = None
+    """Of a run the records nearest to multiples of this time [all records]."""
+    out: Path | None = None
+    """File to write, .csv or .parquet [CSV on standard output]."""
+
+
+def table_(result: Path, *, how: TableOptions = TableOptions()) -> int:
+    """Write variables of RESULT, a run or a campaign, as a table: a row a record or member.
+
+    RESULT is its output folder or file. Vectors have a column for each component, such as
+    omega_body_x; the head has the units. Derived are such as rate, sun_angle and attitude_error.
+    """
+    from torquer.analysis.table import csv_text, to_dataframe, write_table
+
+    with explain_errors(result):
+        opened = open_result(result, "RESULT")
+    asked = how.variables, how.every_s
+    try:
+        if how.out is None:
+            print(csv_text(to_dataframe(opened, *asked)), end="")
+            return 0
+        with writing_to(how.out, what="file"):
+            write_table(opened, how.out, *asked)
+    except ValueError as error:
+        names = {"variables": "--variables", "every_s": "--every-s", "path": "--out"}
+        raise ValueError(as_options(str(error), names)) from None
+    print(how.out)
     return 0

@@ -44,6 +44,8 @@ class RunOptions:
     """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
     plots: bool = False
     """Draw plots/*.png, too; with --resume of a complete run only these and the report."""
+    page: bool = False
+    """Write page.pdf, too: verdict, plots, numbers, models and sources on one page of A4."""
     no_report: bool = False
     """Write no report and no pictures."""
 
@@ -52,8 +54,9 @@ def run(
     scenario: Path, *, how: RunOptions = RunOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json and report.html."""
-    if how.plots and how.no_report:
-        raise ValueError("--plots: must not be given with --no-report; received both")
+    for name in ("plots", "page"):
+        if getattr(how, name) and how.no_report:
+            raise ValueError(f"--{name}: must not be given with --no-report; received both")
     check_computer(how.computer, code)
     try:
         return run_scenario(load_checked(scenario, code), how)
@@ -87,8 +90,8 @@ def run_scenario(scenario, how: RunOptions) -> int:
     else:
         from torquer.analysis.summary import summary_rows
 
-        report = () if how.no_report else ("report.html", *["plots/"] * how.plots)
-        files = ("result.nc", "summary.json", *report)
+        made = {"report.html": not how.no_report, "page.pdf": how.page, "plots/": how.plots}
+        files = ("result.nc", "summary.json", *(name for name, is_made in made.items() if is_made))
         show_summary(summary["scenario"], summary_rows(summary), out, *files)
     for note in run_notes(result):
         print_note(note)
@@ -192,6 +195,11 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
     with signals.raising():
         _remove_old_plots(out)
         write_report(result, out, plots=how.plots)
+        if how.page:
+            from torquer.report.common.one_page import save_page
+            from torquer.report.flight.one_page import run_page
+
+            save_page(run_page(result), out)
     return summary
 
 

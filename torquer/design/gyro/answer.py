@@ -231,7 +231,7 @@ class GyroDesign:
             *(f"over a day with {', '.join(part)}" for part in (margins[:4], margins[4:])),
             *(line.format_map(texts) for line in _REACH),
             *as_text(self.times(), 14, 24),
-            self._in_words(),
+            self.time_in_words(),
             *self.verdict.lines(),
             *as_text(self.errors_table(), 10, 20),
             *self._cost_lines(),
@@ -241,7 +241,7 @@ class GyroDesign:
             *to_toml({"control": {"law": self.law}}).splitlines(),
         ]
 
-    def _in_words(self) -> str:
+    def time_in_words(self) -> str:
         """The parts of the time to point."""
         parts = (self.time.braking_s, self.time.turning_s, self.time.switch_s)
         braking, turning, switch = (f"{x / self._period_s:.2f}" for x in parts)

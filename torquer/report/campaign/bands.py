@@ -67,16 +67,30 @@ def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | 
 
     None if no member was flown to the end.
     """
+    if not has_bands(result):
+        return None
+    figure = sheet(7.2, 3.9, f"{signal_title(result, names)} · {summary['name']}")
+    draw_bands_on(place(figure, 0.75, 0.75, 6.2, 2.6), result, summary, names)
+    return figure
+
+
+def has_bands(result: xr.Dataset) -> bool:
+    """Whether a member was flown to the end, so that there is something to draw over time."""
+    return bool(result.sizes["time"]) and not failed_in(result).all()
+
+
+def signal_title(result: xr.Dataset, names: list[str]) -> str:
+    """What the signal is that outcomes are taken from."""
+    return str(result[f"series.{names[0]}"].attrs.get("long_name", names[0]))
+
+
+def draw_bands_on(axes, result: xr.Dataset, summary: dict, names: list[str]) -> None:
+    """As `draw_bands`, on given axes."""
     variable = result[f"series.{names[0]}"].transpose("member", "time")
     rows = np.flatnonzero(~failed_in(result))
     t_s = result["time"].values.astype(float)
-    if not len(rows) or not len(t_s):
-        return None
     clock = clock_for(float(t_s[-1] - t_s[0]))
     found = bands_of(variable, rows, np.arange(len(t_s)))
-    title = str(variable.attrs.get("long_name", names[0]))
-    figure = sheet(7.2, 3.9, f"{title} · {summary['name']}")
-    axes = place(figure, 0.75, 0.75, 6.2, 2.6)
     quiet(axes)
     t = t_s / clock.seconds
     handles = [
@@ -89,9 +103,9 @@ def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | 
     axes.set_yscale("log" if is_wide(found) else "linear")
     axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL)
-    axes.set_ylabel(literal(with_unit(title, series_unit(result, names[0]))), fontsize=SMALL)
+    label = with_unit(signal_title(result, names), series_unit(result, names[0]))
+    axes.set_ylabel(literal(label), fontsize=SMALL)
     legend(axes, handles)
-    return figure
 
 
 def series_unit(result: xr.Dataset, name: str) -> str:

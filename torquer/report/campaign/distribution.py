@@ -21,44 +21,59 @@ from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 _WIDTH, _HEIGHT, _LEFT, _WIDE = 7.2, 4.7, 0.75, 6.2
 #: An end of the run that is farther beyond the last member, over their range, is not drawn.
 _FARTHEST = 2.0
-#: Room for the name of a quantile, as a part of the axis.
-_NAME = 0.06
+#: Room for the name of a quantile [inch].
+_NAME_IN = 0.37
 _LABELS = {"0.01": "1 %", "0.05": "5 %", "0.5": "50 %", "0.95": "95 %", "0.99": "99 %"}
 
 
 def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     """An outcome's histogram above its distribution function, quantiles marked in both."""
-    each, values = summary["outcomes"][name], missing_as_worst(result, name)
     figure = sheet(_WIDTH, _HEIGHT, f"{name} · {summary['name']}")
     upper = place(figure, _LEFT, 0.75, _WIDE, 1.65)
     lower = place(figure, _LEFT, 2.55, _WIDE, 1.45)
+    values = missing_as_worst(result, name)
+    known = values[np.isfinite(values)]
+    upper.hist(known, bins(known), color=BLUE, alpha=0.75, lw=0.5, edgecolor="white")
+    upper.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    upper.set_ylabel("members", fontsize=SMALL)
+    _frame(upper, result, summary, name)
+    upper.tick_params(labelbottom=False)
+    name_quantiles(upper, summary["outcomes"][name])
+    foot(figure, draw_shares(lower, result, summary, name))
+    return figure
+
+
+def draw_shares(axes, result: xr.Dataset, summary: dict, name: str) -> str:
+    """The distribution function of an outcome, quantiles marked; what the marks mean."""
+    each, values = summary["outcomes"][name], missing_as_worst(result, name)
+    x, share = steps(values)
+    axes.set_ylabel("share of members", fontsize=SMALL)
+    axes.set_ylim(0.0, 1.02)
+    axes.set_xlabel(with_unit(name, each["unit"]), fontsize=SMALL)
+    condition = _frame(axes, result, summary, name)
+    beyond = [*x, axes.get_xlim()[1]], [*share, share[-1]]
+    is_censored = is_time(result, name)
+    if is_censored and each["members"] > 1:
+        low, high = share_band(beyond[1], len(values), summary["confidence"])
+        axes.fill_between(beyond[0], low, high, step="post", color=BLUE, alpha=0.22, lw=0)
+    axes.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
+    words = _words(each, condition, axes.get_xlim())
+    if is_censored:
+        words += f"; band: {percent(summary['confidence'])} confidence interval"
+    return words
+
+
+def _frame(axes, result: xr.Dataset, summary: dict, name: str) -> dict | None:
+    """Scale, range and marks of an axis over the values of an outcome; its condition."""
+    each, values = summary["outcomes"][name], missing_as_worst(result, name)
     known = values[np.isfinite(values)]
     condition = (campaign_table(result).get("success") or {}).get(name)
     edges, end = bins(known), end_s(result) if is_time(result, name) else None
-    upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0.5, edgecolor="white")
-    upper.yaxis.set_major_locator(MaxNLocator(5, integer=True))
-    upper.set_ylabel("members", fontsize=SMALL)
-    x, share = steps(values)
-    lower.set_ylabel("share of members", fontsize=SMALL)
-    lower.set_ylim(0.0, 1.02)
-    lower.set_xlabel(with_unit(name, each["unit"]), fontsize=SMALL)
-    for axes in (upper, lower):
-        quiet(axes)
-        axes.set_xscale("log" if is_wide(known) else "linear")
-        axes.set_xlim(edges[0], _right_end(axes, edges, end if each["missing"] else None))
-        _mark(axes, each, condition)
-    beyond = [*x, lower.get_xlim()[1]], [*share, share[-1]]
-    if end is not None and each["members"] > 1:
-        low, high = share_band(beyond[1], len(values), summary["confidence"])
-        lower.fill_between(beyond[0], low, high, step="post", color=BLUE, alpha=0.22, lw=0)
-    lower.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
-    upper.tick_params(labelbottom=False)
-    _name_quantiles(upper, each)
-    words = _words(each, condition, axes.get_xlim())
-    if end is not None:
-        words += f"; band: {percent(summary['confidence'])} confidence interval"
-    foot(figure, words)
-    return figure
+    quiet(axes)
+    axes.set_xscale("log" if is_wide(known) else "linear")
+    axes.set_xlim(edges[0], _right_end(axes, edges, end if each["missing"] else None))
+    _mark(axes, each, condition)
+    return condition
 
 
 def share_band(share, members: int, confidence: float) -> tuple[np.ndarray, np.ndarray]:
@@ -106,23 +121,25 @@ def _mark(axes, each: dict, condition: dict | None) -> None:
             axes.axvline(level, color=GREEN, lw=1.6)
 
 
-def _name_quantiles(axes, each: dict) -> None:
+def name_quantiles(axes, each: dict) -> None:
     """Names above the lines; one for several lines whose names would overlap."""
     known = {_LABELS[k]: q["value"] for k, q in each["quantiles"].items() if q["value"] is not None}
-    for label, at in apart({label: _along(axes, value) for label, value in known.items()}):
-        side = "left" if at < _NAME else "right" if at > 1.0 - _NAME else "center"
+    room = _NAME_IN * axes.figure.dpi / axes.get_window_extent().width
+    for label, at in apart({label: _along(axes, value) for label, value in known.items()}, room):
+        side = "left" if at < room else "right" if at > 1.0 - room else "center"
         axes.text(at, 1.02, label, transform=axes.transAxes, ha=side, fontsize=SMALL - 1,
                   color=INK)  # fmt: skip
 
 
-def apart(ascending: dict[str, float]) -> list[tuple[str, float]]:
-    """Names and places, 0..1, of lines along an axis; neighbours that would overlap are joined."""
+def apart(ascending: dict[str, float], room: float) -> list[tuple[str, float]]:
+    """Names and places, 0..1, of lines along an axis; neighbours closer than the room of a name are
+    joined."""
     groups: list[tuple[list[str], list[float]]] = []
     for label, at in ascending.items():
         labels, places = [label], [at]
         while groups:
             before, beside = groups[-1]
-            if np.mean(places) - np.mean(beside) >= 0.5 * _NAME * (len(before) + len(labels)):
+            if np.mean(places) - np.mean(beside) >= 0.5 * room * (len(before) + len(labels)):
                 break
             groups.pop()
             labels, places = before + labels, beside + places

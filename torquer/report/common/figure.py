@@ -8,10 +8,11 @@ import io
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from textwrap import shorten
+from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from PIL import Image
 
 from torquer.simulation.results.file import put
@@ -68,6 +69,13 @@ def save_figure(figure: Figure, path) -> Path:
     return put(path, encode_png(figure))
 
 
+def save_pdf(figure: Figure, path) -> Path:
+    """Write a figure as a PDF file, the same bytes each time."""
+    data = io.BytesIO()
+    figure.savefig(data, format="pdf", metadata={"CreationDate": None})
+    return put(path, data.getvalue())
+
+
 def save_figures(figures: Mapping[str, Figure | None], folder: Path) -> dict[str, Path]:
     """Write figures into a folder as `NAME.png`, without those that are None; paths by name."""
     return {
@@ -77,16 +85,24 @@ def save_figures(figures: Mapping[str, Figure | None], folder: Path) -> dict[str
     }
 
 
-def place(figure: Figure, left: float, top: float, width: float, height: float, **keys):
-    """Axes at a place given in inches from the figure's upper left corner."""
-    w, h = figure.get_size_inches()
+def place(figure: Figure | SubFigure, left: float, top: float, width: float, height: float, **keys):
+    """Axes at a place given in inches from the upper left corner of a figure or a part of one."""
+    w, h = figure.bbox.width / figure.dpi, figure.bbox.height / figure.dpi
     return figure.add_axes((left / w, 1.0 - (top + height) / h, width / w, height / h), **keys)
 
 
-def stack_panels(title: str, panels: int = 1, height: float = 3.9, **keys) -> tuple[Figure, list]:
-    """A figure of panels one under the other, 7.2 inches wide; (figure, list of axes)."""
-    figure = Sheet(figsize=(7.2, height), dpi=FINE_DPI, facecolor="white", layout="constrained")
-    figure.suptitle(title, x=0.012, ha="left", fontsize=12, fontweight="bold", parse_math=False)
+def stack_panels(
+    title: str, panels: int = 1, height: float = 3.9, on: SubFigure | None = None, **keys
+) -> tuple[Any, list]:
+    """A figure of panels one under the other, 7.2 inches wide; (figure, list of axes).
+
+    `on`: the part of a page that is drawn on, in place of a figure of its own.
+    """
+    figure: Figure | SubFigure = on or Sheet(
+        figsize=(7.2, height), dpi=FINE_DPI, facecolor="white", layout="constrained"
+    )
+    size = 12 if on is None else 10
+    figure.suptitle(title, x=0.012, ha="left", fontsize=size, fontweight="bold", parse_math=False)
     axes = list(np.atleast_1d(figure.subplots(panels, 1, **keys)))
     for each in axes:
         quiet(each, 9.5)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 #: Longest span [s] for which a time axis is labelled in this unit, and the unit's length [s].
-_CLOCKS = ((600.0, "s", 1.0), (1500 * 60.0, "min", 60.0), (6 * 86400.0, "h", 3600.0))
+_CLOCKS = ((600.0, "s", 1.0), (3 * 3600.0, "min", 60.0), (6 * 86400.0, "h", 3600.0))
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 

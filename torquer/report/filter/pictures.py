@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from torquer.analysis.filters.filter_check import FilterCheck
 from torquer.analysis.filters.filter_statistics import (
@@ -45,7 +45,7 @@ Drawn = TypeVar("Drawn")
 
 def draw_all(found: FilterCheck, folder: Path) -> dict[str, Path]:
     """All pictures of a check as PNG files; their paths by name; none if nothing started."""
-    return save_figures(by_name(found, _draw_errors, _draw_consistency, _draw_whiteness), folder)
+    return save_figures(by_name(found, draw_errors, draw_consistency, _draw_whiteness), folder)
 
 
 def by_name(
@@ -77,12 +77,12 @@ def shade(axes, t_s, seen, clock: Clock) -> None:
     )  # fmt: skip
 
 
-def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
+def draw_errors(found: FilterCheck, name: str, first: int, on: SubFigure | None = None) -> Figure:
     """Three states: errors of runs within three sigma of Monte Carlo and linear covariance."""
     flown, expected = found.flown, found.expected
     clock = clock_for(flown.t_s[-1])
     figure, panels = stack_panels(
-        f"{name.capitalize()} error of {found.runs} runs", 3, 6.4, sharex=True
+        f"{name.capitalize()} error of {found.runs} runs", 3, 6.4, on, sharex=True
     )
     t = flown.t_s / clock.seconds
     for k, axes in enumerate(panels):
@@ -111,12 +111,14 @@ def state_errors(found: FilterCheck, name: str, column: int) -> tuple[np.ndarray
     return errors, spread, linear, 1.5 * np.nanmax(spread[len(spread) // 10 :])
 
 
-def _draw_consistency(found: FilterCheck) -> Figure:
-    """NEES and NIS per degree of freedom, mean over the runs, with 95 % bands."""
-    flown, shown = found.flown, measures(found)
+def draw_consistency(
+    found: FilterCheck, most: int | None = None, on: SubFigure | None = None
+) -> Figure:
+    """NEES and NIS per degree of freedom, mean over the runs, with 95 % bands; the first `most`."""
+    flown, shown = found.flown, dict([*measures(found).items()][:most])
     clock = clock_for(flown.t_s[-1])
     title = f"NEES and NIS per degree of freedom, mean of {found.runs} runs"
-    figure, panels = stack_panels(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
+    figure, panels = stack_panels(title, len(shown), 1.0 + 1.45 * len(shown), on, sharex=True)
     for axes, (name, (mean, low, high)) in zip(panels, shown.items(), strict=True):
         shade(axes, found.expected.t_s, found.expected.sun_seen, clock)
         axes.axhspan(low, high, color=GREEN, alpha=0.25, lw=0)

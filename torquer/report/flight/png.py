@@ -122,13 +122,13 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
 
 
 def _inches_wide(axes) -> float:
-    return axes.get_position().width * axes.figure.get_figwidth()
+    return axes.get_position().width * axes.figure.bbox.width / axes.figure.dpi
 
 
 def _time_ticks(clock, span: float):
     """Ticks at round numbers of the unit; for hours at parts of a day."""
     if clock.unit == "h":
-        return MultipleLocator(next((n for n in (1, 2, 3, 6, 12) if span <= 12 * n), 24))
+        return MultipleLocator(next((n for n in (0.5, 1, 2, 3, 6, 12) if span <= 12 * n), 24))
     return MaxNLocator(10, steps=(1, 2, 5, 10) if span < 50 else (1, 2, 3, 5, 6, 10))
 
 
@@ -186,7 +186,7 @@ def _draw_bands(axes, panel: Panel, clock):
 def _draw_levels(axes, panel: Panel) -> None:
     low, high = axes.get_ylim()
     levels = sorted((v for v in panel.levels if low <= v.y <= high), key=lambda level: level.y)
-    gap = 0.14 / (axes.get_position().height * axes.figure.get_figheight())
+    gap = 0.14 * axes.figure.dpi / (axes.get_position().height * axes.figure.bbox.height)
     _, places = level_places([v.y for v in levels], (low, high), panel.log, gap)
     for level, at in zip(levels, places, strict=True):
         dashes = "-" if level.solid else (0, (5, 3))

@@ -1,7 +1,9 @@
 """Pictures of designs: coils by gauge, gains of B-dot that were flown, gains for three axes."""
 
+from typing import NamedTuple
+
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
 from torquer.design.coil_design import CoilSizes
@@ -17,11 +19,11 @@ _GRID = 101
 _TIMES = ((0.5, "half", BLUE), (0.9, "90 %", ORANGE), (1.0, "last", RED))
 
 
-def draw_coils(answer: CoilSizes) -> Figure:
+def draw_coils(answer: CoilSizes, on: SubFigure | None = None) -> Figure:
     """Voltage and current of the gauges that fit, all at the same dipole; limits are dashed."""
     asked, gauges = answer.request, [coil.awg for coil in answer.coils]
     title = f"{asked.dipole_a_m2:g} A m² with {asked.mass_kg:g} kg of {asked.metal}"
-    figure, panels = stack_panels(title, 2, 4.6, sharex=True)
+    figure, panels = stack_panels(title, 2, 4.6, on, sharex=True)
     curves = (
         ("voltage [V]", [coil.voltage_v for coil in answer.coils], BLUE, asked.voltage_v),
         ("current [A]", [coil.current_a for coil in answer.coils], RED, asked.current_a),
@@ -36,58 +38,89 @@ def draw_coils(answer: CoilSizes) -> Figure:
     return figure
 
 
-def draw_gains(sweep: GainSweep) -> Figure:
-    """Flights over their gains."""
-    gains = np.array([each.gain for each in sweep.flights])
+def draw_gains(sweep: GainSweep, on: SubFigure | None = None) -> Figure:
+    """Flights over their gains: times, energies, dipoles; on a page without dipoles."""
     title = f"{sweep.scenario.name}: gain of B-dot".lstrip(": ")
     title += f", stopped below {sweep.below_deg_s:.3g} deg/s"
     title += ": doubtful" * bool(sweep.verdict.doubts)
-    figure, (upper, middle, lower) = stack_panels(title, 3, 7.2, sharex=True)
-    for part, name, colour in _TIMES:
-        hours = np.array([each.settled_by(part) for each in sweep.flights]) / 3600.0
-        upper.plot(gains, np.where(np.isfinite(hours), hours, np.nan), "o-", color=colour, ms=4,
-                   lw=1.3, label=name)  # fmt: skip
-    first = np.array([each.first_by(0.5) for each in sweep.flights]) / 3600.0
-    upper.plot(gains, np.where(np.isfinite(first), first, np.nan), "o:", color=BLUE, ms=3, lw=1.0,
-               label="half, first")  # fmt: skip
-    theory = np.array([sweep.theory_s(gain) for gain in gains]) / 3600.0
-    upper.plot(gains, theory, color=INK, lw=1.0, ls="--", label="theory, mean")
-    upper.set_ylabel("stopped after [h]", fontsize=9.5)
-    upper.set_ylim(0.0, 1.05 * sweep.duration_s / 3600.0)
-    if sweep.wanted.within_s is not None:
-        upper.axhline(sweep.wanted.within_s / 3600.0, color=GREEN, lw=1.2, label="wanted")
-    middle.plot(gains, [each.energy_j.mean() for each in sweep.flights], "o-", color=BLUE, ms=4,
-                lw=1.3)  # fmt: skip
-    middle.set_ylabel("energy [J], mean", fontsize=9.5)
-    limit = sweep.tumbling.coils.limits_a_m2().min()
-    shares = [100.0 * each.peak_a_m2.max() / limit for each in sweep.flights]
-    lower.plot(gains, shares, "o-", color=BLUE, ms=4, lw=1.3)
-    lower.set_ylim(0.0, 1.05 * max(100.0, *shares))
-    lower.set_ylabel("peak dipole [% of limit]", fontsize=9.5)
-    lower.set_xscale("log")
-    for axes in (upper, middle, lower):
+    drawn = [_draw_times, _draw_energies, _draw_dipoles][: 3 if on is None else 2]
+    figure, panels = stack_panels(title, len(drawn), 7.2, on, sharex=True)
+    gains = np.array([each.gain for each in sweep.flights])
+    for axes, draw in zip(panels, drawn, strict=True):
+        draw(axes, sweep, gains)
         axes.axvline(sweep.chosen.gain, color=GREEN, lw=1.6, label="chosen")
-    legend_at_left(upper, 7)
+    legend_at_left(panels[0], 7)
+    panels[-1].set_xscale("log")
     label = "gain [A m² s/T]"
     if not all(np.isfinite(each.settled_s).all() for each in sweep.flights):
         label += "\nmissing points: fewer stop during the flight"
-    lower.set_xlabel(label, fontsize=10)
+    panels[-1].set_xlabel(label, fontsize=10)
     return figure
 
 
-def draw_design(answer: ThreeAxisAnswer) -> Figure:
-    """Isolines over (k, k_a), continuous control, with the pairs found."""
-    task, made = answer.task, answer.design
-    pairs = {"formula": (made.formula, RED), "refined": (made.refined, GREEN)}
-    gains = {name: each.law.values() for name, (each, _) in pairs.items()}
-    places = {
-        name: (gains[name]["rate_gain"], gains[name]["angle_gain"], colour)
-        for name, (_, colour) in pairs.items()
+def _draw_times(axes, sweep: GainSweep, gains: np.ndarray) -> None:
+    """Times to stop, flown and by theory."""
+    for part, name, colour in _TIMES:
+        hours = np.array([each.settled_by(part) for each in sweep.flights]) / 3600.0
+        axes.plot(gains, np.where(np.isfinite(hours), hours, np.nan), "o-", color=colour, ms=4,
+                  lw=1.3, label=name)  # fmt: skip
+    first = np.array([each.first_by(0.5) for each in sweep.flights]) / 3600.0
+    axes.plot(gains, np.where(np.isfinite(first), first, np.nan), "o:", color=BLUE, ms=3, lw=1.0,
+              label="half, first")  # fmt: skip
+    theory = np.array([sweep.theory_s(gain) for gain in gains]) / 3600.0
+    axes.plot(gains, theory, color=INK, lw=1.0, ls="--", label="theory, mean")
+    axes.set_ylabel("stopped after [h]", fontsize=9.5)
+    axes.set_ylim(0.0, 1.05 * sweep.duration_s / 3600.0)
+    if sweep.wanted.within_s is not None:
+        axes.axhline(sweep.wanted.within_s / 3600.0, color=GREEN, lw=1.2, label="wanted")
+
+
+def _draw_energies(axes, sweep: GainSweep, gains: np.ndarray) -> None:
+    energies = [each.energy_j.mean() for each in sweep.flights]
+    axes.plot(gains, energies, "o-", color=BLUE, ms=4, lw=1.3)
+    axes.set_ylabel("energy [J], mean", fontsize=9.5)
+
+
+def _draw_dipoles(axes, sweep: GainSweep, gains: np.ndarray) -> None:
+    limit = sweep.tumbling.coils.limits_a_m2().min()
+    shares = [100.0 * each.peak_a_m2.max() / limit for each in sweep.flights]
+    axes.plot(gains, shares, "o-", color=BLUE, ms=4, lw=1.3)
+    axes.set_ylim(0.0, 1.05 * max(100.0, *shares))
+    axes.set_ylabel("peak dipole [% of limit]", fontsize=9.5)
+
+
+class GainMap(NamedTuple):
+    """Degrees of stability `[k_a, k]` of the sampled loop, exact and averaged, over both gains."""
+
+    k: np.ndarray
+    k_a: np.ndarray
+    exact: np.ndarray
+    averaged: np.ndarray
+
+
+def gain_map(answer: ThreeAxisAnswer) -> GainMap:
+    """Degrees of stability around the pairs of gains found; seconds of computing."""
+    places = [(k, k_a) for k, k_a, _ in _places(answer).values()]
+    k, k_a = (np.linspace(0.01, 1.0, _GRID) * 2.0 * max(p[j] for p in places) for j in (0, 1))
+    return GainMap(k, k_a, *_degrees(answer.task, k, k_a))
+
+
+def _places(answer: ThreeAxisAnswer) -> dict[str, tuple[float, float, str]]:
+    """The pairs of gains by name, and their colours."""
+    pairs = {"formula": (answer.design.formula, RED), "refined": (answer.design.refined, GREEN)}
+    gains = {name: (each.law.values(), colour) for name, (each, colour) in pairs.items()}
+    return {
+        name: (values["rate_gain"], values["angle_gain"], colour)
+        for name, (values, colour) in gains.items()
     }
-    k, k_a = (np.linspace(0.01, 1.0, _GRID) * 2.0 * max(p[j] for p in places.values())
-              for j in (0, 1))  # fmt: skip
-    exact, averaged = _degrees(task, k, k_a)
-    figure, (axes,) = stack_panels("Three axes by coils: degree of stability [1/rad]", 1, 4.6)
+
+
+def draw_design(
+    answer: ThreeAxisAnswer, over: GainMap | None = None, on: SubFigure | None = None
+) -> Figure:
+    """Isolines over (k, k_a), continuous control, with the pairs found."""
+    k, k_a, exact, averaged = over or gain_map(answer)
+    figure, (axes,) = stack_panels("Three axes by coils: degree of stability [1/rad]", 1, 4.6, on)
     axes.grid(False)
     axes.contourf(k, k_a, exact, levels=[-np.inf, 0.0], colors=[UNSTABLE])
     if exact.max() > 0.0:
@@ -99,7 +132,7 @@ def draw_design(answer: ThreeAxisAnswer) -> Figure:
     axes.fill_between([], [], color=UNSTABLE, label="unstable")
     axes.plot([], [], color=INK, label="exact")
     axes.plot([], [], color=BLUE, ls="--", label="averaged")
-    for name, (x, y, colour) in places.items():
+    for name, (x, y, colour) in _places(answer).items():
         said = name + ": doubtful" * bool(answer.verdict_on(name).doubts)
         axes.plot(x, y, "o", color=colour, ms=7, label=said, clip_on=False)
     axes.set_xlabel("k, of the rate [N m s/T²]", fontsize=10)

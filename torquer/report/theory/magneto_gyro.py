@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from torquer.design.gyro.answer import GyroDesign
 from torquer.design.pointing_flights import PointingFlights
@@ -28,24 +28,24 @@ def draw_gyro_design(made: GyroDesign) -> dict[str, Figure]:
     """Pictures of a design by name: flights only if there are some."""
     name = made.case.scenario.name
     figures = {
-        "wheel": _wheel(made, f"{name}: which wheel?"),
-        "errors": _errors(made, f"{name}: pointing error by cause"),
+        "wheel": draw_wheels(made, f"{name}: which wheel?"),
+        "errors": draw_errors(made, f"{name}: pointing error by cause"),
         "orbits": _orbits(made, f"{name}: on which orbits?"),
     }
     if made.flights is not None:
         title = f"{name}: from tip-off to pointing" + ": doubtful" * bool(made.verdict.doubts)
-        figures["flights"] = _flights(made, made.flights, title)
+        figures["flights"] = draw_flights(made, made.flights, title)
     return figures
 
 
-def _wheel(made: GyroDesign, title: str) -> Figure:
+def draw_wheels(made: GyroDesign, title: str, on: SubFigure | None = None) -> Figure:
     """Degrees of both stages over h; wheels with which one of them is unstable are shaded."""
     craft = made.case.craft
     h = np.linspace(0.05, max(_LEAST_H, craft.stiffness + _MORE_H), _WHEELS)
     h = np.sort(np.concatenate([h, _NEAR_2]))
     found = over_stiffness(craft, made.first, made.second.weights, h, made.case.along.normal,
                            made.request.form)  # fmt: skip
-    figure, (axes,) = stack_panels(title, 1, 4.6)
+    figure, (axes,) = stack_panels(title, 1, 4.6, on)
     unstable = (found.first <= 0.0) | ~(found.second > 0.0)
     axes.fill_between(h, 0.0, 1.0, where=unstable, step="mid", transform=axes.get_xaxis_transform(),
                       color=UNSTABLE, lw=0.0, label="a stage unstable")  # fmt: skip
@@ -82,11 +82,11 @@ def _find_stiffness(craft):
     return lambda wheel: wheel / craft.momentum_unit + craft.pitch_inertia - 2.0
 
 
-def _errors(made: GyroDesign, title: str) -> Figure:
+def draw_errors(made: GyroDesign, title: str, on: SubFigure | None = None) -> Figure:
     """Root mean squares of roll, pitch and yaw by cause, and of all together."""
     causes = {**made.errors, "together": np.sqrt(sum(x**2 for x in made.errors.values()))}
     shown = {name: x for name, x in causes.items() if np.any(x > 0.0)} or causes
-    figure, (axes,) = stack_panels(title, 1, 3.6)
+    figure, (axes,) = stack_panels(title, 1, 3.6, on)
     width, places = 0.26, np.arange(len(shown))
     for number, (name, colour) in enumerate(_ANGLES):
         values = [x[number] for x in shown.values()]
@@ -102,10 +102,12 @@ def _errors(made: GyroDesign, title: str) -> Figure:
     return figure
 
 
-def _flights(made: GyroDesign, flights: PointingFlights, title: str) -> Figure:
+def draw_flights(
+    made: GyroDesign, flights: PointingFlights, title: str, on: SubFigure | None = None
+) -> Figure:
     """Attitude error of each release over the orbits, with the times by theory."""
     period_s = made.case.scenario.orbit.period_s
-    figure, (axes,) = stack_panels(title, 1, 4.2)
+    figure, (axes,) = stack_panels(title, 1, 4.2, on)
     orbits = flights.t_s / period_s
     for error in flights.error_deg:
         axes.semilogy(orbits, np.maximum(error, 1e-4), color=BLUE, lw=0.8, alpha=0.7)
