@@ -87,8 +87,9 @@ OUTCOMES = {
     "no_such": "there is no such region, state of the region, flag or parameter",
     "not_a_number": "the value is no finite number, or a time that no clock shows",
     "fixed": "the parameter shapes its block and is not set in flight",
+    "not_begun": "the state was not begun by this export: nothing is set",
 }
-DONE, NO_SUCH, NOT_A_NUMBER, FIXED = range(len(OUTCOMES))
+DONE, NO_SUCH, NOT_A_NUMBER, FIXED, NOT_SET = range(len(OUTCOMES))
 
 
 class Gate(NamedTuple):

@@ -13,6 +13,9 @@ typedef struct {
     OnBoard now;
 } Held;
 
+/* What a state holds that has just been begun. */
+const OnBoard *adcs_first(void);
+
 /* Constants of the computer. */
 const $computer *adcs_constants(void);
 

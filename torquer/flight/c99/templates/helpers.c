@@ -137,8 +137,10 @@ static int64_t int_of(double a)
     return (int64_t)(((a >= least) && (a < -least)) ? a : least);
 }
 
-/* place of an index among n: a negative one counts from the end, as in Python */
+/* place of an index among n: a negative one counts from the end, as in Python; one that is beyond
+   both ends, of a state that is damaged, is the first */
 static int64_t place_of(int64_t index, int64_t n)
 {
-    return (index < 0) ? index + n : index;
+    const int64_t place = (index < 0) ? index + n : index;
+    return ((uint64_t)place < (uint64_t)n) ? place : 0;
 }
