@@ -3,10 +3,7 @@
 #ifdef ADCS_PORTABLE
 #include "adcs_math.h"
 #endif
-
-#include <float.h>
-
-$checks
+$include_ephemeris
 $program
 /* A target on which a state is not as the header says: the file does not compile. */
 typedef struct {
@@ -110,7 +107,12 @@ static bool are_words_in_order(void)
 
 bool adcs_self_test(void)
 {
-    return $is_exact && are_words_in_order();
+#ifdef ADCS_PORTABLE
+    const bool is_math_exact = adcs_math_is_exact();
+#else
+    const bool is_math_exact = true;
+#endif
+    return $is_exact && are_words_in_order() && is_math_exact$is_ephemeris_exact;
 }
 
 void adcs_seal_state(adcs_state *state)

@@ -4,7 +4,9 @@
 
 #include "adcs.h"
 
+#include <float.h>
 $includes
+$checks
 $types
 /* What an adcs_state holds. `version`: ADCS_STATE_VERSION; `seal`: of adcs_seal_state, 0: none. */
 typedef struct {
