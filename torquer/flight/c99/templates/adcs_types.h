@@ -7,6 +7,9 @@
 #include <float.h>
 $includes
 $checks
+/* Constants are doubles: -fsingle-precision-constant makes floats of them. */
+typedef char constants_are_doubles[(sizeof(0.1) == sizeof(double)) ? 1 : -1];
+
 $types
 /* What an adcs_state holds. `version`: ADCS_STATE_VERSION; `seal`: of adcs_seal_state, 0: none. */
 typedef struct {

@@ -16,5 +16,3 @@
 #if defined(__NO_SIGNED_ZEROS__)
 #error "compile without -fno-signed-zeros: zeros have signs"
 #endif
-/* Constants are doubles: -fsingle-precision-constant makes floats of them. */
-typedef char constants_are_doubles[(sizeof(0.1) == sizeof(double)) ? 1 : -1];
