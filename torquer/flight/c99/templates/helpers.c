@@ -144,3 +144,15 @@ static int64_t place_of(int64_t index, int64_t n)
     const int64_t place = (index < 0) ? index + n : index;
     return ((uint64_t)place < (uint64_t)n) ? place : 0;
 }
+
+/* zero if three numbers are finite, else no number; by their words where functions compute with
+   doubles, which are slow */
+static double doubt_of_three(double a, double b, double c)
+{
+#if defined(__SOFTFP__) || (defined(__ARM_FP) && (__ARM_FP & 8) == 0) || \
+    (defined(__riscv) && !defined(__riscv_flen))
+    return ((isfinite(a) != 0) && (isfinite(b) != 0) && (isfinite(c) != 0)) ? 0.0 : (double)NAN;
+#else
+    return (0.0 * a) + (0.0 * b) + (0.0 * c);
+#endif
+}
