@@ -49,6 +49,9 @@ MET = {
     READING_OLD, COMMAND_NOT_FINITE, COMMAND_LIMITED, NO_ESTIMATE, GUARDED, LAW_FAILED,
     NOT_BEGUN, EPHEMERIS_NOT_FINITE, ESTIMATOR_BEGUN_ANEW,
 ) = (1 << bit for bit in range(len(MET)))  # fmt: skip
+#: All bits. What is masked by it is known to be small: 32-bit processors turn it into a float at
+#: once, and a number of 64 bits by a function.
+ANY = (1 << len(MET)) - 1
 
 #: Times, and how far clocks are apart, are below it [s]: at 1e20 s a clock that was believed would
 #: not tell steps apart any more.
@@ -87,8 +90,9 @@ OUTCOMES = {
     "no_such": "there is no such region, state of the region, flag or parameter",
     "not_a_number": "the value is no finite number, or a time that no clock shows",
     "fixed": "the parameter shapes its block and is not set in flight",
+    "not_begun": "the state was not begun by this export: nothing is set",
 }
-DONE, NO_SUCH, NOT_A_NUMBER, FIXED = range(len(OUTCOMES))
+DONE, NO_SUCH, NOT_A_NUMBER, FIXED, NOT_SET = range(len(OUTCOMES))
 
 
 class Gate(NamedTuple):
@@ -338,7 +342,7 @@ def gated_step(gate, computer, board, gate_now, inputs):
     known = board.known[0]
     met = judge_clock(gate, now, given.t_s)
     if met > 0 and met < CLOCK_SET:
-        now.status = float(met)
+        now.status = float(met & ANY)
         return Answer(NO_COMMAND.dipole_a_m2, NO_COMMAND.torque_n_m, met, NO_COMMAND)
     is_first = now.t_s == -math.inf
     known.t_s = own_time(now, given.t_s)
@@ -352,7 +356,7 @@ def gated_step(gate, computer, board, gate_now, inputs):
     if not is_first:  # in the loop each step is the first of a gate: a simulation does not do it
         met |= begin_anew(gate, board)
         drop_failed(gate, known)
-    now.status = float(met)
+    now.status = float(met & ANY)
     return Answer(answer.dipole_a_m2, answer.torque_n_m, met, answer.asked)
 
 

@@ -12,6 +12,7 @@ from flight.c99.test_export import built, replayed, written
 from slow_cases import slow_after
 
 import torquer
+from torquer.computer import gate as gates
 from torquer.flight.c99.computer import find_computer, translate_step
 from torquer.flight.c99.export import make_texts
 
@@ -198,3 +199,43 @@ def counted(made: Path, function: str) -> tuple[float, int]:
     found = re.search(r"Collected : (\d+)", done.stderr)
     assert found is not None, done.stderr
     return float(np.format_float_scientific(float(done.stdout), 5)), int(found[1])
+
+
+#: Readings with each of these numbers in each place; what the step says and commands.
+ODD = """
+#include "adcs.h"
+#include <math.h>
+#include <stdio.h>
+int main(void)
+{
+    static const double odd[] = {NAN, -NAN, INFINITY, -INFINITY, 1.7e308, -1.7e308, 5e-324, -0.0,
+        1e-5};
+    static adcs_state state;
+    adcs_init(&state);
+    for (int n = 0; n < 27; n++) {
+        adcs_inputs inputs = {3.0 * n, {2e-5, -1e-5, -3e-5}, {3.0 * n}};
+        adcs_command command;
+        inputs.b_body_t[n % 3] = odd[n / 3];
+        printf("%u ", (unsigned)adcs_step(&state, &inputs, &command));
+        printf("%a %a %a\\n", command.dipole_a_m2[0], command.dipole_a_m2[1],
+            command.dipole_a_m2[2]);
+    }
+    return 0;
+}
+"""
+
+
+@needs_compiler
+def test_numbers_are_known_by_their_words_where_doubles_are_software(bdot, tmp_path):
+    folder = shutil.copytree(bdot, tmp_path / "soft")
+    sources = [folder / "adcs.c", folder / "adcs_tables.c"]
+    said = []
+    for text in ("", "#define __SOFTFP__ 1\n"):
+        (folder / "adcs.c").write_text(text + (bdot / "adcs.c").read_text())
+        made = program(folder, ODD, *sources)
+        done = subprocess.run([made], capture_output=True, text=True, check=True)
+        said.append(done.stdout.splitlines())
+    assert said[0] == said[1]
+    statuses = [int(line.split()[0]) for line in said[0]]
+    assert all(each & gates.READING_NOT_FINITE for each in statuses[:12])
+    assert not any(each & gates.READING_NOT_FINITE for each in statuses[12:])

@@ -177,7 +177,7 @@ def test_the_report_says_what_the_flight_reaches(export):
 def test_what_is_never_reached_is_listed_by_its_line(export, tmp_path):
     folder = shutil.copytree(export, tmp_path / "planted")
     text = (folder / "adcs.c").read_text()
-    head = "    answer = answered(opened(state), inputs);\n"
+    head = "    answer = answered(own, inputs);\n"
     assert head in text
     planted = f"{head}    if (answer.status == 12345) {{\n        return 77u;\n    }}\n"
     text = text.replace(head, planted)

@@ -57,6 +57,12 @@ def kind_of(memory, channel):
 
 
 @inlined
+def count_channels(sensing, memory):
+    """Number after that of the last channel used, of those that there are."""
+    return min(int(sensing.after_last), memory.isolated.shape[0])
+
+
+@inlined
 def magnetometer_constants(sensing, memory, channel):
     """Constants of a device, or of one of several."""
     if channel < 11:

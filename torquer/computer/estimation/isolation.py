@@ -7,6 +7,7 @@ import math
 
 from torquer.compile.engine import inlined
 from torquer.computer.estimation.channels import (
+    count_channels,
     is_field_alone,
     is_odd,
     noise_of_directions,
@@ -39,7 +40,7 @@ _ANY_ATTITUDE = 1.0
 @inlined
 def isolate_what_is_no_number(inputs, sensing, memory):
     """Isolate the sensors whose latest reading is no number until they read one."""
-    for channel in range(int(sensing.after_last)):
+    for channel in range(count_channels(sensing, memory)):
         is_number, status = reads_number(inputs, sensing, memory, channel), memory.isolated[channel]
         if status == USED and not is_number:
             memory.isolated[channel] = NO_NUMBER

@@ -8,7 +8,13 @@ filtering for spacecraft attitude estimation' (1982).
 import math
 
 from torquer.compile.engine import inlined, plugged
-from torquer.computer.estimation.channels import isolate, isolate_units, keep_innovation, measure
+from torquer.computer.estimation.channels import (
+    count_channels,
+    isolate,
+    isolate_units,
+    keep_innovation,
+    measure,
+)
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     RATE_ERROR,
@@ -102,7 +108,7 @@ def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     propagated rotation by white noise [rad^2/s]; `judged`: whether the sensors and the motion are
     tested, too.
     """
-    for sensor in range(int(parameters.sensing.after_last)):
+    for sensor in range(count_channels(parameters.sensing, memory)):
         m, read_s = latest(inputs, parameters, memory, sensor, omega, rate_variances[1])
         put_vector(memory.innovation_cell, NOTHING)
         if m.count > 0:

@@ -3,7 +3,7 @@
 import math
 
 from torquer.compile.engine import inlined, plugged
-from torquer.computer.estimation.channels import is_field_alone, read_direction
+from torquer.computer.estimation.channels import count_channels, is_field_alone, read_direction
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     forget,
@@ -130,7 +130,7 @@ def forget_readings(memory):
 def rejected_sensor(sensing, memory):
     """A sensor whose readings have been rejected all the time; -1 for none."""
     found = -1
-    for sensor in range(int(sensing.after_last)):
+    for sensor in range(count_channels(sensing, memory)):
         if (
             not is_broken(memory, sensor)
             and memory.rejected_in_a_row[sensor] >= sensing.most_rejected

@@ -1,5 +1,7 @@
 """What the interface reads of the state, as far as the state of a scenario has it."""
 
+from string import Template
+
 from torquer.flight.c99.computer import Export, OnBoard
 from torquer.flight.c99.precision import is_single
 
@@ -10,6 +12,12 @@ _IS_REGION = """\
 static bool is_region(int32_t region)
 {
     return region >= 0 && region < $count;
+}
+
+/* The number of a state; -1 for one that is damaged. */
+static int32_t mode_of(double state)
+{
+    return (state >= 0.0 && state < $states.0) ? (int32_t)state : -1;
 }
 
 """
@@ -49,11 +57,12 @@ def accessor_texts(computer: OnBoard, made: Export) -> dict[str, str]:
     """Texts of `adcs.c` for what a state may have or not."""
     reports = made.program.keeps(made.board, "failures")
     regions, board = len(computer.board.modes.regions), computer.board
+    sizes = {"count": regions, "states": len(board.modes.states)}
     unread = "    (void)state;\n    (void)region;\n"
     return {
-        "is_region": _IS_REGION.replace("$count", str(regions)) if regions else "",
+        "is_region": Template(_IS_REGION).substitute(sizes) if regions else "",
         "unread_region": "" if regions else unread,
-        "mode": f"is_region(region) ? (int32_t){_REGION}.state : -1" if regions else "-1",
+        "mode": f"is_region(region) ? mode_of({_REGION}.state) : -1" if regions else "-1",
         "held": f"is_region(region) && {_REGION}.held > 0.0" if regions else "false",
         "before_step": _BEFORE if reports else "",
         "after_step": _AFTER if reports else "",

@@ -3,7 +3,6 @@
 import ast
 import math
 import operator
-import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -227,14 +226,12 @@ def nearest_whole(name: str, value: Value) -> Value:
     return call_function(f"{name}f" if is_single() else name, [value], REAL)
 
 
-def to_whole(value: Value, helpers: set[str], is_checked: bool = False) -> Value:
+def to_whole(value: Value, helpers: set[str]) -> Value:
     """A float without its fraction, as a whole number.
 
-    What is read from memory or parameters is one already, unless it `is_checked`. Of NaN and of
-    numbers beyond 64 bits C says nothing; `int_of` makes the number of them that an x86-64 makes.
+    Of NaN and of numbers beyond 64 bits C says nothing, and a damaged state may have them; `int_of`
+    makes the number of them that an x86-64 makes.
     """
-    if not is_checked and re.fullmatch(r"\w+(\.|->|\[)[^(]*", value.stored or value.text):
-        return Value(f"(int64_t){value.within(Rank.SIGN)}", INT, Rank.SIGN, reads=value.reads)
     name = "int_of_times" if value.type == TIME else "int_of"
     helpers.add(name)
     return call_function(name, [value], INT)

@@ -298,7 +298,7 @@ def _call_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Valu
         found = arithmetic.call_function(test, floats, BOOL)
         return replace(found, text=f"{found.text} != 0", rank=Rank.EQUAL)
     found = arithmetic.nearest_whole(whole or "", floats[0])
-    return arithmetic.to_whole(found, s.program.helpers, s.checks)
+    return arithmetic.to_whole(found, s.program.helpers)
 
 
 def _known_answer(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
@@ -350,7 +350,7 @@ def _whole(s: Scope, node: ast.Call, value: Value) -> Value:
         except (OverflowError, ValueError):
             raise s.refuse(node, "make a finite number whole") from None
     if value.type in (REAL, TIME):
-        return arithmetic.to_whole(value, s.program.helpers, s.checks)
+        return arithmetic.to_whole(value, s.program.helpers)
     return arithmetic.as_whole(value)
 
 

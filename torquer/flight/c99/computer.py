@@ -18,7 +18,9 @@ from torquer.computer.computer import Blocks, first_board
 from torquer.computer.interface import ESTIMATED, KNOWN, NO_COMMAND, PLACES, SENSED
 from torquer.computer.laws.pointing import to_orbital_frame
 from torquer.computer.modes import signals
+from torquer.flight.c99.arithmetic import call_function
 from torquer.flight.c99.calls import Cast, Failed, call_switch
+from torquer.flight.c99.evaluate import at_hand
 from torquer.flight.c99.gate import make_gate
 from torquer.flight.c99.precision import is_single
 from torquer.flight.c99.print_c import kept_fields, reached_functions
@@ -41,7 +43,8 @@ from torquer.flight.c99.types import (
     Type,
     find_type,
 )
-from torquer.flight.c99.values import Value, constant
+from torquer.flight.c99.values import Value, as_real, constant, select_part
+from torquer.maths.geometry import vec3
 from torquer.scenario.spec import Scenario
 from torquer.simulation.outside.library import make_fingerprint
 from torquer.simulation.setup.prepare import (
@@ -317,7 +320,8 @@ def _entry(program: Program, kernel: Callable, kinds: dict[str, Type]) -> Functi
 
 
 def _replace(computer: OnBoard) -> dict:
-    """Kernels that are chosen by number: signals, of those that the conditions use."""
+    """Kernels that are called in another way: signals, of those that the conditions use, by number;
+    whether a vector is finite as the processor finds it out soonest."""
     used = sorted(set(computer.computer["modes"].conditions["signal"].tolist()))
     functions = [each.function for each in signals.SIGNALS.values()]
 
@@ -326,7 +330,16 @@ def _replace(computer: OnBoard) -> dict:
         chosen = {each: functions[each] for each in used}
         return call_switch(s, node, chosen, number, rest, constant(math.nan))
 
-    replaced = {plain_function(signals.signal_value): signal}
+    def doubt(s, node, values: list[Value]) -> Value:
+        vector = at_hand(s, values[0])
+        parts = [as_real(select_part(vector, k)) for k in range(3)]
+        s.program.helpers.add("doubt_of_three")
+        return call_function("doubt_of_three", parts, REAL)
+
+    replaced = {
+        plain_function(signals.signal_value): signal,
+        plain_function(vec3.doubt_of): doubt,
+    }
     if not computer.blocks.estimators:
         replaced[plain_function(on_board.estimate_step)] = lambda s, node, values: Value(
             "", NOTHING

@@ -9,7 +9,7 @@ from torquer.flight.c99.ephemeris import OnBoardEphemeris, translated_ephemeris
 from torquer.flight.c99.precision import computing_in, double_text, is_single
 from torquer.flight.c99.print_c import INCLUDES, program_text, types_text
 from torquer.flight.c99.tables import constant_text
-from torquer.flight.c99.texts import fill_template
+from torquer.flight.c99.texts import fill_template, self_test
 
 #: What each element is.
 MEANINGS = {
@@ -106,6 +106,7 @@ def _source_text(ephemeris: OnBoardEphemeris) -> dict[str, str]:
             "program": program_text(program, False, (kernel,)),
             "first": "".join(f"        /* {k} */ {double_text(v)},\n" for k, v in values),
             "given": _GIVEN if ephemeris.kind == "given" else "", "arguments": ", ".join(arguments),
+            **self_test(("double",)),
         }  # fmt: skip
 
 

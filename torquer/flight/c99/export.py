@@ -172,6 +172,7 @@ def _texts(
     constants = program.type_name(made.computer)
     given = inputs_for(computer, made, ephemeris is not None)
     places = {"computer": constants, "includes": INCLUDES, "types": _types(made, given)}
+    places |= self_test(("double",))
     inputs = {
         "enums": enums(computer),
         "inputs": input_members(given),
@@ -183,7 +184,11 @@ def _texts(
         "adcs.h": _header(computer, made, general | inputs | _precision_text()),
         "adcs_types.h": fill_template("adcs_types.h", general | places),
         "adcs.c": fill_template(
-            "adcs.c", general | _source_text(computer, made, given) | _precision_text()
+            "adcs.c",
+            general
+            | _source_text(computer, made, given)
+            | _precision_text()
+            | _of_ephemeris(ephemeris is not None),
         ),
         "adcs_tables.c": fill_template("adcs_tables.c", general | _tables_text(computer, made)),
         "CMakeLists.txt": _cmake(ephemeris is not None),
@@ -257,6 +262,7 @@ def _portable_texts(program: Program) -> dict[str, str]:
     public = [each for each in program.functions.values() if each.is_public]
     prototypes = "".join(f"{signature(program, each)};\n" for each in public)
     places = {"version": VERSION, "includes": INCLUDES, "program": program_text(program)}
+    places |= self_test(("double",))
     texts = {
         "adcs_math.h": fill_template("adcs_math.h", {"prototypes": prototypes}),
         "adcs_math.c": fill_template("adcs_math.c", places),
@@ -270,6 +276,16 @@ def _precision_text() -> dict[str, str]:
         return {"precision": "", "to_double": "", "to_real": ""} | self_test(("double",))
     casts = {"to_double": "(double)", "to_real": "(float)"}
     return {"precision": PRECISION, **casts} | self_test(("double", "float"))
+
+
+def _of_ephemeris(has_ephemeris: bool) -> dict[str, str]:
+    """How the self-test asks the ephemeris on board, if there is one."""
+    if not has_ephemeris:
+        return {"include_ephemeris": "", "is_ephemeris_exact": ""}
+    return {
+        "include_ephemeris": f'#include "{_EPHEMERIS[1]}"\n',
+        "is_ephemeris_exact": " && adcs_ephemeris_is_exact()",
+    }
 
 
 #: What the interface hands to the kernels that it calls, by the names of their arguments.
@@ -326,6 +342,7 @@ def _cmake(has_ephemeris: bool) -> str:
     if has_ephemeris:
         source, header = _EPHEMERIS
         text = text.replace("add_library(adcs adcs.c", f"add_library(adcs adcs.c {source}")
+        text = text.replace("SHARED adcs_tables.c", f"SHARED adcs_tables.c {source}")
         text = text.replace("install(FILES adcs.h", f"install(FILES adcs.h {header}")
     return text
 

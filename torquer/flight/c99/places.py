@@ -168,9 +168,9 @@ def _index(s: Scope, node: ast.AST, index: Value, count: int | None) -> str:
         if not -count <= index.known < count:
             raise s.refuse(node, f"use an index from 0 to {count - 1}")
         return str(index.known % count)
-    if low >= 0:
-        if count is not None and count <= low <= high < math.inf:
-            raise s.refuse(node, f"use an index from 0 to {count - 1}")
+    if count is not None and count <= low <= high < math.inf:
+        raise s.refuse(node, f"use an index from 0 to {count - 1}")
+    if low >= 0 and (s.checks or count is None or high < count):
         return index.text
     if count is None:
         raise s.refuse(node, "use an index that is not negative")

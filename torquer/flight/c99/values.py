@@ -137,9 +137,7 @@ def as_real(value: Value) -> Value:
         return value
     if value.is_known:
         return constant(float(value.known))
-    return replace(
-        value, text=f"({real_word()}){value.within(Rank.SIGN)}", type=REAL, rank=Rank.SIGN
-    )
+    return replace(value, text=_cast(real_word(), value), type=REAL, rank=Rank.SIGN)
 
 
 def as_time(value: Value) -> Value:
@@ -153,7 +151,14 @@ def as_time(value: Value) -> Value:
         )
     if value.stored:
         return replace(value, text=value.stored, type=TIME, rank=Rank.ATOM, stored="")
-    return replace(value, text=f"(double){value.within(Rank.SIGN)}", type=TIME, rank=Rank.SIGN)
+    return replace(value, text=_cast("double", value), type=TIME, rank=Rank.SIGN)
+
+
+def _cast(word: str, value: Value) -> str:
+    """A number as one of a floating type; a whole one of 32 bits as such, for processors of 32."""
+    low, high = value.bounds
+    is_small = value.type == INT and -(2**31) <= low <= high < 2**31
+    return f"({word}){'(int32_t)' * is_small}{value.within(Rank.SIGN)}"
 
 
 def as_float(value: Value) -> Value:

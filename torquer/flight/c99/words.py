@@ -26,7 +26,7 @@ _OF_HEADERS = re.compile(
 )
 #: Names of the files around the kernels, and of the tables in them: a global name of a kernel's
 #: must not be one.
-AROUND = frozenset({*names_around(), "constants", "gate", "first", "fresh", "is_region"})
+AROUND = frozenset({*names_around(), "constants", "gate", "first", "fresh", "is_region", "mode_of"})
 
 
 def avoid_headers(name: str) -> str:

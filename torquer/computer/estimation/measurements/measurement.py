@@ -60,7 +60,8 @@ NO_DIRECTION = Direction(False, False, 0.0, _ZERO, _ZERO, 0.0)
 @inlined
 def estimated_rows(sensing, p):
     """Number of rows of a covariance that are estimated, not only considered."""
-    return int(sensing.considered) if sensing.considered > 0.0 else p.shape[0]
+    considered = min(int(sensing.considered), p.shape[0])
+    return considered if sensing.considered > 0.0 else p.shape[0]
 
 
 @inlined

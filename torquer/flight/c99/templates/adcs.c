@@ -3,10 +3,7 @@
 #ifdef ADCS_PORTABLE
 #include "adcs_math.h"
 #endif
-
-#include <float.h>
-
-$checks
+$include_ephemeris
 $program
 /* A target on which a state is not as the header says: the file does not compile. */
 typedef struct {
@@ -26,15 +23,25 @@ static const Held *held_by(const adcs_state *state)
     return (const Held *)state;
 }
 
-static const OnBoard *seen(const adcs_state *state)
+/* Whether a state was begun by this export: what else is in it is looked at only then. */
+static bool is_begun(const adcs_state *state)
 {
-    return &held_by(state)->now;
+    return held_by(state)->version == ADCS_STATE_VERSION;
 }
 
-/* What a state holds, to be changed: no seal is true any more. */
+/* What a state holds; of one that was not begun what it would hold then. */
+static const OnBoard *seen(const adcs_state *state)
+{
+    return is_begun(state) ? &held_by(state)->now : adcs_first();
+}
+
+/* What a state holds, to be changed: no seal is true any more. NULL for one that was not begun. */
 static OnBoard *opened(adcs_state *state)
 {
     Held *held = (Held *)state;
+    if (!is_begun(state)) {
+        return NULL;
+    }
     held->seal = 0;
     return &held->now;
 }
@@ -67,13 +74,14 @@ ${after_step}    return answer;
 
 uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
 {
+    OnBoard *const own = opened(state);
     Answer answer;
-    if (held_by(state)->version != ADCS_STATE_VERSION) {
+    if (own == NULL) {
         const adcs_command none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
         *command = none;
         return ADCS_MET_NOT_BEGUN;
     }
-    answer = answered(opened(state), inputs);
+    answer = answered(own, inputs);
     for (int32_t k = 0; k < 3; k++) {
         command->dipole_a_m2[k] = ${to_double}answer.dipole_a_m2.v[k];
         command->torque_n_m[k] = ${to_double}answer.torque_n_m.v[k];
@@ -99,7 +107,12 @@ static bool are_words_in_order(void)
 
 bool adcs_self_test(void)
 {
-    return $is_exact && are_words_in_order();
+#ifdef ADCS_PORTABLE
+    const bool is_math_exact = adcs_math_is_exact();
+#else
+    const bool is_math_exact = true;
+#endif
+    return $is_exact && are_words_in_order() && is_math_exact$is_ephemeris_exact;
 }
 
 void adcs_seal_state(adcs_state *state)
@@ -111,7 +124,7 @@ void adcs_seal_state(adcs_state *state)
 adcs_integrity adcs_check_state(const adcs_state *state)
 {
     const Held *held = held_by(state);
-    if (held->version != ADCS_STATE_VERSION) {
+    if (!is_begun(state)) {
         return ADCS_OF_ANOTHER_EXPORT;
     }
     if (held->seal == 0u) {
@@ -163,8 +176,9 @@ $telemetry}
 
 uint32_t adcs_met(const adcs_state *state)
 {
-    const OnBoard *own = seen(state);
-    return (uint32_t)own->gate[0].status;
+    const double status = seen(state)->gate[0].status;
+    const bool is_word = status >= 0.0 && status < 4294967296.0;
+    return !is_begun(state) ? ADCS_MET_NOT_BEGUN : (is_word ? (uint32_t)status : 0u);
 }
 
 adcs_estimate adcs_estimated(const adcs_state *state)
@@ -189,50 +203,48 @@ $parameter}
 
 adcs_outcome adcs_command_mode(adcs_state *state, int32_t region, int32_t mode)
 {
-    OnBoard *own = opened(state);
-    (void)own;
+    OnBoard *const own = opened(state);
     (void)region;
     (void)mode;
-    return (adcs_outcome)$call_command_mode;
+    return (own == NULL) ? ADCS_NOT_BEGUN : (adcs_outcome)$call_command_mode;
 }
 
 adcs_outcome adcs_hold(adcs_state *state, int32_t region, bool on)
 {
-    OnBoard *own = opened(state);
-    (void)own;
+    OnBoard *const own = opened(state);
     (void)region;
     (void)on;
-    return (adcs_outcome)$call_hold;
+    return (own == NULL) ? ADCS_NOT_BEGUN : (adcs_outcome)$call_hold;
 }
 
 adcs_outcome adcs_set_flag(adcs_state *state, int32_t flag, bool on)
 {
-    OnBoard *own = opened(state);
-    (void)own;
+    OnBoard *const own = opened(state);
     (void)flag;
     (void)on;
-    return (adcs_outcome)$call_set_flag;
+    return (own == NULL) ? ADCS_NOT_BEGUN : (adcs_outcome)$call_set_flag;
 }
 
 adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value)
 {
-    OnBoard *own = opened(state);
-    (void)own;
+    OnBoard *const own = opened(state);
     (void)place;
     (void)value;
-    return (adcs_outcome)$call_set_parameter;
+    return (own == NULL) ? ADCS_NOT_BEGUN : (adcs_outcome)$call_set_parameter;
 }
 
 adcs_outcome adcs_rebase(adcs_state *state, double shift_s)
 {
-    OnBoard *own = opened(state);
-    (void)own;
-    return (adcs_outcome)$call_rebase;
+    OnBoard *const own = opened(state);
+    return (own == NULL) ? ADCS_NOT_BEGUN : (adcs_outcome)$call_rebase;
 }
 
-void adcs_restart_estimators(adcs_state *state)
+adcs_outcome adcs_restart_estimators(adcs_state *state)
 {
-    OnBoard *own = opened(state);
-    (void)own;
+    OnBoard *const own = opened(state);
+    if (own == NULL) {
+        return ADCS_NOT_BEGUN;
+    }
     $call_restart_estimators;
+    return ADCS_DONE;
 }

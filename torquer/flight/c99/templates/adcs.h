@@ -85,7 +85,7 @@ uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *c
 adcs_outcome adcs_rebase(adcs_state *state, double shift_s);
 
 /* Let the estimators begin again, as at the start. */
-void adcs_restart_estimators(adcs_state *state);
+adcs_outcome adcs_restart_estimators(adcs_state *state);
 
 /* Seal a state before it is kept elsewhere; whatever changes it breaks the seal. */
 void adcs_seal_state(adcs_state *state);

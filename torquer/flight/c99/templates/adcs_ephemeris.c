@@ -4,7 +4,9 @@ $portable#ifdef ADCS_PORTABLE
 #include "adcs_math.h"
 #endif
 
+#include <float.h>
 $includes
+$checks
 $types
 $constants
 $program
@@ -27,4 +29,15 @@ $given    const eph_Ephemeris found = $kernel($arguments);
     }
     inputs->sunlit_fraction = found.sunlit_fraction;
     return isfinite(found.b_inertial_t.v[0]) && isfinite(found.sunlit_fraction);
+}
+
+$exact
+bool adcs_ephemeris_is_exact(void)
+{
+#ifdef ADCS_PORTABLE
+    const bool is_math_exact = adcs_math_is_exact();
+#else
+    const bool is_math_exact = true;
+#endif
+    return $is_exact && is_math_exact;
 }

@@ -23,6 +23,9 @@ void adcs_first_elements(adcs_elements *elements);
    False, with NaN in position, velocity, field and Sun, where there is no place$nowhere. */
 bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs);
 
+/* Whether this file is compiled to compute with its bits: adcs_self_test() asks it. */
+bool adcs_ephemeris_is_exact(void);
+
 #ifdef __cplusplus
 }
 #endif

@@ -3,11 +3,16 @@
 #ifndef ADCS_MATH_H
 #define ADCS_MATH_H
 
+#include <stdbool.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 $prototypes
+/* Whether this file is compiled to compute with its bits: adcs_self_test() asks it. */
+bool adcs_math_is_exact(void);
+
 #ifdef __cplusplus
 }
 #endif

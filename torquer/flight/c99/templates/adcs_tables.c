@@ -15,6 +15,11 @@ const Gate *adcs_gate(void)
 
 static const Held first = {ADCS_STATE_VERSION, 0u, $first};
 
+const OnBoard *adcs_first(void)
+{
+    return &first.now;
+}
+
 const char *adcs_fingerprint(void)
 {
     return "$fingerprint";

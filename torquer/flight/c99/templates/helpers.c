@@ -137,8 +137,22 @@ static int64_t int_of(double a)
     return (int64_t)(((a >= least) && (a < -least)) ? a : least);
 }
 
-/* place of an index among n: a negative one counts from the end, as in Python */
+/* place of an index among n: a negative one counts from the end, as in Python; one that is beyond
+   both ends, of a state that is damaged, is the first */
 static int64_t place_of(int64_t index, int64_t n)
 {
-    return (index < 0) ? index + n : index;
+    const int64_t place = (index < 0) ? index + n : index;
+    return ((uint64_t)place < (uint64_t)n) ? place : 0;
+}
+
+/* zero if three numbers are finite, else no number; by their words where functions compute with
+   doubles, which are slow */
+static double doubt_of_three(double a, double b, double c)
+{
+#if defined(__SOFTFP__) || (defined(__ARM_FP) && (__ARM_FP & 8) == 0) || \
+    (defined(__riscv) && !defined(__riscv_flen))
+    return ((isfinite(a) != 0) && (isfinite(b) != 0) && (isfinite(c) != 0)) ? 0.0 : (double)NAN;
+#else
+    return (0.0 * a) + (0.0 * b) + (0.0 * c);
+#endif
 }

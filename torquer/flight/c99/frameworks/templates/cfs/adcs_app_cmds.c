@@ -88,8 +88,7 @@ static adcs_outcome ADCS_APP_Carry(const CFE_SB_Buffer_t *SBBufPtr, CFE_MSG_FcnC
     case ADCS_APP_REBASE_CC:
         return adcs_rebase(StatePtr, Rebase->ShiftS);
     default:
-        adcs_restart_estimators(StatePtr);
-        return ADCS_DONE;
+        return adcs_restart_estimators(StatePtr);
     }
 }
 

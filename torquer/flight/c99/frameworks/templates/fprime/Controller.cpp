@@ -96,8 +96,7 @@ void Controller ::REBASE_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 shift_s
 }
 
 void Controller ::RESTART_ESTIMATORS_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) {
-    adcs_restart_estimators(&this->m_cycle.state);
-    this->answer(opCode, cmdSeq, ADCS_DONE);
+    this->answer(opCode, cmdSeq, adcs_restart_estimators(&this->m_cycle.state));
 }
 
 void Controller ::CLEAR_EVENT_THROTTLE_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) {

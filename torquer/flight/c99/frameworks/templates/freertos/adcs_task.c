@@ -40,8 +40,7 @@ static adcs_outcome carry(const adcs_request *request)
     case ADCS_REQUEST_REBASE:
         return adcs_rebase(&cycle.state, request->value);
     case ADCS_REQUEST_RESTART:
-        adcs_restart_estimators(&cycle.state);
-        return ADCS_DONE;
+        return adcs_restart_estimators(&cycle.state);
     case ADCS_REQUEST_CLEAR:
         memset(sent, 0, sizeof sent);
         return ADCS_DONE;
