@@ -28,7 +28,7 @@ from torquer.flight.c99.types import (
     Type,
 )
 from torquer.flight.c99.values import Form, Rank, Value, constant
-from torquer.flight.c99.words import AROUND, RESERVED, avoid_headers, is_reserved
+from torquer.flight.c99.words import AROUND, DECLARED, RESERVED, avoid_headers, is_reserved
 
 #: What of a computer has failed: the line that the kernel at work has raised in, 0 for none; the
 #: line of the latest failure; bits of the laws and estimators that have failed.
@@ -153,7 +153,8 @@ class Translation(ABC):
         """A name that nothing else has."""
         word = avoid_headers(word)
         name, count = word, 1
-        while name in self.taken or name in self.around or is_reserved(name):
+        others = self.around | DECLARED
+        while name in self.taken or name in others or is_reserved(name):
             count += 1
             name = f"{word}_{count}"
         self.taken.add(name)
