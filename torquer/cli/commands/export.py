@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
-from torquer.cli.output import check_writable, harmless, writing_to
+from torquer.cli.output import harmless, make_writable, writing_to
 
 _Framework = Literal["fprime", "cfs", "freertos"]
 
@@ -38,7 +38,7 @@ def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) 
     from torquer.flight.c99.notes import export_notes
 
     satellite = load_usable(scenario, code, None)
-    check_writable(how.out)
+    make_writable(how.out)
     with writing_to(how.out):
         steps = STEPS if how.steps is None else how.steps
         files = export_c(
