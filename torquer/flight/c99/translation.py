@@ -114,6 +114,7 @@ class Translation(ABC):
         self.avoided = earlier.taken if earlier else set()
         self.locals: set[str] = set()
         self.checks: dict[tuple[str, int, str], None] = {}
+        self.loops: dict[tuple[str, int, str], None] = {}
         self.live: Reads | None = None
         self.pruned: set[str] = set()
         self._whole: set[type] = set(earlier._whole) if earlier else set()
