@@ -17,7 +17,7 @@ from torquer.base.strict_json import json_text
 from torquer.base.units import conversion, did_you_mean
 from torquer.cli.app import app
 from torquer.cli.options import option
-from torquer.cli.output import drop_output, finish_output, print_error
+from torquer.cli.output import drop_output, finish_output, forget_made_folders, print_error
 
 
 def answer(arguments: list[str] | None = None) -> int | None:
@@ -39,6 +39,8 @@ def answer(arguments: list[str] | None = None) -> int | None:
                 print(json_text({"errors": [line for line in text.split("\n") if line]}))
         drop_output()
         code = 2
+    finally:
+        forget_made_folders(is_refused=code == 2)
     return code
 
 

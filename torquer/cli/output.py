@@ -130,9 +130,14 @@ def writing_to(out: Path, option: str = "--out", what: str = "folder"):
         ) from None
 
 
+#: Folders that the command has made, the inner ones first.
+_MADE: list[Path] = []
+
+
 def make_writable(out: Path, option: str = "--out") -> None:
     """Check, before any work, that the results can be written."""
     with writing_to(out, option):
+        _MADE.extend(each for each in (out, *out.parents) if not each.exists())
         out.mkdir(parents=True, exist_ok=True)
         probe = out / ".writable"
         probe.unlink(missing_ok=True)  # a link would be followed
@@ -140,15 +145,12 @@ def make_writable(out: Path, option: str = "--out") -> None:
         probe.unlink()
 
 
-def check_writable(out: Path) -> None:
-    """As `make_writable`, but folders that were not there are not left: work may yet be refused."""
-    missing = [each for each in (out, *out.parents) if not each.exists()]
-    try:
-        make_writable(out)
-    finally:
-        for each in missing:
-            with suppress(OSError):  # not made, or another's by now
-                each.rmdir()
+def forget_made_folders(is_refused: bool) -> None:
+    """At the end of a command: one that is refused leaves none of its folders that are empty."""
+    for each in _MADE if is_refused else ():
+        with suppress(OSError):  # not made, or another's by now
+            each.rmdir()
+    _MADE.clear()
 
 
 def save_pictures(figures: dict, out: Path) -> list[str]:

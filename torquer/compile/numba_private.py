@@ -38,7 +38,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import register_pass
-from numba.core.errors import NumbaError
+from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.registry import CPUDispatcher
 from numba.core.runtime import rtsys

@@ -247,6 +247,29 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
             None,
             r"LAW .*Inputs without a field 'b' \(NAME, line \d+\)$",
         ),
+        *(
+            (
+                HEAD + BODY + f"{statement}\n    return (0.0, 0.0, 0.0)\n",
+                None,
+                r"LAW .*received: a statement that cannot be compiled \(NAME, line \d+\); "
+                "compiled=False runs the law as plain Python$",
+            )
+            for statement in (
+                "x, *rest = inputs.b_body_t",
+                "import math",
+                "global COUNT\n    COUNT = 1.0",
+                "class Own:\n        pass",
+                "match inputs.b_body_t:\n        case (x, y, z):\n            pass",
+            )
+        ),
+        *(
+            (
+                HEAD + BODY + f"inputs.t_s {sign} 1.0\n    return (0.0, 0.0, 0.0)\n",
+                None,
+                r"LAW .*received: Inputs\.t_s, which cannot be set",
+            )
+            for sign in ("=", "+=")
+        ),
     ],
 )
 @pytest.mark.skipif(not engine.COMPILED, reason="the compiler reports what does not compile")

@@ -25,6 +25,8 @@ BUILT_ELSEWHERE = {
     "chibis_m_day", "chibis_m_detumble", "magneto_gyro_micro", "my_law", "safe_mode",
     "tip_off_campaign", "turn_to_the_sun", "which_sensors",
 }  # fmt: skip
+#: Those that take long to fly with all that they simulate.
+LONG = {"chibis_m_flight", "disturbances"}
 STRICT = [
     *("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror"),
 ]
@@ -71,18 +73,16 @@ def test_what_the_loop_calls_builds_without_a_warning(export, tmp_path):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.slow] if name in BUILT_ELSEWHERE else [])
+        pytest.param(name, marks=[pytest.mark.slow] if name in BUILT_ELSEWHERE | LONG else [])
         for name in NAMES
     ],
 )
-def test_examples_are_exported_and_build_without_a_warning(name, tmp_path):
-    try:
-        computer = find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
-    except ValueError as error:
-        pytest.skip(f"not a scenario of a flight: {error}")
-    folder = written(make_texts(computer, translate_step(computer, again=0), 1), tmp_path)
+def test_examples_build_without_a_warning_and_replay_their_flight(name, tmp_path):
+    torquer.export_c(torquer.load_scenario(EXAMPLES / f"{name}.toml"), tmp_path, steps=100)
     for compiler in COMPILERS:
-        built(folder, "-O0", compiler=compiler)
+        done = replayed(built(tmp_path, "-O0", compiler=compiler), tmp_path)
+        same = "100 control steps: the same bits in commands and state\n"
+        assert (done.returncode, done.stdout) == (0, same), done
 
 
 @needs_compiler
@@ -92,16 +92,6 @@ def test_a_users_law_replays_with_the_same_bits(export, compiler, level):
     done = replayed(built(export, level, compiler=compiler), export)
     assert done.stdout == "200 control steps: the same bits in commands and state\n"
     assert done.returncode == 0
-
-
-@needs_compiler
-@pytest.mark.parametrize("name", ["residual_dipole"])
-def test_laws_that_are_added_replay_with_the_same_bits(name, tmp_path):
-    torquer.export_c(torquer.load_scenario(EXAMPLES / f"{name}.toml"), tmp_path, steps=400)
-    done = replayed(built(tmp_path, "-O2"), tmp_path)
-    assert (done.returncode, done.stdout) == (
-        0, "400 control steps: the same bits in commands and state\n"
-    )  # fmt: skip
 
 
 @needs_compiler
@@ -229,6 +219,19 @@ def test_unexportable_law_is_named_in_one_line(tmp_path, capsys):
     assert code == 2
     error = capsys.readouterr().err
     assert said.split(":")[0] in error.replace("\n", " ")
+
+
+@needs_compiler
+@pytest.mark.skipif(None in map(shutil.which, ("cmake", "ctest")), reason="no CMake")
+@pytest.mark.skipif(os.name == "nt", reason="the line is for a shell of POSIX")
+def test_the_line_that_is_printed_builds_and_replays_from_there(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = ["export", "c", str(EXAMPLES / "my_law.toml"), "--out", "my flight", "--steps", "20"]
+    assert answer(command) == 0
+    printed = capsys.readouterr().out.splitlines()
+    (line,) = [each for each in printed if each.startswith("build and replay: ")]
+    done = subprocess.run(line.partition(": ")[2], shell=True, capture_output=True, text=True)
+    assert done.returncode == 0 and "100% tests passed" in done.stdout, done
 
 
 @pytest.mark.parametrize("steps", [0, -1, True, 1.5])

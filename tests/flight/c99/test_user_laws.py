@@ -208,6 +208,37 @@ def test_validate_says_where_laws_may_fail(export, tmp_path):
     assert export_notes(scenario_of(("mixer",), tmp_path)) == []
 
 
+WHILES = """
+import numba
+import torquer
+
+@numba.njit
+def halvings(x):
+    n = 0
+    while x > 1.0:
+        x, n = 0.5 * x, n + 1
+    return n
+
+@torquer.law()
+def searched(inputs, parameters, memory):
+    x = 1e-3
+    while x * halvings(inputs.t_s) > 1.0:
+        x = 0.5 * x
+    for k in range(3):
+        x = x + 1e-6 * k
+    return (x, 0.0, 0.0)
+"""
+
+
+def test_loops_that_a_condition_alone_ends_are_told(tmp_path):
+    scenario = scenario_of(("searched",), tmp_path, WHILES)
+    (note,) = export_notes(scenario)
+    told = "`while` goes on until its condition is false; nothing else ends the step"
+    assert note == f"in flight {told}: laws.py, lines 8, 15"
+    torquer.export_c(scenario, tmp_path / "c", steps=1)
+    assert f"* laws.py, lines 8, 15: {told}\n" in (tmp_path / "c/README.md").read_text()
+
+
 def test_the_readme_lists_where_laws_may_fail(export):
     text = (export / "README.md").read_text()
     assert f"* laws.py, lines {line_of('k = int(math.sqrt')}, {line_of('memory.hits[k]')}," in text

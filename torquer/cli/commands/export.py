@@ -1,5 +1,6 @@
 """`torquer export`: the on-board computer of a scenario for flight."""
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,7 +9,7 @@ from cyclopts import Parameter
 from torquer.base.strict_json import json_text
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, Json, options
-from torquer.cli.output import check_writable, harmless, writing_to
+from torquer.cli.output import harmless, make_writable, writing_to
 
 _Framework = Literal["fprime", "cfs", "freertos"]
 
@@ -38,7 +39,7 @@ def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) 
     from torquer.flight.c99.notes import export_notes
 
     satellite = load_usable(scenario, code, None)
-    check_writable(how.out)
+    make_writable(how.out)
     with writing_to(how.out):
         steps = STEPS if how.steps is None else how.steps
         files = export_c(
@@ -51,5 +52,12 @@ def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) 
     for note in export_notes(satellite):
         print(harmless(f"note: {note}"))
     print(harmless(f"{satellite.name}: written to {how.out}: {names}"))
-    print("build and replay: cmake -B build && cmake --build build && ctest --test-dir build")
+    print(harmless(_how_to_build(how.out)))
     return 0
+
+
+def _how_to_build(folder: Path) -> str:
+    """What builds an export and replays it, from where the command was given."""
+    source, build = (shlex.quote(str(each)) for each in (folder, folder / "build"))
+    steps = (f"cmake -S {source} -B {build}", f"cmake --build {build}", f"ctest --test-dir {build}")
+    return f"build and replay: {' && '.join(steps)}"

@@ -19,7 +19,9 @@ def _named_place(error: Exception, text: str, file: Path | None) -> str:
     """(FILE, line N)" of an error of Numba in a user's file; "" if it names no line of it."""
     if file is None:
         return ""
-    lines = re.findall(rf'File "(?:[^"]*[/\\])?{re.escape(file.name)}", line (\d+)', text)
+    name = rf"(?:[^\"]*[/\\])?{re.escape(file.name)}"
+    lines = re.findall(rf'File "{name}", line (\d+)', text)
+    lines = lines or re.findall(rf"Raised from {name} \((\d+)\)", text)
     loc = getattr(error, "loc", None)
     if not lines and loc is not None and Path(loc.filename).name == file.name:
         lines = [loc.line]
@@ -45,6 +47,7 @@ def compile_plugin(
 
     from torquer.compile.numba_private import (
         NumbaError,
+        UnsupportedBytecodeError,
         keep_compiled,
         rare_collections,
         register_dispatcher,
@@ -58,7 +61,7 @@ def compile_plugin(
             found.compile(signature)
         found.disable_compile()
         return found
-    except NumbaError as error:
+    except (NumbaError, UnsupportedBytecodeError, NotImplementedError) as error:
         text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         message = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]

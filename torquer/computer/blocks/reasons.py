@@ -77,6 +77,10 @@ def in_words(reason: str, whole: str, plainly: str) -> tuple[str, str]:
     if found := re.match(r"Cannot unify (.*) and (.*) for ", reason):
         a, b = map(type_in_words, found.groups())
         return f"a value that is of several types: {a}, {b}", way_out
+    if found := re.match(r"No definition for lowering (\w+)\(.*\)\.(\w+) = ", reason):
+        return f"{found[1]}.{found[2]}, which cannot be set", ""
+    if reason.startswith("Use of unsupported opcode"):
+        return "a statement that cannot be compiled", f"; {plainly}" if plainly else ""
     if reason.startswith("No implementation of function"):
         return _call_in_words(reason, whole, way_out)
     return reason, ""

@@ -3,6 +3,7 @@
 import hashlib
 import re
 import struct
+from collections.abc import Iterable
 from pathlib import Path
 from string import Template
 
@@ -64,6 +65,8 @@ _OF_HARNESS = (
 _EPHEMERIS = ("adcs_ephemeris.c", "adcs_ephemeris.h")
 #: The record as an array in C, and how many steps it has at most.
 _IN_C, _ON_BOARD = "test/recorded.c", 40
+#: What there is to say of a `while` of a user's.
+ENDLESS = "`while` goes on until its condition is false; nothing else ends the step"
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
@@ -139,10 +142,10 @@ def _check_parameters(computer: OnBoard) -> None:
                 )
 
 
-def checks_by_file(program: Program) -> list[str]:
-    """Where users' kernels may fail, a text for each file."""
+def by_file(places: Iterable[tuple[str, int, str]]) -> list[str]:
+    """Places in users' kernels, a text for each file."""
     lines: dict[str, list[int]] = {}
-    for file, line, _ in program.checks:
+    for file, line, _ in places:
         lines.setdefault(Path(file).name, []).append(line)
     return [
         f"{name}, line{'s' * (len(set(of)) > 1)} {', '.join(map(str, sorted(set(of))))}"
@@ -199,7 +202,7 @@ def _texts(
             steps,
             told_fields(computer, made, given),
             ephemeris,
-            checks_by_file(program),
+            [*by_file(program.checks), *(f"{each}: {ENDLESS}" for each in by_file(program.loops))],
             given,
             state_bytes(computer, made),
         ),

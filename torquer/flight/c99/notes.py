@@ -14,14 +14,15 @@ def export_notes(scenario: Scenario) -> list[str]:
     if all(block.is_built_in for block in make_blocks(scenario).all()):
         return []
     from torquer.flight.c99.computer import find_computer, translate_step
-    from torquer.flight.c99.export import checks_by_file
+    from torquer.flight.c99.export import ENDLESS, by_file
     from torquer.flight.c99.refusal import Refused
 
     try:
         made = translate_step(find_computer(scenario), is_pruned=False)
     except Refused as refused:
         return [f"cannot be exported as C: {refused}"]
+    fails = "in flight a law fails, and commands nothing, where it would raise an error"
     return [
-        f"in flight a law fails, and commands nothing, where it would raise an error: {place}"
-        for place in checks_by_file(made.program)
+        *(f"{fails}: {place}" for place in by_file(made.program.checks)),
+        *(f"in flight {ENDLESS}: {place}" for place in by_file(made.program.loops)),
     ]

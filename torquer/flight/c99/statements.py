@@ -16,6 +16,7 @@ from torquer.flight.c99.evaluate import (
 )
 from torquer.flight.c99.lines import Line
 from torquer.flight.c99.places import fill, fill_all
+from torquer.flight.c99.refusal import quote_source
 from torquer.flight.c99.scope import Scope, Variable
 from torquer.flight.c99.times import common_type, convert
 from torquer.flight.c99.types import INT, NOTHING, REAL, TIME, Array, Bounds, Number, Static, Tuple
@@ -291,6 +292,8 @@ def _while(s: Scope, node: ast.While) -> bool:
         test = evaluate_truth(s, node.test)
     if test.is_known and not test.known:
         return False
+    if not s.is_own:  # those of the package end
+        s.program.loops[s.source.file, node.lineno, quote_source(node.test)] = None
     if before:
         s.say("while (true) {")
         s.add(before)

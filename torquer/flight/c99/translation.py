@@ -28,7 +28,7 @@ from torquer.flight.c99.types import (
     Type,
 )
 from torquer.flight.c99.values import Form, Rank, Value, constant
-from torquer.flight.c99.words import AROUND, RESERVED, avoid_headers, is_reserved
+from torquer.flight.c99.words import AROUND, DECLARED, RESERVED, avoid_headers, is_reserved
 
 #: What of a computer has failed: the line that the kernel at work has raised in, 0 for none; the
 #: line of the latest failure; bits of the laws and estimators that have failed.
@@ -114,6 +114,7 @@ class Translation(ABC):
         self.avoided = earlier.taken if earlier else set()
         self.locals: set[str] = set()
         self.checks: dict[tuple[str, int, str], None] = {}
+        self.loops: dict[tuple[str, int, str], None] = {}
         self.live: Reads | None = None
         self.pruned: set[str] = set()
         self._whole: set[type] = set(earlier._whole) if earlier else set()
@@ -153,7 +154,8 @@ class Translation(ABC):
         """A name that nothing else has."""
         word = avoid_headers(word)
         name, count = word, 1
-        while name in self.taken or name in self.around or is_reserved(name):
+        others = self.around | DECLARED
+        while name in self.taken or name in others or is_reserved(name):
             count += 1
             name = f"{word}_{count}"
         self.taken.add(name)

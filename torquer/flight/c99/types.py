@@ -24,8 +24,9 @@ _KEYWORDS = """
     int long register restrict return short signed sizeof static struct switch typedef union
     unsigned void volatile while bool true false NAN INFINITY NULL isnan isinf isfinite signbit
     fpclassify errno
+    alignas alignof asm constexpr nullptr static_assert thread_local typeof typeof_unqual linux unix
 """
-#: Words that no variable and no member can have in C.
+#: Words that no variable and no member can have in C; the last line: of GNU, or from C23 on.
 KEYWORDS = frozenset(_KEYWORDS.split())
 
 
