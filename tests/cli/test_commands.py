@@ -405,6 +405,33 @@ def test_a_warm_start_loads_nothing_that_it_does_not_use(call, scenario, tmp_pat
 
 
 @needs_jit
+@pytest.mark.parametrize("own_law", [False, True])
+def test_packages_that_no_run_uses_are_left_to_the_users_code(scenario, tmp_path, own_law):
+    """xarray and pandas import them wherever they are installed."""
+    code = (
+        "import sys\nfrom torquer.cli import main\n"
+        "try: main()\n"
+        "finally: print([name in sys.modules and sys.modules[name] is None for name in "
+        "('dask', 'pyarrow')], 'dask.array' in sys.modules)"
+    )
+    if own_law:
+        (tmp_path / "law.py").write_text(
+            "import torquer\n@torquer.law\n"
+            "def idle(inputs, parameters, memory):\n    return 0.0, 0.0, 0.0\n"
+        )
+        text = scenario.read_text()
+        law = 'law = { kind = "user", file = "law.py" }'
+        scenario.write_text(text.replace('law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }', law))
+    run = ["run", str(scenario), "--json", "--out", str(tmp_path / "out")]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *run], capture_output=True, text=True, check=True
+    )
+    assert (tmp_path / "out" / "report.html").exists()
+    expected = "[False, False] True" if own_law else "[True, True] False"
+    assert done.stdout.splitlines()[-1] == expected
+
+
+@needs_jit
 def test_every_law_uses_the_one_compiled_loop(scenario):
     flown = torquer.load_scenario(scenario)
     counts = set()

@@ -24,7 +24,7 @@ from torquer.computer.estimation.measurements.table import (
 from torquer.computer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
 from torquer.computer.inputs import Inputs, read_inputs
 from torquer.computer.interface import ROWS, SENSORS, nothing_known, reading_places
-from torquer.spacecraft.sensors.device import MOST_PARTS
+from torquer.spacecraft.sensors.device import MOST_PARTS, MOST_UNITS
 from torquer.spacecraft.sensors.devices import DEVICES, Sensors
 
 PACKAGE = Path(torquer.__file__).parent
@@ -127,7 +127,7 @@ def test_an_isolated_channel_is_its_sensor_on_board(channel):
 
 def test_a_kind_is_isolated_once_all_of_its_units_are():
     row = np.zeros((1, len(NO_UNITS[0])))  # a magnetometer
-    units = np.concatenate([row, row, NO_UNITS[2:]])
+    units = np.concatenate([row, row, NO_UNITS * (MOST_UNITS - 2)])
     parameters = Parameters()
     inputs = Inputs(0.0)
     number = SENSORS.index(DEVICE_OF[next(iter(BY_NAME))].name)
@@ -136,4 +136,4 @@ def test_a_kind_is_isolated_once_all_of_its_units_are():
         flags = plain_function(isolate)(inputs, parameters, memory)
         assert flags[number] == float(wrong == (0, 1))
         own = plain_function(isolate_units)(memory)
-        assert own == tuple(float(unit in wrong) for unit in range(len(NO_UNITS)))
+        assert own == tuple(float(unit in wrong) for unit in range(MOST_UNITS))

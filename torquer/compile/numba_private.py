@@ -54,7 +54,7 @@ from numba.core.typing.templates import (
 from numba.cpython import numbers
 from numba.experimental.function_type import _get_wrapper_address
 
-from torquer.compile import sources
+from torquer.compile import sources, turns
 from torquer.compile.code_cache import (
     FOLDER,
     READY,
@@ -325,18 +325,45 @@ class _SealedCache(FunctionCache):
 
     def load_overload(self, sig, target_context):
         """What is on the disk, without the compiler's tables, which only compiling needs: loading
-        them takes a quarter of a second."""
+        them takes a quarter of a second.
+
+        What is not there is this process's to compile, until `end_turns`, or another one's, for
+        which it waits.
+        """
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+            found = self._load_overload(sig, target_context)
+            if found is None and FOLDER:
+                _turns.append(turns.take(FOLDER, f"{self._cache_file._index_path} {sig}"))
+                found = self._load_overload(sig, target_context)
+            return found
 
     def save_overload(self, sig, data):
-        """Keep compiled code if there is room for it."""
+        """Keep compiled code if there is room for it; an index is written by one at a time."""
         try:
             if FOLDER:
-                super().save_overload(sig, data)
+                turn = turns.take(FOLDER, self._cache_file._index_path)
+                try:
+                    super().save_overload(sig, data)
+                finally:
+                    turns.give_back(FOLDER, turn)
         except OSError as error:
             tell(f"compiled code is not kept, so that it is compiled at every start: {error}")
+
+
+#: Turns of this process to compile, of the functions that are being compiled.
+_turns: list[int | None] = []
+
+
+@contextlib.contextmanager
+def ending_turns() -> Iterator[None]:
+    """After the block, end the turns that began within it: the code is kept, or it failed."""
+    count = len(_turns)
+    try:
+        yield
+    finally:
+        while len(_turns) > count and FOLDER:
+            turns.give_back(FOLDER, _turns.pop())
 
 
 def _generic(key):
@@ -379,14 +406,23 @@ def keep_off_disk(function) -> None:
             form._cache = NullCache()
 
 
-class _Dispatcher(CPUDispatcher):
+class _InTurns(CPUDispatcher):
+    """A compiled function that no two processes compile at once."""
+
+    def compile(self, sig):
+        """Compile for a signature, if it is not on the disk."""
+        with global_compiler_lock, ending_turns():
+            return super().compile(sig)
+
+
+class _Dispatcher(_InTurns):
     """A compiled function with two forms: other kernels call the one that Python cannot call."""
 
     @functools.cached_property
     def for_kernels(self) -> CPUDispatcher:
         """The form for kernels."""
         options = {**self.targetoptions, **FOR_KERNELS}
-        made = CPUDispatcher(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
+        made = _InTurns(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
         if isinstance(self._cache, _SealedCache):
             made._cache = self._cache.of_parts()
         return made

@@ -10,7 +10,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
 #: What a file imports that holds kernels: the engine, or names of it.
-_ENGINE = re.compile(rb"\bfrom torquer\.compile(\.engine import|\b import .*\bengine\b)")
+_ENGINE = re.compile(rb"from torquer\.compile(\.engine import|\b import .*\bengine\b)")
 _BEGAN_S = time.time()
 
 

@@ -31,6 +31,7 @@ def build(*scenarios: Path, how: KernelOptions) -> int:
     """
     from torquer.compile.code_cache import SOURCES
     from torquer.compile.ready import VARIABLE, write_manifest
+    from torquer.compile.turns import TURNS
 
     if not scenarios:
         raise ValueError("SCENARIOS: at least one must be given; received none")
@@ -42,6 +43,7 @@ def build(*scenarios: Path, how: KernelOptions) -> int:
     with progress_bar() as shown:
         for path in shown.track(scenarios, description="compiling"):
             _compile(path, how.out)
+    (how.out / SOURCES / TURNS).unlink(missing_ok=True)
     files = [file for file in (how.out / SOURCES).rglob("*") if file.is_file()]
     write_manifest(how.out, SOURCES)
     for folder in (how.out, how.out / SOURCES):  # private to its user as a cache is

@@ -10,7 +10,7 @@ from torquer.base.folder_lock import claim
 from torquer.base.limits import Range
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import compiling_shown, show_progress
-from torquer.cli.loading import check_computer, load_checked
+from torquer.cli.loading import check_computer, find_code, load_checked
 from torquer.cli.options import CodeOptions, Json, as_options, options
 from torquer.cli.output import (
     describe_interrupt,
@@ -20,7 +20,13 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
-from torquer.cli.process import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
+from torquer.cli.process import (
+    FAILED_CODE,
+    INTERRUPTED_CODE,
+    SIGNAL_CODE,
+    leave_or_raise,
+    leave_out_unused,
+)
 from torquer.simulation.results.file import lazily, put
 from torquer.simulation.setup.signals import ALL, Stop, noting_signals
 
@@ -59,7 +65,10 @@ def run(
             raise ValueError(f"--{name}: must not be given with --no-report; received both")
     check_computer(how.computer, code)
     try:
-        return run_scenario(load_checked(scenario, code), how)
+        flown = load_checked(scenario, code)
+        if not find_code(flown):
+            leave_out_unused()
+        return run_scenario(flown, how)
     except ValueError as error:
         raise ValueError(as_options(str(error), {"computer": "--computer"})) from None
 

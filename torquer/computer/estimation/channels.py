@@ -51,9 +51,19 @@ class Sensing(NamedTuple):
 
 
 @inlined
+def is_unit(memory, channel):
+    """Whether a channel is that of one of several devices.
+
+    Where there are none, which is known when the filter is compiled, nothing is left of what is
+    for them: 84 readings would be loaded in each step, and kept for where one might be asked for.
+    """
+    return memory.unit_constants.shape[0] > 1 and channel >= 11
+
+
+@inlined
 def kind_of(memory, channel):
     """The channel whose kernels serve a channel: its own, or that of its kind; -1 for none."""
-    return channel if channel < 11 else int(memory.unit_constants[channel - 11, 0])
+    return int(memory.unit_constants[channel - 11, 0]) if is_unit(memory, channel) else channel
 
 
 @inlined
@@ -65,7 +75,7 @@ def count_channels(sensing, memory):
 @inlined
 def magnetometer_constants(sensing, memory, channel):
     """Constants of a device, or of one of several."""
-    if channel < 11:
+    if not is_unit(memory, channel):
         return sensing.magnetometer
     u = memory.unit_constants[channel - 11]
     return magnetometer.FieldNoise(u[1])
@@ -74,7 +84,7 @@ def magnetometer_constants(sensing, memory, channel):
 @inlined
 def sun_constants(sensing, memory, channel):
     """Constants of a device, or of one of several."""
-    if channel < 11:
+    if not is_unit(memory, channel):
         return sensing.sun
     u = memory.unit_constants[channel - 11]
     return sun_sensors.SunNoise(u[1])
@@ -83,7 +93,7 @@ def sun_constants(sensing, memory, channel):
 @inlined
 def star_tracker_constants(sensing, memory, channel):
     """Constants of a device, or of one of several."""
-    if channel < 11:
+    if not is_unit(memory, channel):
         return sensing.star_tracker
     u = memory.unit_constants[channel - 11]
     return star_tracker.StarNoise(u[1], u[2], (u[3], u[4], u[5]))
@@ -92,7 +102,7 @@ def star_tracker_constants(sensing, memory, channel):
 @inlined
 def horizon_constants(sensing, memory, channel):
     """Constants of a device, or of one of several."""
-    if channel < 11:
+    if not is_unit(memory, channel):
         return sensing.horizon
     u = memory.unit_constants[channel - 11]
     return horizon_sensor.HorizonNoise(u[1])
@@ -101,7 +111,7 @@ def horizon_constants(sensing, memory, channel):
 @inlined
 def fine_sun_constants(sensing, memory, channel):
     """Constants of a device, or of one of several."""
-    if channel < 11:
+    if not is_unit(memory, channel):
         return sensing.fine_sun
     u = memory.unit_constants[channel - 11]
     return fine_sun_sensor.FineSunNoise(
@@ -110,10 +120,10 @@ def fine_sun_constants(sensing, memory, channel):
 
 
 @inlined
-def reading_of(inputs, channel, read_s, v):
+def reading_of(inputs, memory, channel, read_s, v):
     """(Time, six numbers) of the latest reading of a device, or of one of several."""
     found_s, found = read_s, v
-    if channel >= 11:
+    if is_unit(memory, channel):
         u = inputs.units[channel - 11]
         found_s, found = u[0], (u[1], u[2], u[3], u[4], u[5], u[6])
     return found_s, found
@@ -127,6 +137,7 @@ def measure(inputs, parameters, memory, channel, omega, walk):
     if kind == 0:
         taken_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.magnetometer_s,
             (inputs.b_body_t[0], inputs.b_body_t[1], inputs.b_body_t[2], 0.0, 0.0, 0.0),
@@ -146,6 +157,7 @@ def measure(inputs, parameters, memory, channel, omega, walk):
     elif kind == 1:
         taken_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.sun_sensors_s,
             (inputs.sun_body[0], inputs.sun_body[1], inputs.sun_body[2], 0.0, 0.0, 0.0),
@@ -165,6 +177,7 @@ def measure(inputs, parameters, memory, channel, omega, walk):
     elif kind == 2:
         taken_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.attitude_sensor_s,
             (
@@ -191,6 +204,7 @@ def measure(inputs, parameters, memory, channel, omega, walk):
     elif kind == 3:
         taken_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.horizon_sensor_s,
             (inputs.nadir_body[0], inputs.nadir_body[1], inputs.nadir_body[2], 0.0, 0.0, 0.0),
@@ -210,6 +224,7 @@ def measure(inputs, parameters, memory, channel, omega, walk):
     elif kind == 4:
         taken_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.fine_sun_sensor_s,
             (inputs.sun_tangents[0], inputs.sun_tangents[1], inputs.sun_tangents[2], 0.0, 0.0, 0.0),
@@ -249,6 +264,7 @@ def reads_number(inputs, sensing, memory, channel):
     if kind == 0:
         _, v = reading_of(
             inputs,
+            memory,
             channel,
             0.0,
             (inputs.b_body_t[0], inputs.b_body_t[1], inputs.b_body_t[2], 0.0, 0.0, 0.0),
@@ -259,6 +275,7 @@ def reads_number(inputs, sensing, memory, channel):
     elif kind == 1:
         _, v = reading_of(
             inputs,
+            memory,
             channel,
             0.0,
             (inputs.sun_body[0], inputs.sun_body[1], inputs.sun_body[2], 0.0, 0.0, 0.0),
@@ -267,6 +284,7 @@ def reads_number(inputs, sensing, memory, channel):
     elif kind == 2:
         _, v = reading_of(
             inputs,
+            memory,
             channel,
             0.0,
             (
@@ -286,6 +304,7 @@ def reads_number(inputs, sensing, memory, channel):
     elif kind == 3:
         _, v = reading_of(
             inputs,
+            memory,
             channel,
             0.0,
             (inputs.nadir_body[0], inputs.nadir_body[1], inputs.nadir_body[2], 0.0, 0.0, 0.0),
@@ -296,6 +315,7 @@ def reads_number(inputs, sensing, memory, channel):
     elif kind == 4:
         _, v = reading_of(
             inputs,
+            memory,
             channel,
             0.0,
             (inputs.sun_tangents[0], inputs.sun_tangents[1], inputs.sun_tangents[2], 0.0, 0.0, 0.0),
@@ -338,6 +358,7 @@ def read_direction(inputs, parameters, memory, channel):
     if kind == 0:
         read_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.magnetometer_s,
             (inputs.b_body_t[0], inputs.b_body_t[1], inputs.b_body_t[2], 0.0, 0.0, 0.0),
@@ -352,6 +373,7 @@ def read_direction(inputs, parameters, memory, channel):
     elif kind == 1:
         read_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.sun_sensors_s,
             (inputs.sun_body[0], inputs.sun_body[1], inputs.sun_body[2], 0.0, 0.0, 0.0),
@@ -362,6 +384,7 @@ def read_direction(inputs, parameters, memory, channel):
     elif kind == 3:
         read_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.horizon_sensor_s,
             (inputs.nadir_body[0], inputs.nadir_body[1], inputs.nadir_body[2], 0.0, 0.0, 0.0),
@@ -376,6 +399,7 @@ def read_direction(inputs, parameters, memory, channel):
     elif kind == 4:
         read_s, v = reading_of(
             inputs,
+            memory,
             channel,
             at.fine_sun_sensor_s,
             (inputs.sun_tangents[0], inputs.sun_tangents[1], inputs.sun_tangents[2], 0.0, 0.0, 0.0),
@@ -439,7 +463,7 @@ def is_isolated(memory, channel, after):
     for k in range(channel, after):
         wrong = 1.0 if memory.isolated[k] != USED else wrong
     several = sound = 0
-    for u in range(12):
+    for u in range(memory.unit_constants.shape[0]):
         if memory.unit_constants[u, 0] == channel:
             several += 1
             sound += 1 if memory.isolated[11 + u] == USED else 0

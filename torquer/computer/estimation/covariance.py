@@ -219,17 +219,29 @@ def row_times_gain(gain, column, m, row):
 def factor_innovation(gain, m):
     """(L, D) of the innovation's covariance H P H^T + R = L D L^T: (l21, l31, l32), (d1, d2, d3).
 
-    For two components d3 is one.
+    For two components d3 is one, l31 and l32 are zero.
     """
-    last = m.count - 1
     d1 = row_times_gain(gain, 0, m, 0) + m.r
-    l21, l31 = row_times_gain(gain, 0, m, 1) / d1, row_times_gain(gain, 0, m, last) / d1
+    l21, l31, l32, d3 = row_times_gain(gain, 0, m, 1) / d1, 0.0, 0.0, 1.0
     d2 = row_times_gain(gain, 1, m, 1) + m.r - l21 * l21 * d1
-    l32 = (row_times_gain(gain, 1, m, last) - l31 * l21 * d1) / d2
-    d3 = 1.0
     if m.count == 3:
+        l31 = row_times_gain(gain, 0, m, 2) / d1
+        l32 = (row_times_gain(gain, 1, m, 2) - l31 * l21 * d1) / d2
         d3 = row_times_gain(gain, 2, m, 2) + m.r - l31 * l31 * d1 - l32 * l32 * d2
     return (l21, l31, l32), (d1, d2, d3)
+
+
+@inlined
+def put_gain(p, gain, m):
+    """Write the transpose of P H^T: a row for each component of a measurement.
+
+    Rows by name, not in a loop: a tuple's element by a number that is not known when compiled is a
+    jump for every number that it may be.
+    """
+    for i in range(gain.shape[1]):
+        gain[0, i], gain[1, i] = gain_element(p, i, m, 0), gain_element(p, i, m, 1)
+        if m.count == 3:
+            gain[2, i] = gain_element(p, i, m, 2)
 
 
 @inlined
@@ -249,8 +261,7 @@ def update(p, gain, correction, m, gate, estimated):
     n = correction.shape[0]
     for i in range(n):
         correction[i] = 0.0
-        for row in range(m.count):
-            gain[row, i] = gain_element(p, i, m, row)
+    put_gain(p, gain, m)
     if m.since > 0.0:  # what the error has gained since the reading is not in it
         for row in range(m.count):
             for i in range(3):
@@ -284,11 +295,10 @@ def take_gain(p, gain, correction, e, lower, d, count, estimated):
             correction[i] += g3 * (w3 * e[2])
     for i in range(estimated, n):
         correction[i] = 0.0
-    for i in range(estimated):
-        g1, g2 = w1 * gain[0, i], w2 * gain[1, i]
-        for j in range(i, n):
-            taken = g1 * gain[0, j] + g2 * gain[1, j]
+    for i in range(n):
+        for j in range(min(i + 1, estimated)):  # from 0: no place is counted from the end
+            taken = w1 * gain[0, j] * gain[0, i] + w2 * gain[1, j] * gain[1, i]
             if count == 3:
-                taken += w3 * gain[2, i] * gain[2, j]
-            p[i, j] -= taken
-            p[j, i] = p[i, j]
+                taken += w3 * gain[2, j] * gain[2, i]
+            p[j, i] -= taken
+            p[i, j] = p[j, i]

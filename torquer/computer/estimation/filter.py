@@ -44,8 +44,9 @@ _MAGNETOMETER_STATES = (
 MAGNETOMETER_ERRORS = tuple(each.key for each in _MAGNETOMETER_STATES)
 
 
-#: Constants of several devices of a kind where there are none.
-NO_UNITS = ((-1.0, *(0.0,) * (UNIT_NUMBERS - 1)),) * MOST_UNITS
+#: Constants of a unit that is not measured; one row where there are no several devices of a kind.
+_NO_UNIT = (-1.0, *(0.0,) * (UNIT_NUMBERS - 1))
+NO_UNITS = (_NO_UNIT,)
 
 
 def filter_memory(n: int, units: tuple = NO_UNITS) -> dict:
@@ -296,7 +297,7 @@ class Filter(SensorKeys):
         for each in units:
             name = names.get(each.device.name, "")
             if name not in self.sensors:
-                rows.append(NO_UNITS[0])
+                rows.append(_NO_UNIT)
                 continue
             measured = BY_NAME[name]
             own = self.unit_noise.get(each.name, getattr(self, measured.noise))
@@ -304,7 +305,7 @@ class Filter(SensorKeys):
             numbers = flat(measured.of_unit(keys, each.spec))
             rest = (0.0,) * (UNIT_NUMBERS - 1 - len(numbers))
             rows.append((float(CHANNEL_OF[name]), *map(float, numbers), *rest))
-        return (*rows, *NO_UNITS[len(rows) :])
+        return (*rows, *(_NO_UNIT,) * (MOST_UNITS - len(rows))) if rows else NO_UNITS
 
     def with_units(self, units: Sequence[Flown]) -> Self:
         """This filter with one device for several: with the noise that they have together."""

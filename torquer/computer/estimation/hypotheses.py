@@ -19,8 +19,8 @@ from torquer.compile.engine import inlined, plugged
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
     factor_innovation,
-    gain_element,
     mean_variance,
+    put_gain,
 )
 from torquer.computer.estimation.isolation import isolate_what_is_no_number
 from torquer.computer.estimation.kalman import (
@@ -139,9 +139,7 @@ def log_likelihood(inputs, parameters, memory, omega):
     gain = memory.gain
     if m.count == 0:
         return 0.0
-    for i in range(gain.shape[1]):
-        for row in range(m.count):
-            gain[row, i] = gain_element(memory.covariance, i, m, row)
+    put_gain(memory.covariance, gain, m)
     lower, d = factor_innovation(gain, m)
     e1 = m.z[0]
     e2 = m.z[1] - lower[0] * e1

@@ -24,7 +24,6 @@ from torquer.computer.estimation.measurements.table import (
 from torquer.computer.estimation.triad import CONTRADICTION_RAD, read_quaternion
 from torquer.computer.estimation.watch import GROWN_S, watch
 from torquer.maths.geometry.vec3 import dot
-from torquer.spacecraft.sensors.device import MOST_UNITS
 
 #: Number of rejected readings in a row from which on something is wrong; by chance it is not.
 _FEW = 3.0
@@ -154,7 +153,7 @@ def agrees(inputs, sensing, memory, k):
 def unit_agrees(inputs, sensing, memory, sensor, kind):
     """Whether another one of several devices of a kind agrees."""
     found = False
-    for u in range(MOST_UNITS):
+    for u in range(memory.unit_constants.shape[0]):
         k = UNITS_AT + u
         if k != sensor and memory.unit_constants[u, 0] == kind:
             found = found or agrees(inputs, sensing, memory, k)

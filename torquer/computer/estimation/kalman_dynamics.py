@@ -269,7 +269,7 @@ def put_remembered(memory, before):
     put_vector(memory.wheels, before)
 
 
-@kernel
+@inlined
 def kalman_dynamics(inputs, parameters, memory):
     """One step of the filter without a gyro."""
     return step(inputs, parameters, memory, begin, propagate, read_rate)

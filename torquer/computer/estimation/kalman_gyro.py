@@ -290,7 +290,7 @@ def put_remembered(memory, before):
     """Put back what `remembered` gave."""
 
 
-@kernel
+@inlined
 def kalman_gyro(inputs, parameters, memory):
     """One step of the filter with a gyro."""
     keep_reading(inputs, parameters, memory)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from torquer.base.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
-from torquer.compile.engine import kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.maths.geometry.vec3 import cross, mat_t_vec, unit
 
 _POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)
@@ -49,7 +49,7 @@ def transpose(m):
     )
 
 
-@kernel
+@inlined
 def mat_mul(m, n):
     """Product m n of two 3x3 matrices: first n, then m."""
     return (mat_t_vec(n, m[0]), mat_t_vec(n, m[1]), mat_t_vec(n, m[2]))
