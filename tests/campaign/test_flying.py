@@ -12,6 +12,7 @@ from tip_off import SCENARIO, TABLE, campaign
 
 import torquer
 from torquer.campaign import fleet, fly
+from torquer.campaign.chunk_files import SUFFIX, save_chunk
 from torquer.campaign.fly import OneByOne
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import chunks_folder, chunks_there, remove
@@ -60,6 +61,40 @@ def test_bits_do_not_depend_on_threads_or_chunks(scenario, whole, monkeypatch):
     assert torquer.fly_campaign(scenario, made, workers=3).identical(whole)
     monkeypatch.setattr(fly, "CHUNK", 40)
     assert torquer.fly_campaign(scenario, made, workers=2).identical(whole)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_chunks_grow_while_they_are_quick_and_shrink_at_the_end(
+    scenario, tmp_path, monkeypatch, workers
+):
+    """Whatever their sizes, the bits are those of chunks of one size; slow ones stay small."""
+    made, path = campaign(scenario, runs=400), tmp_path / "campaign.nc"
+    put, sizes = fly.put_chunk, []
+
+    def noted(path, data):
+        sizes.append(data.sizes["member"])
+        put(path, data)
+
+    monkeypatch.setattr(fly, "put_chunk", noted)
+    monkeypatch.setattr(fly, "CHUNK_S", 1e6)
+    monkeypatch.setattr(fly, "MOST", 64)
+    grown = torquer.fly_campaign(scenario, made, to=path, workers=workers)
+    assert sum(sizes) == 400 and sizes[0] == 8 and max(sizes) == 64 and sizes[-1] == 8
+    assert all(size % 8 == 0 for size in sizes) and len(sizes) < 30
+    sizes.clear()
+    monkeypatch.setattr(fly, "CHUNK_S", 0.0)
+    even = torquer.fly_campaign(scenario, made, to=tmp_path / "even.nc", workers=workers)
+    assert sizes == [8] * 50
+    assert grown.identical(even)
+
+
+def test_chunks_stay_short_where_few_may_be_enough(scenario, monkeypatch):
+    """The last member is that of chunks of one size; not many more are flown than needed."""
+    monkeypatch.setattr(fly, "CHUNK_S", 1e6)
+    stop = {"outcome": "coil_energy_j", "half_width": 1e9, "least": 30}
+    made, told = campaign(scenario, runs=4000, stop=stop), []
+    result = torquer.fly_campaign(scenario, made, workers=1, progress=told.append)
+    assert result.sizes["member"] == 32 and told[-1].done <= 64
 
 
 @pytest.mark.slow
@@ -179,17 +214,20 @@ def test_files_that_are_no_chunks_of_the_campaign_are_named(scenario, begun):
             torquer.fly_campaign(scenario, made, to=path, resume=True)
         file.unlink()
 
-    second.rename(chunks_folder(path) / "copy.nc")
+    second.rename(chunks_folder(path) / f"copy{SUFFIX}")
     only_its_own = r"^to: must have only its own chunks next to it, .*; received {file}: remove"
-    refused("copy.nc", only_its_own)
+    refused(f"copy{SUFFIX}", only_its_own)
     (chunks_folder(path) / "000000000016.nc").write_bytes(content)
-    refused("000000000016.nc", r"^to: must have chunks .*; received {file} with 8 to 15$")
-    torquer.save(torquer.simulate(scenario), second)
+    refused("000000000016.nc", only_its_own)
+    third = f"000000000016{SUFFIX}"
+    (chunks_folder(path) / third).write_bytes(content)
+    refused(third, r"^to: must have chunks .*; received {file} with 8 to 15$")
+    save_chunk(torquer.simulate(scenario), second)
     refused(second.name, r"^to: must be the file of a campaign; received {file}$")
-    torquer.save(torquer.fly_campaign(scenario, made).drop_vars("ended"), first)
+    save_chunk(torquer.fly_campaign(scenario, made).drop_vars("ended"), first)
     refused(first.name, r"^to: must be the file of a campaign; received {file} without ended$")
     other = scenario.replace("initial.reference", "orbital")
-    torquer.save(torquer.fly_campaign(other, made), first)
+    save_chunk(torquer.fly_campaign(other, made), first)
     refused(first.name, r"^scenario: must be the one {file} was started with; received another$")
 
 

@@ -7,6 +7,7 @@ too, and a look at it executes none of them.
 import functools
 import hashlib
 import inspect
+import json
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import Any, ClassVar, ForwardRef, get_args
 import numpy as np
 from pydantic import Field
 
+from torquer.base.columns import Own
 from torquer.base.shared import shared
 from torquer.base.spec import Spec
 from torquer.base.user_source import error_line, import_file, printable, source_mark, source_text
@@ -43,8 +45,15 @@ class OwnFile(Spec):
         return _keys.get(self.identity(), self.place)
 
     def identity(self) -> str:
-        """What it is, as text: a scenario that is checked again has other objects."""
-        return f"{type(self).__name__} {self.model_dump_json()}"
+        """What it is, as text: a scenario that is checked again has other objects.
+
+        Without the numbers of many scenarios, of which it has columns.
+        """
+        told = json.dumps(
+            self.model_dump(warnings=False),
+            default=lambda each: None if isinstance(each, Own) else str(each),
+        )
+        return f"{type(self).__name__} {told}"
 
     def check_parameters(self) -> None:
         """ValueError for parameters that what the file gives does not take."""

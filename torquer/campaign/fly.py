@@ -1,10 +1,10 @@
 """A campaign flown: chunks of members in any order, results in the order of the members."""
 
 import os
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +25,7 @@ from torquer.campaign.statistics import is_enough
 from torquer.campaign.store import (
     campaign_attributes,
     check_arrived,
+    check_storable,
     finish_file,
     is_there,
     load_members,
@@ -34,8 +35,9 @@ from torquer.compile.lanes import LANES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.setup.signals import noted_signals, noting_signals
 
-#: Members of a chunk: what a kill may lose, and what a worker is given at once.
-CHUNK = 128
+#: Members that a worker is given at once, at least and at most: what a kill may lose. As many as
+#: are flown in some seconds, since a chunk costs something however few it has.
+CHUNK, MOST, CHUNK_S = 128, 2048, 2.0
 #: Chunks in flight for each worker.
 _AHEAD = 2
 
@@ -96,6 +98,7 @@ def fly_campaign(
                 known.add(data)
             if path is not None:
                 check_room(campaign, fleet.rows, *known.counts(), path.parent)
+                check_storable(fleet)
         if fleet.why_not_in_lanes:
             text = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(text, OneByOne, stacklevel=2)
@@ -129,7 +132,17 @@ class _Known:
 
     def counts(self) -> tuple[int, int]:
         """How many members there will be at most, and how many of them are missing."""
-        return int(np.count_nonzero(self.wanted)), int(np.count_nonzero(self.wanted & ~self.there))
+        return int(np.count_nonzero(self.wanted)), int(np.count_nonzero(self.missing))
+
+    @property
+    def missing(self) -> np.ndarray:
+        """Which members are to be flown."""
+        return self.wanted & ~self.there
+
+    @property
+    def may_stop(self) -> bool:
+        """Whether fewer than all runs may be enough."""
+        return self._stop is not None
 
     @property
     def has_enough(self) -> bool:
@@ -160,20 +173,43 @@ class _Known:
             yield last
 
 
-def _spans(known: _Known) -> Iterator[tuple[int, int]]:
-    """First and last members of the chunks that are missing, as long as there are not enough."""
-    for first in range(0, known.runs, CHUNK):
-        last = min(first + CHUNK, known.runs)
-        missing = np.flatnonzero(known.wanted[first:last] & ~known.there[first:last])
-        if known.has_enough:
-            return
-        if len(missing):
-            yield first + int(missing[0]), first + int(missing[-1]) + 1
+class _Spans:
+    """First and last members of the chunks that are missing, as long as there are not enough.
+
+    Chunks grow until each takes `CHUNK_S`; the last ones are shorter, so that all workers end at
+    once. Where few may be enough, none is long compared with what is there. No bit depends on it.
+    """
+
+    def __init__(self, known: _Known, workers: Callable[[], int]):
+        self._known, self._workers, self._at = known, workers, 0
+        self._size = CHUNK
+        self._begun_s: dict[int, float] = {}
+
+    def next(self) -> tuple[int, int] | None:
+        """The next ones; None if there are none."""
+        known = self._known
+        missing = known.missing[self._at :]
+        if known.has_enough or not missing.any():
+            return None
+        first = self._at + int(missing.argmax())
+        of = known.done if known.may_stop else np.count_nonzero(missing)
+        size = min(self._size, MOST, int(of) // (_AHEAD * self._workers()))
+        last = first // CHUNK * CHUNK + max(1, size // CHUNK) * CHUNK
+        flown = ~known.missing[first:last]
+        self._at = first + int(flown.argmax() if flown.any() else len(flown))
+        self._begun_s[first] = time.monotonic()
+        return first, self._at
+
+    def ended(self, first: int, last: int) -> None:
+        """These have come back: the next ones may be more or fewer."""
+        took_s = (time.monotonic() - self._begun_s.pop(first)) / _AHEAD  # others were before them
+        fitting = int((last - first) * CHUNK_S / max(took_s, 1e-9))
+        self._size = max(CHUNK, self._size // 2, min(fitting, 2 * self._size))
 
 
 def _fly(known: _Known, fleet: Fleet, fliers: Pool, path, progress) -> list[xr.Dataset]:
     """Chunks in order, unless they go to a file, once all are flown, or enough of them."""
-    spans = _spans(known)
+    spans = _Spans(known, lambda: fliers.workers)
     lost: list[tuple[int, int]] = []
     running: dict[Future, tuple[int, int]] = {}
     parts: dict[int, xr.Dataset] = {}
@@ -181,7 +217,8 @@ def _fly(known: _Known, fleet: Fleet, fliers: Pool, path, progress) -> list[xr.D
         loss = None
         try:
             while len(running) < _AHEAD * fliers.workers:
-                lost = lost or [*islice(spans, 1)]
+                if not lost and (span := spans.next()) is not None:
+                    lost = [span]
                 if not lost:
                     break
                 future = fliers.submit(*lost[0])
@@ -202,6 +239,7 @@ def _fly(known: _Known, fleet: Fleet, fliers: Pool, path, progress) -> list[xr.D
             else:
                 put_chunk(path, data)
             known.add(data)
+            spans.ended(*span)
             if progress:
                 progress(Progress(known.done, int(np.count_nonzero(known.wanted))))
         if loss := loss or of_running:

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import xarray as xr
 
+from torquer.campaign.chunk_files import SUFFIX, load_chunk
 from torquer.simulation.results.file import check, lazily, load, save, save_in_parts
 from torquer.simulation.setup.signals import noted_signals
 
@@ -23,6 +24,8 @@ _INSTANTS = {"units": "nanoseconds since 1970-01-01", "dtype": "int64"}
 
 def numbers_in(file: Path) -> np.ndarray:
     """Numbers of the members of a file."""
+    if file.suffix == SUFFIX:
+        return load_chunk(file)["member"].values
     check(file)
     with h5py.File(file) as data:
         return data["member"][...].astype(np.int64)
@@ -59,6 +62,8 @@ def in_blocks(
 
 def _rows_of(file: Path, rows: np.ndarray) -> xr.Dataset:
     """Some members of a file, in memory."""
+    if file.suffix == SUFFIX:
+        return load_chunk(file).isel(member=rows)
     if file.stat().st_size <= _SMALL:
         return load(file).isel(member=rows)
     with lazily(file) as data:

@@ -18,7 +18,7 @@ from torquer.campaign.fleet import (
     asks_for_alone,
     try_key,
 )
-from torquer.campaign.fly import CHUNK
+from torquer.campaign.fly import CHUNK, CHUNK_S, MOST
 from torquer.campaign.joining import BLOCK
 from torquer.campaign.outcomes import outcomes_with_series
 from torquer.campaign.room import check_room, member_bytes
@@ -48,8 +48,9 @@ from torquer.simulation.setup.size import (
 #: Time of a member's steps in lanes, over that alone.
 _IN_LANES = 0.25
 #: Time [s] of a member's start in lanes, where more than its motion varies too, and alone; of a
-#: record and its signal; of a chunk on the disk and when it is joined.
-_MOTION_S, _VARIED_S, _ALONE_S, _RECORD_S, _CHUNK_S = 2e-5, 5e-5, 5e-3, 3e-7, 0.03
+#: record and its signal; of a member on the disk and when it is joined; of a chunk, and the same.
+_MOTION_S, _VARIED_S, _ALONE_S, _RECORD_S = 2e-5, 4e-5, 5e-3, 3e-7
+_STORED_S, _EACH_CHUNK_S = 2e-5, 0.015
 #: Numbers of a record in lanes while signals are taken from it; along the orbit.
 _NUMBERS, _ALONG = 40, 13
 #: Bytes of a member while all are looked at.
@@ -105,15 +106,22 @@ def estimate_campaign(
     workers = min(cores(), math.ceil(campaign.runs / CHUNK))
     member_s = _member_s(scenario, campaign, run, compiled, bool(why))
     tables = tables_s(scenario) * (1.0 if not why else 0.0)
-    chunks = math.ceil(campaign.runs / CHUNK)
+    chunks = math.ceil(campaign.runs / _chunk(campaign, member_s, workers))
     made_again = max(0.0, 1.0 - PIECES / math.ceil(run.steps / piece_steps(scenario)))
-    seconds = campaign.runs * member_s + chunks * (_CHUNK_S + made_again * tables) + tables
+    seconds = campaign.runs * (member_s + _STORED_S) + tables
+    seconds += chunks * (_EACH_CHUNK_S + made_again * tables)
     of_member = member_bytes(campaign, run.rows)
     memory = BASE_BYTES + workers * _worker_bytes(scenario, run, bool(why))
     memory += _shared_bytes(scenario, run)
     memory += _COPIES * of_member * min(campaign.runs, BLOCK) + _LOOKED_AT_BYTES * campaign.runs
     disk = of_member * campaign.runs
     return CampaignSize(campaign.runs, workers, why, seconds / workers, memory, disk)
+
+
+def _chunk(campaign: Campaign, member_s: float, workers: int) -> float:
+    """Members of a chunk: as many as are flown in some seconds, few enough for all workers."""
+    most = min(MOST, CHUNK_S / member_s, campaign.runs / (4 * workers))
+    return max(CHUNK, most)
 
 
 def _why_alone(scenario: Scenario, campaign: Campaign, blocks: Blocks) -> str:

@@ -19,6 +19,7 @@ import xarray as xr
 from torquer.base.user_code import check_unchanged
 from torquer.base.validate import as_storable
 from torquer.campaign.checks import MEANINGS, column
+from torquer.campaign.chunk_files import SUFFIX, load_chunk, save_chunk
 from torquer.campaign.contents import outcome_unit, signal_unit
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.joining import in_blocks, numbers_in, write_blocks
@@ -26,11 +27,11 @@ from torquer.campaign.outcomes import evaluate_success
 from torquer.campaign.provenance import check_same_provenance, provenance
 from torquer.scenario.keys import key_unit
 from torquer.simulation.results.dataset import law_attributes, part_attributes, versions
-from torquer.simulation.results.file import explain_errors, lazily, load, own_folder, save
+from torquer.simulation.results.file import explain_errors, in_bytes, lazily, own_folder
 from torquer.simulation.results.restore import are_one_run, check_version, scenario_in
 
 #: Name of the file of a chunk: its first member.
-_CHUNK = re.compile(r"\d{12}\.nc")
+_CHUNK = re.compile(rf"\d{{12}}{re.escape(SUFFIX)}")
 
 
 def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
@@ -122,19 +123,27 @@ def remove(path: Path) -> None:
         shutil.rmtree(chunks_folder(path))
 
 
+def check_storable(fleet: Fleet) -> None:
+    """NotStorable for members that the file of the campaign cannot hold, whatever they fly."""
+    in_bytes(chunk_dataset(fleet, fleet.unflown(np.arange(1))))
+
+
 def put_chunk(path: Path, data: xr.Dataset) -> None:
     """Write a chunk of the campaign of a file."""
-    save(data, own_folder(chunks_folder(path)) / f"{int(data['member'][0]):012d}.nc")
+    first = int(data["member"].values[0])
+    save_chunk(data, own_folder(chunks_folder(path)) / f"{first:012d}{SUFFIX}")
 
 
 def chunks_there(path: Path) -> dict[int, Path]:
     """Files of the chunks that are complete, by their first member."""
     found = {}
-    for file in sorted(chunks_folder(path).glob("*.nc")):
+    for file in sorted(chunks_folder(path).glob("*.*")):
+        if file.suffix == ".part":  # of one that was killed while it wrote
+            continue
         if not _CHUNK.fullmatch(file.name):
             raise ValueError(
-                f"to: must have only its own chunks next to it, such as 000000000128.nc; received "
-                f"{file}: remove it, or give it its name back"
+                "to: must have only its own chunks next to it, such as "
+                f"000000000128{SUFFIX}; received {file}: remove it, or give it its name back"
             )
         found[int(file.stem)] = file
     return found
@@ -165,7 +174,7 @@ def load_members(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
     """Members that have been flown, file by file; ValueError for one that cannot be continued."""
     alike: list = []
     for file in files_there(path):
-        data = lazily(file) if file == path else load(file)
+        data = lazily(file) if file == path else load_chunk(file)
         if "member" not in data.coords or not data.sizes["member"] or "campaign" not in data.attrs:
             raise ValueError(f"to: must be the file of a campaign; received {file}")
         said = [data.attrs.get(key) for key in ALIKE]

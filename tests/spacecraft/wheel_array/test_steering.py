@@ -12,6 +12,7 @@ from torquer.spacecraft.wheel_array.steering import (
     CENTRE,
     HALF,
     ROWS,
+    _most_even_null_shares,
     _torque_box,
     add_bias,
     lose,
@@ -331,3 +332,20 @@ def test_the_box_of_torques_is_that_of_both_limits():
             high, low = work[CENTRE, k] + work[HALF, k], work[CENTRE, k] - work[HALF, k]
             assert high == pytest.approx(greatest, abs=most[k] / 1000.0)
             assert low == pytest.approx(least, abs=most[k] / 1000.0)
+
+
+@pytest.mark.parametrize("count", [4, 5, 6])
+def test_arrays_that_differ_in_size_have_one_program(count):
+    """Its shares are those of the limits, whatever these are: members of a campaign share it."""
+    axes = tuple(map(tuple, layout.regular_pyramid(count, 50.0).tolist()))
+
+    def of(limit):
+        made = WheelArray(axes=axes, momentum_limit_n_m_s=limit, torque_limit_n_m=1.0)
+        steering = make_steering(made, 0.05)
+        assert np.abs(np.array(made.axes).T @ steering.bias).max() < 1e-13 * limit
+        return np.vstack([steering.bias, steering.bias_after]) / limit
+
+    first, known = of(1.0), _most_even_null_shares.cache_info().misses
+    for limit in (0.011, 0.0125, 37.0):
+        assert of(limit) == pytest.approx(first, rel=1e-14, abs=1e-15)
+    assert _most_even_null_shares.cache_info().misses == known

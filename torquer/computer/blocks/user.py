@@ -1,7 +1,7 @@
 """Laws of the user's own in a scenario, from a Python file or given in Python; blocks of files."""
 
 import sys
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
 from types import FunctionType
@@ -17,6 +17,7 @@ from torquer.base.user_source import (
     import_file,
     plain_function,
     source_file,
+    source_mark,
     source_text,
 )
 from torquer.computer.blocks.block import Block
@@ -25,6 +26,8 @@ from torquer.computer.blocks.law import Law, as_law
 AnyBlock = TypeVar("AnyBlock", bound=Block)
 #: A value of a parameter: a number, a vector, or a record of these.
 Parameter = float | tuple[float | tuple[float, ...], ...]
+#: Functions of users' files as they were loaded first, by their text.
+_loaded: dict[tuple, Callable] = {}
 
 
 class UserBlock(OwnFile):
@@ -152,10 +155,23 @@ def load_law(file: Path, name: str | None = None, key: str = "law") -> Law:
         found = find_block(import_file(file, key), file, name, Law, key)
         if not isinstance(found, Law):
             found = replace(as_law(found), name=name)
-        found = replace(found, key="" if key == "law" else key)
+        found = with_known_function(replace(found, key="" if key == "law" else key))
         if found.compiled:
             found.in_loop()
     return found
+
+
+def with_known_function(block: AnyBlock) -> AnyBlock:
+    """A block of a file with the function that was loaded first, as long as the text is the same.
+
+    Each loading makes another function. Runs with one and the same fly together, and it is compiled
+    once. Not in plain Python, where each run has its own module and what that remembers.
+    """
+    plain = plain_function(block.function)
+    if not block.compiled or not isinstance(plain, FunctionType) or plain.__closure__:
+        return block
+    text = source_mark(plain), plain.__module__, plain.__qualname__, plain.__code__
+    return replace(block, function=_loaded.setdefault(text, block.function))
 
 
 def find_block(module, file: Path, name: str | None, of: type[Block], key: str):

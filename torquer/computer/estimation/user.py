@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import ClassVar, Literal
 
 from torquer.base.user_source import cache_beside, import_file
-from torquer.computer.blocks.user import UserBlock, find_block
+from torquer.computer.blocks.user import UserBlock, find_block, with_known_function
 from torquer.computer.estimation.estimator import Estimator
 
 
@@ -37,7 +37,7 @@ def load_estimator(file: Path, name: str | None, key: str) -> Estimator:
                 f"{key}.function: must be decorated with @torquer.estimator; received {name!r} "
                 f"of {file}, a function without it"
             )
-        found = replace(found, key=key)
+        found = with_known_function(replace(found, key=key))
         if found.compiled:
             found.in_loop()
     return found

@@ -44,15 +44,24 @@ def save(result: xr.Dataset, path, how: dict | None = None) -> None:
 
     `how`: more arguments of `xarray.Dataset.to_netcdf`.
     """
+    save_sealed(in_bytes(result, how), path)
+
+
+def in_bytes(result: xr.Dataset, how: dict | None = None) -> memoryview:
+    """A result as NetCDF; NotStorable for one that NetCDF does not take."""
     from h5netcdf import CompatibilityError
 
     from torquer.simulation.results.netcdf import write_bytes
 
     try:
-        data = write_bytes(result, **(how or {}))
+        return write_bytes(result, **(how or {}))
     except (TypeError, ValueError, RuntimeError, CompatibilityError) as error:
         reason = str(error).partition("\n")[0]
         raise NotStorable(f"result: must be what NetCDF can store; received: {reason}") from error
+
+
+def save_sealed(data: bytes | memoryview, path) -> None:
+    """Write bytes and their digest; what stood there before is replaced when all is written."""
     with (
         noted_signals().writing(),
         replacing(Path(path)) as unfinished,
@@ -106,6 +115,12 @@ def lazily(path) -> xr.Dataset:
         with path.open("rb") as raw:
             _check_claims(path, raw)
         return netcdf.view(path)
+
+
+def load_sealed(path) -> bytes:
+    """The bytes of a file without their digest; `Damaged` if it is not as it was written."""
+    check(path)
+    return Path(path).read_bytes()[:-_SEAL_BYTES]
 
 
 def check(path) -> None:

@@ -1,5 +1,6 @@
 """Layouts: axes and limits of the wheels, with presets of the usual kinds."""
 
+import functools
 import math
 from typing import Annotated
 
@@ -19,9 +20,14 @@ LEAST, MOST, MOST_UNEQUAL = 1e-12, 1e12, 1e6
 MOST_WHEELS = 12
 
 
-def checked_axes(value):
+def checked_axes(value: tuple[tuple[float, ...], ...]):
     """Unit axes as tuples; ValueError for fewer than three or all in one plane."""
-    rows = validate.unit_rows("axes", value)
+    return _checked(np.array(value, dtype=np.float64).tobytes())
+
+
+@functools.lru_cache(64)  # members of a campaign have the same ones; zeros differ by their signs
+def _checked(numbers: bytes) -> tuple:
+    rows = validate.unit_rows("axes", np.frombuffer(numbers).reshape(-1, 3))
     if find_rank(rows) < 3:
         raise ValueError(
             f"axes: must hold three that do not lie in one plane; received {rows.tolist()}"

@@ -1,5 +1,6 @@
 """Arrays as specified in files: a layout by its kind and angles, or by axes, and limits."""
 
+import functools
 from typing import Annotated, Literal
 
 import numpy as np
@@ -125,9 +126,15 @@ class Wheels(Spec):
 
     def array(self) -> WheelArray:
         """The array itself."""
-        return WheelArray(
-            axes=tuple(map(tuple, self.layout.rows().tolist())),
-            momentum_limit_n_m_s=self.momentum_limit_n_m_s,
-            torque_limit_n_m=self.torque_limit_n_m,
-            lost=self.lost,
-        )
+        axes = self.layout.rows().tobytes()
+        return _array(axes, self.momentum_limit_n_m_s, self.torque_limit_n_m, self.lost)
+
+
+@functools.lru_cache(64)  # asked for several times in each preparation
+def _array(axes: bytes, momentum_limit_n_m_s, torque_limit_n_m, lost: tuple) -> WheelArray:
+    return WheelArray(
+        axes=tuple(map(tuple, np.frombuffer(axes).reshape(-1, 3).tolist())),
+        momentum_limit_n_m_s=momentum_limit_n_m_s,
+        torque_limit_n_m=torque_limit_n_m,
+        lost=lost,
+    )

@@ -51,11 +51,16 @@ def steering_bias(array, minimum_speed_fraction: float = 0.05) -> Bias:
         raise ValueError(
             f"minimum_speed_fraction: must be from 0 to below 1; received {minimum_speed_fraction}"
         )
-    limits = array.momentum_limits()
+    return _bias(np.array(array.axes), array.momentum_limits(), minimum_speed_fraction)
+
+
+def _bias(axes: np.ndarray, limits: np.ndarray, minimum_speed_fraction: float) -> Bias:
+    """The same for axes (n, 3) and limits (n,), 0 for lost wheels."""
     works = limits > 0.0
-    vectors = np.array(array.axes)[works] * limits[works, None]
+    # in parts of the greatest: arrays that differ in size alone have the same program
+    vectors = axes[works] * (limits[works] / limits.max())[:, None]
     shares, least = _most_even_null_shares(tuple(map(tuple, vectors.tolist())))
-    momenta = np.zeros(array.count)
+    momenta = np.zeros(len(axes))
     if least <= minimum_speed_fraction:
         return Bias(momenta, 0.0)
     size = (1.0 + minimum_speed_fraction) / (1.0 + least)
@@ -120,10 +125,10 @@ def make_steering(array, minimum_speed_fraction: float | None = 0.05) -> Steerin
     bias, after = np.zeros(count), np.zeros((count, count))
     if minimum_speed_fraction is not None:
         bias = steering_bias(array, minimum_speed_fraction).momenta_n_m_s
-        after[:] = [
-            steering_bias(array.without(k), minimum_speed_fraction).momenta_n_m_s
-            for k in range(count)
-        ]
+        axes, limits = np.array(array.axes), array.momentum_limits()
+        for k in range(count):
+            without = np.where(np.arange(count) == k, 0.0, limits)
+            after[k] = _bias(axes, without, minimum_speed_fraction).momenta_n_m_s
     return Steering(
         wheel_set(array),
         array.momentum_limits(),
