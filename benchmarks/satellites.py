@@ -19,7 +19,7 @@ import numpy as np
 from torquer.campaign.capture import flight
 from torquer.campaign.fly import OneByOne, fly_campaign
 from torquer.campaign.load import campaign_from_data, load_campaign
-from torquer.campaign.spec import with_flat_keys
+from torquer.campaign.plain import with_flat_keys
 from torquer.campaign.statistics import quantile
 from torquer.design import DetumbleRequest, three_axis
 from torquer.design.detumbling import without_flights

@@ -334,7 +334,7 @@ TABLES = [
      ".sampling: must be 'random', 'latin_hypercube', 'sobol', 'saltelli' or 'grid'; "
      "received 'halton'"),
     ({"colour": 1}, ".colour: must be a known key; received 1 (known: runs, seed, sampling, vary, "
-     "correlated, outcomes, success, stop)"),
+     "table, correlated, outcomes, success, stop)"),
     ({"vary": 5}, ".vary: must be a table of keys; received 5"),
     ({"sampling": "latin_hypercube", "runs": 10**8, "vary": {NOISE: {"uniform": [1, 2]}}},
      ".sampling: 'latin_hypercube' must have at most 5e+07 numbers in all; received 100000000 "

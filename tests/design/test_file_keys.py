@@ -98,6 +98,9 @@ def test_the_schema_takes_campaigns():
     given = {"runs": 8, "outcomes": {"end": {"signal": "rate_deg_s", "what": {"at_end": True}}}}
     assert checker(campaign).is_valid(given)
     assert not checker(campaign).is_valid(given | {"run": 9})
+    assert checker(campaign).is_valid(given | {"table": "fleet.csv"})
+    assert checker(campaign).is_valid(given | {"table": {"orbit.raan_deg": [0, 90]}})
+    assert not checker(campaign).is_valid(given | {"table": 3})
 
 
 @pytest.mark.parametrize(

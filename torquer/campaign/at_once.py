@@ -8,7 +8,7 @@ from torquer.base.columns import Mixed, Own, as_column
 from torquer.base.computing import Computing
 from torquer.base.shared import Sharing
 from torquer.campaign.sampling import Drawn
-from torquer.campaign.spec import ATTITUDE
+from torquer.campaign.variation import ATTITUDE
 from torquer.scenario.change import with_columns
 from torquer.simulation.lanes.group import Lanes, why_not_in_lanes
 from torquer.simulation.setup.run import Piece, Run, prepare

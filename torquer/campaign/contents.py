@@ -37,7 +37,8 @@ def scenario_name(result: xr.Dataset) -> str:
 def groups_in(result: xr.Dataset) -> list[str]:
     """Names of what is drawn independently: keys that vary, and groups of correlated keys."""
     table = campaign_table(result)
-    return [*table["vary"], *(", ".join(each["keys"]) for each in table["correlated"])]
+    alone = (key for key, variation in table["vary"].items() if "tied_to" not in variation)
+    return [*alone, *(", ".join(each["keys"]) for each in table["correlated"])]
 
 
 def is_design(result: xr.Dataset) -> bool:

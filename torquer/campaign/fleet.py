@@ -25,7 +25,8 @@ from torquer.campaign.outcomes import (
 from torquer.campaign.room import MOST_INSTANTS
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
-from torquer.campaign.spec import ATTITUDE, Campaign
+from torquer.campaign.spec import Campaign
+from torquer.campaign.variation import ATTITUDE
 from torquer.scenario.change import checked_again, fields_at, with_values
 from torquer.scenario.spec import InitialMotion, Scenario, Spacecraft
 from torquer.simulation.lanes.group import RECORDS, Lanes, Pieces, first_rate, why_not_in_lanes

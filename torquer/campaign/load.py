@@ -9,9 +9,11 @@ import numpy as np
 from torquer.base.spec import Spec
 from torquer.base.user_code import OwnFile, admit, own_files
 from torquer.campaign.outcomes import check_outcomes
+from torquer.campaign.plain import with_flat_keys
 from torquer.campaign.sampling import Drawn, as_changes, draw, draw_values
-from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
-from torquer.campaign.variation import Variation
+from torquer.campaign.spec import Campaign
+from torquer.campaign.table import read_table, telling_rows
+from torquer.campaign.variation import ATTITUDE, Variation
 from torquer.scenario.change import with_values
 from torquer.scenario.explain import key_name, validate_tables
 from torquer.scenario.held import held_attitudes
@@ -55,10 +57,11 @@ def load_campaign(path) -> tuple[Scenario, Campaign]:
 def campaign_from_data(table: dict, scenario: Scenario, folder: Path = Path()) -> Campaign:
     """The campaign of plain data, checked with the scenario that it varies.
 
-    Files of laws among the values are relative to the folder.
+    The file of its members, and files of laws among the values, are relative to the folder.
     """
+    given = _with_table(table, folder)
     try:
-        data = with_flat_keys(table)
+        data = with_flat_keys(given)
     except ValueError as error:
         raise ScenarioError(f"campaign.{error}") from None
     campaign = validate_tables(_File, {"campaign": _with_whole_paths(data, folder)}).campaign
@@ -66,15 +69,25 @@ def campaign_from_data(table: dict, scenario: Scenario, folder: Path = Path()) -
     return campaign
 
 
+def _with_table(data, folder: Path):
+    """A campaign's plain data with what the file of its members holds."""
+    if not isinstance(data, Mapping) or not isinstance(data.get("table"), str):
+        return data
+    return {**data, "table": read_table(Path(whole_path("campaign.table", folder / data["table"])))}
+
+
 def _with_whole_paths(data, folder: Path):
     """A campaign's plain data with absolute paths of the files among its values."""
-    if not isinstance(data, Mapping) or not isinstance(data.get("vary"), Mapping):
-        return data
 
     def whole(place: str, file) -> str:
         return whole_path(place, folder / file)
 
-    return {**data, "vary": {key: with_files(key, v, whole) for key, v in data["vary"].items()}}
+    if isinstance(data, Mapping) and isinstance(data.get("vary"), Mapping):
+        data = {**data, "vary": {k: with_files(k, v, whole) for k, v in data["vary"].items()}}
+    if isinstance(data, Mapping) and isinstance(data.get("table"), Mapping):
+        changed = {k: _listed_files(k, v, whole) for k, v in data["table"].items()}
+        data = {**data, "table": changed}
+    return data
 
 
 def code_named(campaign: Campaign) -> Iterator[tuple[str, Path]]:
@@ -90,6 +103,8 @@ def code_named(campaign: Campaign) -> Iterator[tuple[str, Path]]:
 
     for key, variation in campaign.vary.items():
         with_files(key, {"values": variation.values}, note)
+    for key, values in campaign.table.items():
+        _listed_files(key, values, note)
     yield from found
 
 
@@ -97,9 +112,18 @@ def with_files(key: str, variation, change: Callable):
     """Plain data of a key's variation with `change(place, file)` for each file that it names."""
     if not isinstance(variation, Mapping) or "values" not in variation:
         return variation
-    names_file = re.findall(r"[^.\[\]]+", key)[-1:] == [_FILE]
     place = ("campaign", "vary", key, "values")
-    return {**variation, "values": _change(variation["values"], place, names_file, change)}
+    values = _change(variation["values"], place, _names_file(key), change)
+    return {**variation, "values": values}
+
+
+def _listed_files(key: str, values, change: Callable):
+    """Values of a key of the table with `change(place, file)` for each file that they name."""
+    return _change(values, ("campaign", "table", key), _names_file(key), change)
+
+
+def _names_file(key: str) -> bool:
+    return re.findall(r"[^.\[\]]+", key)[-1:] == [_FILE]
 
 
 def _change(value, place: tuple, is_file: bool, change: Callable):
@@ -120,7 +144,8 @@ def check_campaign(campaign: Campaign, scenario: Scenario) -> None:
     """ScenarioError unless members can be flown and have the outcomes.
 
     The first members and the ends of all distributions are tried; for distributions without ends,
-    the values that one in twice as many members exceeds.
+    the values that one in twice as many members exceeds; of a table the members with the least and
+    greatest numbers.
     """
     try:
         check_outcomes(campaign.outcomes, scenario)
@@ -154,18 +179,21 @@ def _executed(scenario: Scenario) -> dict[str, OwnFile]:
 
 def _varied(campaign: Campaign, part: str) -> bool:
     """Whether a key of a part varies."""
-    return any(key.startswith(f"{part}.") for key in campaign.vary)
+    return any(key.startswith(f"{part}.") for key in campaign.varied_keys)
 
 
 def _tried_members(campaign: Campaign, scenario: Scenario) -> Iterator[tuple[Scenario, list[str]]]:
     """The members that are tried, and the keys that vary."""
     first = np.arange(min(_TRIED, campaign.runs))
-    for drawn, rows in (
-        (draw(campaign, scenario, first), len(first)),
-        (draw_values(campaign, scenario, units := _ends(campaign)), len(units)),
+    telling = telling_rows(campaign.table, _MOST_VALUES)
+    members = np.union1d(first, telling[telling < campaign.runs])
+    units = _ends(campaign)
+    for drawn, named in (
+        (draw(campaign, scenario, members), members.tolist()),
+        (draw_values(campaign, scenario, units), [None] * len(units)),
     ):
-        for row in range(rows):
-            yield _member(campaign, scenario, drawn, row), [*drawn]
+        for row, member in enumerate(named):
+            yield _member(campaign, scenario, drawn, row, member), [*drawn]
 
 
 def _ends(campaign: Campaign) -> np.ndarray:
@@ -173,19 +201,26 @@ def _ends(campaign: Campaign) -> np.ndarray:
     lists = [len(each.values) for each in campaign.vary.values() if each.values is not None]
     rows = np.arange(2 + min(max(lists, default=0), _MOST_VALUES))
     rare = 0.5 / campaign.runs
-    columns = [_rare_ends(variation, rows, rare) for variation in campaign.vary.values()]
+    of_keys = (_with_its_tied(campaign, key) for key in campaign.drawn_alone)
+    columns = [_rare_ends(variations, rows, rare) for variations in of_keys]
     for together in campaign.correlated:
         columns += [_low_and_high(rows, rare)] * together.unit_numbers
     return np.column_stack(columns) if columns else np.empty((len(rows), 0))
 
 
-def _rare_ends(variation: Variation, rows: np.ndarray, rare: float) -> np.ndarray:
-    """Unit numbers [n, variation.unit_numbers]."""
-    if variation.values is not None:
-        count = len(variation.values)
-        return (rows % count + 0.5) / count
-    ends = _low_and_high(rows, 0.0 if variation.is_bounded else rare)
-    return np.tile(ends[:, None], (1, variation.unit_numbers))
+def _with_its_tied(campaign: Campaign, key: str) -> list[Variation]:
+    """The variations that share the draw of a key, its own first."""
+    return [campaign.vary[key], *(v for v in campaign.vary.values() if v.tied_to == key)]
+
+
+def _rare_ends(variations: list[Variation], rows: np.ndarray, rare: float) -> np.ndarray:
+    """Unit numbers [n, unit_numbers] of variations with one draw."""
+    lists = [len(each.values) for each in variations if each.values is not None]
+    if lists:
+        return (rows % lists[0] + 0.5) / lists[0]
+    bounded = all(each.is_bounded for each in variations)
+    ends = _low_and_high(rows, 0.0 if bounded else rare)
+    return np.tile(ends[:, None], (1, variations[0].unit_numbers))
 
 
 def _low_and_high(rows: np.ndarray, low: float) -> np.ndarray:
@@ -193,25 +228,33 @@ def _low_and_high(rows: np.ndarray, low: float) -> np.ndarray:
     return np.where(rows == 0, low, np.where(rows == 1, 1.0 - low, 0.5))
 
 
-def _member(campaign: Campaign, scenario: Scenario, drawn: Drawn, row: int) -> Scenario:
-    """The scenario of a row; ScenarioError in terms of the campaign."""
+def _member(
+    campaign: Campaign, scenario: Scenario, drawn: Drawn, row: int, member: int | None
+) -> Scenario:
+    """The scenario of a row, that of a member or of none; ScenarioError in the campaign's terms."""
     try:
         return with_values(scenario, as_changes(drawn, row))
     except ScenarioError as error:
         keys = [*drawn]
-        lines = [_text(line, keys, campaign) for line in str(error).split("\n")]
+        lines = [_text(line, keys, campaign, member) for line in str(error).split("\n")]
         raise ScenarioError("\n".join(lines)) from None
 
 
-def _text(line: str, keys: list[str], campaign: Campaign) -> str:
-    """A line about a member's scenario, led by the key that varies if it is about one."""
+def _text(line: str, keys: list[str], campaign: Campaign, member: int | None = None) -> str:
+    """A line about a member's scenario, led by the key that varies if it is about one.
+
+    Of a key in the table it ends with the member.
+    """
     about, _, rest = line.partition(": ")
     for key in sorted(keys, key=len, reverse=True):
         changed = "initial.quaternion" if key == ATTITUDE else key
         if about == changed or about.startswith((f"{changed}.", f"{changed}[")):
-            table = "vary" if key in campaign.vary else "correlated"
-            return f"{key_name(('campaign', table, key))}{about.removeprefix(changed)}: {rest}"
-    return f"campaign.vary: members must be scenarios that can be flown; received {line}"
+            tables = (name for name in ("table", "vary") if key in getattr(campaign, name))
+            table = next(tables, "correlated")
+            of = f" (member {member})" if table == "table" and member is not None else ""
+            return f"{key_name(('campaign', table, key))}{about.removeprefix(changed)}: {rest}{of}"
+    table = "vary" if campaign.vary or not campaign.table else "table"
+    return f"campaign.{table}: members must be scenarios that can be flown; received {line}"
 
 
 def _check_held(campaign: Campaign, scenario: Scenario, member: Scenario) -> None:

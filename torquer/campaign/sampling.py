@@ -8,14 +8,15 @@ import numpy as np
 
 from torquer.base.validate import finite
 from torquer.campaign.changes import CHANGES
-from torquer.campaign.spec import ATTITUDE, Campaign
+from torquer.campaign.spec import Campaign
+from torquer.campaign.table import listed
 from torquer.campaign.unit_numbers import (
     checked_members,
     noise_numbers,
     random_words,
     unit_numbers,
 )
-from torquer.campaign.variation import Correlated, Variation, as_numbers
+from torquer.campaign.variation import ATTITUDE, Correlated, Variation, as_numbers
 from torquer.scenario.change import value_at, with_values
 from torquer.scenario.explain import ScenarioError, key_name
 from torquer.scenario.spec import Scenario
@@ -30,17 +31,18 @@ def draw(campaign: Campaign, scenario: Scenario, members) -> Drawn:
     They do not depend on which members are asked for together. For "initial.attitude" they are
     quaternions (x, y, z, w). `values` and times come as lists, all others as arrays.
     """
-    return draw_values(campaign, scenario, unit_numbers(campaign, members))
+    of_table = listed(campaign.table, checked_members(members, campaign.rows))
+    return of_table | draw_values(campaign, scenario, unit_numbers(campaign, members))
 
 
 def draw_values(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Drawn:
-    """Values of each key from unit numbers [n, campaign.unit_numbers]."""
+    """Values of each key that is drawn, from unit numbers [n, campaign.unit_numbers]."""
     drawn: Drawn = {}
     groups = campaign.groups  # without any the numbers are one empty part
     parts = dict(zip(groups, _split(units, groups.values()), strict=False))
     for key, variation in campaign.vary.items():
         with np.errstate(over="ignore"):  # the scenario refuses what is not finite
-            drawn[key] = _values(variation, parts[key])
+            drawn[key] = _values(variation, parts[variation.tied_to or key])
         if variation.relative is not None:
             own = _own_numbers(("campaign", "vary", key, "relative"), key, scenario)
             drawn[key] = np.multiply.outer(np.asarray(drawn[key], dtype=float), own)

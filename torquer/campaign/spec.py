@@ -2,19 +2,19 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from html import escape
 from itertools import combinations
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from torquer.base.spec import Spec
 from torquer.campaign.outcomes import DEFAULT, Outcome, Threshold
-from torquer.campaign.variation import Correlated, Variation
+from torquer.campaign.plain import completed
+from torquer.campaign.table import check_table
+from torquer.campaign.variation import ATTITUDE, Correlated, Variation
 
-#: The key under which attitudes vary on the whole rotation group.
-ATTITUDE = "initial.attitude"
 #: Name of the success of all conditions, where outcomes are named.
 SUCCESS = "success"
 #: Names that a result has for something else.
@@ -22,6 +22,13 @@ _TAKEN = (SUCCESS, "succeeded", "member", "time", "seed", "how_it_ended", "ended
 #: Numbers that a Latin hypercube may have, as it is in memory as a whole.
 MOST_IN_HYPERCUBE = 50_000_000
 _MOST_RUNS = 100_000_000
+#: Members are counted in a 32-bit word of the generator's counter.
+MOST_MEMBERS = 2**32
+_Listed = Annotated[tuple[Any, ...], Field(min_length=1)]
+#: What editors take as the `table` of a file.
+_ALSO_A_FILE = WithJsonSchema(
+    {"anyOf": [{"type": "string"}, {"type": "object", "additionalProperties": {"type": "array"}}]}
+)
 #: Keys that each member has for itself.
 _OWN = ("name", "description", "seed")
 _NAME = re.compile(r"[A-Za-z_]\w*")
@@ -45,32 +52,6 @@ class Stop(Spec):
     """Number of members to fly before the campaign may end."""
 
 
-def _flatten(table: Mapping, place: str = "") -> dict[str, Any]:
-    """The table with nested tables, as TOML makes them of dotted keys, turned into dotted keys."""
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        here = f"{place}{key}"
-        found = _flatten(value, f"{here}.") if _holds_keys(value) else {here: value}
-        for again in flat.keys() & found.keys():
-            raise ValueError(f'vary."{again}": must be given once; received it twice')
-        flat |= found
-    return flat
-
-
-def _holds_keys(value) -> bool:
-    """Whether a value is a table of more keys, not a variation."""
-    if not isinstance(value, Mapping) or not value or set(value) & set(Variation.model_fields):
-        return False
-    return all(isinstance(inner, Mapping | str | Variation) for inner in value.values())
-
-
-def with_flat_keys(data):
-    """A campaign's plain data with the keys that vary as the scenario's dotted keys."""
-    if isinstance(data, Mapping) and isinstance(data.get("vary"), Mapping):
-        return {**data, "vary": _flatten(data["vary"])}
-    return data
-
-
 def _or_default(outcomes: dict[str, Outcome]) -> dict[str, Outcome]:
     return outcomes or dict(DEFAULT)
 
@@ -79,7 +60,7 @@ class Campaign(Spec):
     """Many runs of a scenario, with keys that vary from member to member."""
 
     runs: int = Field(ge=1, le=_MOST_RUNS)
-    """Number of members."""
+    """Number of members; with a `table` left out for one of each row, else at most so many."""
     seed: int = Field(default=0, ge=0, lt=2**63)
     """Seed: with a member's number it determines everything random in that member, whichever other
     members are flown.
@@ -94,6 +75,11 @@ class Campaign(Spec):
     vary: dict[str, Variation] = Field(default_factory=dict)
     """How each key varies, by keys of the scenario as `Scenario.replace` takes them;
     "initial.attitude" for uniformly distributed attitudes.
+    """
+    table: Annotated[dict[str, _Listed], _ALSO_A_FILE] = Field(default_factory=dict)
+    """Keys whose values are listed for each member, by keys of the scenario; in a file the path of
+    a CSV file: names of keys in its first line, then one row a member. Columns KEY[0], KEY[1], ...
+    make a vector. What varies besides is drawn as it is without a table.
     """
     correlated: tuple[Correlated, ...] = ()
     """Keys with a joint normal distribution, of their values or of changes to those of the file."""
@@ -110,19 +96,8 @@ class Campaign(Spec):
 
     @model_validator(mode="before")
     @classmethod
-    def _dotted_keys(cls, data):
-        return with_flat_keys(data)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _grid_has_its_runs(cls, data):
-        if not isinstance(data, Mapping) or data.get("sampling") != "grid":
-            return data
-        if data.get("runs") is not None or not isinstance(data.get("vary"), Mapping):
-            return data
-        tables = [dict(v) for v in data["vary"].values() if isinstance(v, Mapping | Variation)]
-        lists = [table["values"] for table in tables if "values" in table]
-        return {**data, "runs": math.prod(len(v) for v in lists if isinstance(v, list | tuple))}
+    def _from_plain_data(cls, data):
+        return completed(data)
 
     @model_validator(mode="after")
     def _keys_are_apart(self):
@@ -140,14 +115,16 @@ class Campaign(Spec):
                 continue
             if _overlap(one, other):
                 raise ValueError(f"{place}: must not overlap with another key; received {one}, too")
-        if len(self.groups) < len(self.vary) + len(self.correlated):
+        tied = sum(each.tied_to is not None for each in self.vary.values())
+        if len(self.groups) < len(self.vary) - tied + len(self.correlated):
             raise ValueError("correlated: must not have two tables with the same keys")
         return self
 
     def _places(self) -> Iterator[tuple[str, str, bool]]:
         """Where keys that vary stand in the table, the keys, and whether they change in turns."""
-        for key in self.vary:
-            yield f'vary."{key}"', key, False
+        for name in ("table", "vary"):
+            for key in getattr(self, name):
+                yield f'{name}."{key}"', key, False
         for i, together in enumerate(self.correlated):
             for j, key in enumerate(together.keys):
                 yield f"correlated[{i}].keys[{j}]", key, together.changes is not None
@@ -175,6 +152,30 @@ class Campaign(Spec):
                         f"correlated[{i}].changes[{j}]: must be 'inertia' for an inertia_kg_m2 "
                         f"alone; received 'inertia' for {key}"
                     )
+        return self
+
+    @model_validator(mode="after")
+    def _tied_fit(self):
+        for key, variation in self.vary.items():
+            if variation.tied_to is None:
+                continue
+            other = self.vary[variation.tied_to]
+            if variation.unit_numbers != other.unit_numbers:
+                raise ValueError(
+                    f'vary."{key}": must be drawn of {other.unit_numbers} random numbers, as '
+                    f"{variation.tied_to}; received one of {variation.unit_numbers}"
+                )
+            if variation.values and other.values and len(variation.values) != len(other.values):
+                raise ValueError(
+                    f'vary."{key}".values: must have {len(other.values)} values, as '
+                    f"{variation.tied_to}; received {len(variation.values)}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _table_has_the_runs(self):
+        if self.table:
+            check_table(self.table, self.runs, self.sampling)
         return self
 
     @model_validator(mode="after")
@@ -252,7 +253,12 @@ class Campaign(Spec):
     def varied_keys(self) -> list[str]:
         """Keys of the scenario that vary, in the order of their numbers."""
         keys = (key for together in self.correlated for key in together.keys)
-        return [*self.vary, *dict.fromkeys(keys)]
+        return [*self.table, *self.vary, *dict.fromkeys(keys)]
+
+    @property
+    def rows(self) -> int:
+        """How many members there can be: the rows of a table."""
+        return min(map(len, self.table.values()), default=MOST_MEMBERS)
 
     @property
     def in_words(self) -> str:
@@ -270,7 +276,12 @@ class Campaign(Spec):
     @property
     def grid(self) -> tuple[int, ...]:
         """Numbers of values by key: the shape of a grid."""
-        return tuple(len(variation.values or ()) for variation in self.vary.values())
+        return tuple(len(variation.values or ()) for variation in self.drawn_alone.values())
+
+    @property
+    def drawn_alone(self) -> dict[str, Variation]:
+        """The keys of `vary` with a draw of their own, which those tied to them share."""
+        return {key: each for key, each in self.vary.items() if each.tied_to is None}
 
     @property
     def unit_numbers(self) -> int:
@@ -280,7 +291,7 @@ class Campaign(Spec):
     @property
     def groups(self) -> dict[str, int]:
         """How many of them belong together, by name: a key, or keys that are correlated."""
-        single = {key: variation.unit_numbers for key, variation in self.vary.items()}
+        single = {key: variation.unit_numbers for key, variation in self.drawn_alone.items()}
         return single | {", ".join(each.keys): each.unit_numbers for each in self.correlated}
 
     @property

@@ -15,7 +15,8 @@ import numpy as np
 from scipy import stats
 
 from torquer.base.strict_json import finite_or_none
-from torquer.campaign.spec import ATTITUDE, SUCCESS, Stop
+from torquer.campaign.spec import SUCCESS, Stop
+from torquer.campaign.variation import ATTITUDE
 from torquer.maths.geometry.attitudes import dcm_body_to_reference
 
 #: Spread up to which numbers differ by rounding alone: of what was drawn, in units in the last

@@ -12,10 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from torquer.base.noise import fill_words
-from torquer.campaign.spec import Campaign
+from torquer.campaign.spec import MOST_MEMBERS, Campaign
 
-#: Members are counted in a 32-bit word of the generator's counter.
-MOST_MEMBERS = 2**32
 _32, _6 = np.uint64(32), np.uint64(6)
 #: Half a step of Sobol points of scipy, which may be 0, where a quantile would be infinite.
 _HALF_STEP = 2.0**-31
@@ -32,15 +30,14 @@ def unit_numbers(campaign: Campaign, members) -> np.ndarray:
     return _SAMPLINGS[campaign.sampling](campaign, members)
 
 
-def checked_members(members) -> np.ndarray:
-    """Numbers of members as an array (n,)."""
+def checked_members(members, most: int = MOST_MEMBERS) -> np.ndarray:
+    """Numbers of members as an array (n,), below `most`."""
     members = np.atleast_1d(np.asarray(members))
     if members.ndim != 1 or (members.size and members.dtype.kind not in "iu"):
         raise ValueError(f"members: must be a list of whole numbers; received {members!r}")
-    if members.size and not (members.min() >= 0 and members.max() < MOST_MEMBERS):
+    if members.size and not (members.min() >= 0 and members.max() < most):
         raise ValueError(
-            f"members: must lie within 0..{MOST_MEMBERS - 1}; received {members.min()} to "
-            f"{members.max()}"
+            f"members: must lie within 0..{most - 1}; received {members.min()} to {members.max()}"
         )
     return members.astype(np.int64)
 

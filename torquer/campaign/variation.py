@@ -22,6 +22,8 @@ from torquer.base.spec import Spec
 from torquer.base.time import parse_utc
 from torquer.campaign.changes import CHANGES
 
+#: The key under which attitudes vary on the whole rotation group.
+ATTITUDE = "initial.attitude"
 #: A number of any size: its range is that of the scenario's key. (The explicit bound replaces the
 #: range that specs give to a number by its name.)
 Number = Annotated[float, Field(le=sys.float_info.max)]
@@ -162,6 +164,11 @@ class Variation(Spec):
     """A variation of the factor by which the scenario's own value is multiplied."""
     rotation: Literal["uniform"] | None = None
     """An attitude, uniformly distributed over all rotations."""
+    tied_to: str | None = None
+    """Another key that varies, whose draw this one shares: both are high or low together, and of
+    lists they have the values at the same place. Alone it also stands for the other key's
+    variation: the same value, or the same factor with `relative`.
+    """
 
     @model_validator(mode="before")
     @classmethod
@@ -183,6 +190,8 @@ class Variation(Spec):
             raise ValueError(f"{missing}: must be given for a vector; received none")
         for key in ("magnitude", "relative"):
             part = getattr(self, key)
+            if part is not None and part.tied_to is not None:
+                raise ValueError(f"{key}.tied_to: must stand beside it; received it within")
             if part is not None and not part.is_of_a_number:
                 raise ValueError(f"{key}: must vary a single number; received {part.in_words}")
         return self
@@ -244,7 +253,7 @@ class Variation(Spec):
 
 
 #: Forms of a variation.
-FORMS = tuple(name for name in Variation.model_fields if name != "magnitude")
+FORMS = tuple(name for name in Variation.model_fields if name not in ("magnitude", "tied_to"))
 
 
 class Correlated(Spec):

@@ -123,6 +123,7 @@ def campaign_rows(table: dict) -> list[tuple[str, str]]:
     """Label and value of each setting: sampling, what varied, conditions."""
     rows = [("Runs", str(table.get("runs", ""))), ("Seed", str(table.get("seed", ""))),
             ("Sampling", str(table.get("sampling", "")))]  # fmt: skip
+    rows += [("Listed for each member", key) for key in table.get("table") or ()]
     rows += [(f"Varied: {key}", inline(each)) for key, each in (table.get("vary") or {}).items()]
     for together in table.get("correlated") or ():
         rows.append(("Varied together", inline(_shorten(together))))
