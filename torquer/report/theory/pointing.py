@@ -18,6 +18,8 @@ _TITLES = {
 #: Decades of the axes below the greatest value.
 _DECADES = 5.0
 _ROW, _EDGE = 0.3, 0.75
+#: An axis begins at this part of its greatest value at most, so that it has more than one tick.
+_LEAST_SHOWN = 0.05
 
 
 def draw_pointing(budget: PointingBudget) -> Figure:
@@ -55,13 +57,15 @@ def _sizes(line: BudgetLine, kind: str) -> tuple[float, float]:
 
 def _draw_bars(axes, kind: str, lines: list[BudgetLine]) -> None:
     places, sizes = np.arange(len(lines)), np.array([_sizes(line, kind) for line in lines])
-    pairs = (("predicted", BLUE, -0.19), ("flown", ORANGE, 0.19))
+    pairs = [("predicted", BLUE, -0.19), ("flown", ORANGE, 0.19)]
+    if not any(line.flown for line in lines):
+        pairs = [("predicted", BLUE, 0.0)]
     for k, (label, colour, shift) in enumerate(pairs):
         axes.barh(places + shift, sizes[:, k], height=0.36, color=colour, label=label)
     floor = log_floor(sizes.ravel(), _DECADES)
     if floor is not None:
         axes.set_xscale("log")
-        axes.set_xlim(0.7 * floor, None)
+        axes.set_xlim(min(0.7 * floor, _LEAST_SHOWN * float(sizes.max())), None)
     axes.set_yticks(places, [line.cause.label for line in lines], fontsize=9)
     axes.invert_yaxis()
     axes.grid(False, axis="y")
