@@ -25,6 +25,7 @@ INERTIA = [0.13, 0.17, 0.06]
 KALMAN = {"kind": "kalman_dynamics", "inertia_kg_m2": INERTIA, "torque_noise_n_m_sqrt_s": 1e-7,
           "rate_sigma_deg_s": 1.0, "sensors": ["magnetometer"],
           "magnetometer_noise_nt": 50.0}  # fmt: skip
+BLIND = {"boresight": [1, 0, 0], "sun_exclusion_deg": 30.0}
 #: An inertial attitude, held without gravity: closed forms.
 HELD = {
     "environment.gravity_gradient": False,
@@ -119,6 +120,14 @@ def test_friction_of_wheels_shared_by_a_search_has_no_number(make):
     assert found["ape"]["predicted"] is None and "minimax" in found["why_none"]
 
 
+def test_steps_of_coils_have_no_number(make):
+    coils = {"limit_a_m2": 3.0, "resolution_a_m2": 0.01, "random_error": 0.01,
+             "dead_band_a_m2": 0.02}  # fmt: skip
+    found = rows(pointing_budget(make(HELD | {"spacecraft.coils": coils}), ALONE))
+    for name in ("coil_steps", "coil_error", "coil_dead_band"):
+        assert found[name]["why_none"] and found[name]["ape"]["predicted"] is None
+
+
 def test_no_number_beyond_small_turns(make):
     given = {"disturbance": {"constant_torque_n_m": [1e-4, 0.0, 0.0]}}
     found = pointing_budget(make(HELD | given), ALONE)
@@ -134,6 +143,10 @@ def test_no_number_beyond_small_turns(make):
         ({"simulation.duration_s": 200.0}, "errors at the start must decay to 2 % within the run"),
         ({"spacecraft.gyro": {"sample_s": 2.0}}, r"spacecraft.gyro.sample_s: must be left out"),
         ({"control.estimator": KALMAN}, "control.estimator: must be left out"),
+        ({"spacecraft.attitude_sensor": BLIND}, "attitude_sensor.sun_exclusion_deg: must be left"),
+        ({"spacecraft.coils.lag_s": 0.5}, "spacecraft.coils.lag_s: must be left out"),
+        ({"spacecraft.wheels": {**WHEELS, "lost": [1]}}, "spacecraft.wheels.lost: must be left"),
+        ({"control.measure_s": 1.0, "control.actuate_s": 1.0}, "control.measure_s: must be left"),
     ],
 )
 def test_what_has_no_linear_theory_is_refused(make, changes, text):

@@ -73,6 +73,7 @@ _RANDOM = (
     ("tachometers", "tachometers: noise", RANDOM, "spacecraft.wheels.speed_noise_rpm"),
     ("coil_error", "coils: random error", RANDOM, "spacecraft.coils.random_error"),
     ("coil_steps", "coils: resolution", RANDOM, "spacecraft.coils.resolution_a_m2"),
+    ("coil_dead_band", "coils: dead band", RANDOM, "spacecraft.coils.dead_band_a_m2"),
 )
 #: Torques along the orbit, as stated: name, label, key.
 _ALONG = (
@@ -163,10 +164,10 @@ def _why_none(scenario: Scenario, name: str) -> str:
     gyro = craft.one_of("gyro")
     if name == "rate_steps" and gyro.noise_deg_s < gyro.resolution_deg_s / 2.0:
         return "steps above twice the noise are no random error (a limit cycle)"
-    if name == "coil_steps":
-        return "steps of the dipole make a limit cycle where the loop asks for less than one"
-    if name == "friction" and (wheels.failures or wheels.lost):
-        return "wheels fail"
+    if name in ("coil_steps", "coil_dead_band"):
+        return "the loop goes round a limit cycle where it asks for less than the coils give"
+    if name == "coil_error":
+        return "it is a part of the dipole that is asked for: no effect of first order"
     if name == "friction" and len(wheels.layout.rows()) > 3 and wheels.allocation == "minimax":
         return (
             "speeds of more than three wheels that are shared by minimax follow from a search "

@@ -18,6 +18,14 @@ from torquer.theory.three_axis.linearise import wanted_motion
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
 from torquer.theory.three_axis.wheel_hold import WheelHold
 
+#: Keys with which a sensor does not read at every control step.
+_NOT_OF_SENSORS = (
+    "sample_s", "failures", "sun_exclusion_deg", "moon_exclusion_deg", "earth_exclusion_deg",
+    "rate_limit_deg_s",
+)  # fmt: skip
+#: Keys with which an actuator does not give what is asked for from one command to the next.
+_NOT_OF_ACTUATORS = ("lag_s", "pwm_period_s", "failures", "lost")
+
 
 class Setting(NamedTuple):
     """A scenario that starts in the attitude that it holds, and its linear loop, n commands.
@@ -68,18 +76,21 @@ def _check_devices(scenario: Scenario) -> None:
             continue
         if "." in key:
             raise ValueError(f"spacecraft.{key}: must be one of its kind for a pointing budget")
-        for name in ("sample_s", "failures"):
-            if getattr(sensor, name):
-                raise ValueError(
-                    f"spacecraft.{key}.{name}: must be left out for a pointing budget, whose "
-                    f"sensor is read at every control step; received {getattr(sensor, name)}"
-                )
-    if craft.coils is not None and (craft.coils.lag_s or craft.coils.pwm_period_s):
-        key = "lag_s" if craft.coils.lag_s else "pwm_period_s"
-        raise ValueError(
-            f"spacecraft.coils.{key}: must be left out for a pointing budget; received "
-            f"{getattr(craft.coils, key):g}"
-        )
+        _left_out(f"spacecraft.{key}", sensor, _NOT_OF_SENSORS)
+    for key, table in (("coils", craft.coils), ("wheels", craft.wheels)):
+        _left_out(f"spacecraft.{key}", table, _NOT_OF_ACTUATORS)
+    by_wheels = isinstance(holder_of(scenario)[1], HeldByWheels)
+    _left_out("control", control, ("failures", *(("measure_s",) if by_wheels else ())))
+
+
+def _left_out(place: str, table, names: tuple[str, ...]) -> None:
+    """ValueError for a key that linear theory along a flight has no place for."""
+    for name in names:
+        if table is not None and (value := getattr(table, name, None)):
+            raise ValueError(
+                f"{place}.{name}: must be left out for a pointing budget, whose linear theory is "
+                f"of the same loop all the time; received {value}"
+            )
 
 
 def make_setting(scenario: Scenario, window_s: float) -> Setting:
