@@ -38,3 +38,16 @@ def test_mistakes_and_failures_are_one_line(call, scenario, tmp_path):
     scenario.write_text(fast)
     code, out, err = call("budget", scenario)
     assert (code, out) == (1, "") and err.count("\n") == 1
+
+
+def test_options_of_a_pointing_budget_need_it(call, scenario):
+    code, out, err = call("budget", scenario, "--flights", "3")
+    assert (code, out) == (2, "") and "--flights: must be given with --pointing alone" in err
+    code, out, err = call("budget", scenario, "--pointing", "--hold")
+    assert (code, out) == (2, "") and "--hold: must be left out with --pointing" in err
+
+
+def test_a_pointing_budget_needs_a_law_that_holds_an_attitude(call, scenario):
+    code, out, err = call("budget", scenario, "--pointing")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "must have one law that holds an attitude" in err

@@ -6,7 +6,7 @@ A member's result is the same to the bit in lanes, alone, and next to any other 
 import contextlib
 import functools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -51,6 +51,10 @@ _UNSAVED = Checkpoints(lambda run: None, np.inf)
 #: Records at which the environment along the orbit is found at once, and such blocks that are kept.
 #: How a flight is cut must not matter: models round one record differently from many.
 FOUND_AT_ONCE, PARTS = 2048, 256
+
+
+#: Is given rows of members, the number of their first record, attitudes and rates (r, 7, n).
+Take = Callable[[np.ndarray, int, np.ndarray], None]
 
 
 class Chunk(NamedTuple):
@@ -163,6 +167,28 @@ class Fleet:
             for row in range(len(members)):
                 self._fly_alone(chunk, row)
         return chunk
+
+    def fly_motion(self, members: np.ndarray, take: Take) -> np.ndarray:
+        """Fly members (n,) in lanes and give away their motion, part by part; which were flown.
+
+        `take(rows, first, motion)`: rows of the members, number of the first record, attitudes and
+        rates (r, 7, n). Left out are those that do not fit into lanes, or that end early there.
+        """
+        chunk, flown = self.unflown(members), np.zeros(len(members), bool)
+        if self._lanes is None:
+            return flown
+        fitting = self._numbers_of(self._lanes, chunk)
+        rows = np.array([*fitting], int)
+        if not len(rows):
+            return flown
+
+        def pass_on(columns: slice, first: int, motion: np.ndarray) -> None:
+            take(rows[columns], first, motion)
+
+        numbers = np.array([fitting[row] for row in rows])
+        _, failed = self._lanes.fly_in_parts(numbers, chunk.seeds[rows], pass_on)
+        flown[rows[~failed]] = True
+        return flown
 
     def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> None:
         """Fly all members, alone those that do not fit into lanes or that end early there.

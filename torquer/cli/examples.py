@@ -16,6 +16,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "budget": (
         "torquer budget examples/disturbances.toml",
         "torquer budget examples/disturbances.toml --hold --out runs/budget",
+        "torquer budget examples/pointing_budget.toml --pointing --flights 0",
     ),
     "campaign": (
         "torquer campaign examples/tip_off_campaign.toml --runs 200",

@@ -12,6 +12,7 @@
 - *Detumbling*: which gain of B-dot, by theory and in flights (`detumble`).
 - *Three axes by coils alone*: gains by formula and by search, a periodic regulator (`three_axis`).
 - *Magnetometer, coils and a pitch wheel*: gains of both stages (`magneto_gyro`).
+- *Pointing budget*: errors of a held attitude by cause, predicted and flown (`pointing_budget`).
 - *From a data sheet*: a scenario from a size class, with a campaign of what a data sheet leaves
   open (`from_sheet`); inertia, surfaces and residual dipole by themselves (`masses_of_box`,
   `equal_box_m`, `exposed_parts`, `residual_dipole_a_m2`).
@@ -42,11 +43,16 @@ if TYPE_CHECKING:
         residual_dipole_a_m2 as residual_dipole_a_m2,
         size_classes as size_classes,
     )
+    from torquer.design.pointing_answer import (
+        PointingBudget as PointingBudget,
+        pointing_budget as pointing_budget,
+    )
     from torquer.design.requests import (
         BenchRequest as BenchRequest,
         CoilRequest as CoilRequest,
         DetumbleRequest as DetumbleRequest,
         MagnetoGyroRequest as MagnetoGyroRequest,
+        PointingRequest as PointingRequest,
         SheetRequest as SheetRequest,
         ThreeAxisRequest as ThreeAxisRequest,
         WheelsRequest as WheelsRequest,

@@ -45,6 +45,27 @@ class DetumbleRequest:
 
 
 @request
+class PointingRequest:
+    """What `pointing_budget` is asked.
+
+    PointingRequest(flights=200, window_s=10.0, dynamic_imbalance_g_mm2=500.0)
+    """
+
+    flights: Annotated[int, within(0, 10_000)] = 16
+    """Flights with each cause, and with all; 0: the prediction alone."""
+    window_s: Annotated[float, positive()] = 60.0
+    """Window of stability (RPE), rounded to whole control cycles, two or more."""
+    confidence: Annotated[float, within(0.5, 0.9999)] = 0.95
+    """Part of instants and flights that do not exceed the angle that is stated with it."""
+    dynamic_imbalance_g_mm2: Annotated[float | None, positive()] = None
+    """Dynamic imbalance of each wheel [none]."""
+    static_imbalance_g_mm: Annotated[float | None, positive()] = None
+    """Static imbalance of each wheel [none]."""
+    wheel_distance_mm: Annotated[float | None, positive()] = None
+    """Distance of the wheels from the centre of mass, for the static imbalance [0]."""
+
+
+@request
 class SheetRequest:
     """What `from_sheet` is asked: a size class, and what a data sheet says in place of its values.
 

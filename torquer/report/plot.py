@@ -15,11 +15,13 @@ from matplotlib.figure import Figure
 from torquer.design.coil_design import CoilSizes
 from torquer.design.gain_sweep import GainSweep
 from torquer.design.gyro.answer import GyroDesign
+from torquer.design.pointing_answer import PointingBudget
 from torquer.design.three_axis_answer import ThreeAxisAnswer
 from torquer.report.theory.designs import draw_coils, draw_design, draw_gains
 from torquer.report.theory.law_motion import draw_law_motion
 from torquer.report.theory.magneto_gyro import draw_gyro_design
 from torquer.report.theory.magneto_gyro_models import draw_gyro_models
+from torquer.report.theory.pointing import draw_pointing
 from torquer.theory.averaged.answer import LawMotion
 from torquer.theory.magneto_gyro.models import GyroModels
 
@@ -41,4 +43,5 @@ plot.register(GainSweep, draw_gains)
 plot.register(GyroDesign, draw_gyro_design)
 plot.register(GyroModels, draw_gyro_models)
 plot.register(LawMotion, draw_law_motion)
+plot.register(PointingBudget, draw_pointing)
 plot.register(ThreeAxisAnswer, draw_design)

@@ -72,7 +72,7 @@ def fly_filter(
         run = prepare(member, piece=piece, library=library)
         piece = piece or run.piece
         rows = control_rows(member)
-        recorded = _record_run(run)
+        recorded = record_run(run)
         motions.append(_motion(run, recorded, rows))
         found.append([part[rows] for part in _fly(run, recorded)])
         if flown:
@@ -104,7 +104,7 @@ def finest_record_s(scenario: Scenario) -> float:
     return common_divisor({"sample_s": control.sample_s, "actuate_s": control.actuate_s})
 
 
-def _record_run(run: Run) -> Record:
+def record_run(run: Run) -> Record:
     """The record of a whole run."""
     parts: list[Record] = []
     run.keep = lambda run: parts.append(run.rows())

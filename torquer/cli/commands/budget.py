@@ -1,13 +1,24 @@
-"""`torquer budget`: disturbance torques along a motion as table, picture, JSON."""
+"""`torquer budget`: disturbance torques along a motion, or a pointing budget, as table, picture,
+JSON."""
 
+from dataclasses import fields
 from pathlib import Path
+from typing import Annotated
 
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import show_progress
 from torquer.cli.loading import load_usable
-from torquer.cli.options import CodeOptions, Json, options
-from torquer.cli.output import print_error, table, table_console, writing_to
+from torquer.cli.options import FLAT, CodeOptions, Json, option, options
+from torquer.cli.output import (
+    moving_bar,
+    print_answer,
+    print_error,
+    table,
+    table_console,
+    writing_to,
+)
 from torquer.cli.process import FAILED_CODE, INTERRUPTED_CODE
+from torquer.design.requests import PointingRequest
 
 #: Width of the table where the output is not a terminal.
 _WIDTH = 120
@@ -18,16 +29,31 @@ class BudgetOptions:
     """Options of `torquer budget`."""
 
     out: Path | None = None
-    """Folder for torques.png [not drawn]."""
+    """Folder for torques.png; with --pointing for pointing.png, pointing.csv [not written]."""
     hold: bool = False
     """Do not simulate: hold the initial attitude in the frame of initial.reference."""
+    pointing: bool = False
+    """Errors of the held attitude by cause in place of torques, predicted and flown."""
     json: Json = False
 
 
 def budget(
-    scenario: Path, *, how: BudgetOptions = BudgetOptions(), code: CodeOptions = CodeOptions()
+    scenario: Path,
+    *,
+    how: BudgetOptions = BudgetOptions(),
+    asked: Annotated[PointingRequest, FLAT] = PointingRequest(),
+    code: CodeOptions = CodeOptions(),
 ) -> int:
-    """Disturbance torques of SCENARIO along its motion, compared with what the coils can give."""
+    """Disturbance torques of SCENARIO along its motion, compared with what the coils can give.
+
+    With --pointing: errors of pointing (APE), stability (RPE) and knowledge (AKE) of the attitude
+    that its law holds, by cause and for all, by linear theory and in flights with one cause each.
+    """
+    if how.pointing:
+        return _point(scenario, how, asked, code)
+    for each in fields(asked):
+        if getattr(asked, each.name) != each.default:
+            raise ValueError(f"{option(each.name)}: must be given with --pointing alone")
     from torquer.analysis.budget import as_plain, budget_along_run, budget_while_held
     from torquer.report.flight import budget_rows as report
     from torquer.simulation.setup.simulate import RunStopped, simulate
@@ -56,6 +82,31 @@ def budget(
     if picture:
         print(picture)
     return 0
+
+
+def _point(path: Path, how: BudgetOptions, asked: PointingRequest, code: CodeOptions) -> int:
+    """Print a pointing budget."""
+    from torquer.design.pointing_answer import pointing_budget
+
+    if how.hold:
+        raise ValueError("--hold: must be left out with --pointing, whose law holds the attitude")
+    satellite = load_usable(path, code, how.out)
+    given, columns = ("completed", "total"), ("MofNCompleteColumn", "TimeRemainingColumn")
+    with moving_bar("flights", given, *columns) as progress:
+        found = pointing_budget(satellite, asked, progress)
+    written = [] if how.out is None else _write_pointing(found, how.out)
+    return print_answer(found, how.json, how.out, written)
+
+
+def _write_pointing(found, out: Path) -> list[Path]:
+    """pointing.png and pointing.csv."""
+    from torquer.report.common.figure import save_figure
+    from torquer.report.theory.pointing import draw_pointing
+    from torquer.simulation.results.file import put
+
+    with writing_to(out):
+        picture = save_figure(draw_pointing(found), out / "pointing.png")
+        return [picture, put(out / "pointing.csv", found.csv())]
 
 
 def _draw(budget, title: str, out: Path) -> Path:

@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -71,6 +71,9 @@ class AttitudeHold:
     aerodynamics: Aerodynamics | None = None
     revolutions: int | None = None
 
+    #: What the law asks for.
+    answers: ClassVar[str] = "dipole"
+
     def __post_init__(self):
         law = self.law
         if not {"orbital", "q_wanted"} <= law.values().keys():
@@ -78,10 +81,10 @@ class AttitudeHold:
                 f"law {law.name}: must hold an attitude (parameters orbital and q_wanted); "
                 f"received {', '.join(law.values()) or 'none'}"
             )
-        if law.answers != "dipole" or len(law.first_memory()):
+        if law.answers != self.answers or len(law.first_memory()):
             raise ValueError(
-                f"law {law.name}: must answer with a dipole and have no memory for linear theory; "
-                f"received one with {len(law.first_memory())} cells that answers with a "
+                f"law {law.name}: must answer with a {self.answers} and have no memory for linear "
+                f"theory; received one with {len(law.first_memory())} cells that answers with a "
                 f"{law.answers}"
             )
         if self.revolutions is None:
@@ -166,11 +169,22 @@ class AttitudeHold:
 
     def gains(self, at: Instants) -> np.ndarray:
         """G `[n, 3, 6]` [A m^2]: slopes of the law's dipole; ValueError if it has none."""
+        slopes, rest = self.slopes_and_rest(at)
+        if np.abs(rest).max() > 1e-9 * np.abs(slopes).max():
+            raise ValueError(
+                f"law {self.law.name}: must ask for no dipole at the wanted attitude for linear "
+                f"theory; received one of {np.linalg.norm(rest, axis=1).max():.3g} A m^2"
+            )
+        return slopes
+
+    def slopes_and_rest(self, at: Instants) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes `[n, 3, 6]` of what the law asks for, and what it asks for at the wanted attitude
+        `[n, 3]`; ValueError for a law without slopes."""
         slopes, rest = np.empty((at.t_s.size, 3, 6)), np.empty((at.t_s.size, 3))
         law, at = self.law, at._replace(b_rate_t_s=self._field_rate(at))
-        change = law_slopes(
-            law.compile(), law.pack(), law.first_memory(), self.reference, at, slopes, rest
-        )
+        packed = law.compile(), law.pack(), law.first_memory()
+        by_wheels = self.answers == "torque"
+        change = law_slopes(*packed, by_wheels, self.reference, at, slopes, rest)
         size = np.abs(slopes).max()
         if not (np.all(np.isfinite(slopes)) and change <= _SMOOTH * size):
             raise ValueError(
@@ -178,12 +192,7 @@ class AttitudeHold:
                 f"received one whose slopes are not numbers, or change by {change / size:.2g} "
                 "with the step"
             )
-        if np.abs(rest).max() > 1e-9 * size:
-            raise ValueError(
-                f"law {law.name}: must ask for no dipole at the wanted attitude for linear theory; "
-                f"received one of {np.linalg.norm(rest, axis=1).max():.3g} A m^2"
-            )
-        return slopes
+        return slopes, rest
 
     def free(self, u) -> Free:
         """The motion without control at points of u within the period, from the table."""
@@ -191,11 +200,15 @@ class AttitudeHold:
         rows = np.empty((t_s.size, table.coefficients.shape[2]))
         read_table(table, t_s, rows)
         b = _FIELD_UNIT * rows[:, 21:]
-        torque = np.zeros((t_s.size, 3, 3))  # of a dipole: m x B
+        drive = self.inverse_inertia @ self.torque_of_answer(b) / self.rate_rad_s**2
+        return Free(rows[:, :18].reshape(-1, 3, 6), drive, rows[:, 18:21], b)
+
+    def torque_of_answer(self, b_body_t) -> np.ndarray:
+        """Torque [N m] per unit of what the law asks for `[n, 3, 3]`: of a dipole m x B."""
+        b, torque = b_body_t, np.zeros((len(b_body_t), 3, 3))
         torque[:, [0, 1, 2], [1, 2, 0]] = b[:, [2, 0, 1]]
         torque[:, [1, 2, 0], [0, 1, 2]] = -b[:, [2, 0, 1]]
-        drive = self.inverse_inertia @ torque / self.rate_rad_s**2
-        return Free(rows[:, :18].reshape(-1, 3, 6), drive, rows[:, 18:21], b)
+        return torque
 
     @cached_property
     def _table(self) -> Table:

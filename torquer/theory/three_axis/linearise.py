@@ -83,11 +83,12 @@ def _exact_inputs(at, i, place, q, omega):
 
 
 @kernel
-def _dipole(law, parameters, memory, reference, at, i, x):
-    """The law's dipole [A m^2] at a state."""
+def _answer(law, parameters, memory, by_wheels, reference, at, i, x):
+    """What the law asks for at a state: a dipole [A m^2], or a torque [N m] of wheels at rest."""
     place = _place(at, i)
     q, omega, _ = _displace(reference, place, x)
-    return law(_exact_inputs(at, i, place, q, omega), parameters, memory).dipole_a_m2
+    command = law(_exact_inputs(at, i, place, q, omega), parameters, memory)
+    return command.torque_n_m if by_wheels else command.dipole_a_m2
 
 
 @kernel
@@ -125,17 +126,22 @@ def _extrapolate(coarse, middle, fine):
 
 
 @kernel
-def law_slopes(law, parameters, memory, reference, at, slopes, rest):
-    """Fill G `[n, 3, 6]` [A m^2] and the dipole at the wanted attitude `[n, 3]`; last change."""
+def law_slopes(law, parameters, memory, by_wheels, reference, at, slopes, rest):
+    """Fill G `[n, 3, 6]` [A m^2] and the dipole at the wanted attitude `[n, 3]`; last change.
+
+    `by_wheels`: its torque [N m] in place of its dipole.
+    """
     worst = 0.0
     for i in range(at.t_s.size):
-        put_vector(rest[i], _dipole(law, parameters, memory, reference, at, i, _along(6, 0.0)))
+        own = _answer(law, parameters, memory, by_wheels, reference, at, i, _along(6, 0.0))
+        put_vector(rest[i], own)
         for axis in range(6):
             coarse = middle = fine = _ZERO
             for level in range(3):
                 h = _STEP * 2.0 ** (1 - level)
-                up = _dipole(law, parameters, memory, reference, at, i, _along(axis, h))
-                down = _dipole(law, parameters, memory, reference, at, i, _along(axis, -h))
+                there, back = _along(axis, h), _along(axis, -h)
+                up = _answer(law, parameters, memory, by_wheels, reference, at, i, there)
+                down = _answer(law, parameters, memory, by_wheels, reference, at, i, back)
                 coarse, middle, fine = middle, fine, scale(0.5 / h, sub(up, down))
             slope, change = _extrapolate(coarse, middle, fine)
             worst = max(worst, change)

@@ -1,0 +1,197 @@
+"""A pointing budget: predicted beside flown, what it refuses, what has no number."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from torquer import load_scenario, plot
+from torquer.base.limits import RequestError
+from torquer.compile import engine
+from torquer.design import PointingRequest, pointing_budget
+
+EXAMPLE = Path(__file__).parents[2] / "examples/pointing_budget.toml"
+needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+ALONE = PointingRequest(flights=0)
+WHEELS = {
+    "layout": {"kind": "axes", "axes": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+    "momentum_limit_n_m_s": 0.012,
+    "torque_limit_n_m": 0.002,
+    "initial_speed_rpm": [3000, 2500, 3500],
+}
+INERTIA = [0.13, 0.17, 0.06]
+KALMAN = {"kind": "kalman_dynamics", "inertia_kg_m2": INERTIA, "torque_noise_n_m_sqrt_s": 1e-7,
+          "rate_sigma_deg_s": 1.0, "sensors": ["magnetometer"],
+          "magnetometer_noise_nt": 50.0}  # fmt: skip
+BLIND = {"boresight": [1, 0, 0], "sun_exclusion_deg": 30.0}
+#: An inertial attitude, held without gravity: closed forms.
+HELD = {
+    "environment.gravity_gradient": False,
+    "spacecraft.body.inertia_kg_m2": INERTIA,
+    "spacecraft.wheels": WHEELS,
+    "initial": {"rate_deg_s": [0.0, 0.0, 0.0]},
+    "control": {
+        "law": {"kind": "wheel_pd", "bandwidth_rad_s": 0.05, "reference": "inertial",
+                "inertia_kg_m2": INERTIA},
+        "sample_s": 1.0,
+    },
+    "simulation": {"duration_s": 1500.0, "step_s": 1.0, "record_s": 10.0},
+}  # fmt: skip
+
+
+def rows(budget):
+    return budget.data()["causes"]
+
+
+@pytest.fixture(scope="module")
+def predicted(make):
+    given = {
+        "disturbance": {"constant_torque_n_m": [1e-6, 1e-6, 1e-6]},
+        "spacecraft.attitude_sensor": {"error_deg": [0.1, 0.1, 0.1], "noise_deg": 0.02},
+        "spacecraft.gyro": {"bias_deg_s": [0.0, 0.001, 0.001]},
+    }
+    return pointing_budget(make(HELD | given), ALONE)
+
+
+def test_closed_forms(predicted):
+    """J^-1 T/kappa^2, the mounting itself, 2/kappa times the bias."""
+    found, kappa = rows(predicted), 0.05
+    torque = [math.degrees(1e-6 / j / kappa**2) for j in INERTIA]
+    axes = found["constant_torque"]["ape"]["predicted"]["axes_deg"]
+    assert axes == pytest.approx(torque, rel=0.02)
+    for kind in ("ape", "ake"):
+        assert found["mounting"][kind]["predicted"]["axes_deg"] == pytest.approx(
+            [0.1] * 3, rel=0.02
+        )
+    # the wheels' momentum takes part in it: an error e of the rate leaves the torque e x h
+    momentum = 0.012 / 6000.0 * np.array([3000.0, 2500.0, 3500.0])
+    by_momentum = np.cross(np.eye(3), momentum).T / np.array(INERTIA)[:, None] / kappa**2
+    units = 0.001 * math.sqrt(2.0 / 3.0) * (by_momentum - 2.0 / kappa * np.eye(3))
+    bias = np.sqrt(np.sum(units**2, axis=1))
+    assert found["rate_bias"]["ape"]["predicted"]["axes_deg"] == pytest.approx(bias, rel=0.05)
+    noise = found["attitude_noise"]["ake"]["predicted"]
+    assert noise["rms_deg"] == pytest.approx(0.02 * math.sqrt(3.0))
+    # 95 % of the lengths of three normal numbers
+    assert noise["quantile_deg"] == pytest.approx(0.02 * 2.7955, rel=0.01)
+
+
+def test_constant_errors_are_steady_and_squares_add(predicted):
+    data = predicted.data()
+    for name in ("constant_torque", "mounting", "rate_bias"):
+        row = data["causes"][name]
+        assert row["rpe"]["predicted"]["rms_deg"] < 0.05 * row["ape"]["predicted"]["rms_deg"]
+        assert row["class"] == "constant"
+    squares = [row["ape"]["predicted"]["rms_deg"] ** 2 for row in data["causes"].values()]
+    assert data["all"]["ape"]["predicted"]["rms_deg"] == pytest.approx(math.sqrt(sum(squares)))
+
+
+def test_the_answer_in_all_forms(predicted):
+    json.dumps(predicted.data(), allow_nan=False)
+    text = "\n".join(predicted.lines())
+    assert "mixed: over all instants" in text and "attitude sensor: mounting" in text
+    lines = predicted.csv().splitlines()
+    assert lines[0].startswith("cause,class,ape_predicted_rms_deg") and len(lines) == 7
+    assert lines[-1].startswith("all,,") and "<table>" in predicted._repr_html_()
+    assert plot(predicted).axes
+
+
+def test_causes_that_are_not_there_are_not_listed(make):
+    assert [*rows(pointing_budget(make(HELD), ALONE))] == ["gravity_and_reference"]
+
+
+def test_imbalance_needs_wheels_that_turn_fast(make):
+    asked = PointingRequest(flights=0, dynamic_imbalance_g_mm2=500.0)
+    found = rows(pointing_budget(make(HELD), asked))["imbalance"]
+    assert found["ape"]["predicted"]["rms_deg"] > 0.0
+    assert found["rpe"]["predicted"]["rms_deg"] == pytest.approx(
+        found["ape"]["predicted"]["rms_deg"]
+    )
+    at_rest = make(HELD | {"spacecraft.wheels": {**WHEELS, "initial_speed_rpm": 0}})
+    found = rows(pointing_budget(at_rest, asked))["imbalance"]
+    assert found["ape"]["predicted"] is None and "must be at most 0.02" in found["why_none"]
+
+
+def test_friction_of_wheels_shared_by_a_search_has_no_number(make):
+    four = {**WHEELS, "layout": {"kind": "four_sided_pyramid", "alpha_deg": 54.7, "beta_deg": 45.0},
+            "initial_speed_rpm": 0, "coulomb_friction_n_m": 1e-6}  # fmt: skip
+    found = rows(pointing_budget(make(HELD | {"spacecraft.wheels": four}), ALONE))["friction"]
+    assert found["ape"]["predicted"] is None and "minimax" in found["why_none"]
+
+
+def test_steps_of_coils_have_no_number(make):
+    coils = {"limit_a_m2": 3.0, "resolution_a_m2": 0.01, "random_error": 0.01,
+             "dead_band_a_m2": 0.02}  # fmt: skip
+    found = rows(pointing_budget(make(HELD | {"spacecraft.coils": coils}), ALONE))
+    for name in ("coil_steps", "coil_error", "coil_dead_band"):
+        assert found[name]["why_none"] and found[name]["ape"]["predicted"] is None
+
+
+def test_no_number_beyond_small_turns(make):
+    given = {"disturbance": {"constant_torque_n_m": [1e-4, 0.0, 0.0]}}
+    found = pointing_budget(make(HELD | given), ALONE)
+    row = rows(found)["constant_torque"]
+    assert row["ape"]["predicted"] is None and "beyond 19 deg" in row["why_none"]
+    assert found.verdict.state == "doubtful"
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"control.law": {"kind": "off"}}, "control: must have one law that holds an attitude"),
+        ({"simulation.duration_s": 200.0}, "errors at the start must decay to 2 % within the run"),
+        ({"spacecraft.gyro": {"sample_s": 2.0}}, r"spacecraft.gyro.sample_s: must be left out"),
+        ({"control.estimator": KALMAN}, "control.estimator: must be left out"),
+        ({"spacecraft.attitude_sensor": BLIND}, "attitude_sensor.sun_exclusion_deg: must be left"),
+        ({"spacecraft.coils.lag_s": 0.5}, "spacecraft.coils.lag_s: must be left out"),
+        ({"spacecraft.wheels": {**WHEELS, "lost": [1]}}, "spacecraft.wheels.lost: must be left"),
+        ({"control.measure_s": 1.0, "control.actuate_s": 1.0}, "control.measure_s: must be left"),
+    ],
+)
+def test_what_has_no_linear_theory_is_refused(make, changes, text):
+    with pytest.raises(ValueError, match=text):
+        pointing_budget(make(HELD | changes), ALONE)
+
+
+def test_imbalance_of_a_satellite_without_wheels_is_refused():
+    scenario = load_scenario(EXAMPLE.parent / "magnetic_hold.toml")
+    asked = PointingRequest(flights=0, static_imbalance_g_mm=1.0)
+    with pytest.raises(RequestError, match="static_imbalance_g_mm: must be left out"):
+        pointing_budget(scenario, asked)
+
+
+def compared(budget, kinds=("ape", "rpe", "ake")):
+    """Flown over predicted of each cause and kind that amounts to something."""
+    data = budget.data()
+    lines = data["causes"] | {"all": data["all"]}
+    return {
+        (name, kind): row[kind]["flown_over_predicted"]
+        for name, row in lines.items() for kind in kinds
+        if row[kind]["flown_over_predicted"] is not None
+    }  # fmt: skip
+
+
+@needs_jit
+@pytest.mark.slow
+def test_noise_flown_is_noise_predicted(make):
+    """Within a few percent with eight flights: noise averages out in each of them."""
+    given = {
+        "spacecraft.attitude_sensor": {"noise_deg": 0.02},
+        "spacecraft.gyro": {"noise_deg_s": 0.002},
+    }
+    budget = pointing_budget(make(HELD | given), PointingRequest(flights=8))
+    found = compared(budget)
+    names = {"attitude_noise", "rate_noise", "all"}
+    assert {name for name, _ in found} == names
+    assert np.array([*found.values()]) == pytest.approx(np.ones(len(found)), abs=0.06)
+
+
+@needs_jit
+@pytest.mark.slow
+def test_flown_in_200_flights_is_what_was_predicted():
+    """Each cause of the example, and all: within 20 %."""
+    budget = pointing_budget(load_scenario(EXAMPLE), PointingRequest(flights=200))
+    found = compared(budget)
+    assert len(found) > 20
+    assert {key: ratio for key, ratio in found.items() if not 0.8 < ratio < 1.2} == {}

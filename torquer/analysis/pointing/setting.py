@@ -1,0 +1,170 @@
+"""The closed loop of a scenario along its flight, and what acts on it there."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.analysis.budget import budget_while_held
+from torquer.analysis.pointing.causes import holder_of
+from torquer.computer.estimation.sensors import SensorReadings
+from torquer.computer.laws.pointing import HeldByWheels
+from torquer.maths.geometry.attitudes import to_body, to_reference
+from torquer.scenario.change import with_values
+from torquer.scenario.spec import Scenario
+from torquer.theory.three_axis.effects import Loop, Wheels, decay_s, make_loop
+from torquer.theory.three_axis.hold import AttitudeHold
+from torquer.theory.three_axis.linearise import wanted_motion
+from torquer.theory.three_axis.sampled import Cycle, SampledHold
+from torquer.theory.three_axis.wheel_hold import WheelHold
+
+#: Keys with which a sensor does not read at every control step.
+_NOT_OF_SENSORS = (
+    "sample_s", "failures", "sun_exclusion_deg", "moon_exclusion_deg", "earth_exclusion_deg",
+    "rate_limit_deg_s",
+)  # fmt: skip
+#: Keys with which an actuator does not give what is asked for from one command to the next.
+_NOT_OF_ACTUATORS = ("lag_s", "pwm_period_s", "failures", "lost")
+
+
+class Setting(NamedTuple):
+    """A scenario that starts in the attitude that it holds, and its linear loop, n commands.
+
+    `torques` (n, 3) [N m] in the body at the wanted attitude, in the middle of each cycle, by key
+    of `torquer.analysis.budget.NAMES`; `q_wanted` (n, 4), `rate_rad_s` (n, 3): the wanted motion;
+    `momentum_n_m_s` (n, 3): of the wheels, in the body, None without; `size`: commands in a window
+    of stability; `first`: the command from which on errors count, at the start of a window.
+    """
+
+    scenario: Scenario
+    hold: AttitudeHold
+    loop: Loop
+    torques: dict[str, np.ndarray]
+    q_wanted: np.ndarray
+    rate_rad_s: np.ndarray
+    momentum_n_m_s: np.ndarray | None
+    size: int
+    first: int
+
+
+def held_scenario(scenario: Scenario) -> Scenario:
+    """The scenario from the attitude that its law holds, at rest there, recorded at each cycle.
+
+    ValueError for what a pointing budget has no theory of.
+    """
+    _, law = holder_of(scenario)
+    _check_devices(scenario)
+    still = {
+        "reference": law.reference, "euler_deg": law.euler_deg, "sequence": law.sequence,
+        "rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": law.reference,
+    }  # fmt: skip
+    return with_values(
+        scenario, {"initial": still, "simulation.record_s": scenario.control.cycle_s}
+    )
+
+
+def _check_devices(scenario: Scenario) -> None:
+    craft, control = scenario.spacecraft, scenario.control
+    if not isinstance(control.estimator, SensorReadings):
+        raise ValueError(
+            "control.estimator: must be left out for a pointing budget, where attitude and rate "
+            f"are those of attitude sensor and gyro; received {control.estimator.kind!r} "
+            "(`torquer filter-check` has the errors of a filter)"
+        )
+    for key, sensor in craft.sensors().items():
+        if key.partition(".")[0] not in ("attitude_sensor", "gyro", "attitude_sensors", "gyros"):
+            continue
+        if "." in key:
+            raise ValueError(f"spacecraft.{key}: must be one of its kind for a pointing budget")
+        _left_out(f"spacecraft.{key}", sensor, _NOT_OF_SENSORS)
+    for key, table in (("coils", craft.coils), ("wheels", craft.wheels)):
+        _left_out(f"spacecraft.{key}", table, _NOT_OF_ACTUATORS)
+    by_wheels = isinstance(holder_of(scenario)[1], HeldByWheels)
+    _left_out("control", control, ("failures", *(("measure_s",) if by_wheels else ())))
+
+
+def _left_out(place: str, table, names: tuple[str, ...]) -> None:
+    """ValueError for a key that linear theory along a flight has no place for."""
+    for name in names:
+        if table is not None and (value := getattr(table, name, None)):
+            raise ValueError(
+                f"{place}.{name}: must be left out for a pointing budget, whose linear theory is "
+                f"of the same loop all the time; received {value}"
+            )
+
+
+def make_setting(scenario: Scenario, window_s: float) -> Setting:
+    """The setting of a scenario by `held_scenario`.
+
+    ValueError for a law without linear theory, and where errors at the start have not decayed by
+    half of the run.
+    """
+    hold = _hold(scenario)
+    sampled = SampledHold(hold, Cycle.of_control(scenario.control))
+    at = hold.instants(sampled.starts)
+    q, rates = np.empty((at.t_s.size, 4)), np.empty((at.t_s.size, 3))
+    wanted_motion(hold.reference, at, q, rates)
+    torques = _torques(scenario, at.t_s)
+    momentum = _momentum(scenario, sampled, q, sum(torques.values()))
+    try:
+        wheels = None if momentum is None else Wheels(momentum, rates)
+        loop = make_loop(sampled, wheels).until(scenario.length_s)
+        settled_s = decay_s(loop)
+    except ArithmeticError as error:
+        raise ValueError(str(error)) from None
+    size = max(2, round(window_s / loop.cycle_s))
+    first = math.ceil(settled_s / loop.cycle_s / size) * size
+    if len(loop.t_s) - first < max(2 * size, 0.5 * len(loop.t_s)):
+        raise ValueError(
+            "simulation: must last at least twice the time in which errors decay to 2 %, "
+            f"{settled_s:.4g} s, and two windows of {window_s:g} s after it; received "
+            f"{scenario.length_s:.6g} s"
+        )
+    count = len(loop.t_s)
+    return Setting(
+        scenario, hold, loop, {name: each[:count] for name, each in torques.items()},
+        q[:count], rates[:count], None if momentum is None else momentum[:count], size, first,
+    )  # fmt: skip
+
+
+def _hold(scenario: Scenario) -> AttitudeHold:
+    """The hold, over as many revolutions as the flight has."""
+    craft, (_, law) = scenario.spacecraft, holder_of(scenario)
+    around = scenario.orbit_environment()
+    revolutions = max(1, math.ceil(scenario.length_s / around.orbit.period_s - 1e-9))
+    kind = WheelHold if isinstance(law, HeldByWheels) else AttitudeHold
+    return kind(law.law(), craft.body, around, revolutions=revolutions)
+
+
+def _torques(scenario: Scenario, t_s: np.ndarray) -> dict[str, np.ndarray]:
+    """Torques besides gravity at the wanted attitude, in the middle of the cycles."""
+    found = budget_while_held(scenario)
+    middle = t_s + 0.5 * (t_s[1] - t_s[0])
+    return {
+        name: np.stack([np.interp(middle, found.t_s, each[:, k]) for k in range(3)], axis=1)
+        for name, each in found.disturbance.items()
+        if name not in ("gravity_gradient", "constant_and_random", "unmodelled")
+    }
+
+
+def _momentum(scenario: Scenario, sampled: SampledHold, q, torque) -> np.ndarray | None:
+    """Momentum of the wheels (n, 3) [N m s] in the body, while they hold the wanted attitude.
+
+    In inertial axes its rate is the torque on the body that they take: what is given, and gravity
+    with what turns the reference. Coils that unload them are left out.
+    """
+    wheels, hold = scenario.spacecraft.wheels, sampled.hold
+    if wheels is None:
+        return None
+    spin = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
+    first = to_reference(q[0], spin @ np.array(wheels.array().axes))
+    inertia = np.array(hold.body.inertia)
+    own = hold.free(sampled.starts).forcing @ inertia.T * hold.rate_rad_s**2
+    gained = to_reference(q, own + torque) * sampled.maps.cycle_s
+    return to_body(q, first + np.cumsum(gained, axis=0) - gained)
+
+
+def torque_of(setting: Setting, name: str) -> np.ndarray:
+    """A torque (n, 3) along the flight; zeros where there is none."""
+    none = np.zeros((len(setting.loop.t_s), 3))
+    return setting.torques.get(name, none)
