@@ -1,6 +1,7 @@
 """Why a design fails: causes as changes of a scenario, counter-tests, levers, the nearest."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from torquer.design.failure import Failure, Flown, explain, without_each
 from torquer.design.nearest import LEVERS, nearest, rungs
 from torquer.scenario.load import scenario_from_data
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SATELLITE = {
     "start": "2025-01-01T00:00:00Z",
     "orbit": {"kind": "circular", "altitude_km": 500.0, "inclination_deg": 60.0},
@@ -50,6 +52,23 @@ def test_a_satellite_without_causes_has_none(satellite):
     assert {cause.name for cause in CAUSES if lessened(clean, cause, 0.0) != clean} == {
         cause.name for cause in CAUSES if cause.is_counted_on
     }
+
+
+@pytest.mark.parametrize("step_s", [0.8, 2.0, 4.0])
+def test_a_fixed_step_of_integration_fits_the_quicker_control(satellite, step_s):
+    """Without sampling a given step stays one, which RK4 cannot do without."""
+    fixed = satellite.replace("simulation", {
+        "revolutions": 1.0, "step_s": step_s, "record_s": 4.0, "integrator": "rk4"})  # fmt: skip
+    quick = lessened(fixed, BY_NAME["sampling and lag"], 0.0)
+    assert quick.control.sample_s == 1.0
+    assert quick.simulation.step_s in (0.5, 1.0) and quick.simulation.step_s <= step_s
+
+
+def test_a_cause_that_the_rest_of_a_scenario_needs_stays(satellite):
+    """Records every 0.7 s do not fit control steps of 1 s."""
+    odd = satellite.replace("control.sample_s", 1.4).replace("simulation", {
+        "duration_s": 700.0, "step_s": 0.7, "record_s": 0.7})  # fmt: skip
+    assert lessened(odd, BY_NAME["sampling and lag"], 0.0) == odd
 
 
 def test_a_part_of_a_cause_keeps_its_direction(satellite):
@@ -132,7 +151,7 @@ def test_a_value_that_other_starts_refuse_is_taken_further(satellite):
 @pytest.mark.slow
 def test_a_dipole_that_defeats_a_hold_is_named_and_its_budget_flown():
     """The 3U of 5 mA m^2 about each axis, with coarser steps; with a fifth of it the hold works."""
-    scenario = torquer.load_scenario("examples/residual_dipole.toml")
+    scenario = torquer.load_scenario(EXAMPLES / "residual_dipole.toml")
     answer = torquer.design.three_axis(scenario.replace("control", {
         "sample_s": 4.0, "law": {"kind": "off"}}).replace("simulation.step_s", 4.0))  # fmt: skip
     failure = answer.failure

@@ -3,6 +3,7 @@
 A counter-test flies the same starts without one of them. What a cause costs is what goes with it.
 """
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -12,8 +13,8 @@ from torquer.scenario.spec import Scenario
 
 #: Control step [s] that counts as continuous control.
 _QUICK_S = 1.0
-#: Has to fit a control step, and is none of the causes.
-_STEP = "simulation.step_s"
+#: Has to fit a control step.
+_STEP, _SAMPLE = "simulation.step_s", "control.sample_s"
 
 
 class Cause(NamedTuple):
@@ -46,8 +47,8 @@ CAUSES = (
                  "spacecraft.attitude_sensor.error_deg")),
     Cause("models on board", replaced={"control.ephemeris": {}}),
     Cause("sampling and lag", ("spacecraft.coils.lag_s",),
-          {"control.measure_s": 0.0, "control.actuate_s": None, "control.sample_s": _QUICK_S,
-           _STEP: None}, is_counted_on=True),
+          {"control.measure_s": 0.0, "control.actuate_s": None, _SAMPLE: _QUICK_S},
+          is_counted_on=True),
 )  # fmt: skip
 BY_NAME = {cause.name: cause for cause in CAUSES}
 
@@ -61,14 +62,20 @@ def found_at(scenario: Scenario, key: str) -> Any:
 
 
 def lessened(scenario: Scenario, cause: Cause, factor: float) -> Scenario:
-    """The scenario with that part of a cause's sizes; at 0 without the cause."""
+    """The scenario with that part of a cause's sizes; at 0 without the cause, if it can be."""
     known = {key: found_at(scenario, key) for key in cause.sizes}
     values = {key: _scaled(value, factor) for key, value in known.items() if _is_there(value)}
     if factor == 0.0:
         values |= {
             key: value for key, value in cause.replaced.items() if _differs(scenario, key, value)
         }
-    return with_values(scenario, values) if values.keys() - {_STEP} else scenario
+    step_s = found_at(scenario, _STEP)
+    if _SAMPLE in values and step_s:
+        values[_STEP] = _QUICK_S / math.ceil(_QUICK_S / step_s)
+    try:
+        return with_values(scenario, values) if values else scenario
+    except ScenarioError:  # what else the scenario has does not fit: the cause stays
+        return scenario
 
 
 def _scaled(value, factor: float):
@@ -85,7 +92,7 @@ def _is_there(value) -> bool:
 def _differs(scenario: Scenario, key: str, value) -> bool:
     """Whether putting a value at a key removes anything; a control step only gets shorter."""
     now = found_at(scenario, key)
-    if now is None or (key == "control.sample_s" and now <= value):
+    if now is None or (key == _SAMPLE and now <= value):
         return False
     if isinstance(value, Mapping):
         return bool(scenario.control.ephemeris != type(scenario.control.ephemeris)())

@@ -185,11 +185,5 @@ def explain(
         if lever.cause is None or (lever.cause in without and without[lever.cause].is_enough)
     ]  # fmt: skip
 
-    def trial(changed: Scenario, seed: int) -> tuple[int, int]:
-        try:
-            return fly_anew(changed, seed)[:2]
-        except ArithmeticError:  # no such design exists for it
-            return 0, RUNS
-
-    found = nearest(scenario, useful, trial, is_enough)
+    found = nearest(scenario, useful, lambda *trial: fly_anew(*trial)[:2], is_enough)
     return Failure(*told, flown, without, together, others, tuple(found))

@@ -153,7 +153,10 @@ def nearest(
 
 def _follow(scenario, lever: Lever, values: list[float], fly, is_enough) -> Nearest:
     def works(value: float, seed: int = 1) -> tuple[bool, int, int]:
-        count, runs = fly(lever.changed(scenario, value), seed)
+        try:
+            count, runs = fly(lever.changed(scenario, value), seed)
+        except (ArithmeticError, ValueError):  # no such design, or no such satellite
+            count, runs = 0, 0
         return is_enough(count, runs), count, runs
 
     first = next((k for k in range(1, len(values)) if works(values[k])[0]), None)
