@@ -14,6 +14,8 @@ from torquer.scenario.spec import Scenario
 RUNS, _ENOUGH = 16, 0.9
 #: A cause limits where at least this part of the error or time goes with it.
 _LIMITS = 0.5
+#: A median up to this [deg, h] is rounding of a flight that nothing disturbs.
+_ROUNDING = 1e-6
 
 
 class Flown(NamedTuple):
@@ -97,7 +99,8 @@ class Failure:
         ]
 
     def _told(self, flown: Flown) -> str:
-        return f"{flown.arrived} of {flown.runs}, median {flown.median:.3g} {self.unit}"
+        median = flown.median if flown.median > _ROUNDING else 0.0
+        return f"{flown.arrived} of {flown.runs}, median {median:.3g} {self.unit}"
 
     def _without(self) -> list[str]:
         ordered = sorted(self.without, key=self.share, reverse=True)
