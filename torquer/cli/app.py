@@ -31,6 +31,7 @@ COMMANDS = {
     "design coil": "design:coil",
     "design detumble": "design:detumble",
     "design magneto-gyro": "design:magneto_gyro",
+    "design mission": "design:mission",
     "design three-axis": "design:three_axis",
     "explain": "explain:explain",
     "export c": "export:c",

@@ -52,6 +52,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer design magneto-gyro examples/magneto_gyro.toml --tip-off-deg-s 3 --out runs/gyro",
         "torquer design magneto-gyro examples/magneto_gyro.toml --form text --degree 0.3 --json",
     ),
+    "design mission": (
+        "torquer design mission examples/satellites/cubesat_3u.toml",
+        "torquer design mission examples/satellites/cubesat_3u.toml --pointing-deg 10 --json",
+    ),
     "design three-axis": (
         "torquer design three-axis --inertia 0.03 0.03 0.01 --altitude-km 550 "
         "--inclination-deg 97.6 --limit-a-m2 0.2",

@@ -16,6 +16,7 @@
 - *From a data sheet*: a scenario from a size class, with a campaign of what a data sheet leaves
   open (`from_sheet`); inertia, surfaces and residual dipole by themselves (`masses_of_box`,
   `equal_box_m`, `exposed_parts`, `residual_dipole_a_m2`).
+- *A whole mission*: all of these that a satellite has, with verdicts and open points (`mission`).
 - *Hardware*: a magnetorquer without a core (`coil`), a test on a bench (`bench`), wheel arrays
   (`wheels` of what `load_wheels` gives).
 
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
         residual_dipole_a_m2 as residual_dipole_a_m2,
         size_classes as size_classes,
     )
+    from torquer.design.mission_design import MissionDesign as MissionDesign, mission as mission
     from torquer.design.pointing_answer import (
         PointingBudget as PointingBudget,
         pointing_budget as pointing_budget,
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
         CoilRequest as CoilRequest,
         DetumbleRequest as DetumbleRequest,
         MagnetoGyroRequest as MagnetoGyroRequest,
+        MissionRequest as MissionRequest,
         PointingRequest as PointingRequest,
         SheetRequest as SheetRequest,
         ThreeAxisRequest as ThreeAxisRequest,

@@ -8,6 +8,7 @@ import numpy as np
 
 from torquer.analysis.notes.bdot_notes import BDOT, as_tumbling, law_sampling, most_gain
 from torquer.base.limits import RequestError
+from torquer.design.detumble_failure import explain_stop, fails
 from torquer.design.gain_flights import Releases, fly_gains
 from torquer.design.gain_sweep import ANY, SAFE, GainSweep, Raised, Wanted
 from torquer.design.requests import DetumbleRequest
@@ -39,7 +40,8 @@ def detumble(
     least gain is chosen with which most stop in time; without it the least with which most stop,
     nine in ten of them at most 10 % later than with any other. Where no rate that counts as stopped
     is given and three orbital rates lie within the motion that remains with every gain, the flights
-    are counted with the least limit that is half as much again above it: `sweep.raised`.
+    are counted with the least limit that is half as much again above it: `sweep.raised`. Where the
+    gain chosen leaves more than a tenth tumbling, `sweep.failure` says why, by flights.
 
     `progress`: called with flights done and in total. ValueError for a scenario without coils, with
     modes, or with another law; RequestError for a rate that B-dot cannot brake.
@@ -60,7 +62,15 @@ def detumble(
     flights = fly_gains(
         scenario, laws, releases, limits, case.revolutions, LAST_REVOLUTIONS, progress
     )
-    return _above_residual(replace(case, flights=tuple(flights)), limits)
+    swept = _above_residual(replace(case, flights=tuple(flights)), limits)
+    if not fails(swept):
+        return swept
+    asked = replace(request, rate_below_deg_s=swept.below_deg_s)
+
+    def theory_gain(changed: Scenario) -> float:
+        return without_flights(changed, asked).theory_gain
+
+    return replace(swept, failure=explain_stop(swept, theory_gain))
 
 
 def _above_residual(case: GainSweep, limits: list[float]) -> GainSweep:

@@ -84,11 +84,13 @@ def fly_gains(
     revolutions: float,
     last_revolutions: float,
     progress: Callable[[int, int], None] | None = None,
+    seed: int = 1,
 ) -> list[GainFlights]:
     """Fly laws of B-dot's kind from the same releases, with fixed steps and without an estimator.
 
     `below_deg_s`: the rate that counts as stopped, then others; `last_revolutions`: the time over
-    which the rate that remains is taken; `progress`: called with flights done and in total.
+    which the rate that remains is taken; `progress`: called with flights done and in total; `seed`
+    of the first time, from which those of the others count.
     """
     period_s = 2.0 * math.pi / scenario.orbit.rate_rad_s(scenario.start)
     step_s = _step_s(scenario, math.radians(releases.rate_deg_s))
@@ -104,7 +106,7 @@ def fly_gains(
             member = flight(scenario, law, revolutions, period_s).replace(
                 "start", scenario.start + later
             )
-            seeded = campaign.model_copy(update={"seed": k + 1})
+            seeded = campaign.model_copy(update={"seed": seed + k})
             parts.append(fly_campaign(member, seeded))
             if progress:
                 done = len(flown) * releases.times + len(parts)

@@ -11,6 +11,7 @@ from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.base.strict_json import finite_or_none
 from torquer.campaign.statistics import rate_interval
 from torquer.computer.laws.bdot import Bdot
+from torquer.design.failure import Failure
 from torquer.design.gain_flights import GainFlights, choose
 from torquer.design.residual_rate import (
     CLEAR,
@@ -65,7 +66,8 @@ class GainSweep:
 
     `law`: the scenario's own of B-dot's kind, or None. `theory_gain` by theory, `most_gain` beyond
     which the law overshoots, `turning_gain` beyond which rotation about the field outlasts the
-    rest [A m^2 s/T]. `raised`: why the rate that counts as stopped is not the usual one, or None.
+    rest [A m^2 s/T]. `raised`: why the rate that counts as stopped is not the usual one, or None;
+    `failure`: why more than a tenth of the releases are late, or None.
     """
 
     scenario: Scenario
@@ -79,6 +81,7 @@ class GainSweep:
     revolutions: float
     flights: tuple[GainFlights, ...] = ()
     raised: Raised | None = None
+    failure: Failure | None = None
 
     def theory_s(self, gain: float) -> float:
         """Mean time to stop by theory [s]."""
@@ -173,6 +176,7 @@ class GainSweep:
             "revolutions": self.revolutions,
             "flights": [as_data(row) for row in self.table()],
             "verdict": self.verdict.data(),
+            "failure": self.failure and self.failure.data(),
             "notes": self.notes(),
         }
 
@@ -209,7 +213,7 @@ class GainSweep:
         ]
         if wanted.within_s is not None and count < runs:
             lines.append(f"no gain stops all of them in time: {self._why_late(best)}")
-        return lines
+        return [*lines, *(self.failure.lines() if self.failure else ())]
 
     @property
     def _residual(self) -> Residual | None:

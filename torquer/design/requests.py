@@ -219,6 +219,25 @@ class BenchRequest:
 
 
 @request
+class MissionRequest:
+    """What `mission` is asked: MissionRequest(tip_off_deg_s=10.0, runs=16)."""
+
+    tip_off_deg_s: Annotated[float | None, positive()] = None
+    """Rate after release [the scenario's initial rate]."""
+    pointing_deg: Annotated[float | None, within(0.0, 180.0)] = None
+    """Attitude error within which it must stay [that of its mission, else 30]."""
+    runs: Annotated[int, within(1, 10_000)] = 16
+    """Releases of each gain at each of two times of a day, and starts of each hold."""
+    workers: Annotated[int | None, at_least(1)] = None
+    """Flights with faults at once [one per core]."""
+
+    def within_deg(self, scenario) -> float:
+        """Attitude error [deg] within which a scenario must stay."""
+        own = scenario.mission and scenario.mission.attitude_error_below_deg
+        return self.pointing_deg or own or 30.0
+
+
+@request
 class WheelsRequest:
     """What `wheels` is asked besides the design: WheelsRequest(sweep="alpha_deg=40:88")."""
 

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 
 from torquer.base.rows import Row, as_data, as_html, as_text
 from torquer.campaign.capture import Capture
+from torquer.design.failure import Failure
 from torquer.design.three_axis_trim import TrimAnswer
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import to_toml
@@ -31,7 +32,7 @@ class ThreeAxisAnswer:
     """The design, its laws and the scenario's own by name, and what each captures, if flown.
 
     `within_deg`: steady error beyond which a law is unusable; `case_notes`: what is left out;
-    `trim`: of the residual dipole, where this breaks a law.
+    `trim`: of the residual dipole, where this breaks a law; `failure`: why no law holds, or None.
     """
 
     scenario: Scenario
@@ -42,6 +43,7 @@ class ThreeAxisAnswer:
     within_deg: float
     case_notes: tuple[str, ...]
     trim: TrimAnswer | None
+    failure: Failure | None = None
 
     def table(self) -> list[list[Row]]:
         """A line for each law."""
@@ -119,6 +121,7 @@ class ThreeAxisAnswer:
             "candidates": {name: as_data(row) for name, row in rows},
             "notes": [*self.case_notes],
             "trim": self.trim and self.trim.data(),
+            "failure": self.failure and self.failure.data(),
         }
 
     def lines(self) -> list[str]:
@@ -176,7 +179,8 @@ class ThreeAxisAnswer:
                 f"{self.task.gain_margin:g}; these grow most slowly"
             )
         lines += self.trim.lines() if self.trim else []
-        return [*lines, *(_capture(name, found) for name, found in self.captures.items())]
+        lines += [_capture(name, found) for name, found in self.captures.items()]
+        return [*lines, *(self.failure.lines() if self.failure else ())]
 
     def tables(self) -> dict[str, str]:
         """Each designed law by name, as the TOML table of a scenario."""

@@ -11,6 +11,7 @@ from torquer.computer.laws.pointing import HeldAttitude
 from torquer.computer.laws.three_axis import ThreeAxis
 from torquer.design.requests import Key, ThreeAxisRequest
 from torquer.design.three_axis_answer import ThreeAxisAnswer
+from torquer.design.three_axis_failure import explain_hold, fails
 from torquer.design.three_axis_trim import offered_trim
 from torquer.maths.geometry.vec3 import scale
 from torquer.scenario.load import ScenarioError, scenario_from_data
@@ -44,8 +45,9 @@ def three_axis(
 
     The scenario describes the satellite, if given; otherwise the request does. A law of the
     scenario that holds an attitude is assessed, too, as `own`. With `capture_runs` each law is
-    flown from random attitudes. RequestError for a satellite that is not described, or twice;
-    ValueError where no gains work.
+    flown from random attitudes. Where no law holds the satellite, `failure` says why, by flights:
+    what goes with each cause, and the nearest design that works. RequestError for a satellite that
+    is not described, or twice; ValueError where no gains work.
     """
     own = None
     if scenario is None:
@@ -72,8 +74,14 @@ def _answer(scenario: Scenario, request: ThreeAxisRequest, task, notes, own) -> 
             name: capture(scenario, task, each, *starts) for name, each in candidates.items()
         }
     within_deg = request.capture_within_deg
-    trim = offered_trim(task, candidates, within_deg)
-    return ThreeAxisAnswer(scenario, task, design, candidates, captures, within_deg, notes, trim)
+    trim, failure = offered_trim(task, candidates, within_deg), None
+    if fails(candidates, captures, within_deg):
+        failure = explain_hold(
+            scenario, request, design, candidates, trim, lambda changed: _task(changed, request)[0]
+        )
+    return ThreeAxisAnswer(
+        scenario, task, design, candidates, captures, within_deg, notes, trim, failure
+    )
 
 
 def scenario_from_request(request: ThreeAxisRequest) -> Scenario:

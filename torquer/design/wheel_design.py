@@ -8,6 +8,7 @@ import numpy as np
 
 from torquer.base.strict_json import finite_or_none
 from torquer.design.wheel_file import WheelDesign
+from torquer.design.wheel_nearest import greater_limits, layouts_that_meet
 from torquer.spacecraft.wheel_array import angles, layout, search
 from torquer.spacecraft.wheel_array.allocation import allocate
 from torquer.spacecraft.wheel_array.demand import (
@@ -37,6 +38,7 @@ def analyse(design: WheelDesign) -> dict:
     """All results; parts that were not requested are None."""
     array, inertia = design.wheels.array(), np.array(design.body.inertia)
     growth = design.accumulation and design.accumulation.growth(inertia)
+    others = candidates(design)
     return {
         "name": design.name,
         "description": design.description,
@@ -45,10 +47,11 @@ def analyse(design: WheelDesign) -> dict:
         "momentum": _momentum(array, inertia),
         "torque": None if array.torque_limit_n_m is None else _torque(array, inertia),
         "demand": _demand(design, array, inertia),
+        "nearest": _nearest(design, array, inertia, others),
         "least_squares": _comparison(array),
         "allocation": _cost(array),
         "failures": _failures(design, array, inertia, growth),
-        "layouts": _layouts(design, array, inertia, growth),
+        "layouts": _layouts(design, array, inertia, growth, others),
         "only_given_layout": _only_given(array),
         "accumulation": growth and _accumulation(array, growth),
     }
@@ -115,6 +118,18 @@ def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
     return {
         name: {"share": finite_or_none(share), "met": bool(share <= 1.0)}
         for name, share in demand_shares(design, array, inertia).items()
+    }
+
+
+def _nearest(design: WheelDesign, array: WheelArray, inertia, others) -> dict | None:
+    """What would meet the demands; None where all are met."""
+    shares = demand_shares(design, array, inertia)
+    if all(share <= 1.0 for share in shares.values()):
+        return None
+    meet = layouts_that_meet(array, others, lambda each: demand_shares(design, each, inertia))
+    return {
+        "limits": [change._asdict() for change in greater_limits(design.wheels, shares)],
+        "layouts": [{"name": name, "angles": angles} for name, angles in meet],
     }
 
 
@@ -262,10 +277,10 @@ def _greatest_volume(count: int) -> tuple[str, np.ndarray]:
     return "by search", search.greatest_volume(count).axes
 
 
-def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[dict]:
+def _layouts(design: WheelDesign, array: WheelArray, inertia, growth, others) -> list[dict]:
     demand, rows = design.demand.momentum_n_m_s, []
     box = None if demand is None else Box(np.array(demand))
-    for name, label, axes in candidates(design):
+    for name, label, axes in others:
         other = array
         if name != "given":
             limit = float(array.momentum_limits()[0])

@@ -20,6 +20,7 @@ from torquer.scenario.load import (
     read_text,
     scenario_from_data,
 )
+from torquer.scenario.spec import Scenario
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.parts import AnyPart
@@ -144,8 +145,11 @@ def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> 
 
 
 def _from_scenario(data: dict, folder: Path) -> WheelDesign:
-    """The wheels and the body of a scenario."""
-    scenario = scenario_from_data(data, folder)
+    return wheels_of(scenario_from_data(data, folder))
+
+
+def wheels_of(scenario: Scenario) -> WheelDesign:
+    """The wheels and the body of a scenario; `ScenarioError` for one without."""
     craft = scenario.spacecraft
     if craft.wheels is None:
         raise ScenarioError("spacecraft.wheels: must be given for a wheel design; received none")

@@ -30,9 +30,27 @@ def summary_rows(report: dict) -> list[tuple[str, str]]:
             ),
         ]
     rows += [(f"Demand: {k}", _describe_demand(v)) for k, v in report["demand"].items()]
+    rows += [("Would meet them", text) for text in _nearest(report["nearest"])]
     if report["only_given_layout"]:
         rows.append(("Other layouts", f"not compared: {report['only_given_layout']}"))
     return rows + _method_rows(report) + _accumulation_rows(report["accumulation"])
+
+
+def _nearest(found: dict | None) -> list[str]:
+    """The changes that meet demands which are not met."""
+    if found is None:
+        return []
+    return [
+        *(f"{each['key']} = {_numbers(each['value'])} in place of {_numbers(each['now'])}"
+          for each in found["limits"]),
+        *(f"the same wheels as {each['name']}, {each['angles']}" for each in found["layouts"]),
+    ] or ["no limit of the wheels in this layout, and none of the layouts compared"]  # fmt: skip
+
+
+def _numbers(value) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(f'{each:.4g}' for each in value)}]"
+    return f"{value:.4g}"
 
 
 def _along(by_axis: dict, worst: float) -> str:

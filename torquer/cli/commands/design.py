@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from torquer.cli.compiling import compiling_shown
+from torquer.cli.compiling import compiling_shown, show_progress
 from torquer.cli.loading import load_checked, load_usable
 from torquer.cli.options import FLAT, CodeOptions, Json
 from torquer.cli.output import make_writable, moving_bar, print_answer, writing_to
@@ -14,6 +14,7 @@ from torquer.design.requests import (
     CoilRequest,
     DetumbleRequest,
     MagnetoGyroRequest,
+    MissionRequest,
     ThreeAxisRequest,
 )
 
@@ -165,6 +166,38 @@ def _write_gyro(made, out: Path) -> list[Path]:
             *save_figures(draw_gyro_design(made), out).values(),
             save_page(gyro_page(made), out),
         ]
+
+
+def mission(
+    satellite: Path,
+    /,
+    *,
+    how: Annotated[MissionRequest, FLAT] = MissionRequest(),
+    out: Annotated[
+        Path | None, Parameter(help="Folder for the page and all files [runs/NAME-mission].")
+    ] = None,
+    json: Json = False,
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """All parts of the design of a satellite, one after the other, on one page.
+
+    SATELLITE is a scenario. What it has is designed and flown: detumbling by B-dot, an attitude
+    held by coils or with a pitch wheel, filters, reaction wheels, every single fault. What it lacks
+    is left out, with the reason. mission.html has the verdicts, the open points and the files. Exit
+    code 1 if a part fails.
+    """
+    from torquer.design.mission_design import mission as answer
+    from torquer.report.mission import write_mission
+
+    flown = load_checked(satellite, code)
+    folder = out or Path("runs") / f"{flown.name}-mission"
+    make_writable(folder)
+    with show_progress(flown.name) as progress:
+        found = answer(flown, how, progress)
+    with writing_to(folder):
+        files = write_mission(found, folder)
+    print_answer(found, json, folder, files)
+    return 1 if found.fails else 0
 
 
 def coil(*, how: Annotated[CoilRequest, FLAT], json: Json = False) -> int:

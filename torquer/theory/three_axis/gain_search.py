@@ -69,7 +69,7 @@ SETTLED = 0.02
 RATE, ANGLE = "rate_gain", "angle_gain"
 #: Harmonics of the regulator's gains, and weights of its dipole, over the limit, that are tried.
 HARMONICS = 2
-_PARTS_OF_LIMIT = 10.0 ** np.arange(0.0, -4.1, -0.5)
+WEIGHTS = 10.0 ** np.arange(0.0, -4.1, -0.5)
 _ALONE = np.empty((1, 0))
 #: A steady error up to this [deg] is rounding.
 _ROUNDING_DEG = 1e-10
@@ -107,7 +107,7 @@ class ThreeAxisDesign:
     """Three laws: scalar gains by the formula, and by search, and the regulator.
 
     `search`: certificate of the second, in logarithms of k and of k_a over the formula's;
-    `strengths`: K of the first two.
+    `strengths`: K of the first two; `weight`: of the regulator's dipole, over the coils' limit.
     """
 
     formula: Candidate
@@ -115,6 +115,7 @@ class ThreeAxisDesign:
     regulator: Candidate
     search: Best
     strengths: tuple[float, float]
+    weight: float
 
     @property
     def candidates(self) -> dict[str, Candidate]:
@@ -239,32 +240,39 @@ def design_gains(task: DesignTask) -> ThreeAxisDesign:
     k = math.exp(best.point[0])
     pairs = first, (k, math.exp(best.point[1]) * scales.edge * k * k)
     strengths = pairs[0][0] * scales.strength, pairs[1][0] * scales.strength
-    laws = *(task.with_gains(*pair).hold.law for pair in pairs), _regulator(task, quick)
+    regulator, weight = _regulator(task, quick)
+    laws = *(task.with_gains(*pair).hold.law for pair in pairs), regulator
     one, two, three = (assess(task, law, quick) for law in laws)
-    return ThreeAxisDesign(one, two, three, best, strengths)
+    return ThreeAxisDesign(one, two, three, best, strengths, weight)
 
 
-def _regulator(task: DesignTask, quick: SampledHold) -> Law:
+def regulator_of(task: DesignTask, hold: AttitudeHold, weight: float) -> Law:
+    """The periodic regulator of errors of the linear range, and of dipoles of that part of the
+    coils' limit. ArithmeticError where there is none."""
+    angle = math.radians(task.linear_range_deg)
+    weights = Weights(angle, angle, weight * task.limit_a_m2)
+    return lqr_law(hold, periodic_lqr(hold, weights, 1e-6), HARMONICS)
+
+
+def _regulator(task: DesignTask, quick: SampledHold) -> tuple[Law, float]:
     """The regulator of errors of the linear range, with the weight of the dipole, of some up to the
     coils' limit, that has the least steady error of those that settle half as fast as any.
 
     One whose steady error saturates the coils counts only where all do: its verdict says so.
     """
-    angle, hold = math.radians(task.linear_range_deg), quick.hold
-    found: list[tuple[bool, float, float, Law]] = []
-    for part in _PARTS_OF_LIMIT:
-        weights = Weights(angle, angle, part * task.limit_a_m2)
+    found: list[tuple[bool, float, float, Law, float]] = []
+    for part in WEIGHTS:
         with contextlib.suppress(ArithmeticError):  # too fast for the steps, or not stable
-            law = lqr_law(hold, periodic_lqr(hold, weights, 1e-6), HARMONICS)
-            found.append((*_merits(task, quick, law), law))
+            law = regulator_of(task, quick.hold, part)
+            found.append((*_merits(task, quick, law), law, float(part)))
     if not found:
         raise ArithmeticError(
             "design: a periodic regulator must make the sampled loop stable with a gain margin of "
             f"{task.gain_margin:g}; none was found"
         )
     found = [each for each in found if each[0] == min(saturates for saturates, *_ in found)]
-    fast = [each for each in found if each[2] >= 0.5 * max(degree for *_, degree, _ in found)]
-    return min(fast, key=lambda each: (each[1], -each[2]))[3]
+    fast = [each for each in found if each[2] >= 0.5 * max(each[2] for each in found)]
+    return min(fast, key=lambda each: (each[1], -each[2]))[3:]
 
 
 def _merits(task: DesignTask, quick: SampledHold, law: Law) -> tuple[bool, float, float]:

@@ -1,0 +1,210 @@
+"""The parts of a mission's design, each by the function of its own: what it says, what is open."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from torquer.analysis.filters.sensor_sets import SensorSet, as_plain as sets_as_plain, sensor_sets
+from torquer.analysis.notes.bdot_notes import BDOT
+from torquer.campaign.capture import flight
+from torquer.campaign.faults.contents import as_plain as faults_as_plain, counts_in_words
+from torquer.campaign.faults.fly import FaultCampaign, fly_faults
+from torquer.campaign.faults.verdict import DEGRADED as HURT, LOST
+from torquer.computer.estimation.filter import Filter
+from torquer.computer.laws.off import Off
+from torquer.design.detumbling import detumble
+from torquer.design.gain_sweep import GainSweep
+from torquer.design.gyro.answer import GyroDesign
+from torquer.design.gyro.gains import magneto_gyro
+from torquer.design.requests import (
+    DetumbleRequest,
+    MagnetoGyroRequest,
+    MissionRequest,
+    ThreeAxisRequest,
+)
+from torquer.design.three_axis_answer import ThreeAxisAnswer
+from torquer.design.three_axis_gains import three_axis
+from torquer.design.wheel_file import wheels_of
+from torquer.design.wheel_report import WheelReport, wheels
+from torquer.design.wheel_tables import summary_rows
+from torquer.scenario.spec import Scenario
+
+#: What a part says, best first; the worst of them is the mission's.
+HOLDS, DOUBTFUL, FAILS, LEFT_OUT = "holds", "doubtful", "fails", "left out"
+STATES = (HOLDS, LEFT_OUT, DOUBTFUL, FAILS)
+#: Gains of B-dot, and times of a day, flown.
+_GAINS, _TIMES = 5, 2
+
+
+class Part(NamedTuple):
+    """A part: `state` of STATES, why in `words`, what is `open`, the `answer` of its function (None
+    where it is left out), its text and its plain data."""
+
+    name: str
+    state: str
+    words: str
+    open: tuple[str, ...] = ()
+    answer: Any = None
+    lines: tuple[str, ...] = ()
+    data: Mapping | None = None
+
+
+def _bare(scenario: Scenario) -> Scenario:
+    """The scenario with its control cycle, but without laws: what gains are designed for."""
+    return flight(scenario, Off().law(), 1.0, 1.0).replace(
+        "initial", scenario.initial.model_dump(mode="json", exclude_none=True)
+    )
+
+
+def _has_bdot(scenario: Scenario) -> bool:
+    laws, modes = scenario.control.named()
+    return modes is None and len(laws) == 1 and isinstance(next(iter(laws.values())), BDOT)
+
+
+def detumbling(scenario: Scenario, request: MissionRequest) -> Part:
+    """How long releases tumble with the gain chosen."""
+    asked = DetumbleRequest(
+        tip_off_deg_s=request.tip_off_deg_s, gains=_GAINS, runs=request.runs, times=_TIMES
+    )
+    sweep = detumble(scenario if _has_bdot(scenario) else _bare(scenario), asked)
+    best, goal = sweep.chosen, f"below {sweep.below_deg_s:.3g} deg/s"
+    count, runs = best.settled_within(sweep.wanted.allowed_s), len(best.settled_s)
+    words = f"{count} of {runs} releases stay {goal}, half of them after "
+    words += f"{best.settled_by(0.5) / 3600.0:.3g} h, with a gain of {best.gain:.4g} A m^2 s/T"
+    opened = () if scenario.mission else ("mission: no rate that counts as stopped is given",)
+    return _of(sweep, words, sweep.failure, bool(sweep.verdict.doubts), opened)
+
+
+def _of(answer, words: str, failure, is_doubtful: bool, opened: tuple[str, ...]) -> Part:
+    """The part of an answer with `lines`, `data` and perhaps a failure."""
+    state = FAILS if failure else DOUBTFUL if is_doubtful else HOLDS
+    if failure and failure.limiting:
+        words += f"; {failure.limiting} limits"
+    nearest = failure.works() if failure else ()
+    more = (f"would work: {nearest[0]}",) if nearest else ()
+    lines, data = tuple(answer.lines()), answer.data()
+    return Part("", state, words, (*more, *opened), answer, lines, data)
+
+
+def hold(scenario: Scenario, request: MissionRequest) -> Part:
+    """How well coils alone hold the attitude."""
+    asked = ThreeAxisRequest(
+        capture_runs=request.runs, capture_within_deg=request.within_deg(scenario)
+    )
+    answer = three_axis(scenario, asked)
+    names = sorted(answer.candidates, key=lambda name: len(answer.verdict_on(name).doubts))
+    counts = {name: each.captured if each else 0 for name, each in answer.captures.items()}
+    best = max(names, key=lambda name: counts[name])
+    words = f"{best} holds {counts[best]} of {request.runs} starts in any attitude within "
+    words += f"{asked.capture_within_deg:g} deg"
+    opened = []
+    if "attitude_sensor" not in scenario.spacecraft.model_fields_set:
+        opened.append("attitude and rate are exact: no sensor that gives them is described")
+    if answer.trim and not answer.failure:
+        opened.append("the law dipole_trim would take off the residual dipole")
+    doubtful = bool(answer.verdict_on(best).doubts)
+    return _of(answer, words, answer.failure, doubtful, tuple(opened))
+
+
+def pitch_wheel(scenario: Scenario, request: MissionRequest) -> Part:
+    """How soon magnetometer, coils and a pitch wheel point."""
+    made = magneto_gyro(scenario, MagnetoGyroRequest(tip_off_deg_s=request.tip_off_deg_s))
+    settled = made.flights.settled_s(request.within_deg(scenario)) if made.flights else ()
+    count, runs = int(sum(each < float("inf") for each in settled)), len(settled)
+    words = f"{count} of {runs} releases point within {request.within_deg(scenario):g} deg"
+    state = FAILS if 2 * count < runs else DOUBTFUL if made.verdict.doubts else HOLDS
+    return Part("", state, words, (), made, tuple(made.lines()), made.data())
+
+
+def sensors(scenario: Scenario, request: MissionRequest) -> Part:
+    """What the filters know of the attitude, by linear covariance."""
+    sets = sensor_sets(scenario)
+    best, limit = sets[0], request.within_deg(scenario)
+    worst = max(x for x in (best.light_deg, best.dark_deg) if x == x)
+    words = f"95 % of the filter's errors stay below {worst:.3g} deg"
+    state = HOLDS if worst <= limit else FAILS
+    lines = tuple(
+        f"{each.name}: {each.light_deg:.3g} deg with the Sun seen, {each.dark_deg:.3g} deg without"
+        for each in sets
+    )
+    return Part("", state, words, (), sets, lines, {"sensor_sets": sets_as_plain(sets)})
+
+
+def wheel_array(scenario: Scenario, request: MissionRequest) -> Part:
+    """What the wheels can store, whole and after a failure."""
+    report = wheels(wheels_of(scenario))
+    held, cases = report.found["momentum"], report.found["failures"]
+    left = [each["worst_rate_deg_s"] for each in cases if len(each["lost"]) == 1]
+    words = f"rates up to {held['worst_rate_deg_s']:.3g} deg/s about any axis"
+    words += f", {min(left):.3g} with one wheel failed" if left else ""
+    state = HOLDS if left and min(left) > 0.0 else DOUBTFUL
+    opened = ["no rate or momentum is demanded: a file of torquer wheels has [demand]"]
+    if state == DOUBTFUL:
+        opened.append("a failed wheel leaves an axis without control")
+    lines = tuple(f"{label}: {text}" for label, text in summary_rows(report.found))
+    return Part("", state, words, tuple(opened), report, lines, report.data())
+
+
+def faults(scenario: Scenario, request: MissionRequest) -> Part:
+    """What every single fault does to the satellite."""
+    found = fly_faults(scenario, workers=request.workers)
+    counts, worst = found.counts(True), found.worst()
+    words = ", ".join(f"{number} {name}" for name, number in counts.items())
+    state = FAILS if counts[LOST] else DOUBTFUL if counts[HURT] else HOLDS
+    opened = () if state == HOLDS else (f"the worst fault is {worst.fault.name}",)
+    if found.verdict[0] != "safe":
+        opened = (*opened, f"without a fault it is {': '.join(found.verdict)}")
+    return Part("", state, words, opened, found, tuple(counts_in_words(found)),
+                faults_as_plain(found))  # fmt: skip
+
+
+def _why_no_coils(scenario: Scenario) -> str:
+    return "" if scenario.spacecraft.coils else "no coils"
+
+
+def _why_no_pitch_wheel(scenario: Scenario) -> str:
+    has = any(scenario.spacecraft.body.wheel_momentum_n_m_s)
+    return _why_no_coils(scenario) or ("" if has else "no wheel_momentum_n_m_s of the body")
+
+
+def _why_no_wheels(scenario: Scenario) -> str:
+    return "" if scenario.spacecraft.wheels else "no reaction wheels"
+
+
+def _why_no_filter(scenario: Scenario) -> str:
+    used = scenario.control.estimator, *scenario.control.estimators.values()
+    has = any(isinstance(each, Filter) for each in used)
+    return "" if has else "no filter: attitude and rate on board are readings of the sensors"
+
+
+def _why_no_law(scenario: Scenario) -> str:
+    laws = scenario.control.named().laws.values()
+    return "" if any(spec.kind != "off" for spec in laws) else "no law"
+
+
+#: Parts by name: the function, and why a satellite has none of it ("" where it has).
+PARTS: dict[str, tuple[Callable, Callable[[Scenario], str]]] = {
+    "detumbling": (detumbling, _why_no_coils),
+    "hold by coils": (hold, _why_no_coils),
+    "pitch wheel": (pitch_wheel, _why_no_pitch_wheel),
+    "sensors and filter": (sensors, _why_no_filter),
+    "reaction wheels": (wheel_array, _why_no_wheels),
+    "faults": (faults, _why_no_law),
+}
+
+
+def walk(name: str, scenario: Scenario, request: MissionRequest) -> Part:
+    """A part by its name; left out, with the reason, where the satellite has none of it.
+
+    What its function refuses is doubtful: nothing is known of it.
+    """
+    function, why_not = PARTS[name]
+    if missing := why_not(scenario):
+        return Part(name, LEFT_OUT, missing)
+    try:
+        return function(scenario, request)._replace(name=name)
+    except ValueError as error:
+        return Part(name, DOUBTFUL, f"not designed: {error}", (str(error),))
+
+
+#: Answers that parts give.
+Answer = GainSweep | ThreeAxisAnswer | GyroDesign | list[SensorSet] | WheelReport | FaultCampaign
