@@ -52,6 +52,7 @@ CONTENTS = {
         "docs/equations",
         "docs/errata",
         "docs/gallery/README",
+        "docs/studies",
         "docs/peers",
         "docs/data",
     ),

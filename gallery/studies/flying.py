@@ -1,0 +1,40 @@
+"""Members of a study flown one by one, several at once; results stored as they come."""
+
+import json
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from torquer.base.version import VERSION
+from torquer.scenario.spec import Scenario
+
+HERE = Path(__file__).parent
+
+
+def read(name: str) -> dict:
+    """Stored results of a study: `flown` (date), `torquer` (version), `cases`."""
+    path = HERE / f"{name}.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"cases": {}}
+
+
+def store(name: str, case: str, rows: list[dict]) -> None:
+    """Put a case's rows, one a member, into the results of a study."""
+    data = read(name)
+    found = {"flown": datetime.now(UTC).date().isoformat(), "torquer": VERSION, "rows": rows}
+    data["cases"][case] = found
+    text = json.dumps(data, indent=1, ensure_ascii=False)
+    (HERE / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+
+
+def fly_all(fly: Callable[[Scenario], dict], members: Iterable[Scenario]) -> list[dict]:
+    """What `fly` says of each member, two at a time."""
+    with ThreadPoolExecutor(2) as pool:
+        return [*pool.map(fly, members)]
+
+
+def digits(number: float | None, count: int = 7) -> float | None:
+    """A number as it is stored; None for one that there is not."""
+    return None if number is None or not np.isfinite(number) else float(f"{number:.{count}g}")
