@@ -49,7 +49,7 @@ from torquer.simulation.setup.size import (
 _IN_LANES = 0.25
 #: Time [s] of a member's start in lanes, where more than its motion varies too, and alone; of a
 #: record and its signal; of a member on the disk and when it is joined; of a chunk, and the same.
-_MOTION_S, _VARIED_S, _ALONE_S, _RECORD_S = 2e-5, 4e-5, 5e-3, 3e-7
+_MOTION_S, _VARIED_S, _ALONE_S, _RECORD_S = 2e-4, 2.2e-4, 5e-3, 3e-7
 _STORED_S, _EACH_CHUNK_S = 2e-5, 0.015
 #: Numbers of a record in lanes while signals are taken from it; along the orbit.
 _NUMBERS, _ALONG = 40, 13
