@@ -1,5 +1,7 @@
 """Members from a table, and keys tied to one draw: read, refused in one line, flown to the bit."""
 
+import warnings
+
 import numpy as np
 import pytest
 from messages import message_of
@@ -7,6 +9,7 @@ from tip_off import SCENARIO, TABLE
 
 import torquer
 from torquer.campaign.contents import groups_in
+from torquer.campaign.fly import OneByOne
 from torquer.campaign.load import campaign_from_data, code_named, load_campaign
 from torquer.campaign.notes import campaign_notes
 from torquer.campaign.sampling import draw, draw_values, member_scenario
@@ -200,7 +203,9 @@ def test_rows_fly_in_lanes_and_alone_to_the_same_bits(scenario, tmp_path):
     text = [text[0], text[1], *(f"{line},{0.1 * k}" for k, line in enumerate(text[2:]))]
     campaign = made(scenario, tmp_path, "\n".join(text), seed=4,
                     vary={"initial.attitude": "uniform"})  # fmt: skip
-    result = torquer.fly_campaign(scenario, campaign)  # one by one would be a warning: an error
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", OneByOne)
+        result = torquer.fly_campaign(scenario, campaign)
     for member in (0, 11, 39):
         alone = torquer.simulate(member_scenario(scenario, campaign, member))
         rate = np.degrees(np.linalg.norm(alone["omega_body"].values, axis=1))
@@ -307,7 +312,9 @@ def test_tied_members_fly_in_lanes_and_alone(scenario):
     made = campaign_from_data(
         {"runs": 24, "vary": {INERTIA: RELATIVE, LIMIT: {"tied_to": INERTIA}}}, scenario
     )
-    result = torquer.fly_campaign(scenario, made)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", OneByOne)
+        result = torquer.fly_campaign(scenario, made)
     assert groups_in(result) == [INERTIA]
     alone = torquer.simulate(member_scenario(scenario, made, 17))
     rate = np.degrees(np.linalg.norm(alone["omega_body"].values, axis=1))
