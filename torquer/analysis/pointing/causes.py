@@ -13,6 +13,7 @@ import numpy as np
 from torquer.computer.laws.pointing import HeldAttitude, HeldByWheels
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.disturbance import TORQUES
 
 CONSTANT, PERIODIC, RANDOM, DRIFT = "constant", "periodic", "random", "drift"
 _ZERO = (0.0, 0.0, 0.0)
@@ -75,12 +76,12 @@ _RANDOM = (
     ("coil_steps", "coils: resolution", RANDOM, "spacecraft.coils.resolution_a_m2"),
     ("coil_dead_band", "coils: dead band", RANDOM, "spacecraft.coils.dead_band_a_m2"),
 )
-#: Torques along the orbit, as stated: name, label, key.
-_ALONG = (
-    ("oscillating_dipole", "residual dipole, along the orbit", "disturbance.residual_dipole"),
-    ("solar_pressure", "solar pressure", "disturbance.solar_pressure"),
-    ("eddy_currents", "eddy currents", "disturbance.eddy_currents"),
-)
+#: Torques by their keys that are not known along the orbit, whatever the motion.
+_UNKNOWN = ("unmodelled", "energy_sink")
+#: Key of the torque that is also a dipole of the coils, and its name here.
+_DIPOLE, OSCILLATING = "residual_dipole", "oscillating_dipole"
+#: Torques along the orbit, by their keys.
+ALONG = tuple(name for name in TORQUES if name not in (*_UNKNOWN, _DIPOLE))
 _MAGNETOMETER = ("noise_nt", "bias_nt", "scale_error", "misalignment_deg")
 
 
@@ -94,9 +95,11 @@ def _causes(scenario: Scenario) -> Iterator[Cause]:
     yield Cause(ALWAYS, "gravity gradient, motion of the reference", PERIODIC)
     if craft.aerodynamics:
         yield Cause("air", "aerodynamic", PERIODIC, _without_air(scenario))
-    for name, label, key in _ALONG:
-        if _given(scenario, key) is not None:
-            yield Cause(name, label, PERIODIC, {key: None})
+    if _given(scenario, key := f"disturbance.{_DIPOLE}") is not None:
+        yield Cause(OSCILLATING, "residual dipole, along the orbit", PERIODIC, {key: None})
+    for name in ALONG:
+        if _given(scenario, key := f"disturbance.{name}") is not None:
+            yield Cause(name, name.replace("_", " "), PERIODIC, {key: None})
     for name, label, key in _FIXED:
         size = np.asarray(_given(scenario, key) or _ZERO)
         if size.any():
@@ -142,7 +145,7 @@ def _rest(scenario: Scenario) -> Iterator[Cause]:
         yield Cause(
             "other_laws", f"laws: {', '.join(others)}", PERIODIC, {"control.laws": kept}, none=why
         )
-    for name in ("unmodelled", "own", "energy_sink"):
+    for name in (*_UNKNOWN, "own"):
         if given and getattr(given, name):
             off = {f"disturbance.{name}": {} if name == "own" else None}
             why = "it is not a torque that linear theory knows along the orbit"

@@ -7,7 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.budget import budget_while_held
-from torquer.analysis.pointing.causes import ALWAYS, Cause, causes_of, without
+from torquer.analysis.pointing.causes import (
+    ALONG,
+    ALWAYS,
+    OSCILLATING,
+    Cause,
+    causes_of,
+    without,
+)
 from torquer.analysis.pointing.setting import Setting, torque_of
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.spacecraft.sensors.sensing import mounting_matrix
@@ -262,9 +269,8 @@ def _of_friction(setting: Setting, cause: Cause) -> Effect | str:
 _EFFECTS: dict[str, Callable[[Setting, Cause], Effect | str]] = {
     ALWAYS: _of_reference,
     "air": _along("aerodynamic"),
-    "solar_pressure": _along("solar_pressure"),
-    "eddy_currents": _along("eddy_currents"),
-    "oscillating_dipole": _oscillating,
+    **{name: _along(name) for name in ALONG},
+    OSCILLATING: _oscillating,
     "residual_dipole": _of_dipole,
     "constant_torque": _of_constant_torque,
     "random_torque": _of_random_torque,
