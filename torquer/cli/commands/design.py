@@ -169,7 +169,7 @@ def _write_gyro(made, out: Path) -> list[Path]:
 
 
 def mission(
-    satellite: Path,
+    scenario: Path,
     /,
     *,
     how: Annotated[MissionRequest, FLAT] = MissionRequest(),
@@ -181,7 +181,7 @@ def mission(
 ) -> int:
     """All parts of the design of a satellite, one after the other, on one page.
 
-    SATELLITE is a scenario. What it has is designed and flown: detumbling by B-dot, an attitude
+    What the satellite has is designed and flown: detumbling by B-dot, an attitude
     held by coils or with a pitch wheel, filters, reaction wheels, every single fault. What it lacks
     is left out, with the reason. mission.html has the verdicts, the open points and the files. Exit
     code 1 if a part fails.
@@ -189,7 +189,7 @@ def mission(
     from torquer.design.mission_design import mission as answer
     from torquer.report.mission import write_mission
 
-    flown = load_checked(satellite, code)
+    flown = load_checked(scenario, code)
     folder = out or Path("runs") / f"{flown.name}-mission"
     make_writable(folder)
     with show_progress(flown.name) as progress:
