@@ -42,7 +42,7 @@ NAMES = {
     "numba.core.compiler": ["Compiler", "CompileResult"],
     "numba.core.compiler_lock": ["global_compiler_lock"],
     "numba.core.compiler_machinery": ["register_pass"],
-    "numba.core.errors": ["NumbaError"],
+    "numba.core.errors": ["NumbaError", "UnsupportedBytecodeError"],
     "numba.core.imputils": ["lower_getattr_generic", "lower_setattr_generic"],
     "numba.core.registry": ["CPUDispatcher"],
     "numba.core.runtime": ["rtsys"],
