@@ -41,6 +41,8 @@ def test_a_page_has_the_verdicts_and_names_the_files(call, strict_json, coarse, 
     assert code == (1 if found["verdict"] == FAILS else 0)
     assert {state for state in states.values()} <= {HOLDS, DOUBTFUL, FAILS, LEFT_OUT}
     assert states["detumbling"] != LEFT_OUT and states["faults"] != LEFT_OUT
+    unsaid = [name for name, part in found["parts"].items() if part["state"] == DOUBTFUL]
+    assert [name for name in unsaid if not found["parts"][name]["open"]] == []
     files = {path.name for path in out.iterdir()}
     assert files == {path.rsplit("/", 1)[-1] for path in found["files"]}
     assert {"mission.html", "mission.json", "gains.png", "detumbling.toml"} <= files

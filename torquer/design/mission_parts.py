@@ -1,6 +1,6 @@
 """The parts of a mission's design, each by the function of its own: what it says, what is open."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from torquer.analysis.filters.sensor_sets import SensorSet, as_plain as sets_as_plain, sensor_sets
@@ -21,12 +21,14 @@ from torquer.design.requests import (
     MissionRequest,
     ThreeAxisRequest,
 )
+from torquer.design.sweep_domain import ABOVE_REST
 from torquer.design.three_axis_answer import ThreeAxisAnswer
 from torquer.design.three_axis_gains import three_axis
 from torquer.design.wheel_file import wheels_of
 from torquer.design.wheel_report import WheelReport, wheels
 from torquer.design.wheel_tables import summary_rows
 from torquer.scenario.spec import Scenario
+from torquer.theory.validity import Doubt
 
 #: What a part says, best first; the worst of them is the mission's.
 HOLDS, DOUBTFUL, FAILS, LEFT_OUT = "holds", "doubtful", "fails", "left out"
@@ -71,18 +73,21 @@ def detumbling(scenario: Scenario, request: MissionRequest) -> Part:
     words = f"{count} of {runs} releases stay {goal}, half of them after "
     words += f"{best.settled_by(0.5) / 3600.0:.3g} h, with a gain of {best.gain:.4g} A m^2 s/T"
     opened = () if scenario.mission else ("mission: no rate that counts as stopped is given",)
-    return _of(sweep, words, sweep.failure, bool(sweep.verdict.doubts), opened)
+    # of the time by theory nothing is said here: the releases were flown
+    doubts = [each for each in sweep.verdict.doubts if each.limit is ABOVE_REST]
+    return _of(sweep, words, sweep.failure, doubts, opened)
 
 
-def _of(answer, words: str, failure, is_doubtful: bool, opened: tuple[str, ...]) -> Part:
-    """The part of an answer with `lines`, `data` and perhaps a failure."""
-    state = FAILS if failure else DOUBTFUL if is_doubtful else HOLDS
+def _of(answer, words: str, failure, doubts: Sequence[Doubt], opened: tuple[str, ...]) -> Part:
+    """The part of an answer with `lines`, `data` and perhaps a failure; doubts are open points."""
+    state = FAILS if failure else DOUBTFUL if doubts else HOLDS
     if failure and failure.limiting:
         words += f"; {failure.limiting} limits"
     nearest = failure.works() if failure else ()
     more = (f"would work: {nearest[0]}",) if nearest else ()
     lines, data = tuple(answer.lines()), answer.data()
-    return Part("", state, words, (*more, *opened), answer, lines, data)
+    doubtful = (each.text for each in doubts)
+    return Part("", state, words, (*more, *doubtful, *opened), answer, lines, data)
 
 
 def hold(scenario: Scenario, request: MissionRequest) -> Part:
@@ -101,8 +106,7 @@ def hold(scenario: Scenario, request: MissionRequest) -> Part:
         opened.append("attitude and rate are exact: no sensor that gives them is described")
     if answer.trim and not answer.failure:
         opened.append("the law dipole_trim would take off the residual dipole")
-    doubtful = bool(answer.verdict_on(best).doubts)
-    return _of(answer, words, answer.failure, doubtful, tuple(opened))
+    return _of(answer, words, answer.failure, answer.verdict_on(best).doubts, tuple(opened))
 
 
 def pitch_wheel(scenario: Scenario, request: MissionRequest) -> Part:
