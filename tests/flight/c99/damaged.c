@@ -108,9 +108,9 @@ int main(int count, char **arguments)
         printf("usage: damaged recorded.bin CASES, with a record of %u steps\n", STEPS);
         return 2;
     }
-    (void)alarm(300); /* what never ends, ends so */
     for (int filled = 0; filled < 256; filled += 5) {
         const char *name;
+        (void)alarm(30); /* what never ends, ends so */
         memset(&state, filled, sizeof state);
         name = not_begun(&state);
         if (name != NULL) {
@@ -124,6 +124,7 @@ int main(int count, char **arguments)
         (void)adcs_step(&flown, &flight[step], &command);
     }
     for (unsigned long number = 0; number < most; number++) {
+        (void)alarm(30);
         memcpy(words, &flown, sizeof words);
         if (number < 256u) {
             memset(&words[HEAD], (int)number, sizeof words - (HEAD * sizeof words[0]));

@@ -60,7 +60,7 @@ NO_DIRECTION = Direction(False, False, 0.0, _ZERO, _ZERO, 0.0)
 @inlined
 def estimated_rows(sensing, p):
     """Number of rows of a covariance that are estimated, not only considered."""
-    considered = min(int(sensing.considered), p.shape[0])
+    considered = max(0, min(int(sensing.considered), p.shape[0]))  # a state may be damaged
     return considered if sensing.considered > 0.0 else p.shape[0]
 
 
