@@ -16,6 +16,7 @@ from slow_cases import slow_after
 import torquer
 from torquer.compile.engine import records
 from torquer.computer import gate as gates
+from torquer.computer.blocks.limits import FREE
 from torquer.computer.interface import GYRO, KNOWN, PLACES
 from torquer.flight.c99.computer import find_computer, translate_step
 from torquer.flight.c99.export import export_c
@@ -322,6 +323,32 @@ def test_setters_refuse_what_there_is_not(exported):
         assert outcome == expected
         after = c.parameter(place)
         assert after == 0.25 if outcome == gates.DONE else str(after) == str(before)
+
+
+@needs_compiler
+@pytest.mark.verifies("REQ-BRD-004")
+def test_parameters_are_set_within_the_limits_of_their_keys(exported):
+    """At each limit and beside it, in C and by the kernel in Python; what is refused changes
+    nothing."""
+    c, (_, board) = exported.c, computer_and_board(exported.scenario)
+    c.begin()
+    gate, blocks = records(exported.gate), exported.parts.blocks
+    limits = [each for block in blocks.all() for each in block.limits]
+    settable = exported.parts.gate.parameters["settable"].tolist()
+    assert any(each != FREE for each in limits)
+    for place, own in enumerate(limits):
+        first = board.parameters[place]
+        assert own.hold(first)
+        ends = [each for each in (own.least, own.greatest) if math.isfinite(each)]
+        beside = [math.nextafter(each, to) for each in ends for to in (-math.inf, math.inf)]
+        for value in (*ends, *beside, -1e300, 1e300, 0.0, first):
+            before = c.parameter(place)
+            outcome = c.set_parameter(place, ctypes.c_double(value))
+            assert gates.set_parameter(gate, board, place, value) == outcome
+            taken = gates.DONE if own.hold(value) else gates.OUT_OF_RANGE
+            assert outcome == (taken if settable[place] else gates.FIXED), (place, value)
+            now = value if outcome == gates.DONE else before
+            assert c.parameter(place) == board.parameters[place] == now
 
 
 @needs_compiler
