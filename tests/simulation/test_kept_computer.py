@@ -276,6 +276,8 @@ def test_failing_plain_python_law_stops_flight_and_keeps_the_results(make):
          "damping.gain: must be a finite number; received nan"),
         ("set_parameter", ("damping.gain", (1.0, 2.0)),
          "damping.gain: must be a finite number; received (1.0, 2.0)"),
+        ("set_parameter", ("damping.gain", -3e5),
+         "damping.gain: must be at least 1e-15, at most 1e+20; received -300000"),
         ("set_parameter", ("modes.slow_deg_s", "x"),
          "modes.slow_deg_s: must be a finite number; received 'x'"),
         ("parameter", ("modes.fast",),

@@ -62,8 +62,13 @@ LATEST_S = 1e10
 CHECKED = np.dtype([("row", np.int64), ("count", np.int64), ("oldest_s", np.float64)])
 #: A bound: |(x, y, z) . v| must not exceed 1.
 BOUND = np.dtype([(name, np.float64) for name in "xyz"])
-#: Whether a number of a parameter may be set in flight.
-SETTABLE = np.dtype([("settable", np.int64)])
+#: Whether a number of a parameter may be set in flight, and within what limits: see `Limits`.
+SETTABLE = np.dtype(
+    [
+        *(("settable", np.int64), ("least", np.float64), ("greatest", np.float64)),
+        *(("above", np.int64), ("below", np.int64)),
+    ]
+)
 #: A region that only guards, and its first state.
 GUARD = np.dtype([("region", np.int64), ("first", np.int64)])
 #: Parts of the ephemeris, and their fields in the computer's record.
@@ -91,8 +96,9 @@ OUTCOMES = {
     "not_a_number": "the value is no finite number, or a time that no clock shows",
     "fixed": "the parameter shapes its block and is not set in flight",
     "not_begun": "the state was not begun by this export: nothing is set",
+    "out_of_range": "the value is beyond the limits of the parameter",
 }
-DONE, NO_SUCH, NOT_A_NUMBER, FIXED, NOT_SET = range(len(OUTCOMES))
+DONE, NO_SUCH, NOT_A_NUMBER, FIXED, NOT_SET, OUT_OF_RANGE = range(len(OUTCOMES))
 
 
 class Gate(NamedTuple):
@@ -437,7 +443,14 @@ def set_parameter(gate, board, place, value):
         return NO_SUCH
     if not math.isfinite(value):
         return NOT_A_NUMBER
-    if gate.parameters[place].settable == 0:
+    limits = gate.parameters[place]
+    if limits.settable == 0:
         return FIXED
+    if value < limits.least or value > limits.greatest:
+        return OUT_OF_RANGE
+    if limits.above > 0 and value == limits.least:
+        return OUT_OF_RANGE
+    if limits.below > 0 and value == limits.greatest:
+        return OUT_OF_RANGE
     board.parameters[place] = value
     return DONE

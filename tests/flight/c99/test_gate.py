@@ -16,6 +16,7 @@ from slow_cases import slow_after
 import torquer
 from torquer.compile.engine import records
 from torquer.computer import gate as gates
+from torquer.computer.blocks.limits import FREE
 from torquer.computer.interface import GYRO, KNOWN, PLACES
 from torquer.flight.c99.computer import find_computer, translate_step
 from torquer.flight.c99.export import export_c
@@ -41,8 +42,10 @@ int set_flag(int flag, int on) { return (int)adcs_set_flag(&state, flag, on != 0
 int flag(int number) { return adcs_flag(&state, number); }
 int hold(int region, int on) { return (int)adcs_hold(&state, region, on != 0); }
 int held(int region) { return adcs_is_held(&state, region); }
+int commanded(int region) { return adcs_commanded_mode(&state, region); }
 int mode(int region) { return adcs_mode(&state, region); }
 int rebase(double shift_s) { return (int)adcs_rebase(&state, shift_s); }
+double offset_s(void) { return adcs_clock_offset_s(&state); }
 void restart(void) { adcs_restart_estimators(&state); }
 """
 
@@ -63,7 +66,7 @@ class Exported:
         command = [COMPILER, *FLAGS, "-O1", "-fPIC", "-shared", f"-I{folder}", *sources]
         subprocess.run([*command, "-o", folder / "around.so", "-lm"], check=True)
         self.c = ctypes.CDLL(str(folder / "around.so"))
-        self.c.parameter.restype = ctypes.c_double
+        self.c.parameter.restype = self.c.offset_s.restype = ctypes.c_double
         self.places = [*handed_in(given).values()]
 
     def in_c(self, row: np.ndarray):
@@ -259,6 +262,30 @@ def test_a_clock_is_set_to_no_time_that_no_clock_shows(exported):
     half = ctypes.c_double(0.6 * gates.LATEST_S)
     assert exported.c.rebase(half) == gates.DONE
     assert exported.c.rebase(half) == gates.NOT_A_NUMBER
+    assert exported.c.offset_s() == half.value
+
+
+@needs_compiler
+@pytest.mark.verifies("REQ-BRD-003")
+def test_the_offset_of_the_clock_is_read_back(exported):
+    """What the ground has told; what a step back has shown, which is found by its second step."""
+    c, rows = exported.c, np.ascontiguousarray(exported.inputs[:30].copy())
+    c.begin()
+    assert c.offset_s() == 0.0
+    for told in (16.0, -8.0):
+        assert c.rebase(ctypes.c_double(told)) == gates.DONE
+    assert c.offset_s() == 8.0
+    rows[:, [0, *times_of(exported)]] += 8.0
+    rows[20:, [0, *times_of(exported)]] -= 4096.0
+    offsets = []
+    for row in rows:
+        exported.in_c(row)
+        offsets.append(c.offset_s())
+    assert offsets[:21] == [8.0] * 21
+    last_s = rows[19, 0] - 8.0  # by the computer's clock, which goes on from it
+    assert offsets[21:] == [rows[20, 0] - last_s] * 9
+    c.begin()
+    assert c.offset_s() == 0.0
 
 
 @needs_compiler
@@ -272,7 +299,10 @@ def test_setters_refuse_what_there_is_not(exported):
     own = [{next(number) for _ in region.states} for region in regions]
     for region, mode in itertools.product(range(-2, len(own) + 3), range(-2, 60)):
         is_there = 0 <= region < len(own) and mode in own[region]
+        before = c.commanded(region)
         assert c.command_mode(region, mode) == (gates.DONE if is_there else gates.NO_SUCH)
+        assert c.commanded(region) == (mode if is_there else before)
+        assert 0 <= region < len(own) or before == -1
     for region in (-1, 0, len(own), 2**31 - 1):
         is_there = 0 <= region < len(own)
         assert c.hold(region, 1) == (gates.DONE if is_there else gates.NO_SUCH)
@@ -293,6 +323,50 @@ def test_setters_refuse_what_there_is_not(exported):
         assert outcome == expected
         after = c.parameter(place)
         assert after == 0.25 if outcome == gates.DONE else str(after) == str(before)
+
+
+@needs_compiler
+@pytest.mark.verifies("REQ-BRD-004")
+def test_parameters_are_set_within_the_limits_of_their_keys(exported):
+    """At each limit and beside it, in C and by the kernel in Python; what is refused changes
+    nothing."""
+    c, (_, board) = exported.c, computer_and_board(exported.scenario)
+    c.begin()
+    gate, blocks = records(exported.gate), exported.parts.blocks
+    limits = [each for block in blocks.all() for each in block.limits]
+    settable = exported.parts.gate.parameters["settable"].tolist()
+    assert any(each != FREE for each in limits)
+    for place, own in enumerate(limits):
+        first = board.parameters[place]
+        assert own.hold(first)
+        ends = [each for each in (own.least, own.greatest) if math.isfinite(each)]
+        beside = [math.nextafter(each, to) for each in ends for to in (-math.inf, math.inf)]
+        for value in (*ends, *beside, -1e300, 1e300, 0.0, first):
+            before = c.parameter(place)
+            outcome = c.set_parameter(place, ctypes.c_double(value))
+            assert gates.set_parameter(gate, board, place, value) == outcome
+            taken = gates.DONE if own.hold(value) else gates.OUT_OF_RANGE
+            assert outcome == (taken if settable[place] else gates.FIXED), (place, value)
+            now = value if outcome == gates.DONE else before
+            assert c.parameter(place) == board.parameters[place] == now
+
+
+@needs_compiler
+@pytest.mark.verifies("REQ-BRD-004")
+def test_a_commanded_mode_is_read_back_until_its_step(exported):
+    """A region that is held, so that no transition leaves the state in the same step."""
+    c, modes = exported.c, exported.parts.scenario.control.named().modes
+    number, regions = itertools.count(), list(modes.regions.values()) if modes else []
+    own = [[next(number) for _ in region.states] for region in regions]
+    row = np.ascontiguousarray(exported.inputs[0])
+    for region, states in enumerate(own):
+        c.begin()
+        assert c.commanded(region) == -1
+        assert c.hold(region, 1) == c.command_mode(region, states[-1]) == gates.DONE
+        assert (c.commanded(region), c.mode(region)) == (states[-1], states[0])
+        exported.in_c(row)
+        assert (c.commanded(region), c.mode(region)) == (-1, states[-1])
+    assert c.commanded(-1) == c.commanded(len(own)) == -1
 
 
 @needs_compiler

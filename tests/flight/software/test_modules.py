@@ -169,7 +169,10 @@ def test_parameters(ground):
     ground.command("set_parameter", index, 1234.5)
     ground.command("get_parameter", index)
     assert ground.named("parameter")[-1] == {"index": index, "value": 1234.5}
-    assert ground.command("set_parameter", index, math.nan)["code"] == Reason.VALUE
+    for value in (math.nan, 0.0, -1234.5, 1e30):
+        assert ground.command("set_parameter", index, value)["code"] == Reason.VALUE
+    ground.command("get_parameter", index)
+    assert ground.named("parameter")[-1] == {"index": index, "value": 1234.5}
     assert ground.command("get_parameter", 60000)["code"] == Reason.VALUE
 
 

@@ -7,6 +7,7 @@ that one type of function serves all blocks of a kind: an adapter, compiled with
 stands between the two (`adapter`).
 """
 
+import functools
 import json
 import math
 from collections import namedtuple
@@ -31,6 +32,7 @@ from torquer.computer.blocks.adapter import (
     memory_layout,
     memory_names,
 )
+from torquer.computer.blocks.limits import Limits, find_limits
 from torquer.computer.inputs import Inputs
 
 
@@ -157,6 +159,11 @@ class Block:
     def places(self) -> dict[str, tuple[int, int]]:
         """Where each parameter stands in what `pack` gives: first place, number of places."""
         return _places(self.values())
+
+    @functools.cached_property
+    def limits(self) -> tuple[Limits, ...]:
+        """Within what limits each number that `pack` gives may be set in flight."""
+        return find_limits(self)
 
     def memory_places(self) -> dict[str, tuple[int, int]]:
         """Where each named part of the memory stands: first cell, number of cells."""

@@ -63,6 +63,7 @@ def accessor_texts(computer: OnBoard, made: Export) -> dict[str, str]:
         "is_region": Template(_IS_REGION).substitute(sizes) if regions else "",
         "unread_region": "" if regions else unread,
         "mode": f"is_region(region) ? mode_of({_REGION}.state) : -1" if regions else "-1",
+        "commanded": f"is_region(region) ? mode_of({_REGION}.commanded) : -1" if regions else "-1",
         "held": f"is_region(region) && {_REGION}.held > 0.0" if regions else "false",
         "before_step": _BEFORE if reports else "",
         "after_step": _AFTER if reports else "",

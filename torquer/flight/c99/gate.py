@@ -63,10 +63,10 @@ def _torque_bounds(wheels: ReactionWheels) -> np.ndarray:
 
 def _settable(blocks: Blocks) -> np.ndarray:
     numbers = [
-        (int(name not in each.fixed),)
+        (int(name not in each.fixed), *limits)
         for each in blocks.all()
-        for name, (_, count) in each.places().items()
-        for _ in range(count)
+        for name, (first, count) in each.places().items()
+        for limits in each.limits[first : first + count]
     ]
     return np.array(numbers, SETTABLE)
 

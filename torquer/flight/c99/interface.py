@@ -5,6 +5,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from torquer.computer.blocks.limits import Limits
 from torquer.computer.computer import (
     NO_ESTIMATOR,
     OF_LAW,
@@ -166,12 +169,22 @@ def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
         said = f"{name} [{part.unit or 'units by axis'}], {len(cells)} cells"
         _name(found["logs"], cells[0], said, "log", name)
     for name, (first, count) in parameter_places(computer.blocks).items():
-        _name(found["parameters"], first, f"{name}, {count} numbers", "parameter", name)
+        rows = computer.gate.parameters[first : first + count]
+        said = f"{name}, {count} numbers{say_limits(rows)}"
+        _name(found["parameters"], first, said, "parameter", name)
     for number, (name, block) in enumerate(computer.blocks.by_key().items()):
         if not block.is_built_in:
             said = f"{block.kind.name} {name} has failed"
             _name(found["failures"], failure_bit(number), said, "failed", name)
     return found
+
+
+def say_limits(rows: np.ndarray) -> str:
+    """What the numbers of a parameter may be set to, to follow what it is called."""
+    if not rows["settable"].all():
+        return ", not set in flight"
+    words = [str(Limits(*row[1:])) or "any" for row in rows.tolist()]
+    return f": {words[0] if len(set(words)) == 1 else '; '.join(words)}" if words else ""
 
 
 def _states(modes: Modes | None) -> list[tuple[str, str]]:

@@ -72,7 +72,10 @@ class Directed:
         board.modes.flags[flags.index(flag)] = float(on)
 
     def set_parameter(self, name: str, value: float | Iterable[float]) -> None:
-        """Set `LAW.PARAMETER` [SI] or a threshold `modes.NAME`, in its signal's unit."""
+        """Set `LAW.PARAMETER` [SI] or a threshold `modes.NAME`, in its signal's unit.
+
+        ValueError for a number beyond the limits of the key that it stands for (`Block.limits`).
+        """
         board, names = self._direct("set_parameter"), self.names
         check_choice("name", names.all_parameters(), name)
         if name not in names.parameters:
@@ -81,7 +84,9 @@ class Directed:
         if name in names.fixed:
             raise ValueError(f"name: must be of a parameter that is set in flight; received {name}")
         first, count = names.parameters[name]
-        board.parameters[first : first + count] = finite_numbers(name, value, count)
+        numbers = finite_numbers(name, value, count)
+        check_limits(name, numbers, self._run.blocks)
+        board.parameters[first : first + count] = numbers
 
     def parameter(self, name: str) -> tuple[float, ...]:
         """The numbers of a parameter or threshold, as `set_parameter` takes them."""
@@ -210,6 +215,16 @@ def _set_threshold(board: Board, name: str, conditions: list, value) -> None:
     for place, condition in conditions:
         at = board.modes.conditions[place]
         at["threshold"] = limit * UNITS[SIGNALS[condition.signal].unit]
+
+
+def check_limits(name: str, numbers: Sequence[float], blocks: Blocks) -> None:
+    """ValueError of one line for numbers of `BLOCK.PARAMETER` that are beyond its limits."""
+    key, _, parameter = name.rpartition(".")
+    block = blocks.by_key()[key]
+    first, count = block.places()[parameter]
+    for value, limits in zip(numbers, block.limits[first : first + count], strict=True):
+        if not limits.hold(value):
+            raise ValueError(f"{name}: must be {limits}; received {value:g}")
 
 
 def _check_truth(name: str, value) -> None:

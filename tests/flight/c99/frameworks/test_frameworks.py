@@ -18,6 +18,7 @@ from flight.c99.in_c import COMPILER, FLAGS, needs_compiler
 
 import torquer
 from torquer.compile.c_library import EXACT
+from torquer.computer.blocks.limits import FREE
 from torquer.flight.c99.computer import OnBoard, find_computer, translate_step
 from torquer.flight.c99.frameworks import FRAMEWORK_FILES, FRAMEWORKS, framework_texts
 from torquer.flight.c99.frameworks.declared import declare
@@ -253,6 +254,20 @@ def test_control_steps_are_due_when_the_simulation_takes_them(exported, tmp_path
     ]
     on = [step for step, actions in rows if actions & COILS_ON]
     assert on == [times.measure * in_steps]
+
+
+def test_a_table_of_cfs_and_a_model_of_fprime_know_the_limits_of_parameters():
+    computer, inputs = parts_of("tip_off_campaign")
+    own = [each for each in declare(computer, inputs).parameters if each.limits != [FREE]]
+    assert own and all(each.is_settable for each in own)
+    app = framework_texts(computer, "cfs", inputs)["cfs/adcs_app/fsw/src/adcs_app.c"]
+    model = framework_texts(computer, "fprime", inputs)["fprime/Controller/Controller.fpp"]
+    for each in own:
+        (limits,) = each.limits
+        assert f"AreRight && isfinite(Table->{each.name}) && Table->{each.name} >= " in app
+        assert f"Table->{each.name} <= {limits.greatest!r};" in app
+        assert f"@ {each.said}\n    param {each.name}: " in model and str(limits) in each.said
+    assert "OUT_OF_RANGE = 5" in model
 
 
 @pytest.mark.skipif(FPP_CHECK is None, reason="fpp is not installed")

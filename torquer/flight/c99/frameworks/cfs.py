@@ -1,5 +1,8 @@
 """An app for cFS around the library: messages, commands, housekeeping, a table of parameters."""
 
+import math
+
+from torquer.computer.blocks.limits import Limits
 from torquer.flight.c99.frameworks.declared import Declared, Parameter, fill_all
 
 CFS_FILES = tuple(
@@ -32,7 +35,7 @@ def cfs_texts(declared: Declared) -> dict[str, str]:
     return fill_all(CFS_FILES, places)
 
 
-_CHECK = "    AreFinite = AreFinite && isfinite(Table->{value});\n"
+_CHECK = "    AreRight = AreRight && isfinite(Table->{value}){limits};\n"
 _SET = "    ADCS_APP_SetParameter(ADCS_PARAMETER_{name}{offset}, Table->{value});\n"
 _NOTHING_SET = "    (void)Table;\n    (void)ADCS_APP_SetParameter;\n"
 
@@ -48,12 +51,23 @@ def _values(parameter: Parameter) -> str:
 
 def _each_number(parameter: Parameter, text: str) -> str:
     """A line for each number of a parameter."""
-    count, name = len(parameter.values), parameter.name
-    if count == 1:
-        return text.format(name=name, offset="", value=name)
-    return "".join(
-        text.format(name=name, offset=f" + {k}", value=f"{name}[{k}]") for k in range(count)
+    name, many = parameter.name, len(parameter.values) > 1
+    lines = []
+    for k, limits in enumerate(parameter.limits):
+        value, offset = (f"{name}[{k}]", f" + {k}") if many else (name, "")
+        within = _within(f"Table->{value}", limits)
+        lines.append(text.format(name=name, offset=offset, value=value, limits=within))
+    return "".join(lines)
+
+
+def _within(value: str, limits: Limits) -> str:
+    """That a number is within its limits, to follow another condition."""
+    sides = (
+        (limits.least, ">" if limits.above else ">="),
+        (limits.greatest, "<" if limits.below else "<="),
     )
+    texts = (f" && {value} {sign} {side!r}" for side, sign in sides if math.isfinite(side))
+    return "".join(texts)
 
 
 def _mode_members(declared: Declared) -> str:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 from torquer.base.version import VERSION
 from torquer.compile.c_library import EXACT
+from torquer.computer.blocks.limits import Limits
 from torquer.computer.computer import parameter_places
 from torquer.computer.gate import MET, OUTCOMES
 from torquer.flight.c99.computer import OnBoard
-from torquer.flight.c99.interface import Input, c_constant, named_constants
+from torquer.flight.c99.interface import Input, c_constant, named_constants, say_limits
 
 _FOLDER = Path(__file__).parent / "templates"
 _PREFIX = c_constant("")
@@ -33,7 +34,7 @@ class Region(NamedTuple):
 
 class Parameter(NamedTuple):
     """A parameter: its numbers at the start; `place`: of the first; whether ground may set it (all
-    of its numbers, which must be finite).
+    of its numbers, which must be finite); `limits`: of each.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Parameter(NamedTuple):
     values: list[float]
     is_settable: bool
     said: str
+    limits: list[Limits]
 
 
 class Schedule(NamedTuple):
@@ -107,15 +109,16 @@ def declare(computer: OnBoard, inputs: list[Input], has_ephemeris: bool = False)
 
 
 def _parameters(computer: OnBoard) -> list[Parameter]:
-    settable, values = computer.gate.parameters["settable"], computer.board.parameters
+    rows, values = computer.gate.parameters, computer.board.parameters
     return [
         Parameter(
             c_constant("parameter", name).removeprefix(_PREFIX + "PARAMETER_"),
             first,
             values[first : first + count].tolist(),
-            bool(settable[first : first + count].all())
+            bool(rows["settable"][first : first + count].all())
             and all(map(math.isfinite, values[first : first + count].tolist())),
-            name,
+            f"{name}{say_limits(rows[first : first + count])}",
+            [Limits(*row[1:]) for row in rows[first : first + count].tolist()],
         )
         for name, (first, count) in parameter_places(computer.blocks).items()
     ]

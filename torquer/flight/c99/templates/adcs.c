@@ -188,6 +188,16 @@ adcs_estimate adcs_estimated(const adcs_state *state)
     return estimate;
 }
 
+int32_t adcs_commanded_mode(const adcs_state *state, int32_t region)
+{
+${unread_region}    return $commanded;
+}
+
+double adcs_clock_offset_s(const adcs_state *state)
+{
+    return seen(state)->gate[0].offset_s;
+}
+
 bool adcs_is_held(const adcs_state *state, int32_t region)
 {
 ${unread_region}    return $held;

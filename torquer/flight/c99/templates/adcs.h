@@ -84,6 +84,10 @@ uint32_t adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *c
    computer's own goes on as before: no estimate is lost. */
 adcs_outcome adcs_rebase(adcs_state *state, double shift_s);
 
+/* How far the clock from which times are handed in is ahead of the computer's own [s]: by what
+   adcs_rebase was told, and by steps of it that adcs_step has found. */
+double adcs_clock_offset_s(const adcs_state *state);
+
 /* Let the estimators begin again, as at the start. */
 adcs_outcome adcs_restart_estimators(adcs_state *state);
 
@@ -138,8 +142,10 @@ uint32_t adcs_met(const adcs_state *state);
 /* The estimate after the last step. */
 adcs_estimate adcs_estimated(const adcs_state *state);
 
-/* Have a region enter one of its states at the next step, as a transition would. */
+/* Have a region enter one of its states at the next step, as a transition would; the state that
+   waits for that step (ADCS_STATE_...), -1 for none. */
 adcs_outcome adcs_command_mode(adcs_state *state, int32_t region, int32_t mode);
+int32_t adcs_commanded_mode(const adcs_state *state, int32_t region);
 
 /* Keep the transitions of a region from firing, or let them again; whether they are kept. */
 adcs_outcome adcs_hold(adcs_state *state, int32_t region, bool on);
@@ -150,7 +156,8 @@ adcs_outcome adcs_set_flag(adcs_state *state, int32_t flag, bool on);
 bool adcs_flag(const adcs_state *state, int32_t flag);
 
 /* Set a number of a parameter (ADCS_PARAMETER_... and those that follow it), SI; what it is, NaN
-   beyond the parameters. */
+   beyond the parameters. Its limits stand beside its name: those of the key of the scenario of
+   which it is the value; 'any' finite number for one that is no single key's. */
 adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value);
 double adcs_parameter(const adcs_state *state, int32_t place);
 

@@ -209,8 +209,8 @@ $mode_reports    CFE_SB_TimeStampMsg(CFE_MSG_PTR(ADCS_APP_Data.HkTlm.TelemetryHe
 CFE_Status_t ADCS_APP_ValidateTable(void *TblData)
 {
     const ADCS_APP_ParametersTbl_t *Table = TblData;
-    bool AreFinite = Table->Numbers == ADCS_APP_TBL_NUMBERS;
-$table_checks    return AreFinite ? CFE_SUCCESS : ADCS_APP_TBL_INVALID_ERR;
+    bool AreRight = Table->Numbers == ADCS_APP_TBL_NUMBERS;
+$table_checks    return AreRight ? CFE_SUCCESS : ADCS_APP_TBL_INVALID_ERR;
 }
 
 static void ADCS_APP_SetParameter(int32 ParameterPlace, double Value)
