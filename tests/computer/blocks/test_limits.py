@@ -97,7 +97,10 @@ def test_a_scenario_may_have_what_may_be_set(name):
             limits = block.limits[first.index(value)] if is_one else FREE
             if math.isinf(limits.least):
                 continue
-            sides = ((limits.least, math.inf, limits.above), (limits.greatest, -math.inf, limits.below))
+            sides = (
+                (limits.least, math.inf, limits.above),
+                (limits.greatest, -math.inf, limits.below),
+            )
             for limit, inwards, is_barred in sides:
                 inside = math.nextafter(limit, inwards) if is_barred else limit
                 outside = limit if is_barred else math.nextafter(limit, limit - inwards)
