@@ -106,6 +106,20 @@ def test_a_disturbance_that_is_not_there_is_not_cited():
     assert {"Wertz1978", "Markley2014", "Flatley1994"} <= set(keys_of(scenario))
     without = scenario.replace("disturbance", {}).replace("spacecraft.sun_sensors", None)
     assert not {"Wertz1978", "Markley2014", "Flatley1994"} & set(keys_of(without))
+    rods = torquer.load_scenario(ROOT / "examples/passive_magnet.toml")
+    assert "Flatley1995" in keys_of(rods) and "Flatley1995" not in keys_of(scenario)
+
+
+def test_what_a_scenario_has_none_of_is_not_cited():
+    """Of every table and list that calls for a source, whatever stands for none of it."""
+    table = torquer.load_scenario(ROOT / "examples/chibis_m_detumble.toml")
+    plain = table.model_dump(mode="json")
+    for uses in keys_of(table).values():
+        for use in uses:
+            value = plain
+            for name in use.partition(" (")[0].split("."):
+                value = value[name]
+            assert value not in (None, [], 0.0), use
 
 
 def test_a_tilted_dipole_has_the_coefficients_of_its_model():

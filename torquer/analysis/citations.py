@@ -100,6 +100,10 @@ def _plain(of) -> dict:
     return json.loads(attrs["scenario"]) | {"campaign": json.loads(attrs.get("campaign", "{}"))}
 
 
+#: Values of a key of which a scenario has none.
+_NOTHING: tuple = (None, 0.0, [], ())
+
+
 def _calls(data: Mapping, path: str) -> Iterator[tuple[str, list[str]]]:
     """What of nested tables calls for sources: its path, with the kind in brackets, and keys."""
     by_value, by_table = source_table()["used_by"]["value"], source_table()["used_by"]["table"]
@@ -108,7 +112,7 @@ def _calls(data: Mapping, path: str) -> Iterator[tuple[str, list[str]]]:
         if isinstance(value, str) and value in by_value.get(key, {}):
             place = path if key == "kind" else here
             yield f"{place} ({value})", by_value[key][value]
-        if here in by_table and value is not None and value != 0.0:
+        if here in by_table and value not in _NOTHING:
             yield here, by_table[here]
         for inner in value if isinstance(value, list) else [value]:
             if isinstance(inner, Mapping):
