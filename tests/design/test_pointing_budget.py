@@ -146,12 +146,23 @@ def test_no_number_beyond_small_turns(make):
         ({"spacecraft.attitude_sensor": BLIND}, "attitude_sensor.sun_exclusion_deg: must be left"),
         ({"spacecraft.coils.lag_s": 0.5}, "spacecraft.coils.lag_s: must be left out"),
         ({"spacecraft.wheels": {**WHEELS, "lost": [1]}}, "spacecraft.wheels.lost: must be left"),
+        (
+            {"spacecraft.wheels": {**WHEELS, "minimum_speed_fraction": 0.1}},
+            "spacecraft.wheels.minimum_speed_fraction: must be left out",
+        ),
         ({"control.measure_s": 1.0, "control.actuate_s": 1.0}, "control.measure_s: must be left"),
     ],
 )
 def test_what_has_no_linear_theory_is_refused(make, changes, text):
     with pytest.raises(ValueError, match=text):
         pointing_budget(make(HELD | changes), ALONE)
+
+
+def test_a_gyro_that_cannot_read_the_wanted_rate_is_refused():
+    scenario = load_scenario(EXAMPLE).replace("spacecraft.gyro.range_deg_s", 0.05)
+    text = r"^spacecraft.gyro.range_deg_s: must be above the wanted rate, 0\.06\d* deg/s, for a "
+    with pytest.raises(ValueError, match=text):
+        pointing_budget(scenario, ALONE)
 
 
 def test_imbalance_of_a_satellite_without_wheels_is_refused():

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from torquer.scenario.change import value_at, with_values
+from torquer.scenario.change import found_at, with_values
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.spec import Scenario
 
@@ -51,14 +51,6 @@ CAUSES = (
           is_counted_on=True),
 )  # fmt: skip
 BY_NAME = {cause.name: cause for cause in CAUSES}
-
-
-def found_at(scenario: Scenario, key: str) -> Any:
-    """The value at a dotted key as plain data; None where the scenario has no such table."""
-    try:
-        return value_at(scenario, key)
-    except ScenarioError:
-        return None
 
 
 def lessened(scenario: Scenario, cause: Cause, factor: float) -> Scenario:

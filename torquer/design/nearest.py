@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.design.causes import BIAS, BY_NAME, DIPOLE, NOISE, found_at, lessened
-from torquer.scenario.change import with_values
+from torquer.design.causes import BIAS, BY_NAME, DIPOLE, NOISE, lessened
+from torquer.scenario.change import found_at, with_values
 from torquer.scenario.spec import Scenario
 
 #: Values that are tried up to the bound, and halvings of the interval that is then left.

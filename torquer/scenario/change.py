@@ -76,6 +76,14 @@ def value_at(scenario: Spec, key: str):
     return table[last]
 
 
+def found_at(scenario: Spec, key: str) -> Any:
+    """The value at a dotted key, as plain data; None where the scenario has no such table."""
+    try:
+        return value_at(scenario, key)
+    except ScenarioError:
+        return None
+
+
 def _names(key: str) -> list:
     """Words and numbers of a dotted key."""
     return [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from torquer.computer.laws.pointing import HeldAttitude, HeldByWheels
-from torquer.scenario.change import with_values
+from torquer.scenario.change import found_at, with_values
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.disturbance import TORQUES
 
@@ -95,19 +95,19 @@ def _causes(scenario: Scenario) -> Iterator[Cause]:
     yield Cause(ALWAYS, "gravity gradient, motion of the reference", PERIODIC)
     if craft.aerodynamics:
         yield Cause("air", "aerodynamic", PERIODIC, _without_air(scenario))
-    if _given(scenario, key := f"disturbance.{_DIPOLE}") is not None:
+    if found_at(scenario, key := f"disturbance.{_DIPOLE}") is not None:
         yield Cause(OSCILLATING, "residual dipole, along the orbit", PERIODIC, {key: None})
     for name in ALONG:
-        if _given(scenario, key := f"disturbance.{name}") is not None:
+        if found_at(scenario, key := f"disturbance.{name}") is not None:
             yield Cause(name, name.replace("_", " "), PERIODIC, {key: None})
     for name, label, key in _FIXED:
-        size = np.asarray(_given(scenario, key) or _ZERO)
+        size = np.asarray(found_at(scenario, key) or _ZERO)
         if size.any():
             sigma = float(np.sqrt(np.mean(size**2)))
             yield Cause(name, label, CONSTANT, {key: _ZERO}, {key: sigma})
     yield from _of_attitude_sensor(scenario)
     for name, label, kind, key in _RANDOM:
-        if np.any(_given(scenario, key) or 0.0):
+        if np.any(found_at(scenario, key) or 0.0):
             yield Cause(name, label, kind, {key: 0.0}, none=_why_none(scenario, name))
     yield from _rest(scenario)
 
@@ -188,16 +188,6 @@ def _without_air(scenario: Scenario) -> dict[str, Any]:
         parts = [part.model_dump(mode="json") for part in air.parts]
         off["disturbance.solar_pressure.parts"] = parts
     return off
-
-
-def _given(scenario: Scenario, key: str):
-    """The value of a key; None where its table is not there."""
-    table = scenario
-    for name in key.split("."):
-        if table is None:
-            return None
-        table = getattr(table, name)
-    return table
 
 
 def without(scenario: Scenario, causes: list[Cause]) -> Scenario:

@@ -24,7 +24,7 @@ _NOT_OF_SENSORS = (
     "rate_limit_deg_s",
 )  # fmt: skip
 #: Keys with which an actuator does not give what is asked for from one command to the next.
-_NOT_OF_ACTUATORS = ("lag_s", "pwm_period_s", "failures", "lost")
+_NOT_OF_ACTUATORS = ("lag_s", "pwm_period_s", "failures", "lost", "minimum_speed_fraction")
 
 
 class Setting(NamedTuple):
@@ -93,6 +93,17 @@ def _left_out(place: str, table, names: tuple[str, ...]) -> None:
             )
 
 
+def _check_range(scenario: Scenario, rates_rad_s: np.ndarray) -> None:
+    """ValueError for a gyro that cannot read the wanted rates."""
+    gyro = scenario.spacecraft.one_of("gyro")
+    greatest = math.degrees(np.abs(rates_rad_s).max())
+    if gyro.range_deg_s <= greatest:
+        raise ValueError(
+            f"spacecraft.gyro.range_deg_s: must be above the wanted rate, {greatest:.4g} deg/s, "
+            f"for a pointing budget; received {gyro.range_deg_s:g}"
+        )
+
+
 def make_setting(scenario: Scenario, window_s: float) -> Setting:
     """The setting of a scenario by `held_scenario`.
 
@@ -104,6 +115,7 @@ def make_setting(scenario: Scenario, window_s: float) -> Setting:
     at = hold.instants(sampled.starts)
     q, rates = np.empty((at.t_s.size, 4)), np.empty((at.t_s.size, 3))
     wanted_motion(hold.reference, at, q, rates)
+    _check_range(scenario, rates)
     torques = _torques(scenario, at.t_s)
     momentum = _momentum(scenario, sampled, q, sum(torques.values()))
     try:
