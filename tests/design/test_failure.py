@@ -6,9 +6,11 @@ from pathlib import Path
 import pytest
 
 import torquer
+from torquer.analysis.pointing import causes as budget
 from torquer.design.causes import BY_NAME, CAUSES, lessened, undisturbed
 from torquer.design.failure import Failure, Flown, explain, without_each
 from torquer.design.nearest import LEVERS, nearest, rungs
+from torquer.design.stored_keys import find
 from torquer.scenario.load import scenario_from_data
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -37,6 +39,19 @@ SATELLITE = {
 @pytest.fixture(scope="module")
 def satellite():
     return scenario_from_data(SATELLITE)
+
+
+def test_every_key_of_a_cause_is_a_key_of_scenarios():
+    """A cause with another key would never be found, as one that a scenario has none of."""
+    keys = {key for cause in CAUSES for key in (*cause.sizes, *cause.replaced)}
+    keys |= {row[-1] for row in (*budget._FIXED, *budget._RANDOM)}
+    keys |= {f"spacecraft.magnetometer.{name}" for name in budget._MAGNETOMETER}
+    keys |= {f"disturbance.{name}" for name in (*budget.ALONG, *budget._UNKNOWN, budget._DIPOLE)}
+    assert len(keys) > 30
+    for key in sorted(keys):
+        assert any(find(key)), key
+    with pytest.raises(ValueError, match="must be a key"):
+        find("spacecraft.gyro.no_such_noise")
 
 
 @pytest.mark.parametrize("name", sorted(BY_NAME))
