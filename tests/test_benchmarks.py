@@ -1,21 +1,13 @@
 """Benchmarks on a machine that lacks some of the other programs."""
 
-import importlib.util
 import json
 from pathlib import Path
 
 import pytest
+from loaded_scripts import loaded
 
 ROOT = Path(__file__).parents[1]
 RESULTS = json.loads((ROOT / "benchmarks/results.json").read_text(encoding="utf-8"))
-
-
-def loaded(file):
-    """A script of the project as a module."""
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 measured_before = loaded(ROOT / "benchmarks/measured_before.py").measured_before

@@ -1,9 +1,9 @@
 """The check of the style of pages: what is a sentence, and that each rule can fail."""
 
-import importlib.util
 from pathlib import Path
 
 import pytest
+from loaded_scripts import loaded
 
 ROOT = Path(__file__).parents[1]
 
@@ -11,10 +11,7 @@ ROOT = Path(__file__).parents[1]
 @pytest.fixture(scope="module")
 def style():
     """The script that checks the pages."""
-    spec = importlib.util.spec_from_file_location("style", ROOT / "docs/style.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded(ROOT / "docs/style.py")
 
 
 def texts(style, text):

@@ -1,12 +1,12 @@
 """The dozen of examples/satellites: what wrote them, that they fly, and the page on them."""
 
-import importlib.util
 import shlex
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from loaded_scripts import loaded
 
 import torquer
 from torquer.campaign.load import load_campaign
@@ -15,14 +15,6 @@ from torquer.compile import engine
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "examples/satellites").glob("*.toml"))
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-
-
-def loaded(file: Path):
-    """A script of the project as a module."""
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 page = loaded(ROOT / "docs/satellites_page.py")

@@ -1,12 +1,12 @@
 """docs/theory/fixed-steps.md: its tables are the record's, and a row of the record is measured."""
 
-import importlib.util
 import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from loaded_scripts import loaded
 
 from torquer.compile import engine
 from torquer.maths.integrate.rk4 import rk4_damping, rk4_lag
@@ -22,10 +22,7 @@ needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="thousands of steps")
 @pytest.fixture(scope="module")
 def script():
     """The script that makes the record."""
-    spec = importlib.util.spec_from_file_location("fixed_steps", ROOT / "benchmarks/fixed_steps.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded(ROOT / "benchmarks/fixed_steps.py")
 
 
 def a_turn(summed) -> list[float]:
