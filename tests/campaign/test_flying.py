@@ -154,6 +154,21 @@ def test_times_from_a_list_stay_times_in_processes(scenario):
     assert there.identical(torquer.fly_campaign(scenario, made, workers=1))
 
 
+@pytest.mark.parametrize("block", [8192, 2])
+def test_times_that_vary_are_kept_in_the_file(scenario, tmp_path, monkeypatch, block):
+    monkeypatch.setattr("torquer.campaign.joining.BLOCK", block)
+    times = [datetime(2012, 3, 4, tzinfo=UTC), datetime(2012, 3, 5, tzinfo=UTC)]
+    made = campaign(scenario, runs=4, vary={"start": {"uniform": times}})
+    kept = torquer.fly_campaign(scenario, made, to=tmp_path / "campaign.nc", workers=1).load()
+    alone = torquer.fly_campaign(scenario, made, workers=1)
+    assert kept["start"].dtype.kind == "M"
+    assert (kept["start"].values == alone["start"].values).all()
+    more = campaign(scenario, runs=6, vary={"start": {"uniform": times}})
+    options = {"to": tmp_path / "campaign.nc", "workers": 1, "resume": True}
+    longer = torquer.fly_campaign(scenario, more, **options)
+    assert longer.isel(member=slice(4))["start"].identical(kept["start"])
+
+
 def interrupted(scenario, made, path, where="threads"):
     """Fly two or more chunks of eight members to a file; what is in them."""
 

@@ -41,7 +41,9 @@ def chunk_dataset(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     for key, values in chunk.drawn.items():
         array = _as_array(values)
         dims = ("member", *(f"{key}.axis{k or ''}" for k in range(array.ndim - 1)))
-        about = {"role": "input", "units": key_unit(key.rpartition(".")[2])}
+        about = {"role": "input"}
+        if array.dtype.kind != "M":  # the units of instants are those of the file
+            about["units"] = key_unit(key.rpartition(".")[2])
         variables[key] = (dims, array, about)
     for name, outcome in campaign.outcomes.items():
         definition = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
