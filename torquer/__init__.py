@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from torquer.report import write_report as write_report
     from torquer.report.flight.compared import Comparison as Comparison, compare as compare
     from torquer.report.one_page import page as page
+    from torquer.report.paper import (
+        paper_figures as paper_figures,
+        write_paper_figures as write_paper_figures,
+    )
     from torquer.report.plot import plot as plot
     from torquer.report.results import (
         concat as concat,

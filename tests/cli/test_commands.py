@@ -280,11 +280,28 @@ def test_a_page_is_written_when_it_is_asked_for(call, scenario, tmp_path):
     assert (out / "page.pdf").exists()
 
 
+@needs_jit
+def test_figures_for_a_paper_are_told_and_old_ones_removed(call, scenario, tmp_path):
+    out = tmp_path / "out"
+    code, said, _ = call("run", scenario, "--out", out, "--figure", "paper")
+    assert code == 0 and said.endswith("result.nc, summary.json, report.html, paper/\n")
+    assert {each.suffix for each in out.glob("paper/rate_1.*")} == {".png", ".pdf", ".svg"}
+    code, _, error = call("run", scenario, "--out", out, "--figure", "screen")
+    assert code == 2 and error == (
+        'error: Invalid value "screen" for --figure. Choose from: "paper".\n'
+    )
+    for each in out.glob("paper/*"):
+        os.utime(each, (0, 0))
+    assert call("run", scenario, "--out", out, "--overwrite")[0] == 0
+    assert not list(out.glob("paper/*"))
+
+
 @pytest.mark.parametrize("name", ["run", "campaign"])
-def test_a_page_needs_a_report(call, name):
-    code, _, err = call(name, "any.toml", "--page", "--no-report")
+@pytest.mark.parametrize("option", [("--page",), ("--figure", "paper")])
+def test_pictures_need_a_report(call, name, option):
+    code, _, err = call(name, "any.toml", *option, "--no-report")
     assert code == 2
-    assert err == "error: --page: must not be given with --no-report; received both\n"
+    assert err == f"error: {option[0]}: must not be given with --no-report; received both\n"
 
 
 @needs_jit

@@ -222,7 +222,7 @@ def test_page_plots_have_the_same_numbers_as_the_pictures(result, summary, writt
     levels = [each["x0"] for each in shown["layout"]["shapes"]]
     for each in summary["outcomes"]["settling_s"]["quantiles"].values():
         assert each["value"] is None or each["value"] in levels
-    rate = figures[f"{result['series.settling_s'].attrs['long_name']} over time."]
+    rate = figures["rate over time."]
     _, median = trace(rate, "median")
     series = result["series.settling_s"].transpose("member", "time").values
     flown = series[(result["how_it_ended"] == "complete").values]

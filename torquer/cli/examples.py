@@ -173,6 +173,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         f"torquer run {_S}",
         f"torquer run {_S} --out runs/first --no-report --json",
         f"torquer run {_S} --out runs/first --resume --plots --page",
+        f"torquer run {_S} --out runs/first --resume --figure paper",
     ),
     "smooth": ("torquer smooth runs/which_sensors", "torquer smooth runs/a/result.nc --json"),
     "table": (

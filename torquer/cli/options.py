@@ -5,7 +5,7 @@ What a function of the package is asked is a `request` of `base.limits`; a comma
 class with the decorator `options`.
 """
 
-from typing import Annotated, TypeVar, dataclass_transform
+from typing import Annotated, Literal, TypeVar, dataclass_transform
 
 from cyclopts import Parameter, convert
 
@@ -13,6 +13,10 @@ from torquer.base.limits import request
 
 T = TypeVar("T")
 Json = Annotated[bool, Parameter(help="Print machine-readable JSON.")]
+Figure = Annotated[
+    Literal["paper"] | None,
+    Parameter(help="Draw each plot for one column of a paper, too: 88 mm, 8 pt, in paper/."),
+]
 #: For a dataclass whose fields are options of the command.
 FLAT = Parameter(name="*")
 

@@ -13,7 +13,7 @@ from torquer.base.folder_lock import claim
 from torquer.base.strict_json import json_text
 from torquer.cli.examples import show_examples
 from torquer.cli.loading import check_code, check_computer, load_result
-from torquer.cli.options import CodeOptions, Json, as_options, options
+from torquer.cli.options import CodeOptions, Figure, Json, as_options, options
 from torquer.cli.output import (
     describe_interrupt,
     make_writable,
@@ -63,6 +63,7 @@ class CampaignOptions:
     """With --member, draw plots/*.png, too."""
     page: bool = False
     """Write page.pdf, too: success, plots, numbers, models and sources on one page of A4."""
+    figure: Figure = None
     no_report: bool = False
     """Write no report and no pictures."""
 
@@ -82,8 +83,9 @@ def fly(
         return _fly_member(scenario, how.member, how, code)
     if how.plots:
         raise ValueError("--plots: must be given with --member only; received it without")
-    if how.page and how.no_report:
-        raise ValueError("--page: must not be given with --no-report; received both")
+    for name in ("page", "figure"):
+        if getattr(how, name) and how.no_report:
+            raise ValueError(f"--{name}: must not be given with --no-report; received both")
     part = _part_of(how.part)
     check_computer(how.computer, code)
     satellite, campaign = _load(scenario, how, code)
@@ -121,7 +123,8 @@ def _show(summary: dict, how: CampaignOptions, out: Path) -> int:
     if how.json:
         print(json_text(summary))
         return ended
-    report = () if how.no_report else ("report.html", *["page.pdf"] * how.page, "plots/")
+    made = {"report.html": True, "page.pdf": how.page, "plots/": True, "paper/": how.figure}
+    report = [name for name, is_made in made.items() if is_made and not how.no_report]
     show_summary(
         summary["name"], summary_rows(summary), out, "campaign.nc", "summary.json", *report
     )
@@ -211,6 +214,10 @@ def _write(result, out: Path, how: CampaignOptions) -> dict:
         from torquer.report.common.one_page import save_page
 
         save_page(campaign_page(result), out)
+    if how.figure:
+        from torquer.report.paper import write_paper_figures
+
+        write_paper_figures(result, out / "paper")
     return summary
 
 
@@ -232,7 +239,7 @@ def _fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions
     if not 0 <= member < campaign.runs:
         raise ValueError(f"--member: must lie within 0..{campaign.runs - 1}; received {member}")
     alone = RunOptions(
-        out=how.out, json=how.json, plots=how.plots, page=how.page,
+        out=how.out, json=how.json, plots=how.plots, page=how.page, figure=how.figure,
         no_report=how.no_report, overwrite=how.overwrite,
     )  # fmt: skip
     return run_scenario(member_scenario(scenario, campaign, member), alone)

@@ -11,7 +11,7 @@ from torquer.base.limits import Range
 from torquer.base.strict_json import json_text
 from torquer.cli.compiling import compiling_shown, show_progress
 from torquer.cli.loading import check_computer, find_code, load_checked
-from torquer.cli.options import CodeOptions, Json, as_options, options
+from torquer.cli.options import CodeOptions, Figure, Json, as_options, options
 from torquer.cli.output import (
     describe_interrupt,
     make_writable,
@@ -52,6 +52,7 @@ class RunOptions:
     """Draw plots/*.png, too; with --resume of a complete run only these and the report."""
     page: bool = False
     """Write page.pdf, too: verdict, plots, numbers, models and sources on one page of A4."""
+    figure: Figure = None
     no_report: bool = False
     """Write no report and no pictures."""
 
@@ -60,7 +61,7 @@ def run(
     scenario: Path, *, how: RunOptions = RunOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json and report.html."""
-    for name in ("plots", "page"):
+    for name in ("plots", "page", "figure"):
         if getattr(how, name) and how.no_report:
             raise ValueError(f"--{name}: must not be given with --no-report; received both")
     check_computer(how.computer, code)
@@ -100,6 +101,7 @@ def run_scenario(scenario, how: RunOptions) -> int:
         from torquer.analysis.summary import summary_rows
 
         made = {"report.html": not how.no_report, "page.pdf": how.page, "plots/": how.plots}
+        made["paper/"] = how.figure is not None
         files = ("result.nc", "summary.json", *(name for name, is_made in made.items() if is_made))
         show_summary(summary["scenario"], summary_rows(summary), out, *files)
     for note in run_notes(result):
@@ -209,13 +211,18 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
             from torquer.report.flight.one_page import run_page
 
             save_page(run_page(result), out)
+        if how.figure:
+            from torquer.report.paper import write_paper_figures
+
+            write_paper_figures(result, out / "paper")
     return summary
 
 
 def _remove_old_plots(out: Path) -> None:
     """Remove the pictures of an earlier result, which would contradict the report."""
-    if (out / "plots").is_symlink():
-        return
-    for picture in (*out.glob("plots/*.png"), *out.glob("plots/*.svg")):
-        if picture.stat().st_mtime < (out / "result.nc").stat().st_mtime:
-            picture.unlink()
+    flown = (out / "result.nc").stat().st_mtime
+    for folder in (out / "plots", out / "paper"):
+        for kind in () if folder.is_symlink() else ("png", "svg", "pdf", "txt"):
+            for picture in folder.glob(f"*.{kind}"):
+                if picture.stat().st_mtime < flown:
+                    picture.unlink()

@@ -7,8 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from torquer.campaign.contents import failed_in, member_numbers, names_by_role, signal_unit
-from torquer.campaign.summary import with_unit
-from torquer.report.campaign.shared import is_wide, literal
+from torquer.report.campaign.shared import axis_label, in_words, is_wide, literal
 from torquer.report.common.colours import BLUE, ORANGE, PINK, RED
 from torquer.report.common.figure import SMALL, legend, place, quiet, sheet
 from torquer.report.common.scales import clock_for
@@ -81,7 +80,8 @@ def has_bands(result: xr.Dataset) -> bool:
 
 def signal_title(result: xr.Dataset, names: list[str]) -> str:
     """What the signal is that outcomes are taken from."""
-    return str(result[f"series.{names[0]}"].attrs.get("long_name", names[0]))
+    said = str(result[f"series.{names[0]}"].attrs.get("long_name", names[0]))
+    return in_words(said, series_unit(result, names[0]))
 
 
 def draw_bands_on(axes, result: xr.Dataset, summary: dict, names: list[str]) -> None:
@@ -103,7 +103,7 @@ def draw_bands_on(axes, result: xr.Dataset, summary: dict, names: list[str]) -> 
     axes.set_yscale("log" if is_wide(found) else "linear")
     axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL)
-    label = with_unit(signal_title(result, names), series_unit(result, names[0]))
+    label = axis_label(signal_title(result, names), series_unit(result, names[0]))
     axes.set_ylabel(literal(label), fontsize=SMALL)
     legend(axes, handles)
 

@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from torquer.campaign.contents import missing_as_worst
-from torquer.campaign.summary import percent, with_unit
+from torquer.campaign.summary import percent
 from torquer.report.campaign.interactive import cdf_figure, difference_figure
-from torquer.report.campaign.shared import is_wide, literal, steps
+from torquer.report.campaign.shared import axis_label, is_wide, literal, steps
 from torquer.report.campaign.tables import (
     about_comparison,
     campaign_labels,
@@ -48,7 +48,7 @@ def _draw_cdf(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> Figure | 
     axes.set_ylim(0.0, 1.02)
     axes.set_ylabel("share of members", fontsize=SMALL)
     unit = found["summaries"][0]["outcomes"][name]["unit"]
-    axes.set_xlabel(with_unit(name, unit), fontsize=SMALL)
+    axes.set_xlabel(axis_label(name, unit), fontsize=SMALL)
     legend(axes, handles)
     return figure
 
@@ -70,7 +70,7 @@ def find_differences(found: dict) -> dict[str, tuple]:
             each, kind = each["restricted"], "restricted mean"
         else:
             kind = "mean"
-        shown[f"{kind} of {with_unit(name, unit)}"] = (each["difference"], *each["interval"])
+        shown[f"{kind} of {axis_label(name, unit)}"] = (each["difference"], *each["interval"])
     return {label: each for label, each in shown.items() if None not in each}
 
 

@@ -18,7 +18,7 @@ from torquer.campaign.contents import (
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import mean_interval, rate_interval
 from torquer.campaign.summary import percent, with_unit
-from torquer.report.campaign.shared import settled_range
+from torquer.report.campaign.shared import in_words, settled_range
 from torquer.report.common.colours import BLUE, GREEN
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -98,7 +98,8 @@ def mean_title(summary: dict, name: str) -> str:
     """Which mean of an outcome is drawn, with its unit; or the success rate."""
     if name == SUCCESS:
         return "success rate"
-    each, title = summary["outcomes"][name], f"mean of {name}"
+    each = summary["outcomes"][name]
+    title = f"mean of {in_words(name, each['unit'])}"
     if each["missing"]:
         restricted = each["restricted_mean"] is not None
         title = f"restricted {title}" if restricted else f"{title}, of those with a value"

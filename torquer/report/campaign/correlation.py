@@ -9,8 +9,7 @@ from matplotlib.lines import Line2D
 
 from torquer.campaign.contents import failed_in, member_inputs, member_outcomes, succeeded_in
 from torquer.campaign.statistics import as_columns
-from torquer.campaign.summary import with_unit
-from torquer.report.campaign.shared import correlated, is_wide, literal, shorten
+from torquer.report.campaign.shared import axis_label, correlated, is_wide, literal, shorten
 from torquer.report.common.colours import BLUE, GREY, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -44,7 +43,7 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
             if i == len(names) - 1:
                 axes.set_xlabel(labels[key], fontsize=SMALL - 1)
             if j == 0:
-                label = with_unit(shorten(name, 24), summary["outcomes"][name]["unit"])
+                label = shorten(axis_label(name, summary["outcomes"][name]["unit"]), 32)
                 axes.set_ylabel(label, fontsize=SMALL - 1)
     _legend(figure, kinds)
     foot(figure, _about(kinds))

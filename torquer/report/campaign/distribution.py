@@ -13,8 +13,8 @@ from matplotlib.ticker import MaxNLocator
 
 from torquer.campaign.contents import campaign_table, end_s, is_time, missing_as_worst
 from torquer.campaign.statistics import rate_interval
-from torquer.campaign.summary import percent, with_unit
-from torquer.report.campaign.shared import is_wide, steps
+from torquer.campaign.summary import percent
+from torquer.report.campaign.shared import axis_label, in_words, is_wide, steps
 from torquer.report.common.colours import BLUE, GREEN, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -28,7 +28,8 @@ _LABELS = {"0.01": "1 %", "0.05": "5 %", "0.5": "50 %", "0.95": "95 %", "0.99": 
 
 def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     """An outcome's histogram above its distribution function, quantiles marked in both."""
-    figure = sheet(_WIDTH, _HEIGHT, f"{name} · {summary['name']}")
+    named = in_words(name, summary["outcomes"][name]["unit"])
+    figure = sheet(_WIDTH, _HEIGHT, f"{named} · {summary['name']}")
     upper = place(figure, _LEFT, 0.75, _WIDE, 1.65)
     lower = place(figure, _LEFT, 2.55, _WIDE, 1.45)
     values = missing_as_worst(result, name)
@@ -49,7 +50,7 @@ def draw_shares(axes, result: xr.Dataset, summary: dict, name: str) -> str:
     x, share = steps(values)
     axes.set_ylabel("share of members", fontsize=SMALL)
     axes.set_ylim(0.0, 1.02)
-    axes.set_xlabel(with_unit(name, each["unit"]), fontsize=SMALL)
+    axes.set_xlabel(axis_label(name, each["unit"]), fontsize=SMALL)
     condition = _frame(axes, result, summary, name)
     beyond = [*x, axes.get_xlim()[1]], [*share, share[-1]]
     is_censored = is_time(result, name)

@@ -13,12 +13,12 @@ from torquer.campaign.contents import (
     member_outcomes,
     missing_as_worst,
 )
-from torquer.campaign.summary import correlations, percent, with_unit
-from torquer.report.campaign.bands import bands_of, series_unit, worst_lines
+from torquer.campaign.summary import correlations, percent
+from torquer.report.campaign.bands import bands_of, series_unit, signal_title, worst_lines
 from torquer.report.campaign.convergence import mean_title
 from torquer.report.campaign.correlation import columns_and_labels, most_correlated, ways_of_ending
 from torquer.report.campaign.distribution import bins, share_band
-from torquer.report.campaign.shared import correlated, is_wide, settled_range, steps
+from torquer.report.campaign.shared import axis_label, correlated, is_wide, settled_range, steps
 from torquer.report.campaign.sobol import greatest
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED, RUNS, SKY
 from torquer.report.common.interactive import (
@@ -60,7 +60,7 @@ def distribution_figure(result: xr.Dataset, summary: dict, name: str) -> dict:
                  line(x, share, "share of members", BLUE, line={"shape": "hv"})]  # fmt: skip
     shapes, marks = _marks(each, (campaign_table(result).get("success") or {}).get(name))
     panels = [([bars, *marks], axis("members")), (found, axis("share", range=[0, 1.02]))]
-    x_axis = axis(with_unit(name, each["unit"]), type=_scale(known), hoverformat=".4~g")
+    x_axis = axis(axis_label(name, each["unit"]), type=_scale(known), hoverformat=".4~g")
     return stack_traces(panels, 190, x_axis, shapes=shapes, hovermode="x unified")
 
 
@@ -97,8 +97,7 @@ def bands_figure(result: xr.Dataset, summary: dict, names: list[str]) -> dict:
             line(t, found[2], "median", BLUE, 2.0)]  # fmt: skip
     for row, label, colour in worst_lines(result, summary, names):
         data.append(line(t, variable.isel(member=row).values[rows], label, colour, 1.2))
-    title = with_unit(str(variable.attrs.get("long_name", names[0])),
-                      series_unit(result, names[0]))  # fmt: skip
+    title = axis_label(signal_title(result, names), series_unit(result, names[0]))
     y_axis = axis(title, type=_scale(found), hoverformat=".4~g")
     x_axis = axis(f"time [{clock.unit}]", hoverformat=".4~g")
     return figure(data, 360, x_axis, y_axis)
@@ -128,7 +127,7 @@ def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
         "y": 1.02,
         "yanchor": "bottom",
     }
-    y_axis = axis(with_unit(name, summary["outcomes"][name]["unit"]), type=_scale(y))
+    y_axis = axis(axis_label(name, summary["outcomes"][name]["unit"]), type=_scale(y))
     x_axis = axis(labels[keys[0]], type=_scale(columns[keys[0]]))
     return figure(data, 340, x_axis, y_axis, updatemenus=[menu], hovermode="closest")
 
@@ -177,7 +176,7 @@ def category_figure(found: dict, name: str) -> dict | None:
     error = {"type": "data", "symmetric": False, "color": GREY, "thickness": 1.2, **spread}
     label = f"median of {name}"
     data = [_bars(label, known, middle.tolist(), BLUE) | {"error_x": error}]
-    return _bars_figure(data, len(known), 1, axis(with_unit(name, found["units"][name])))
+    return _bars_figure(data, len(known), 1, axis(axis_label(name, found["units"][name])))
 
 
 def sobol_figure(groups: dict[str, dict]) -> dict:
@@ -237,7 +236,7 @@ def cdf_figure(
         for each, label, colour in zip(values, labels, (BLUE, ORANGE), strict=True)
         if np.isfinite(each).any()
     ]
-    x_axis = axis(with_unit(name, unit), type=_scale(known), hoverformat=".4~g")
+    x_axis = axis(axis_label(name, unit), type=_scale(known), hoverformat=".4~g")
     y_axis = axis("share of members", range=[0.0, 1.02])
     return figure(data, 320, x_axis, y_axis)
 

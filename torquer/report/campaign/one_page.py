@@ -10,6 +10,7 @@ from torquer.campaign.contents import campaign_table, independent
 from torquer.campaign.summary import campaign_summary, rate_text, summary_rows
 from torquer.report.campaign.bands import draw_bands_on, has_bands, series_by_signal, signal_title
 from torquer.report.campaign.distribution import draw_shares, name_quantiles
+from torquer.report.campaign.shared import in_words
 from torquer.report.campaign.tables import campaign_rows
 from torquer.report.common.figure import INK, SMALL, place
 from torquer.report.common.models import model_rows
@@ -91,7 +92,7 @@ def _draw_bands(part: SubFigure, result: xr.Dataset, summary: dict, names: list[
 
 
 def _draw_shares(part: SubFigure, result: xr.Dataset, summary: dict, name: str) -> None:
-    axes = _axes(part, f"Distribution of {name}")
+    axes = _axes(part, f"Distribution of {in_words(name, summary['outcomes'][name]['unit'])}")
     words = draw_shares(axes, result, summary, name)
     name_quantiles(axes, summary["outcomes"][name])
     tall = part.bbox.height / part.figure.dpi

@@ -9,7 +9,7 @@ import xarray as xr
 from torquer.campaign.contents import campaign_table, member_outcomes
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import headline_rows, percent
-from torquer.report.campaign.bands import series_by_signal
+from torquer.report.campaign.bands import series_by_signal, signal_title
 from torquer.report.campaign.convergence import estimates
 from torquer.report.campaign.interactive import (
     bands_figure,
@@ -93,7 +93,7 @@ def _over_time(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path]) 
     for names in series_by_signal(result):
         name = f"series_{names[0]}"
         if name in pictures:
-            title = f"{result[f'series.{names[0]}'].attrs.get('long_name', names[0])} over time"
+            title = f"{signal_title(result, names)} over time"
             caption = (
                 "Percentiles at each instant over the members that did not fail, and the members "
                 f"with the worst {', '.join(names)}."

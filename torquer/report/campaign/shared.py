@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from torquer.campaign.summary import correlations
+from torquer.campaign.summary import correlations, with_unit
+from torquer.scenario.keys import key_words
 
 #: Ratio of values from which on a scale is logarithmic.
 _WIDE = 100.0
@@ -12,6 +13,16 @@ _WIDE = 100.0
 def literal(text: str) -> str:
     """Text for matplotlib, dollar signs as they are."""
     return text.replace("$", r"\$")
+
+
+def in_words(name: str, unit: str = "") -> str:
+    """An outcome or a signal as a reader says it: `error_deg` is error, its unit told apart."""
+    return key_words(name).removesuffix(f" {unit.lower()}") or name
+
+
+def axis_label(name: str, unit: str) -> str:
+    """An outcome or a signal in words and its unit in brackets, for matplotlib and plotly alike."""
+    return with_unit(in_words(name, unit), unit)
 
 
 def shorten(text: str, length: int = 44) -> str:

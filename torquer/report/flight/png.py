@@ -43,6 +43,8 @@ _WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.52
 _HEAD, _TITLE, _PLOT, _UNDER, _REVOLUTIONS, _FOOT = 0.42, 0.30, 1.62, 0.42, 0.40, 0.24
 #: Height of a strip and the space below it.
 _STRIP, _UNDER_STRIP = 0.2, 0.04
+#: Room for the number at a tick of the time axis.
+_TICK = 0.45
 _BANDS = {MEASUREMENT: "#f7f0e0"}
 _NIGHT = "#e3e6ef"
 _DASHES = (0, (5, 2))
@@ -110,7 +112,8 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
     if panel.bands:
         handles.append(_draw_bands(axes, panel, clock))
     axes.set_xlim(began / clock.seconds, ended / clock.seconds)
-    axes.xaxis.set_major_locator(_time_ticks(clock, (ended - began) / clock.seconds))
+    span = (ended - began) / clock.seconds
+    axes.xaxis.set_major_locator(_time_ticks(clock, span, _inches_wide(axes)))
     _set_y(axes, panel)
     _draw_levels(axes, panel)
     _draw_marks(axes, panel.marks, clock)
@@ -125,11 +128,12 @@ def _inches_wide(axes) -> float:
     return axes.get_position().width * axes.figure.bbox.width / axes.figure.dpi
 
 
-def _time_ticks(clock, span: float):
+def _time_ticks(clock, span: float, inches: float):
     """Ticks at round numbers of the unit; for hours at parts of a day."""
     if clock.unit == "h":
         return MultipleLocator(next((n for n in (0.5, 1, 2, 3, 6, 12) if span <= 12 * n), 24))
-    return MaxNLocator(10, steps=(1, 2, 5, 10) if span < 50 else (1, 2, 3, 5, 6, 10))
+    most = min(10, int(inches / _TICK))
+    return MaxNLocator(most, steps=(1, 2, 5, 10) if span < 50 else (1, 2, 3, 5, 6, 10))
 
 
 def _draw_line(axes, line, clock):
