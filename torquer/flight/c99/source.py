@@ -80,8 +80,9 @@ class Source:
 
     @property
     def doc(self) -> str:
-        """First line of the docstring."""
-        return self.docstring.partition("\n")[0]
+        """What the docstring begins with: its first paragraph, without what else is told of it."""
+        first = self.docstring.partition("\n\n")[0]
+        return re.sub(r"^(?:Source: |Meets REQ).*\n?", "", first, flags=re.M).rstrip()
 
     @property
     def equation(self) -> str:
