@@ -283,6 +283,48 @@ def test_a_mistake_is_one_clear_line(tmp_path, text, name, expected):
     assert "\n" not in str(caught.value)
 
 
+#: What is said after 'received' of a law with such a statement, and what to do.
+STATEMENTS = {
+    "with open('x'):\n        pass": ": a `with` statement, which cannot be compiled",
+    "with open('x') as f:\n        pass": ": a `with` statement, which cannot be compiled",
+    "x = 1.0\n    del x":
+        ": a `del` statement, which cannot be compiled (NAME, line 7); leave it out",
+    "x = sum(b for b in inputs.b_body_t)":
+        ": a generator expression, which cannot be compiled (NAME, line 6); write a loop",
+    "try:\n        x = 1.0 / inputs.t_s\n    except ZeroDivisionError:\n        x = 0.0":
+        ": an `except` of one kind of error, which cannot be compiled (NAME, line 8); write",
+    "if (x := inputs.t_s) > 1.0:\n        return (x, 0.0, 0.0)":
+        ": a value whose type is not known, which cannot be compiled (NAME, line 6); set it in a",
+    "x = open('x')": ": open, which cannot be compiled (NAME, line 6); compiled=False runs",
+    "x = input()": ": input, which cannot be compiled (NAME, line 6); compiled=False runs",
+    "x = time.time()": ": time.time, which cannot be compiled (NAME, line 6); compiled=False runs",
+    "x = eval('1.0')": ": eval, which cannot be compiled (NAME, line 6); compiled=False runs",
+    "yield (0.0, 0.0, 0.0)": " a generator or coroutine",
+    "yield from inputs.b_body_t": " a generator or coroutine",
+}  # fmt: skip
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="the compiler reports what does not compile")
+@pytest.mark.parametrize("statement", STATEMENTS)
+def test_a_statement_that_does_not_compile_is_named(tmp_path, statement):
+    text = f"import time\n{HEAD}{BODY}{statement}\n    return (0.0, 0.0, 0.0)\n"
+    file = written(tmp_path, text)
+    with pytest.raises(ValueError) as caught:
+        load_law(file)
+    must = "law mine: must compile as (inputs, parameters, memory) -> (x, y, z); received"
+    found = str(caught.value)
+    assert found.startswith(must + STATEMENTS[statement].replace("NAME", file.name))
+    assert "\n" not in found and "vec3" not in found
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="the compiler reports what does not compile")
+@pytest.mark.parametrize("body", ["return (0.0, 0.0, 0.0)", "yield (0.0, 0.0, 0.0)"])
+def test_an_async_law_is_refused(tmp_path, body):
+    file = written(tmp_path, HEAD + "async " + BODY + body + "\n")
+    with pytest.raises(ValueError, match=r"^law mine: .*; received a generator or coroutine$"):
+        load_law(file)
+
+
 #: What compiled code takes of NumPy: a law at as many seconds.
 NUMPY_THAT_COMPILES = {
     "np.cross(inputs.b_body_t, (0.0, 0.0, 2.0))": (4.0, -2.0, 0.0),

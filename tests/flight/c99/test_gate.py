@@ -4,6 +4,7 @@ limits, and Python's gate answers with the same bits."""
 import ctypes
 import itertools
 import math
+import re
 import subprocess
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from torquer.computer.blocks.limits import FREE
 from torquer.computer.interface import GYRO, KNOWN, PLACES
 from torquer.flight.c99.computer import find_computer, translate_step
 from torquer.flight.c99.export import export_c
-from torquer.flight.c99.interface import handed_in, inputs_for
+from torquer.flight.c99.interface import handed_in, inputs_for, named_constants
 from torquer.flight.c99.recording import record_steps
 from torquer.spacecraft.sensors.device import MOST_PARTS
 
@@ -385,3 +386,47 @@ def test_an_estimator_of_ones_own_that_keeps_no_number_begins_again(tmp_path, nu
     sound, _ = own.both(own.inputs[:150])
     assert not commands[60].any() and commands[:60].tobytes() == sound[:60].tobytes()
     assert np.abs(commands - sound)[100:].max() < 1e-3 * np.abs(sound).max()
+
+
+@pytest.mark.parametrize("name", ["chibis_m_flight", "magneto_gyro_micro", "own_parts"])
+def test_each_parameter_says_its_limits_or_why_it_has_none(name):
+    computer = find_computer(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
+    one = r"(at least|at most|above|below|any finite \(.+\))[^;]*"
+    said = [said for _, said in named_constants(computer)["parameters"].values()]
+    assert said
+    for each in said:
+        assert re.fullmatch(rf"[\w.]+, \d+ numbers(, not set in flight|: {one}(; {one})*)", each)
+
+
+LIMITED = """
+import torquer
+@torquer.law(parameters={"gain": 1.0, "free": 2.0}, limits={"gain": (0.0, 4.0)})
+def limited(inputs, parameters, memory):
+    return (parameters.gain * inputs.b_body_t[0], parameters.free, 0.0)
+"""
+
+
+def own_law(tmp_path, parameters=""):
+    """A scenario whose law is one's own and declares limits."""
+    (tmp_path / "limited.py").write_text(LIMITED)
+    text = (EXAMPLES / "my_law.toml").read_text().replace("my_law.py", "limited.py")
+    text = re.sub(r"parameters = .*", parameters, text)
+    (tmp_path / "limited.toml").write_text(text)
+    return torquer.load_scenario(tmp_path / "limited.toml")
+
+
+def test_limits_of_a_law_of_ones_own_hold_in_flight_and_in_the_header(tmp_path):
+    scenario = own_law(tmp_path)
+    computer = find_computer(scenario)
+    gate, (_, board) = records(computer.gate), computer_and_board(scenario)
+    answers = [gates.set_parameter(gate, board, 0, value) for value in (-5e-324, 0.0, 4.0, 4.1)]
+    assert answers == [gates.OUT_OF_RANGE, gates.DONE, gates.DONE, gates.OUT_OF_RANGE]
+    gain, free = (said for _, said in named_constants(computer)["parameters"].values())
+    assert gain == "law.gain, 1 numbers: at least 0, at most 4"
+    assert free == "law.free, 1 numbers: any finite (its law declares no limits)"
+
+
+def test_and_in_the_scenario(tmp_path):
+    must = r"parameters\.gain: must be at least 0, at most 4; received 5"
+    with pytest.raises(ValueError, match=must):
+        own_law(tmp_path, "parameters = { gain = 5.0 }")

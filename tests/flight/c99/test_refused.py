@@ -11,7 +11,8 @@ from torquer.flight.c99.program import Program
 from torquer.flight.c99.refusal import Refused
 from torquer.flight.c99.types import INT, REAL, Array, Tuple
 
-HEAD = "import math\nimport numpy as np\nfrom torquer.maths.geometry.vec3 import add\n"
+HEAD = "import math, os, random, time\nimport numpy as np\n"
+HEAD += "from torquer.maths.geometry.vec3 import add\n"
 HEAD += "TABLE = np.zeros(3)\nGAINS = (1.0, 2, 3.0)\n"
 HEAD += "BASE, SINGLE, SMALL = 1.1, np.float32(0.1), np.int32(3)\n"
 HEAD += "def power(x, y):\n    return abs(x) ** y\n"
@@ -107,6 +108,27 @@ BODIES = {
     "return x in cells": "tuple",
     "(y := x)\n    return x": "does nothing",
     "return print(x)": "leave it out",
+    "print('x')\n    return x": "leave it out",
+    "return np.random.rand()": "the same inputs have the same answer",
+    "return np.random.default_rng(1).normal()": "the same inputs have the same answer",
+    "np.random.seed(1)\n    return x": "the same inputs have the same answer",
+    "return random.random()": "the same inputs have the same answer",
+    "return random.gauss(0.0, x)": "the same inputs have the same answer",
+    "return time.time()": "inputs.t_s",
+    "return os.getpid()": "nothing is read on board",
+    "x = open('x')\n    return x": "nothing is read on board",
+    "return input()": "nothing is read on board",
+    "with open('x') as f:\n        pass\n    return x": "nothing is opened on board",
+    "return eval('1.0')": "what it computes",
+    "return getattr(v, 'x')": "a.b",
+    "return globals()['x']": "name",
+    "return sorted(v)[0]": "min and max",
+    "yield x\n    return x": "return one answer",
+    "x = yield\n    return x": "return one answer",
+    "yield from v\n    return x": "return one answer",
+    "del n\n    return x": "leave it out",
+    "y = n\n    def f():\n        nonlocal y\n    return x": "outside",
+    "match n:\n        case 1:\n            x = 1.0\n    return x": "elif",
     "return v.x": "field",
     "return cells[::2][0]": "loop",
     "return math.floor(x=x)": "places",
@@ -128,6 +150,12 @@ def test_what_is_not_known_is_refused_in_one_line(body, tmp_path: Path):
     assert BODIES[body] in message
     line = re.match(r"made\.py, line (\d+): .* has no translation to C; ", message)
     assert line is not None and first <= int(line[1]) <= last
+
+
+def test_an_async_function_is_refused_as_one(tmp_path: Path):
+    kernel = module_of("async def kernel(x):\n    return x\n", tmp_path).kernel
+    with pytest.raises(Refused, match=r"^made\.py, line 1: a function with async .* with def$"):
+        Program().function(kernel, [REAL])
 
 
 def test_a_file_edited_since_it_was_loaded_is_refused(tmp_path: Path):

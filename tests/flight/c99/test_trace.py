@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -29,7 +30,9 @@ import torquer
 
 @torquer.law
 def damp(inputs, parameters, memory):
-    """Damps the rate.
+    """Damps the rate, by the
+    first reading's number alone.
+    Source: none.
 
     Meets REQ-SAT-012 and REQ-AOCS-3.
     """
@@ -62,6 +65,29 @@ def test_every_function_is_in_the_table_once(texts):
         assert names == bodies and len(set(names)) == len(names) > 3
 
 
+def test_the_comment_of_a_function_has_whole_sentences_of_its_docstring(texts):
+    """All of the first paragraph, however many lines it has."""
+    folder, made = texts
+    found = 0
+    for each in rows_of(made["TRACE.csv"]):
+        name = each["source"]
+        if name == OF_EXPORT:
+            continue
+        file = PACKAGE.parent / name if name.startswith("torquer/") else folder / name
+        lines = file.read_text().splitlines()
+        own = lines[int(each["first_line"]) - 1 : int(each["last_line"])]
+        said = ast.get_docstring(ast.parse(textwrap.dedent("\n".join(own))).body[0]) or ""
+        first = [row for row in said.partition("\n\n")[0].splitlines() if row[:8] != "Source: "]
+        at = re.search(
+            rf"/\* ((?:(?!\*/).)*)\*/\n[^\n]*\b{each['function']}\(", made[each["file"]], re.S
+        )
+        comment = at[1].replace("\n   ", "\n") if at else ""
+        assert comment.startswith("\n".join(first).replace("*/", "* /")), each
+        assert not first or first[-1].endswith("."), each
+        found += len(first) > 1
+    assert found > 1
+
+
 def test_a_digest_is_that_of_the_lines_it_names(texts):
     folder, made = texts
     rows = [each for each in rows_of(made["TRACE.csv"]) if each["source"] != OF_EXPORT]
@@ -90,7 +116,7 @@ def test_the_comment_names_place_digest_and_the_users_requirements(texts):
     _, made = texts
     (row,) = [each for each in rows_of(made["TRACE.csv"]) if each["function"] == "damp"]
     assert row["requirements"] == "REQ-SAT-012 REQ-AOCS-3"
-    said = f"From my_law.py:5-11, SHA-256 {row['sha256']} */"
+    said = f"From my_law.py:5-13, SHA-256 {row['sha256']} */"
     assert f"Meets REQ-SAT-012, REQ-AOCS-3.\n   {said}\nstatic " in made["adcs.c"]
 
 

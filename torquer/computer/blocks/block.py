@@ -32,7 +32,8 @@ from torquer.computer.blocks.adapter import (
     memory_layout,
     memory_names,
 )
-from torquer.computer.blocks.limits import Limits, find_limits
+from torquer.computer.blocks.key_limits import find_limits
+from torquer.computer.blocks.limits import Limits, check_own_limits
 from torquer.computer.inputs import Inputs
 
 
@@ -76,7 +77,8 @@ class Block:
     Python. `spec`: what a scenario says of it, for a block made from its spec. `key`: that of the
     scenario which names its file, as messages about it begin; "" for a block of no such file.
     `fixed`: parameters that shape the block (what it estimates, how it counts) and are therefore
-    not set in flight.
+    not set in flight. `own_limits`: least and greatest value of parameters, by name, in the
+    scenario and in flight; for a vector, of each of its numbers.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Block:
     spec: object = field(default=None, compare=False, repr=False)
     key: str = field(default="", compare=False, repr=False, kw_only=True)
     fixed: frozenset[str] = field(default=frozenset(), compare=False, repr=False, kw_only=True)
+    own_limits: Mapping[str, tuple[float, float]] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self):
         storable_text("name", self.name)
@@ -97,6 +100,7 @@ class Block:
         for name, of in self.log.items():
             _check_log(f"{self.name}: log", name, of)
         object.__setattr__(self, "needs", frozenset(self.needs))
+        check_own_limits(self)
 
     @property
     def kind(self) -> Kind:

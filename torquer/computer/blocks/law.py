@@ -148,6 +148,7 @@ def law(
     function: Callable | None = None,
     *,
     parameters: Mapping | None = None,
+    limits: Mapping[str, tuple[float, float]] | None = None,
     memory: int | tuple | Mapping = 0,
     log: Mapping[str, str] | None = None,
     needs: tuple[str, ...] = (),
@@ -156,20 +157,23 @@ def law(
 ):
     """Decorator that makes a plain function a control law.
 
-    `parameters` maps names to default numbers or vectors; `memory`: names with initial numbers or
-    vectors, or a number of cells; `log` maps names of the memory to units: these values are
-    written to the result. `needs`: "ephemeris" for position, velocity, model field and the
+    `parameters` maps names to default numbers or vectors; `limits`: names to the least and the
+    greatest number that a scenario or a telecommand may give them; `memory`: names with initial
+    numbers or vectors, or a number of cells; `log` maps names of the memory to units: these values
+    are written to the result. `needs`: "ephemeris" for position, velocity, model field and the
     direction to the Sun; "attitude", "rate" of the estimate, without which the law is not called.
     `answers`: what three returned numbers are, "dipole" or "torque"; "command" for a law that
     returns `torquer.Command` and drives coils and wheels. `compiled`: False for a law that runs as
     plain Python (slower).
 
-        @torquer.law(parameters={"gain": 4e4}, memory={"t_s": 0.0, "b_body_t": (0, 0, 0)})
+        @torquer.law(parameters={"gain": 4e4}, limits={"gain": (0, 1e6)}, memory={"t_s": 0.0})
         def my_law(inputs, parameters, memory):
             ...
             return (mx, my, mz)
     """
-    options = {"parameters": parameters, "memory": memory, "log": log, "needs": needs}
+    options = {
+        "parameters": parameters, "limits": limits, "memory": memory, "log": log, "needs": needs,
+    }  # fmt: skip
     if function is None:
         return functools.partial(law, **options, answers=answers, compiled=compiled)
     for need in needs:
@@ -186,4 +190,5 @@ def law(
         frozenset(needs) | needed_readings(function),
         compiled,
         answers=answers,
+        own_limits=limits or {},
     )

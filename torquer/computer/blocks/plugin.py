@@ -14,6 +14,9 @@ from torquer.base.user_source import cache_beside, plain_function, printable, so
 from torquer.compile import engine
 from torquer.computer.blocks import reasons
 
+#: Functions that return before they have worked.
+NOT_PLAIN = inspect.CO_GENERATOR | inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR
+
 
 def _named_place(error: Exception, text: str, file: Path | None) -> str:
     """(FILE, line N)" of an error of Numba in a user's file; "" if it names no line of it."""
@@ -29,10 +32,12 @@ def _named_place(error: Exception, text: str, file: Path | None) -> str:
 
 
 def check_arguments(plain: Callable, count: int, must: str) -> None:
-    """ValueError unless a function takes so many arguments."""
+    """ValueError unless a function takes so many arguments, and has worked when it returns."""
     taken = len(inspect.signature(plain).parameters)
     if taken != count:
         raise ValueError(f"{must}; received one that takes {taken} arguments")
+    if plain.__code__.co_flags & NOT_PLAIN:
+        raise ValueError(f"{must}; received a generator or coroutine")
 
 
 def compile_plugin(

@@ -17,6 +17,15 @@ _OPERATORS = {
 INSTEAD = (
     "vectors are tuples: torquer.maths.geometry.vec3 has add, scale, dot, cross, norm for them"
 )
+#: Statements and expressions as Numba tells of them, and what to write instead.
+_CONSTRUCTS = {
+    "The 'with (context manager)": ("a `with` statement", ""),
+    "Unsupported context manager": ("a `with` statement", ""),
+    "Illegal IR, del found": ("a `del` statement", "; leave it out"),
+    "The use of yield in a closure": ("a generator expression", "; write a loop"),
+    "Type of variable": ("a value whose type is not known", "; set it in a statement before"),
+    "Failed in nopython mode pipeline": ("a value that is no number", ""),
+}
 _PLAIN_WORDS = {"none": "nothing", "array": "an array"}
 #: Characters of a type that a message shows.
 _LONGEST_TYPE = 200
@@ -60,9 +69,13 @@ def instead(plainly: str = "") -> str:
 
 def in_words(reason: str, whole: str, plainly: str) -> tuple[str, str]:
     """Numba's reason in words, and what works instead or ""; `whole`: all that Numba wrote."""
-    way_out = instead(plainly)
+    way_out, alone = instead(plainly), f"; {plainly}" if plainly else ""
+    for begins, (construct, what) in _CONSTRUCTS.items():
+        if reason.startswith(begins):
+            return f"{construct}, which cannot be compiled", what or alone
     if found := re.match(r"Unknown attribute '(\w+)' of type Module\(<module '([\w.]+)'", reason):
-        return f"{found[2]}.{found[1]}, which cannot be compiled", way_out
+        is_numpy = found[2].partition(".")[0] == "numpy"
+        return f"{found[2]}.{found[1]}, which cannot be compiled", way_out if is_numpy else alone
     if found := re.match(r"Unknown attribute '(\w+)' of type (\w+)\(", reason):
         name, holder = found.groups()
         near = difflib.get_close_matches(name, _FIELDS.get(holder, ()), 1)
@@ -71,7 +84,7 @@ def in_words(reason: str, whole: str, plainly: str) -> tuple[str, str]:
     if found := re.match(r"Use of unsupported NumPy function '([\w.]+)'", reason):
         return f"{found[1]}, which cannot be compiled", way_out
     if found := re.match(r"Untyped global name '(\w+)'", reason):
-        return f"{found[1]}, which cannot be compiled", way_out
+        return f"{found[1]}, which cannot be compiled", alone
     if found := re.match(r"Can't unify return type from the following types: (.*)", reason):
         return f"one that returns values of several types: {type_in_words(found[1])}", way_out
     if found := re.match(r"Cannot unify (.*) and (.*) for ", reason):
@@ -80,7 +93,7 @@ def in_words(reason: str, whole: str, plainly: str) -> tuple[str, str]:
     if found := re.match(r"No definition for lowering (\w+)\(.*\)\.(\w+) = ", reason):
         return f"{found[1]}.{found[2]}, which cannot be set", ""
     if reason.startswith("Use of unsupported opcode"):
-        return "a statement that cannot be compiled", f"; {plainly}" if plainly else ""
+        return "a statement that cannot be compiled", alone
     if reason.startswith("No implementation of function"):
         return _call_in_words(reason, whole, way_out)
     return reason, ""
@@ -91,6 +104,9 @@ def _call_in_words(reason: str, whole: str, way_out: str) -> tuple[str, str]:
     called = re.search(r">>> (\w+)\((.*)\)\s*$", whole, re.M)
     if not called:
         return reason, way_out
+    if called[1] == "exception_match":
+        what = "an `except` of one kind of error, which cannot be compiled"
+        return what, "; write `except Exception`"
     name, types = called[1], type_in_words(called[2])
     sign = _OPERATORS.get(name) if "<built-in function" in reason else None
     if sign is None:

@@ -154,6 +154,7 @@ def estimator(
     function: Callable | None = None,
     *,
     parameters: Mapping | None = None,
+    limits: Mapping[str, tuple[float, float]] | None = None,
     memory: int | tuple | Mapping = 0,
     log: Mapping[str, str] | None = None,
     needs: tuple[str, ...] = (),
@@ -170,6 +171,7 @@ def estimator(
     """
     options: dict[str, Any] = {
         "parameters": parameters,
+        "limits": limits,
         "memory": memory,
         "log": log,
         "needs": needs,
@@ -184,5 +186,6 @@ def estimator(
     read = frozenset(needs) | needed_readings(function)
     cells = cast(Any, memory)
     return Estimator(
-        function.__name__, function, parameters or (), cells, log or {}, read, compiled
-    )
+        function.__name__, function, parameters or (), cells, log or {}, read, compiled,
+        own_limits=limits or {},
+    )  # fmt: skip

@@ -13,6 +13,12 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia, Vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import (
+    InertiaNumbers,
+    InverseInertiaNumbers,
+    MomentumNumbers,
+    NotNegative,
+)
 from torquer.computer.estimation.channels import Sensing
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
@@ -73,10 +79,10 @@ class DynamicsParameters(NamedTuple):
     no tachometer measures [N m s]; `torque`: noise [N^2 m^2 s].
     """
 
-    inertia: tuple
-    inverse: tuple
-    fixed: tuple
-    torque: float
+    inertia: InertiaNumbers
+    inverse: InverseInertiaNumbers
+    fixed: MomentumNumbers
+    torque: NotNegative
     prior: States
     sensing: Sensing
 

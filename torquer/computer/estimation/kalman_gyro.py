@@ -12,6 +12,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import NotNegative
 from torquer.computer.estimation.channels import Sensing
 from torquer.computer.estimation.covariance import (
     ATTITUDE,
@@ -66,8 +67,8 @@ class GyroParameters(NamedTuple):
     walk.
     """
 
-    white: float
-    walk: float
+    white: NotNegative
+    walk: NotNegative
     prior: States
     sensing: Sensing
 

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from torquer.base.spec import Spec
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import OnOff
 from torquer.computer.estimation.covariance import IDENTITY, mat_add, mat_scale, outer
 from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.informed import known_vector
@@ -78,10 +79,10 @@ def sine_between(a, b):
 class TriadParameters(NamedTuple):
     """Whether the Sun comes first, sensor noise [T, rad], and whether a gyro gives the rate."""
 
-    sun_first: float
+    sun_first: OnOff
     sigma_field: float
     sigma_sun: float
-    gyro: float
+    gyro: OnOff
 
 
 @inlined

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import AnyNumber, NotNegative, Positive, UnitNumbers
 from torquer.computer.informed import has_field
 from torquer.computer.interface import Command
 from torquer.computer.laws.bdot import (
@@ -40,12 +41,12 @@ class BiasMomentumParameters(NamedTuple):
     [A m^2 s/T]; `unloading` [1/s].
     """
 
-    axis: tuple
-    q_wanted: tuple
-    bias: float
-    stiffness: float
-    damping: float
-    integral: float
+    axis: UnitNumbers
+    q_wanted: UnitNumbers
+    bias: AnyNumber
+    stiffness: Positive
+    damping: Positive
+    integral: NotNegative
     nutation: float
     unloading: float
 

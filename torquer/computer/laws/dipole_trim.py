@@ -24,6 +24,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import InertiaNumbers
 from torquer.computer.informed import PLACE
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.wheel_lyapunov import known_gravity_torque
@@ -52,7 +53,7 @@ FILTERS_IN_TIME = 16.0
 class DipoleTrimParameters(NamedTuple):
     """J, T [s], greatest estimate [A m^2], part of the time in which the coils act."""
 
-    inertia: tuple
+    inertia: InertiaNumbers
     time_s: float
     most: float
     coil_duty: float

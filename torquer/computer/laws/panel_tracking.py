@@ -21,6 +21,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import UnitNumbers
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.sun_cross import dipole_for
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
@@ -31,8 +32,8 @@ class PanelTrackingParameters(NamedTuple):
 
     difference: float
     brightest: float
-    e1: tuple
-    e3: tuple
+    e1: UnitNumbers
+    e3: UnitNumbers
 
 
 @inlined

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import Vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import AnyNumbers, OnOff, UnitNumbers
 from torquer.computer.informed import PLACE
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion
 from torquer.environment.field.averaged import argument_of_latitude
@@ -26,10 +27,10 @@ Series = Annotated[tuple[Matrix, ...], Field(min_length=1)]
 class PeriodicGainsParameters(NamedTuple):
     """Series of K and of K_a, 1 for an orbital reference, wanted attitude to the reference."""
 
-    rate_gains: tuple
-    angle_gains: tuple
-    orbital: float
-    q_wanted: tuple
+    rate_gains: AnyNumbers
+    angle_gains: AnyNumbers
+    orbital: OnOff
+    q_wanted: UnitNumbers
 
 
 @inlined

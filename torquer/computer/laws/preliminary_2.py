@@ -9,6 +9,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import InertiaNumbers, NotNegative, OnOff, UnitNumbers
 from torquer.computer.laws.spin_axis import Pointed, one_coil, target_body
 from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, norm, scale, sub, sym_vec
 
@@ -16,12 +17,12 @@ from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, norm, scale, s
 class Preliminary2Parameters(NamedTuple):
     """Those of `PointedParameters`, inertia (xx, yy, zz, xy, xz, yz) [kg m^2]."""
 
-    gain: float
-    relay: float
-    axis: tuple
-    sun: float
-    target: tuple
-    inertia: tuple
+    gain: NotNegative
+    relay: NotNegative
+    axis: UnitNumbers
+    sun: OnOff
+    target: UnitNumbers
+    inertia: InertiaNumbers
 
 
 @kernel

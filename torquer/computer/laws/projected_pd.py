@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import AnyNumbers, OnOff, UnitNumbers
 from torquer.computer.laws.periodic_gains import Matrix
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion, short_way
 from torquer.maths.geometry.quaternion import rotate, rotate_inverse
@@ -28,9 +29,9 @@ class ProjectedPdParameters(NamedTuple):
 
     rate_gain: float
     angle_gain: float
-    weight: tuple
-    orbital: float
-    q_wanted: tuple
+    weight: AnyNumbers
+    orbital: OnOff
+    q_wanted: UnitNumbers
 
 
 @kernel

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import InertiaNumbers, NotNegative, OnOff, UnitNumbers
 from torquer.computer.laws.spin_axis import Pointed, one_coil, target_body
 from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, scale, sub, sym_vec
 
@@ -16,13 +17,13 @@ from torquer.maths.geometry.vec3 import as_symmetric, cross, dot, scale, sub, sy
 class ReorientationParameters(NamedTuple):
     """Those of `PointedParameters`, |L_f| [N m s], inertia (xx, yy, zz, xy, xz, yz) [kg m^2]."""
 
-    gain: float
-    relay: float
-    axis: tuple
-    sun: float
-    target: tuple
+    gain: NotNegative
+    relay: NotNegative
+    axis: UnitNumbers
+    sun: OnOff
+    target: UnitNumbers
     momentum: float
-    inertia: tuple
+    inertia: InertiaNumbers
 
 
 @kernel

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import InertiaNumbers, OnOff, UnitNumbers
 from torquer.computer.informed import PLACE
 from torquer.computer.laws.pointing import (
     HeldAttitude,
@@ -41,9 +42,9 @@ class SlidingModeParameters(NamedTuple):
 
     manifold_rate: float
     reaching_rate: float
-    orbital: float
-    q_wanted: tuple
-    inertia: tuple
+    orbital: OnOff
+    q_wanted: UnitNumbers
+    inertia: InertiaNumbers
 
 
 @kernel

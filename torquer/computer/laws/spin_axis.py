@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined
+from torquer.computer.blocks.parameters import NotNegative, OnOff, UnitNumbers
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.quaternion import rotate_inverse
 from torquer.maths.geometry.vec3 import scale
@@ -21,19 +22,19 @@ from torquer.maths.geometry.vec3 import scale
 class AxisParameters(NamedTuple):
     """Gain, relay dipole [A m^2] (0: none), spin axis in the body."""
 
-    gain: float
-    relay: float
-    axis: tuple
+    gain: NotNegative
+    relay: NotNegative
+    axis: UnitNumbers
 
 
 class PointedParameters(NamedTuple):
     """Gain, relay, axis; 1 to point to the Sun, or else the target in the inertial frame."""
 
-    gain: float
-    relay: float
-    axis: tuple
-    sun: float
-    target: tuple
+    gain: NotNegative
+    relay: NotNegative
+    axis: UnitNumbers
+    sun: OnOff
+    target: UnitNumbers
 
 
 @inlined

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import Cosine, InertiaNumbers, UnitNumbers
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.sun_cross import dipole_for
 from torquer.maths.geometry.vec3 import as_symmetric, dot, norm, scale, sub, sym_vec
@@ -26,11 +27,11 @@ class SpinToSunParameters(NamedTuple):
     the angles at which the second step begins and ends."""
 
     gain: float
-    axis: tuple
+    axis: UnitNumbers
     momentum: float
-    inertia: tuple
-    cos_begin: float
-    cos_end: float
+    inertia: InertiaNumbers
+    cos_begin: Cosine
+    cos_end: Cosine
 
 
 @kernel

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from torquer.base.spec import unit_vector
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import NotNegative, UnitNumbers
 from torquer.computer.laws.spin_axis import AboutAxis, switch
 from torquer.maths.geometry.vec3 import add_scaled, cross, dot, scale
 
@@ -22,11 +23,11 @@ class SpinUpParameters(NamedTuple):
     The second coil is e3 x first.
     """
 
-    gain: float
-    relay: float
-    axis: tuple
-    target_rate: float
-    first_coil: tuple
+    gain: NotNegative
+    relay: NotNegative
+    axis: UnitNumbers
+    target_rate: NotNegative
+    first_coil: UnitNumbers
 
 
 @kernel

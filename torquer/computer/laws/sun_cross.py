@@ -10,6 +10,7 @@ from pydantic import Field
 
 from torquer.base.spec import unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import UnitNumbers
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import cross, dot, scale
 
@@ -18,7 +19,7 @@ class SunCrossParameters(NamedTuple):
     """Gain [N m], axis in the body."""
 
     gain: float
-    axis: tuple
+    axis: UnitNumbers
 
 
 @inlined

@@ -9,6 +9,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import OnOff, UnitNumbers
 from torquer.computer.laws.pointing import HeldAttitude, deviation, reference_motion
 from torquer.maths.geometry.vec3 import add, cross, scale
 
@@ -18,8 +19,8 @@ class ThreeAxisParameters(NamedTuple):
 
     rate_gain: float
     angle_gain: float
-    orbital: float
-    q_wanted: tuple
+    orbital: OnOff
+    q_wanted: UnitNumbers
 
 
 @kernel

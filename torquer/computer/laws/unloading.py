@@ -10,6 +10,7 @@ from pydantic import Field
 
 from torquer.base.spec import Vector
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import MomentumNumbers
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.maths.geometry.vec3 import cross, dot, norm, scale, sub
 
@@ -19,7 +20,7 @@ class UnloadingParameters(NamedTuple):
 
     gain: float
     dead_band: float
-    wanted_momentum: tuple
+    wanted_momentum: MomentumNumbers
 
 
 @kernel

@@ -11,6 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import InertiaNumbers, OnOff, Positive, UnitNumbers
 from torquer.computer.informed import PLACE
 from torquer.computer.laws.pointing import (
     HeldByWheels,
@@ -42,11 +43,11 @@ class WheelLyapunovParameters(NamedTuple):
 
     rate_gain: float
     angle_gain: float
-    orbital: float
-    q_wanted: tuple
-    inertia: tuple
-    gravity: float
-    most: float
+    orbital: OnOff
+    q_wanted: UnitNumbers
+    inertia: InertiaNumbers
+    gravity: OnOff
+    most: Positive
 
 
 @kernel

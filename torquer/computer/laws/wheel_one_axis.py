@@ -14,6 +14,13 @@ from pydantic import Field
 
 from torquer.base.spec import Inertia, unit_vector
 from torquer.compile.engine import inlined, kernel
+from torquer.computer.blocks.parameters import (
+    AnyNumber,
+    InertiaNumbers,
+    OnOff,
+    Positive,
+    UnitNumbers,
+)
 from torquer.computer.informed import MODEL_SUN, PLACE
 from torquer.computer.laws.law_spec import LawSpec
 from torquer.computer.laws.pointing import limit, most_half_turn
@@ -42,14 +49,14 @@ class WheelOneAxisParameters(NamedTuple):
 
     rate_gain: float
     angle_gain: float
-    axis: tuple
-    sun: float
-    target: tuple
-    damped: float
-    spin: float
-    inertia: tuple
-    gravity: float
-    most: float
+    axis: UnitNumbers
+    sun: OnOff
+    target: UnitNumbers
+    damped: OnOff
+    spin: AnyNumber
+    inertia: InertiaNumbers
+    gravity: OnOff
+    most: Positive
 
 
 @inlined

@@ -10,6 +10,13 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from torquer.compile.engine import kernel
+from torquer.computer.blocks.parameters import (
+    AnyNumber,
+    InertiaNumbers,
+    OnOff,
+    Positive,
+    UnitNumbers,
+)
 from torquer.computer.laws.pointing import (
     HeldByWheels,
     deviation,
@@ -30,11 +37,11 @@ class WheelPdParameters(NamedTuple):
 
     bandwidth: float
     damping: float
-    orbital: float
-    q_wanted: tuple
-    inertia: tuple
-    orbital_rate: float
-    most: float
+    orbital: OnOff
+    q_wanted: UnitNumbers
+    inertia: InertiaNumbers
+    orbital_rate: AnyNumber
+    most: Positive
 
 
 @kernel

@@ -44,7 +44,7 @@ _INSTEAD = {
     "sum": "write the sum out or a loop",
     "round": "write math.floor(x + 0.5)",
     "hypot": "write math.sqrt(x * x + y * y), whose bits are the same everywhere",
-    "print": "leave it out",
+    "sorted": "write min and max, or an `if` for each order",
     "isinstance": "leave it out: types are known",
     "enumerate": "write range and an index",
     "zip": "write range and an index",
@@ -59,6 +59,23 @@ _INSTEAD = {
     "cross": "write torquer.maths.geometry.vec3.cross",
     "norm": "write torquer.maths.geometry.vec3.norm",
 }
+
+
+_NOTHING_IS_READ = "leave it out: nothing is read on board but the inputs"
+_TIME_IS_HANDED_IN = "use inputs.t_s, the time that is handed in"
+_ONE_ANSWER = "leave it out: the same inputs have the same answer"
+#: The same for functions of whole modules, and for those of Python that take anything.
+_OF_MODULES = {
+    "random": _ONE_ANSWER, "numpy.random": _ONE_ANSWER,
+    "time": _TIME_IS_HANDED_IN, "datetime": _TIME_IS_HANDED_IN,
+    **dict.fromkeys(("os", "posix", "nt", "posixpath", "sys", "io", "_io"), _NOTHING_IS_READ),
+}  # fmt: skip
+_OF_PYTHON = {
+    "print": "leave it out", "input": _NOTHING_IS_READ,
+    "getattr": "write a field: a.b", "setattr": "write a field: a.b",
+    **dict.fromkeys(("eval", "exec", "compile"), "write what it computes"),
+    **dict.fromkeys(("globals", "locals", "vars"), "name what is wanted"),
+}  # fmt: skip
 
 
 class Cast:
@@ -90,6 +107,8 @@ def call(s: Scope, node: ast.Call) -> Value:
     if not isinstance(function.type, Static):
         raise s.refuse(node, "call a kernel by its name")
     called = function.type.value
+    if instead := _in_place_of(called):
+        raise s.refuse(node, instead)
     keywords = [each.arg for each in node.keywords]
     if None in keywords:
         raise s.refuse(node, "name the arguments one by one")
@@ -98,6 +117,15 @@ def call(s: Scope, node: ast.Call) -> Value:
     split = len(values) - len(keywords)
     named = dict(zip(keywords, values[split:], strict=True))
     return translate_call(s, node, called, values[:split], named)
+
+
+def _in_place_of(called) -> str:
+    """What to write in place of what no satellite has, whatever its arguments; "" for others."""
+    owner = getattr(called, "__self__", None)
+    module = getattr(called, "__module__", None) or getattr(owner, "__module__", None) or ""
+    if module == "builtins":
+        return _OF_PYTHON.get(getattr(called, "__name__", ""), "")
+    return _OF_MODULES.get(module, "")
 
 
 def _mute_parts(s: Scope, node: ast.Call, of) -> None:

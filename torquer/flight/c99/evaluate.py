@@ -30,6 +30,8 @@ _INSTEAD = {
     ast.JoinedStr: "leave text out",
     ast.NamedExpr: "write an assignment before",
     ast.Await: "leave it out",
+    ast.Yield: "return one answer: memory keeps what the next call needs",
+    ast.YieldFrom: "return one answer: memory keeps what the next call needs",
 }
 
 

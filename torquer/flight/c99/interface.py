@@ -5,13 +5,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from torquer.computer.blocks.limits import Limits
 from torquer.computer.computer import (
     NO_ESTIMATOR,
     OF_LAW,
     SENSOR_READINGS,
+    Blocks,
     parameter_places,
 )
 from torquer.computer.gate import GATE_NOW, MET, OUTCOMES
@@ -139,6 +137,8 @@ def c_constant(*words: str) -> str:
     return re.sub(r"\W+", "_", "_".join(["adcs", *words]), flags=re.ASCII).upper()
 
 
+#: Why a number of a law or estimator of the package may be any.
+_ANY_IS_MEANT = "either sign and any size has a meaning"
 #: Numbers of what stands in place of an estimator.
 _NO_ESTIMATORS = {
     "ADCS_READINGS": (SENSOR_READINGS, "in place of an estimator: attitude sensor and gyro"),
@@ -169,8 +169,7 @@ def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
         said = f"{name} [{part.unit or 'units by axis'}], {len(cells)} cells"
         _name(found["logs"], cells[0], said, "log", name)
     for name, (first, count) in parameter_places(computer.blocks).items():
-        rows = computer.gate.parameters[first : first + count]
-        said = f"{name}, {count} numbers{say_limits(rows)}"
+        said = f"{name}, {count} numbers{say_limits(computer.blocks, name)}"
         _name(found["parameters"], first, said, "parameter", name)
     for number, (name, block) in enumerate(computer.blocks.by_key().items()):
         if not block.is_built_in:
@@ -179,11 +178,15 @@ def named_constants(computer: OnBoard) -> dict[str, dict[str, tuple[int, str]]]:
     return found
 
 
-def say_limits(rows: np.ndarray) -> str:
-    """What the numbers of a parameter may be set to, to follow what it is called."""
-    if not rows["settable"].all():
+def say_limits(blocks: Blocks, name: str) -> str:
+    """What the numbers of `BLOCK.PARAMETER` may be set to, to follow what it is called."""
+    key, _, parameter = name.rpartition(".")
+    block = blocks.by_key()[key]
+    if parameter in block.fixed:
         return ", not set in flight"
-    words = [str(Limits(*row[1:])) or "any" for row in rows.tolist()]
+    first, count = block.places()[parameter]
+    why = _ANY_IS_MEANT if block.is_built_in else f"its {block.kind.name} declares no limits"
+    words = [str(each) or f"any finite ({why})" for each in block.limits[first : first + count]]
     return f": {words[0] if len(set(words)) == 1 else '; '.join(words)}" if words else ""
 
 

@@ -62,6 +62,8 @@ class Source:
             what, instead = f"{self.plain.__name__}, whose text is not found,", "put it in a file"
             raise refuse(self.file, None, what, instead) from None
         ast.increment_lineno(tree, self.first - 1)
+        if isinstance(tree, ast.AsyncFunctionDef):
+            raise refuse(self.file, tree, "a function with async", "write a function with def")
         if not isinstance(tree, ast.FunctionDef):
             raise refuse(self.file, tree, "a lambda", "write a function with def")
         self._check_unchanged(tree)
@@ -80,8 +82,9 @@ class Source:
 
     @property
     def doc(self) -> str:
-        """First line of the docstring."""
-        return self.docstring.partition("\n")[0]
+        """What the docstring begins with: its first paragraph, without what else is told of it."""
+        first = self.docstring.partition("\n\n")[0]
+        return re.sub(r"^(?:Source: |Meets REQ).*\n?", "", first, flags=re.M).rstrip()
 
     @property
     def equation(self) -> str:

@@ -25,7 +25,7 @@ from torquer.flight.c99.values import Rank, Value, constant, select_cell
 _INSTEAD = {
     ast.Assert: "leave it out: check when parameters are made",
     ast.Raise: "return numbers that are not: math.nan",
-    ast.With: "leave it out",
+    ast.With: "leave it out: nothing is opened on board",
     ast.FunctionDef: "define it outside the kernel",
     ast.Import: "import it outside the kernel",
     ast.ImportFrom: "import it outside the kernel",
@@ -411,7 +411,7 @@ def _expression(s: Scope, node: ast.Expr) -> None:
     """A call for what it changes; a text for the reader is left out."""
     if isinstance(node.value, ast.Constant):
         return
-    if not isinstance(node.value, ast.Call):
+    if not isinstance(node.value, ast.Call | ast.Yield | ast.YieldFrom | ast.Await):
         raise s.refuse(node, "leave it out: it does nothing")
     evaluate(s, node.value)
 

@@ -90,7 +90,7 @@ def _check_function(key: str, spec: UserCode, given: dict) -> None:
         raise spec.refusal("one that takes keywords without their names (**)")
     if plain.__code__.co_kwonlyargcount:
         raise spec.refusal("one with parameters after *")
-    if plain.__code__.co_flags & _NOT_PLAIN:
+    if plain.__code__.co_flags & plugin.NOT_PLAIN:
         raise spec.refusal("a generator or coroutine")
 
 
@@ -122,8 +122,6 @@ def _guarded_adapter(here, parameters):
 
 #: The adapter; what it calls is put into the globals of each copy.
 _GUARDED = cast(FunctionType, _guarded_adapter)
-#: Functions that return before they have worked.
-_NOT_PLAIN = inspect.CO_GENERATOR | inspect.CO_COROUTINE | inspect.CO_ASYNC_GENERATOR
 
 
 @functools.lru_cache(maxsize=32)

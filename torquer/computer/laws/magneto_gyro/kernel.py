@@ -6,13 +6,22 @@ field there is no dipole, and nothing is learned.
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from torquer.base.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
 from torquer.compile.engine import inlined, kernel
 from torquer.computer.blocks.law import NOTHING_STATED
+from torquer.computer.blocks.limits import Limits
+from torquer.computer.blocks.parameters import (
+    AnyNumber,
+    AnyNumbers,
+    NotNegative,
+    OnOff,
+    Positive,
+    UnitNumbers,
+)
 from torquer.computer.laws.bdot import GAP, shortest_with
-from torquer.computer.laws.magneto_gyro.relay import relay_dipole
+from torquer.computer.laws.magneto_gyro.relay import COILS, relay_dipole
 from torquer.computer.laws.magneto_gyro.stage_1 import (
     angle_function,
     capture_dipole,
@@ -71,13 +80,13 @@ class Stage1(NamedTuple):
     """K [N m], N [N m s], w [rad/s] and damping of the filters; how coils are driven, threshold and
     dipole [A m^2] of relay coils."""
 
-    angle_gain: float
-    rate_gain: float
+    angle_gain: Positive
+    rate_gain: Positive
     filter_rate: float
     filter_damping: float
-    coils: float
-    threshold: float
-    relay_dipole: float
+    coils: Annotated[float, Limits(min(COILS.values()), max(COILS.values()))]
+    threshold: NotNegative
+    relay_dipole: NotNegative
 
 
 class Switch(NamedTuple):
@@ -94,19 +103,19 @@ class Dipole(NamedTuple):
     """Whether stage 2 follows the Earth's dipole (1) or the field model (0); Gauss's coefficients
     (g11, h11, g10) [T]; angle of the prime meridian from the first inertial axis at the start."""
 
-    used: float
-    gauss: tuple
-    meridian: float
+    used: OnOff
+    gauss: AnyNumbers
+    meridian: AnyNumber
 
 
 class MagnetoGyroParameters(NamedTuple):
     """Satellite: J [kg m^2], nu0 [rad/s], stiffness and pitch inertia; wanted attitude to the
     orbital frame (quaternion); both stages, part of the time with coils on, switch, dipole."""
 
-    inertia: float
+    inertia: Positive
     orbital_rate: float
     craft: Gyrostat
-    q_wanted: tuple
+    q_wanted: UnitNumbers
     stage_1: Stage1
     gains: Stage2Gains
     coil_duty: float

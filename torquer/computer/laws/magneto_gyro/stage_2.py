@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
+from torquer.computer.blocks.parameters import AnyNumber, Positive
 from torquer.maths.geometry.vec3 import add_scaled
 
 
@@ -20,21 +21,21 @@ class Stage2Gains(NamedTuple):
     k_3, k_5, which is not that of a rate.)
     """
 
-    d1: float
-    d2: float
-    d3: float
-    n1: float
-    n2: float
-    n3: float
-    k1: float
-    k2: float
-    k3: float
-    k4: float
-    k5: float
-    k6: float
-    e1: float
-    e2: float
-    e3: float
+    d1: AnyNumber
+    d2: AnyNumber
+    d3: AnyNumber
+    n1: AnyNumber
+    n2: AnyNumber
+    n3: AnyNumber
+    k1: AnyNumber
+    k2: AnyNumber
+    k3: AnyNumber
+    k4: AnyNumber
+    k5: AnyNumber
+    k6: AnyNumber
+    e1: AnyNumber
+    e2: AnyNumber
+    e3: AnyNumber
 
 
 class Guide(NamedTuple):
@@ -51,8 +52,8 @@ class Gyrostat(NamedTuple):
     """What the estimator knows of the satellite: stiffness h, ratio lambda of the moment of
     inertia about the pitch axis to J; h = H/(J nu0) + lambda - 2 with the wheel's momentum H."""
 
-    stiffness: float
-    pitch_inertia: float
+    stiffness: AnyNumber
+    pitch_inertia: Positive
 
 
 @inlined

@@ -117,7 +117,7 @@ def _parameters(computer: OnBoard) -> list[Parameter]:
             values[first : first + count].tolist(),
             bool(rows["settable"][first : first + count].all())
             and all(map(math.isfinite, values[first : first + count].tolist())),
-            f"{name}{say_limits(rows[first : first + count])}",
+            f"{name}{say_limits(computer.blocks, name)}",
             [Limits(*row[1:]) for row in rows[first : first + count].tolist()],
         )
         for name, (first, count) in parameter_places(computer.blocks).items()

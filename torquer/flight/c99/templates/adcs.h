@@ -157,7 +157,8 @@ bool adcs_flag(const adcs_state *state, int32_t flag);
 
 /* Set a number of a parameter (ADCS_PARAMETER_... and those that follow it), SI; what it is, NaN
    beyond the parameters. Its limits stand beside its name: those of the key of the scenario of
-   which it is the value; 'any' finite number for one that is no single key's. */
+   which it is the value, else those that the law or estimator declares; where there are none, why
+   any finite number is taken. */
 adcs_outcome adcs_set_parameter(adcs_state *state, int32_t place, double value);
 double adcs_parameter(const adcs_state *state, int32_t place);
 
