@@ -74,6 +74,7 @@ class Gated(OnBoard):
                 self.board.memory.copy(),
                 np.zeros(0, EPHEMERIS),
                 np.zeros(0, OWN),
+                0,
                 math.inf,
                 0,
             )

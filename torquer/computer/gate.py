@@ -41,13 +41,12 @@ MET = {
     "law_failed": "a law or estimator of your own has left its tables, or divided by zero",
     "not_begun": "the state was not begun by this export: no step was taken",
     "ephemeris_not_finite": "the ephemeris has a number that is not finite: what needs it waits",
-    "estimator_begun_anew": "an estimator of your own kept a number that is not finite: it begins "
-    "again",
+    "begun_anew": "a law or estimator of your own kept what is not finite: it begins again",
 }
 (
     TIME_NOT_FINITE, TIME_BACK, TIME_AHEAD, CLOCK_SET, READING_NOT_FINITE, READING_NOT_IN_ORDER,
     READING_OLD, COMMAND_NOT_FINITE, COMMAND_LIMITED, NO_ESTIMATE, GUARDED, LAW_FAILED,
-    NOT_BEGUN, EPHEMERIS_NOT_FINITE, ESTIMATOR_BEGUN_ANEW,
+    NOT_BEGUN, EPHEMERIS_NOT_FINITE, BEGUN_ANEW,
 ) = (1 << bit for bit in range(len(MET)))  # fmt: skip
 #: All bits. What is masked by it is known to be small: 32-bit processors turn it into a float at
 #: once, and a number of 64 bits by a function.
@@ -81,7 +80,7 @@ EPHEMERIS_PARTS = {
 } | {"sunlit_fraction": ("sunlit_fraction",)}  # fmt: skip
 #: Parts of the ephemeris that are used: 1 for each.
 EPHEMERIS = np.dtype([(name, np.int64) for name in EPHEMERIS_PARTS])
-#: The memory of an estimator of the user's.
+#: The memory of a law or an estimator of the user's.
 OWN = np.dtype([("m0", np.int64), ("m1", np.int64)])
 #: What the gate remembers: the clock of the computer is that of the caller less `offset_s`;
 #: `t_s`: of the last step by the computer's clock, `other_s`: by the caller's, of a step that was
@@ -105,8 +104,9 @@ class Gate(NamedTuple):
     """What the gate checks by. `first`: memory of laws and estimators at the start; `gap_s`: the
     longest time from one step to the next that needs no second opinion; `needs_estimate`: 1 if laws
     do. `parameters`: a row for each number. `ephemeris`: one row, none if no part of it is used;
-    `own`: of the user's estimators. `dipole`, `torque`: bounds of the command; `..._axes`:
-    those along single axes in one row, none if there are none.
+    `own`: of the user's laws and estimators that have a memory; `own_estimators`: how many
+    estimators are the user's. `dipole`, `torque`: bounds of the command; `..._axes`: those along
+    single axes in one row, none if there are none.
     """
 
     readings: np.ndarray
@@ -119,6 +119,7 @@ class Gate(NamedTuple):
     first: np.ndarray
     ephemeris: np.ndarray
     own: np.ndarray
+    own_estimators: int
     gap_s: float
     needs_estimate: int
 
@@ -291,15 +292,16 @@ def has_kept_no_number(gate, board, block):
 
 @inlined
 def begin_anew(gate, board):
-    """Let the user's estimators begin again that have kept what is no number; what was met.
+    """Let the user's laws and estimators begin again that have kept no number; what was met.
 
-    One bad reading would stay in a mean for ever. Those of the package let go by themselves.
+    One bad reading would stay in a mean for ever, and no comparison with it would be true any more.
+    Those of the package let go by themselves.
     """
     met = 0
     for n in range(gate.own.shape[0]):
         block = gate.own[n]
         if has_kept_no_number(gate, board, block):
-            met = ESTIMATOR_BEGUN_ANEW
+            met = BEGUN_ANEW
             for place in range(block.m0, block.m1):
                 board.memory[place] = gate.first[place]
     return met
@@ -308,7 +310,7 @@ def begin_anew(gate, board):
 @inlined
 def drop_failed(gate, known):
     """No estimate in place of one of the user's that cannot be used: nothing of it is kept."""
-    if gate.own.shape[0] > 0 and has_failed(known):
+    if gate.own_estimators > 0 and has_failed(known):
         put_estimate(known, UNKNOWN_ESTIMATE)
 
 

@@ -299,6 +299,10 @@ def numbers_of_seventeen_digits(x, y, n, m, v, memory):
     return x + 0.30000000000000004, y - 1.1000000000000003, 100000000000000.02 - x
 
 
+def least_and_greatest(x, y, n, m, v, memory):
+    return min(x, y), max(x, y), min(v[0], v[1], v[2]), max(v[2], v[1], v[0]), min(n, m), max(m, n)
+
+
 def whole_numbers_by_zero(x, y, n, m, v, memory):
     zero = n - n
     return n // zero, n % zero

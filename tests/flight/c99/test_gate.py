@@ -381,7 +381,7 @@ def test_an_estimator_of_ones_own_that_keeps_no_number_begins_again(tmp_path, nu
     gyro = PLACES["readings"].start + MOST_PARTS * GYRO
     rows[60, own.places.index(gyro)] = number
     commands, statuses = own.both(rows)
-    begun = (statuses & gates.ESTIMATOR_BEGUN_ANEW) != 0
+    begun = (statuses & gates.BEGUN_ANEW) != 0
     assert np.flatnonzero(begun).tolist() == [60]
     sound, _ = own.both(own.inputs[:150])
     assert not commands[60].any() and commands[:60].tobytes() == sound[:60].tobytes()

@@ -93,6 +93,10 @@ MISTAKES = {
         HELPERS, "static double min_of(double a, double b)\n{\n    return (b < a) ? b : a;",
         "static double min_of(double a, double b)\n{\n    return (a < b) ? a : b;",
     ),
+    "the greater of NaN and a number": Mistake(
+        HELPERS, "static double max_of(double a, double b)\n{\n    return (b > a) ? b : a;",
+        "static double max_of(double a, double b)\n{\n    return (a > b) ? a : b;",
+    ),
     "a time rounded": Mistake(
         "arithmetic.py",
         "return times > 0 and (kind is ast.Add or (kind is ast.Sub and times == 1))",

@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 
 from torquer.computer.computer import Blocks
-from torquer.computer.estimation.estimator import Estimator
 from torquer.computer.gate import BOUND, CHECKED, EPHEMERIS, GUARD, OWN, SETTABLE, Gate
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.actuators.coils import Coils
@@ -33,7 +32,8 @@ def make_gate(
         _settable(blocks),
         np.concatenate([*memory, []]),
         _ephemeris(needs),
-        _own_estimators(blocks),
+        _own_memory(blocks),
+        sum(not each.is_built_in for each in blocks.estimators.values()),
         _GAP_STEPS * max(scenario.control.sample_s, scenario.control.actuate_s or 0.0),
         int(bool(needs & {"attitude", "rate"})),
     )
@@ -76,11 +76,11 @@ def _ephemeris(needs: frozenset[str]) -> np.ndarray:
     return np.ones(int("ephemeris" in needs), EPHEMERIS)
 
 
-def _own_estimators(blocks: Blocks) -> np.ndarray:
-    """Places of the memory of the user's estimators, which follows that of the laws."""
+def _own_memory(blocks: Blocks) -> np.ndarray:
+    """Places of the memory of the user's laws and estimators that have one."""
     ends = np.cumsum([0, *(len(each.first_memory()) for each in blocks.all())]).tolist()
     pairs = zip(blocks.all(), itertools.pairwise(ends), strict=True)
-    rows = [at for each, at in pairs if isinstance(each, Estimator) and not each.is_built_in]
+    rows = [at for each, at in pairs if at[0] < at[1] and not each.is_built_in]
     return np.array(rows, OWN)
 
 
