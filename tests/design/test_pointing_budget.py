@@ -62,7 +62,7 @@ def test_closed_forms(predicted):
     axes = found["constant_torque"]["ape"]["predicted"]["axes_deg"]
     assert axes == pytest.approx(torque, rel=0.02)
     for kind in ("ape", "ake"):
-        assert found["mounting"][kind]["predicted"]["axes_deg"] == pytest.approx(
+        assert found["attitude_sensor_mounting"][kind]["predicted"]["axes_deg"] == pytest.approx(
             [0.1] * 3, rel=0.02
         )
     # the wheels' momentum takes part in it: an error e of the rate leaves the torque e x h
@@ -70,8 +70,8 @@ def test_closed_forms(predicted):
     by_momentum = np.cross(np.eye(3), momentum).T / np.array(INERTIA)[:, None] / kappa**2
     units = 0.001 * math.sqrt(2.0 / 3.0) * (by_momentum - 2.0 / kappa * np.eye(3))
     bias = np.sqrt(np.sum(units**2, axis=1))
-    assert found["rate_bias"]["ape"]["predicted"]["axes_deg"] == pytest.approx(bias, rel=0.05)
-    noise = found["attitude_noise"]["ake"]["predicted"]
+    assert found["gyro_bias"]["ape"]["predicted"]["axes_deg"] == pytest.approx(bias, rel=0.05)
+    noise = found["attitude_sensor_noise"]["ake"]["predicted"]
     assert noise["rms_deg"] == pytest.approx(0.02 * math.sqrt(3.0))
     # 95 % of the lengths of three normal numbers
     assert noise["quantile_deg"] == pytest.approx(0.02 * 2.7955, rel=0.01)
@@ -79,7 +79,7 @@ def test_closed_forms(predicted):
 
 def test_constant_errors_are_steady_and_squares_add(predicted):
     data = predicted.data()
-    for name in ("constant_torque", "mounting", "rate_bias"):
+    for name in ("constant_torque", "attitude_sensor_mounting", "gyro_bias"):
         row = data["causes"][name]
         assert row["rpe"]["predicted"]["rms_deg"] < 0.05 * row["ape"]["predicted"]["rms_deg"]
         assert row["class"] == "constant"
@@ -116,7 +116,9 @@ def test_imbalance_needs_wheels_that_turn_fast(make):
 def test_friction_of_wheels_shared_by_a_search_has_no_number(make):
     four = {**WHEELS, "layout": {"kind": "four_sided_pyramid", "alpha_deg": 54.7, "beta_deg": 45.0},
             "initial_speed_rpm": 0, "coulomb_friction_n_m": 1e-6}  # fmt: skip
-    found = rows(pointing_budget(make(HELD | {"spacecraft.wheels": four}), ALONE))["friction"]
+    found = rows(pointing_budget(make(HELD | {"spacecraft.wheels": four}), ALONE))[
+        "wheels_friction"
+    ]
     assert found["ape"]["predicted"] is None and "minimax" in found["why_none"]
 
 
@@ -124,7 +126,7 @@ def test_steps_of_coils_have_no_number(make):
     coils = {"limit_a_m2": 3.0, "resolution_a_m2": 0.01, "random_error": 0.01,
              "dead_band_a_m2": 0.02}  # fmt: skip
     found = rows(pointing_budget(make(HELD | {"spacecraft.coils": coils}), ALONE))
-    for name in ("coil_steps", "coil_error", "coil_dead_band"):
+    for name in ("coils_resolution", "coils_random_error", "coils_dead_band"):
         assert found[name]["why_none"] and found[name]["ape"]["predicted"] is None
 
 
@@ -150,6 +152,13 @@ def test_no_number_beyond_small_turns(make):
             {"spacecraft.wheels": {**WHEELS, "minimum_speed_fraction": 0.1}},
             "spacecraft.wheels.minimum_speed_fraction: must be left out",
         ),
+        (
+            {"spacecraft.star_trackers": {"up": {}}},
+            r"star_trackers.up: must be left out for a poin",
+        ),
+        ({"spacecraft.integrating_gyro": {}}, "spacecraft.integrating_gyro: must be left out"),
+        ({"spacecraft.attitude_sensor.rate_limit_deg_s": 1.0}, "rate_limit_deg_s: must be left"),
+        ({"spacecraft.coils.polarity": [1, -1, 1]}, "spacecraft.coils.polarity: must be left out"),
         ({"control.measure_s": 1.0, "control.actuate_s": 1.0}, "control.measure_s: must be left"),
     ],
 )
@@ -193,7 +202,7 @@ def test_noise_flown_is_noise_predicted(make):
     }
     budget = pointing_budget(make(HELD | given), PointingRequest(flights=8))
     found = compared(budget)
-    names = {"attitude_noise", "rate_noise", "all"}
+    names = {"attitude_sensor_noise", "gyro_noise", "all"}
     assert {name for name, _ in found} == names
     assert np.array([*found.values()]) == pytest.approx(np.ones(len(found)), abs=0.06)
 

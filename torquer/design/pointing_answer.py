@@ -8,7 +8,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from torquer.analysis.pointing.causes import ALWAYS, Cause, causes_of, without
+from torquer.analysis.causes import Cause
+from torquer.analysis.counter_tests import without
+from torquer.analysis.pointing.causes import ALWAYS, causes_of
 from torquer.analysis.pointing.predicted import Effect, predict
 from torquer.analysis.pointing.setting import Setting, held_scenario, make_setting
 from torquer.analysis.pointing.statistics import (
@@ -230,7 +232,7 @@ def pointing_budget(
         whole = effect if isinstance(whole, str) else whole.plus(effect)
     beyond = [effect for effect in found.values() if effect == _BEYOND]
     whole = _BEYOND if beyond else _within_theory(setting, whole)
-    everything = Cause(ALL, "all", "")
+    everything = Cause(ALL, "all", "", "")
     total = _line(setting, request, everything, whole, flights)
     window_s = setting.size * setting.loop.cycle_s
     from_s = float(setting.loop.t_s[setting.first])
