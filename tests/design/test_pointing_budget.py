@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer import load_scenario, plot
+from torquer import load_scenario, plot, simulate
+from torquer.analysis.pointing.asked import COILS_GIVE
+from torquer.analysis.pointing.setting import held_scenario
 from torquer.base.limits import RequestError
 from torquer.compile import engine
 from torquer.design import PointingRequest, pointing_budget
@@ -136,6 +138,33 @@ def test_no_number_beyond_small_turns(make):
     row = rows(found)["constant_torque"]
     assert row["ape"]["predicted"] is None and "beyond 19 deg" in row["why_none"]
     assert found.verdict.state == "doubtful"
+
+
+def test_wheels_that_saturate_are_told_without_flights(make):
+    """Gravity gives them some 1e-4 N m s in an inertial attitude, of 0.012 that they can have."""
+    law = {**HELD["control"]["law"], "euler_deg": [20, 35, 70]}
+    held = HELD | {"environment.gravity_gradient": True, "control.law": law}
+    for speed_rpm, state in ((3000.0, "valid"), (5990.0, "doubtful")):
+        wheels = {**WHEELS, "initial_speed_rpm": speed_rpm}
+        verdict = pointing_budget(make(held | {"spacecraft.wheels": wheels}), ALONE).verdict
+        assert verdict.state == state
+    assert "speed of a wheel over its limit" in verdict.lines()[0]
+
+
+@needs_jit
+@pytest.mark.slow
+def test_coils_that_saturate_are_told_without_flights():
+    """What is asked for is what a flight has: mean and two sigma are near to its greatest."""
+    weak = load_scenario(EXAMPLE.parent / "magnetic_hold.toml").replace(
+        "spacecraft.coils", {"limit_a_m2": 0.2})  # fmt: skip
+    found = pointing_budget(weak.replace("spacecraft.coils.limit_a_m2", 5e-5), ALONE)
+    (doubt,) = found.verdict.doubts
+    assert doubt.limit is COILS_GIVE and "coil 0 is asked for" in doubt.text
+    assert pointing_budget(weak, ALONE).verdict.state == "valid"
+    flown = simulate(held_scenario(weak.replace("simulation.revolutions", 6)).replace(
+        "simulation.record_s", 0.5))  # fmt: skip
+    dipole = flown["dipole_body"].values[len(flown.time) // 2 :]
+    assert 5e-5 * doubt.value == pytest.approx(np.abs(dipole).max(), rel=0.3)
 
 
 @pytest.mark.parametrize(
