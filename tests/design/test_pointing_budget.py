@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer import load_scenario, plot
+from torquer import load_scenario, plot, simulate
+from torquer.analysis.pointing.asked import COILS_GIVE
+from torquer.analysis.pointing.setting import held_scenario
 from torquer.base.limits import RequestError
 from torquer.compile import engine
 from torquer.design import PointingRequest, pointing_budget
@@ -62,7 +64,7 @@ def test_closed_forms(predicted):
     axes = found["constant_torque"]["ape"]["predicted"]["axes_deg"]
     assert axes == pytest.approx(torque, rel=0.02)
     for kind in ("ape", "ake"):
-        assert found["mounting"][kind]["predicted"]["axes_deg"] == pytest.approx(
+        assert found["attitude_sensor_mounting"][kind]["predicted"]["axes_deg"] == pytest.approx(
             [0.1] * 3, rel=0.02
         )
     # the wheels' momentum takes part in it: an error e of the rate leaves the torque e x h
@@ -70,8 +72,8 @@ def test_closed_forms(predicted):
     by_momentum = np.cross(np.eye(3), momentum).T / np.array(INERTIA)[:, None] / kappa**2
     units = 0.001 * math.sqrt(2.0 / 3.0) * (by_momentum - 2.0 / kappa * np.eye(3))
     bias = np.sqrt(np.sum(units**2, axis=1))
-    assert found["rate_bias"]["ape"]["predicted"]["axes_deg"] == pytest.approx(bias, rel=0.05)
-    noise = found["attitude_noise"]["ake"]["predicted"]
+    assert found["gyro_bias"]["ape"]["predicted"]["axes_deg"] == pytest.approx(bias, rel=0.05)
+    noise = found["attitude_sensor_noise"]["ake"]["predicted"]
     assert noise["rms_deg"] == pytest.approx(0.02 * math.sqrt(3.0))
     # 95 % of the lengths of three normal numbers
     assert noise["quantile_deg"] == pytest.approx(0.02 * 2.7955, rel=0.01)
@@ -79,7 +81,7 @@ def test_closed_forms(predicted):
 
 def test_constant_errors_are_steady_and_squares_add(predicted):
     data = predicted.data()
-    for name in ("constant_torque", "mounting", "rate_bias"):
+    for name in ("constant_torque", "attitude_sensor_mounting", "gyro_bias"):
         row = data["causes"][name]
         assert row["rpe"]["predicted"]["rms_deg"] < 0.05 * row["ape"]["predicted"]["rms_deg"]
         assert row["class"] == "constant"
@@ -116,7 +118,9 @@ def test_imbalance_needs_wheels_that_turn_fast(make):
 def test_friction_of_wheels_shared_by_a_search_has_no_number(make):
     four = {**WHEELS, "layout": {"kind": "four_sided_pyramid", "alpha_deg": 54.7, "beta_deg": 45.0},
             "initial_speed_rpm": 0, "coulomb_friction_n_m": 1e-6}  # fmt: skip
-    found = rows(pointing_budget(make(HELD | {"spacecraft.wheels": four}), ALONE))["friction"]
+    found = rows(pointing_budget(make(HELD | {"spacecraft.wheels": four}), ALONE))[
+        "wheels_friction"
+    ]
     assert found["ape"]["predicted"] is None and "minimax" in found["why_none"]
 
 
@@ -124,7 +128,7 @@ def test_steps_of_coils_have_no_number(make):
     coils = {"limit_a_m2": 3.0, "resolution_a_m2": 0.01, "random_error": 0.01,
              "dead_band_a_m2": 0.02}  # fmt: skip
     found = rows(pointing_budget(make(HELD | {"spacecraft.coils": coils}), ALONE))
-    for name in ("coil_steps", "coil_error", "coil_dead_band"):
+    for name in ("coils_resolution", "coils_random_error", "coils_dead_band"):
         assert found[name]["why_none"] and found[name]["ape"]["predicted"] is None
 
 
@@ -134,6 +138,33 @@ def test_no_number_beyond_small_turns(make):
     row = rows(found)["constant_torque"]
     assert row["ape"]["predicted"] is None and "beyond 19 deg" in row["why_none"]
     assert found.verdict.state == "doubtful"
+
+
+def test_wheels_that_saturate_are_told_without_flights(make):
+    """Gravity gives them some 1e-4 N m s in an inertial attitude, of 0.012 that they can have."""
+    law = {**HELD["control"]["law"], "euler_deg": [20, 35, 70]}
+    held = HELD | {"environment.gravity_gradient": True, "control.law": law}
+    for speed_rpm, state in ((3000.0, "valid"), (5990.0, "doubtful")):
+        wheels = {**WHEELS, "initial_speed_rpm": speed_rpm}
+        verdict = pointing_budget(make(held | {"spacecraft.wheels": wheels}), ALONE).verdict
+        assert verdict.state == state
+    assert "speed of a wheel over its limit" in verdict.lines()[0]
+
+
+@needs_jit
+@pytest.mark.slow
+def test_coils_that_saturate_are_told_without_flights():
+    """What is asked for is what a flight has: mean and two sigma are near to its greatest."""
+    weak = load_scenario(EXAMPLE.parent / "magnetic_hold.toml").replace(
+        "spacecraft.coils", {"limit_a_m2": 0.2})  # fmt: skip
+    found = pointing_budget(weak.replace("spacecraft.coils.limit_a_m2", 5e-5), ALONE)
+    (doubt,) = found.verdict.doubts
+    assert doubt.limit is COILS_GIVE and "coil 0 is asked for" in doubt.text
+    assert pointing_budget(weak, ALONE).verdict.state == "valid"
+    flown = simulate(held_scenario(weak.replace("simulation.revolutions", 6)).replace(
+        "simulation.record_s", 0.5))  # fmt: skip
+    dipole = flown["dipole_body"].values[len(flown.time) // 2 :]
+    assert 5e-5 * doubt.value == pytest.approx(np.abs(dipole).max(), rel=0.3)
 
 
 @pytest.mark.parametrize(
@@ -150,6 +181,13 @@ def test_no_number_beyond_small_turns(make):
             {"spacecraft.wheels": {**WHEELS, "minimum_speed_fraction": 0.1}},
             "spacecraft.wheels.minimum_speed_fraction: must be left out",
         ),
+        (
+            {"spacecraft.star_trackers": {"up": {}}},
+            r"star_trackers.up: must be left out for a poin",
+        ),
+        ({"spacecraft.integrating_gyro": {}}, "spacecraft.integrating_gyro: must be left out"),
+        ({"spacecraft.attitude_sensor.rate_limit_deg_s": 1.0}, "rate_limit_deg_s: must be left"),
+        ({"spacecraft.coils.polarity": [1, -1, 1]}, "spacecraft.coils.polarity: must be left out"),
         ({"control.measure_s": 1.0, "control.actuate_s": 1.0}, "control.measure_s: must be left"),
     ],
 )
@@ -193,7 +231,7 @@ def test_noise_flown_is_noise_predicted(make):
     }
     budget = pointing_budget(make(HELD | given), PointingRequest(flights=8))
     found = compared(budget)
-    names = {"attitude_noise", "rate_noise", "all"}
+    names = {"attitude_sensor_noise", "gyro_noise", "all"}
     assert {name for name, _ in found} == names
     assert np.array([*found.values()]) == pytest.approx(np.ones(len(found)), abs=0.06)
 

@@ -5,8 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from torquer.analysis.causes import COUNTED_ON
+from torquer.analysis.counter_tests import groups_of, lessened
 from torquer.base.strict_json import finite_or_none
-from torquer.design.causes import CAUSES, Cause, lessened
 from torquer.design.nearest import Lever, Nearest, nearest
 from torquer.scenario.spec import Scenario
 
@@ -141,23 +142,23 @@ class Failure:
 
 
 def without_each(
-    scenario: Scenario, causes: Sequence[Cause], fly: Callable[[Scenario, int], Flown]
+    scenario: Scenario, groups: Sequence[str], fly: Callable[[Scenario, int], Flown]
 ) -> tuple[dict[str, Flown], tuple[tuple[str, ...], Flown]]:
-    """Flights without each cause, and without the fewest that have to go together.
+    """Flights without each group of causes, and without the fewest that have to go together.
 
     The causes go together in the order in which they go best alone; the last flights are those
     without all where even these do not arrive.
     """
-    alone = {cause.name: fly(lessened(scenario, cause, 0.0), 1) for cause in causes}
-    order = sorted(causes, key=lambda cause: alone[cause.name].median)
+    alone = {group: fly(lessened(scenario, group, 0.0), 1) for group in groups}
+    order = sorted(groups, key=lambda group: alone[group].median)
     names: list[str] = []
     flown = Flown(0, 0, math.nan)
-    for cause in order:
-        if cause.is_counted_on:
+    for group in order:
+        if group in COUNTED_ON:
             continue
-        scenario = lessened(scenario, cause, 0.0)
-        names.append(cause.name)
-        flown = alone[cause.name] if len(names) == 1 else fly(scenario, 1)
+        scenario = lessened(scenario, group, 0.0)
+        names.append(group)
+        flown = alone[group] if len(names) == 1 else fly(scenario, 1)
         if flown.is_enough:
             break
     return alone, (tuple(names), flown)
@@ -180,9 +181,11 @@ def explain(
     is not enough by itself.
     """
     own = as_flown(scenario)
-    causes = tuple(each for each in CAUSES if as_flown(lessened(scenario, each, 0.0)) != own)
+    groups = [
+        each for each in groups_of(own) if as_flown(lessened(scenario, each, 0.0)) != own
+    ]  # fmt: skip
     flown = fly(scenario, 1)
-    without, together = without_each(scenario, causes, fly)
+    without, together = without_each(scenario, groups, fly)
     useful = [
         lever for lever in levers
         if lever.cause is None or (lever.cause in without and without[lever.cause].is_enough)

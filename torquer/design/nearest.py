@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.design.causes import BIAS, BY_NAME, DIPOLE, NOISE, lessened
+from torquer.analysis.causes import BIAS, DIPOLE, NOISE
+from torquer.analysis.counter_tests import lessened
 from torquer.scenario.change import found_at, with_values
 from torquer.scenario.spec import Scenario
 
@@ -64,14 +65,14 @@ def _put(key: str) -> Callable[[Scenario, float], Scenario]:
 
 
 def _part(name: str) -> Callable[[Scenario, float], Scenario]:
-    return lambda scenario, part: lessened(scenario, BY_NAME[name], part)
+    return lambda scenario, part: lessened(scenario, name, part)
 
 
 _dipole = _key("spacecraft.coils.residual_dipole_a_m2")
 
 
 def _with_dipole(scenario: Scenario, dipole_a_m2: float) -> Scenario:
-    return lessened(scenario, BY_NAME[DIPOLE], dipole_a_m2 / (_dipole(scenario) or 1.0))
+    return lessened(scenario, DIPOLE, dipole_a_m2 / (_dipole(scenario) or 1.0))
 
 
 def _limit(scenario: Scenario) -> float | None:

@@ -8,7 +8,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from torquer.analysis.pointing.causes import ALWAYS, Cause, causes_of, without
+from torquer.analysis.causes import Cause
+from torquer.analysis.counter_tests import without
+from torquer.analysis.pointing.asked import saturations
+from torquer.analysis.pointing.causes import ALWAYS, causes_of
 from torquer.analysis.pointing.predicted import Effect, predict
 from torquer.analysis.pointing.setting import Setting, held_scenario, make_setting
 from torquer.analysis.pointing.statistics import (
@@ -21,7 +24,7 @@ from torquer.design.pointing_budget_flights import FlightErrors, Flights, FlownE
 from torquer.design.pointing_imbalance import imbalance
 from torquer.design.requests import PointingRequest
 from torquer.scenario.spec import Scenario
-from torquer.theory.validity import LEAN, VALID, Doubt, Verdict
+from torquer.theory.validity import LEAN, Doubt, Verdict
 
 #: Errors by key: absolute, relative to the mean of a window, of knowledge.
 KINDS = {"ape": "APE", "rpe": "RPE", "ake": "AKE"}
@@ -230,11 +233,12 @@ def pointing_budget(
         whole = effect if isinstance(whole, str) else whole.plus(effect)
     beyond = [effect for effect in found.values() if effect == _BEYOND]
     whole = _BEYOND if beyond else _within_theory(setting, whole)
-    everything = Cause(ALL, "all", "")
+    everything = Cause(ALL, "all", "", "")
     total = _line(setting, request, everything, whole, flights)
     window_s = setting.size * setting.loop.cycle_s
     from_s = float(setting.loop.t_s[setting.first])
-    return PointingBudget(scenario, request, tuple(lines), total, from_s, window_s, _verdict(total))
+    verdict = _verdict(setting, total, whole)
+    return PointingBudget(scenario, request, tuple(lines), total, from_s, window_s, verdict)
 
 
 def _within_theory(setting: Setting, effect: Effect | str) -> Effect | str:
@@ -247,11 +251,11 @@ def _within_theory(setting: Setting, effect: Effect | str) -> Effect | str:
     return _BEYOND
 
 
-def _verdict(total: BudgetLine) -> Verdict:
-    """Whether all causes together stay where turns are small."""
-    if total.predicted is not None:
-        return VALID
-    return Verdict((Doubt(LEAN, math.nan, f"all causes: {total.why_none}"),))
+def _verdict(setting: Setting, total: BudgetLine, whole: Effect | str) -> Verdict:
+    """Whether all causes together stay where turns are small, and within the actuators' limits."""
+    if isinstance(whole, str):
+        return Verdict((Doubt(LEAN, math.nan, f"all causes: {total.why_none}"),))
+    return Verdict(tuple(saturations(setting, whole)))
 
 
 def _line(setting, request, cause: Cause, effect: Effect | str, flights) -> BudgetLine:

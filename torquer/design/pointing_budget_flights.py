@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.analysis.causes import Cause
 from torquer.analysis.filters.filter_check import record_run
-from torquer.analysis.pointing.causes import Cause
 from torquer.analysis.pointing.setting import Setting
 from torquer.analysis.pointing.statistics import Measured, Tally
 from torquer.campaign.fleet import Fleet

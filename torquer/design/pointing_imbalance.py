@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.analysis.pointing.causes import RANDOM, Cause
+from torquer.analysis.causes import RANDOM, Cause
 from torquer.analysis.pointing.predicted import Effect, no_error, wheel_speeds
 from torquer.analysis.pointing.setting import Setting
 from torquer.base.limits import RequestError
@@ -24,7 +24,7 @@ def imbalance(setting: Setting, request: PointingRequest) -> tuple[Cause, Effect
     if setting.scenario.spacecraft.wheels is None:
         key = "dynamic_imbalance_g_mm2" if dynamic else "static_imbalance_g_mm"
         raise RequestError(key, "must be left out for a satellite without wheels")
-    cause = Cause("imbalance", "wheels: imbalance", RANDOM)
+    cause = Cause("imbalance", "wheels: imbalance", RANDOM, "")
     return cause, _effect(setting, request)
 
 

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable, Mapping
 
+from torquer.analysis.counter_tests import undisturbed
 from torquer.campaign.capture import Capture, captured_by, flight
 from torquer.computer.blocks.law import Law
-from torquer.design.causes import undisturbed
 from torquer.design.failure import RUNS, Failure, Flown, explain, is_enough
 from torquer.design.nearest import LEVERS
 from torquer.design.requests import ThreeAxisRequest

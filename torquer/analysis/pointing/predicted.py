@@ -7,14 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.budget import budget_while_held
-from torquer.analysis.pointing.causes import (
-    ALONG,
-    ALWAYS,
-    OSCILLATING,
-    Cause,
-    causes_of,
-    without,
-)
+from torquer.analysis.causes import DIPOLE, Cause
+from torquer.analysis.counter_tests import without
+from torquer.analysis.pointing.causes import ALWAYS, OTHER_LAWS, causes_of
 from torquer.analysis.pointing.setting import Setting, torque_of
 from torquer.maths.geometry.attitudes import rotation_vector
 from torquer.spacecraft.sensors.sensing import mounting_matrix
@@ -22,6 +17,12 @@ from torquer.theory.three_axis.effects import Spread, states_under, under_walk, 
 from torquer.theory.three_axis.linearise import wanted_motion
 
 _DEGREE = math.radians(1.0)
+#: Why there is no number.
+_UNKNOWN = "it is not a torque or an error that linear theory knows along the orbit"
+_NOT_FIRST_ORDER = (
+    "it changes the dipole that is asked for by a part of itself: no effect of first order"
+)
+_LIMIT_CYCLE = "the loop goes round a limit cycle where it asks for less than the coils give"
 
 
 class Part(NamedTuple):
@@ -68,9 +69,10 @@ def no_error(count: int) -> Part:
 
 def predict(setting: Setting, cause: Cause) -> Effect | str:
     """The effect of a cause, or why there is no number for it."""
-    if cause.none:
-        return cause.none
-    return _EFFECTS[cause.name](setting, cause)
+    if cause.name.startswith("magnetometer"):
+        return _NOT_FIRST_ORDER
+    effect = _EFFECTS.get(cause.name)
+    return _UNKNOWN if effect is None else effect(setting, cause)
 
 
 def _under(setting: Setting, pushes: np.ndarray) -> np.ndarray:
@@ -121,7 +123,7 @@ def _of_random_torque(setting: Setting, cause: Cause) -> Effect:
 
 def _oscillating(setting: Setting, cause: Cause) -> Effect:
     """The part of the residual dipole that `disturbance` has, without that of the coils."""
-    off = [each for each in causes_of(setting.scenario) if each.name == "residual_dipole"]
+    off = [each for each in causes_of(setting.scenario) if each.label == DIPOLE]
     found = budget_while_held(without(setting.scenario, off))
     torque = found.disturbance["residual_dipole"][: len(setting.loop.t_s)]
     return _under_torque(setting, torque)
@@ -176,8 +178,11 @@ def _of_rate_noise(setting: Setting, cause: Cause) -> Effect:
     return _white_rate(setting, _DEGREE * setting.scenario.spacecraft.gyro.noise_deg_s)
 
 
-def _of_rate_steps(setting: Setting, cause: Cause) -> Effect:
+def _of_rate_steps(setting: Setting, cause: Cause) -> Effect | str:
     """Rounding of a noisy reading: uniform over a step."""
+    gyro = setting.scenario.spacecraft.gyro
+    if gyro.noise_deg_s < gyro.resolution_deg_s / 2.0:
+        return "steps above twice the noise are no random error (a limit cycle)"
     step = setting.scenario.spacecraft.gyro.resolution_deg_s
     return _white_rate(setting, _DEGREE * step / math.sqrt(12.0))
 
@@ -196,7 +201,7 @@ def _of_rate_drift(setting: Setting, cause: Cause) -> Effect:
 
 def _of_rate_matrix(setting: Setting, cause: Cause) -> Effect:
     """Scale errors or a turn of the gyro: what it reads of the wanted rate, too much."""
-    scale, size = cause.name == "rate_scale", _sigma(cause)
+    scale, size = cause.name == "gyro_scale", _sigma(cause)
     errors = []
     for axis in np.eye(3):
         keys = ((size * axis), (0.0, 0.0, 0.0))
@@ -256,7 +261,10 @@ def _of_friction(setting: Setting, cause: Cause) -> Effect | str:
     """
     wheels, speeds = setting.scenario.spacecraft.wheels, wheel_speeds(setting)
     if speeds is None:
-        return "the momentum alone does not tell the speeds of so many wheels"
+        return (
+            "speeds of more than three wheels that are shared by minimax follow from a search "
+            "(allocation = 'least_squares' has a prediction)"
+        )
     sticks = wheels.coulomb_friction_n_m if wheels.stiction_n_m is None else wheels.stiction_n_m
     taken = np.gradient(speeds * wheels.rotor_inertia_kg_m2(), setting.loop.cycle_s, axis=0)
     passes = np.diff(np.sign(speeds), axis=0) != 0.0
@@ -266,23 +274,33 @@ def _of_friction(setting: Setting, cause: Cause) -> Effect | str:
     return _under_torque(setting, torque @ np.array(wheels.array().axes))
 
 
+def _none(why: str) -> Callable:
+    return lambda setting, cause: why
+
+
+#: By the names of causes; of torques along the orbit those of `torquer.analysis.budget.NAMES`.
 _EFFECTS: dict[str, Callable[[Setting, Cause], Effect | str]] = {
     ALWAYS: _of_reference,
+    OTHER_LAWS: _none("what the other laws ask for depends on the wheels' momentum"),
     "air": _along("aerodynamic"),
-    **{name: _along(name) for name in ALONG},
-    OSCILLATING: _oscillating,
+    "solar_pressure": _along("solar_pressure"),
+    "eddy_currents": _along("eddy_currents"),
+    "oscillating_dipole": _oscillating,
     "residual_dipole": _of_dipole,
     "constant_torque": _of_constant_torque,
     "random_torque": _of_random_torque,
-    "attitude_noise": _of_attitude_noise,
-    "mounting": _of_mounting,
-    "rate_noise": _of_rate_noise,
-    "rate_steps": _of_rate_steps,
-    "rate_bias": _of_rate_bias,
-    "rate_drift": _of_rate_drift,
-    "rate_scale": _of_rate_matrix,
-    "rate_mounting": _of_rate_matrix,
+    "attitude_sensor_noise": _of_attitude_noise,
+    "attitude_sensor_mounting": _of_mounting,
+    "gyro_noise": _of_rate_noise,
+    "gyro_resolution": _of_rate_steps,
+    "gyro_bias": _of_rate_bias,
+    "gyro_drift": _of_rate_drift,
+    "gyro_scale": _of_rate_matrix,
+    "gyro_mounting": _of_rate_matrix,
     "ephemeris": _of_ephemeris,
-    "tachometers": _of_tachometers,
-    "friction": _of_friction,
+    "wheels_noise": _of_tachometers,
+    "wheels_friction": _of_friction,
+    "coils_random_error": _none(_NOT_FIRST_ORDER),
+    "coils_resolution": _none(_LIMIT_CYCLE),
+    "coils_dead_band": _none(_LIMIT_CYCLE),
 }

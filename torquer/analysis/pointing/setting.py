@@ -6,11 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.budget import budget_while_held
+from torquer.analysis.causes import GAPS, SAMPLING, acting_causes
 from torquer.analysis.pointing.causes import holder_of
 from torquer.computer.estimation.sensors import SensorReadings
 from torquer.computer.laws.pointing import HeldByWheels
 from torquer.maths.geometry.attitudes import to_body, to_reference
-from torquer.scenario.change import with_values
+from torquer.scenario.change import value_at, with_values
 from torquer.scenario.spec import Scenario
 from torquer.theory.three_axis.effects import Loop, Wheels, decay_s, make_loop
 from torquer.theory.three_axis.hold import AttitudeHold
@@ -18,13 +19,10 @@ from torquer.theory.three_axis.linearise import wanted_motion
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
 from torquer.theory.three_axis.wheel_hold import WheelHold
 
-#: Keys with which a sensor does not read at every control step.
-_NOT_OF_SENSORS = (
-    "sample_s", "failures", "sun_exclusion_deg", "moon_exclusion_deg", "earth_exclusion_deg",
-    "rate_limit_deg_s",
-)  # fmt: skip
-#: Keys with which an actuator does not give what is asked for from one command to the next.
-_NOT_OF_ACTUATORS = ("lag_s", "pwm_period_s", "failures", "lost", "minimum_speed_fraction")
+#: Causes that change the loop on the way.
+_CHANGES = (GAPS, SAMPLING)
+#: What is part of the loop: the control cycle.
+_CYCLE = "cycle"
 
 
 class Setting(NamedTuple):
@@ -71,26 +69,28 @@ def _check_devices(scenario: Scenario) -> None:
             f"are those of attitude sensor and gyro; received {control.estimator.kind!r} "
             "(`torquer filter-check` has the errors of a filter)"
         )
-    for key, sensor in craft.sensors().items():
-        if key.partition(".")[0] not in ("attitude_sensor", "gyro", "attitude_sensors", "gyros"):
-            continue
-        if "." in key:
-            raise ValueError(f"spacecraft.{key}: must be one of its kind for a pointing budget")
-        _left_out(f"spacecraft.{key}", sensor, _NOT_OF_SENSORS)
-    for key, table in (("coils", craft.coils), ("wheels", craft.wheels)):
-        _left_out(f"spacecraft.{key}", table, _NOT_OF_ACTUATORS)
-    by_wheels = isinstance(holder_of(scenario)[1], HeldByWheels)
-    _left_out("control", control, ("failures", *(("measure_s",) if by_wheels else ())))
-
-
-def _left_out(place: str, table, names: tuple[str, ...]) -> None:
-    """ValueError for a key that linear theory along a flight has no place for."""
-    for name in names:
-        if table is not None and (value := getattr(table, name, None)):
+    for key, flown in craft.flown().items():
+        kind = flown.device.kind
+        if kind in ("attitude_sensor", "gyro") and key != kind:
             raise ValueError(
-                f"{place}.{name}: must be left out for a pointing budget, whose linear theory is "
-                f"of the same loop all the time; received {value}"
+                f"spacecraft.{key}: must be left out for a pointing budget, whose linear theory is "
+                f"of one attitude_sensor and one gyro; received {flown.said}"
             )
+    wheels, by_wheels = craft.wheels, isinstance(holder_of(scenario)[1], HeldByWheels)
+    keys = [
+        key
+        for cause in acting_causes(scenario)
+        if cause.group in _CHANGES and cause.name != _CYCLE
+        for key in cause.off
+    ]
+    keys += ["control.measure_s"] if by_wheels and control.measure_s else []
+    if wheels is not None and wheels.minimum_speed_fraction is not None:
+        keys.append("spacecraft.wheels.minimum_speed_fraction")
+    for key in keys:
+        raise ValueError(
+            f"{key}: must be left out for a pointing budget, whose linear theory is of the same "
+            f"loop all the time; received {value_at(scenario, key)}"
+        )
 
 
 def _check_range(scenario: Scenario, rates_rad_s: np.ndarray) -> None:
