@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from torquer.base.version import VERSION
-from torquer.scenario.spec import Scenario
 
 HERE = Path(__file__).parent
 
@@ -25,11 +24,22 @@ def store(name: str, case: str, rows: list[dict]) -> None:
     data = read(name)
     found = {"flown": datetime.now(UTC).date().isoformat(), "torquer": VERSION, "rows": rows}
     data["cases"][case] = found
-    text = json.dumps(data, indent=1, ensure_ascii=False)
-    (HERE / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+    (HERE / f"{name}.json").write_text(as_text(data), encoding="utf-8")
 
 
-def fly_all(fly: Callable[[Scenario], dict], members: Iterable[Scenario]) -> list[dict]:
+def as_text(data: dict) -> str:
+    """Results as JSON, a line for each row."""
+    cases = (_case_as_text(case, found) for case, found in data["cases"].items())
+    return '{"cases": {\n' + ",\n".join(cases) + "\n}}\n"
+
+
+def _case_as_text(case: str, found: dict) -> str:
+    head = ", ".join(f"{json.dumps(key)}: {json.dumps(found[key])}" for key in ("flown", "torquer"))
+    rows = ",\n ".join(json.dumps(row, ensure_ascii=False) for row in found["rows"])
+    return f'{json.dumps(case)}: {{{head}, "rows": [\n {rows}]}}'
+
+
+def fly_all(fly: Callable, members: Iterable) -> list[dict]:
     """What `fly` says of each member, two at a time."""
     with ThreadPoolExecutor(2) as pool:
         return [*pool.map(fly, members)]

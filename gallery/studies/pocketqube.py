@@ -127,9 +127,9 @@ def flown(scenario) -> dict:
     }
 
 
-def fly(case: str) -> list[dict]:
+def fly(case: str, count: int | None = None) -> list[dict]:
     """All members of a case with both laws."""
-    count = CASES[case][0]
+    count = count or CASES[case][0]
     rows = {law: fly_all(flown, members(case, law, count)) for law in LAWS}
     return [{law: rows[law][k] for law in LAWS} for k in range(count)]
 
@@ -152,10 +152,11 @@ def impossible_part(draws: int) -> float:
     return float(np.mean([not is_body(row["spacecraft.body.inertia_kg_m2"]) for row in rows]))
 
 
-def fly_alone() -> list[dict]:
+def fly_alone(draws: int | None = None) -> list[dict]:
     """What the steps do by themselves, and how many draws are no bodies."""
+    draws = draws or 500
     return [
         {"hours": 1.0, "rk4": digits(damped_part(1.0, "rk4")),
          "splitting": digits(damped_part(1.0, "splitting"))},
-        {"draws": 500, "impossible": digits(impossible_part(500))},
+        {"draws": draws, "impossible": digits(impossible_part(draws))},
     ]  # fmt: skip

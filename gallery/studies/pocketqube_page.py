@@ -1,10 +1,13 @@
 """The page's section on the PocketQube, and its picture, of the stored results."""
 
+import functools
+
 import numpy as np
 
 from gallery.drawing import BLUE, RED, label, new_figure
 from gallery.studies.flying import read
-from gallery.studies.pocketqube import CASES, LAWS, NAME
+from gallery.studies.pocketqube import CASES, LAWS, NAME, fly, fly_alone
+from gallery.studies.study import Study
 
 #: Published: members, stopped, mean and standard deviation of the time to stop [h], time on [h].
 PUBLISHED = {"plain": (500, 500, 22.53, 4.84, 36.61), "weighted": (500, 500, 22.63, 4.83, 34.82)}
@@ -135,3 +138,11 @@ def picture():
     axes[0].set(xlim=(-0.5, len(cases) - 0.5), ylim=(0.0, None))
     label(axes[0], "", "time to stop [h]")
     return figure
+
+
+STUDY = Study(
+    NAME,
+    {"free": fly_alone} | {case: functools.partial(fly, case) for case in CASES},
+    section,
+    (PICTURE, picture),
+)

@@ -1,0 +1,20 @@
+"""What a study is: its cases, by name, and what the page says of their results."""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+#: Flies a case with so many members, or with its own number of them: one row each.
+Fly = Callable[[int | None], list[dict]]
+
+
+class Study(NamedTuple):
+    """A row of the list of studies.
+
+    `name`: of its files; `cases`: what it flies; `section`: the page's text, of stored results;
+    `picture`: file of the picture and the figure, likewise.
+    """
+
+    name: str
+    cases: Mapping[str, Fly]
+    section: Callable[[], str]
+    picture: tuple[str, Callable]
