@@ -14,14 +14,17 @@ import numpy as np
 from torquer.base.shared import Sharing
 from torquer.campaign.at_once import AtOnce
 from torquer.campaign.checks import Rotation, checks_for, of_steps
+from torquer.campaign.momenta import carried_by, carried_in, find_logs, recorded_logs
 from torquer.campaign.outcomes import (
     TOTALS,
-    Reduction,
+    log_names,
     needs_field,
     needs_modes,
+    needs_momentum,
     needs_sun,
     outcomes_with_series,
 )
+from torquer.campaign.reduction import Reduction
 from torquer.campaign.room import MOST_INSTANTS
 from torquer.campaign.sampling import Drawn, as_changes, draw, member_seeds
 from torquer.campaign.signals import Flown
@@ -29,7 +32,14 @@ from torquer.campaign.spec import Campaign
 from torquer.campaign.variation import ATTITUDE
 from torquer.scenario.change import checked_again, fields_at, with_values
 from torquer.scenario.spec import InitialMotion, Scenario, Spacecraft
-from torquer.simulation.lanes.group import RECORDS, Lanes, Pieces, first_rate, why_not_in_lanes
+from torquer.simulation.lanes.group import (
+    RECORDS,
+    Kept,
+    Lanes,
+    Pieces,
+    first_rate,
+    why_not_in_lanes,
+)
 from torquer.simulation.outside.library import OtherComputer
 from torquer.simulation.results.dataset import mode_numbers
 from torquer.simulation.setup.checkpoints import Checkpoints, advance_in_pieces
@@ -85,6 +95,11 @@ class Fleet:
         with self._sharing.learning():
             run = flown_by(computer, checked_again(scenario, keys))
         self._library = run.library
+        found = find_logs(campaign, run)
+        self._log_names = [*log_names(campaign.outcomes)]
+        self._log_cells = {name: each.cell for name, each in found.items()}
+        self.log_units = {name: each.unit for name, each in found.items()}
+        self._carries = needs_momentum(campaign.outcomes)
         self.rows = run.steps // run.plan.record_steps + 1
         places = np.linspace(0, self.rows - 1, MOST_INSTANTS)
         self._kept = np.unique(places.round().astype(int))
@@ -121,7 +136,8 @@ class Fleet:
         if why := why_not_in_lanes(self.base):
             return None, why
         try:
-            lanes = Lanes(self.base, self._pieces)
+            kept = Kept(tuple(self._log_cells.values()), wheels=self._carries)
+            lanes = Lanes(self.base, self._pieces, kept)
         except ValueError as error:  # of a user's law
             return None, str(error)
         for key in self.campaign.varied_keys:
@@ -183,7 +199,7 @@ class Fleet:
             return flown
 
         def pass_on(columns: slice, first: int, motion: np.ndarray) -> None:
-            take(rows[columns], first, motion)
+            take(rows[columns], first, motion[:, :7])
 
         numbers = np.array([fitting[row] for row in rows])
         _, failed = self._lanes.fly_in_parts(numbers, chunk.seeds[rows], pass_on)
@@ -199,21 +215,30 @@ class Fleet:
         rows = np.array(sorted(fitting, key=lambda row: first_rate(fitting[row])), int)
         if not len(rows):
             return
+        numbers = np.array([fitting[row] for row in rows])
         taken = Reduction(self.campaign.outcomes, self.scenario, len(rows), self._kept)
         rotation = Rotation(self.scenario, len(rows), self.scenario.length_s)
 
         def take(columns: slice, first: int, motion: np.ndarray) -> None:
             motion, along = np.swapaxes(motion, 1, 2), self._records_along(first, len(motion))
-            flown = Flown(along[0], motion[..., :4], motion[..., 4:], *along[1:])
+            flown = Flown(along[0], motion[..., :4], motion[..., 4:7], *along[1:])
+            flown = flown._replace(**self._also(motion[..., 7:], numbers[columns]))
             taken.add(columns, first, flown)
             rotation.add(columns, flown)
 
-        numbers = np.array([fitting[row] for row in rows])
         cells, failed = lanes.fly_in_parts(numbers, chunk.seeds[rows], take)
         self._put(chunk, rows, taken, {name: cells[name] for name in TOTALS})
         self._put_checks(chunk, rows, self.scenario, cells, rotation)
         for row in rows[failed].tolist():
             self._fly_alone(chunk, row)
+
+    def _also(self, kept: np.ndarray, numbers: np.ndarray) -> dict:
+        """What `Flown` has of members in lanes beside their motion; `kept` (r, n, k)."""
+        logs = {name: kept[..., k] for k, name in enumerate(self._log_cells)}
+        if not self._carries:
+            return {"logs": logs}
+        carried = carried_in(self._lanes.packed, numbers)
+        return {"logs": logs, "carried": carried, "wheels_n_m_s": kept[..., len(logs) :]}
 
     def _records_along(self, first: int, count: int) -> list:
         """Times, and what `Flown` has along the orbit, of records that all members share."""
@@ -322,7 +347,12 @@ class Fleet:
                 before = changes.get(name, numbers[:0])
                 changes[name] = np.concatenate([before, numbers[at : at + RECORDS]])
             states = {name: numbers[:, None] for name, numbers in changes.items()}
-            flown = Flown._make([t_s, q, omega, *along, states if needed else None])
+            flown = Flown(t_s, q, omega, *along, states if needed else None)
+            here = slice(at, at + RECORDS)
+            flown = flown._replace(logs=recorded_logs(record, run, here, self._log_names))
+            if self._carries:
+                wheels = record.wheels[here, None, : len(run.state.rotors)]
+                flown = flown._replace(carried=carried_by(run), wheels_n_m_s=wheels)
             found.add(slice(0, 1), first, flown)
             rotation.add(slice(0, 1), flown)
             changes |= _where_changed(changes)

@@ -3,7 +3,7 @@
 A signal is a function `(scenario, flown)`; members share the orbit, and so all that is along it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -11,8 +11,10 @@ import numpy as np
 from torquer.analysis.attitude import orbital_axes
 from torquer.analysis.series import angle_deg
 from torquer.base.spec import Spec, unit_vector
+from torquer.base.user_source import plain_function
 from torquer.maths.geometry.attitudes import to_body, to_reference
 from torquer.maths.geometry.quaternion import angle_between
+from torquer.maths.geometry.vec3 import sym_vec
 from torquer.scenario.held import (
     Attitude,
     Holding,
@@ -21,6 +23,17 @@ from torquer.scenario.held import (
     held_over_time,
 )
 from torquer.scenario.spec import Scenario
+
+
+class Carried(NamedTuple):
+    """What gives n members momentum, each its own."""
+
+    inertia_kg_m2: np.ndarray
+    """(n, 6), as `sym_vec` takes it"""
+    fixed_n_m_s: np.ndarray
+    """(n, 3): that of wheels whose momentum is fixed"""
+    wheel_axes: np.ndarray
+    """(n, w, 3)"""
 
 
 class Flown(NamedTuple):
@@ -46,6 +59,12 @@ class Flown(NamedTuple):
     modes: Mapping[str, np.ndarray] | None = None
     """Number of the state of each region, by region: (h + r, n), as states set what is kept later:
     all that came before, records without a change left out; None if no outcome uses it."""
+    carried: Carried | None = None
+    """None if no outcome uses a momentum."""
+    wheels_n_m_s: np.ndarray | None = None
+    """(r, n, w): momentum of each wheel relative to the body; None if no outcome uses it."""
+    logs: Mapping[str, np.ndarray] = {}
+    """What laws and estimators log (r, n), by the outcome's name for it."""
 
 
 class Axis(Spec):
@@ -74,6 +93,49 @@ def rate_orbital(scenario: Scenario, flown: Flown) -> np.ndarray:
     turning = np.cross(r, v) / np.sum(r * r, axis=1, keepdims=True)
     relative = flown.omega_body - to_body(flown.q_body_to_inertial, turning[:, None])
     return np.degrees(np.linalg.norm(relative, axis=-1))
+
+
+def rate_about(k: int) -> Callable[[Scenario, Flown], np.ndarray]:
+    """The signal of the absolute angular rate about axis k of the body [deg/s], with its sign."""
+
+    def component(scenario: Scenario, flown: Flown) -> np.ndarray:
+        return np.degrees(flown.omega_body[..., k])
+
+    return component
+
+
+def momentum(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Magnitude of the angular momentum of body and wheels [N m s]."""
+    carried = _carried(flown)
+    body = plain_function(sym_vec)(carried.inertia_kg_m2.T, np.moveaxis(flown.omega_body, -1, 0))
+    fixed, wheels = carried.fixed_n_m_s.T, _of_wheels(carried, flown)
+    return _magnitude([body[k] + fixed[k] + wheels[k] for k in range(3)])
+
+
+def wheel_momentum(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Magnitude of the momentum of all wheels together, relative to the body [N m s]."""
+    return _magnitude(_of_wheels(_carried(flown), flown))
+
+
+def _carried(flown: Flown) -> Carried:
+    if flown.carried is None or flown.wheels_n_m_s is None:
+        raise ValueError("carried, wheels_n_m_s: must be given for a momentum; received None")
+    return flown.carried
+
+
+def _of_wheels(carried: Carried, flown: Flown) -> list[np.ndarray]:
+    """Components (r, n) of the wheels' momentum; summed one by one, so alike for any n."""
+    axes, momenta = carried.wheel_axes, flown.wheels_n_m_s
+    none = np.zeros(momenta.shape[:2])
+    return [
+        sum((axes[:, w, k] * momenta[..., w] for w in range(axes.shape[1])), start=none)
+        for k in range(3)
+    ]
+
+
+def _magnitude(parts) -> np.ndarray:
+    x, y, z = parts
+    return np.sqrt(x * x + y * y + z * z)
 
 
 def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:
