@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.campaign.outcomes import log_names
-from torquer.campaign.signals import Carried
 from torquer.campaign.spec import Campaign
 from torquer.scenario.explain import suggestion
 from torquer.simulation.lanes.packing import Packed
 from torquer.simulation.loop.state import Record
+from torquer.simulation.results.momenta import Carried
 from torquer.simulation.setup.prepare import make_log
 from torquer.simulation.setup.run import Run
 
@@ -60,15 +60,8 @@ def recorded_logs(record: Record, run: Run, rows: slice, asked: Iterable[str]) -
     }
 
 
-def carried_by(run: Run) -> Carried:
-    """What a run's body and wheels carry, as of one member."""
-    rigid, rotors = run.dynamics.rigid, run.plan.plant.rotors.rows
-    axes = np.stack([rotors[f"axis_{c}"] for c in "xyz"], axis=-1)
-    return Carried(np.array([rigid.inertia]), np.array([rigid.wheel_momentum]), axes[None])
-
-
 def carried_in(packed: Packed, numbers: np.ndarray) -> Carried:
-    """The same of members (n, size) in lanes, as `packed` tells where it stands."""
+    """What members (n, size) in lanes carry, as `packed` tells where it stands."""
     inertia, _, fixed, *_ = packed.of_dynamics.plant.parts[0].parts
     rows_at, rows = packed.of_loop.plant.parts[1].parts[0]
     firsts = rows_at + rows.size * np.arange(rows.shape[0])

@@ -175,9 +175,9 @@ class Outcome(Spec):
     ]
     """Source of the number: 'rate_deg_s' (absolute rate), 'rate_x_deg_s' to 'rate_z_deg_s' (about
     an axis of the body, with its sign), 'rate_orbital_deg_s' (relative to the orbital frame),
-    'attitude_error_deg', 'momentum_n_m_s' (of body and wheels), 'wheel_momentum_n_m_s'; what a law
-    or an estimator logs, by its name in results ('law.on_s', of a vector 'law.on_s[0]'); a table
-    with the angle of an `axis`, or with `of_start`; or a total of the run: 'coil_energy_j',
+    'attitude_error_deg', 'momentum_n_m_s' (of body and wheels) or 'wheel_momentum_n_m_s'. Or what a
+    law or an estimator logs, by its name in results: 'law.on_s', of a vector 'law.on_s[0]'. Or a
+    table with the angle of an `axis`, or with `of_start`. Or a total of the run: 'coil_energy_j',
     'peak_dipole_a_m2' (of one coil). The error is from the attitude that the scenario's laws hold.
     With modes these are the laws of the present states; there is no number while they hold none.
     """

@@ -11,10 +11,8 @@ import numpy as np
 from torquer.analysis.attitude import orbital_axes
 from torquer.analysis.series import angle_deg
 from torquer.base.spec import Spec, unit_vector
-from torquer.base.user_source import plain_function
 from torquer.maths.geometry.attitudes import to_body, to_reference
 from torquer.maths.geometry.quaternion import angle_between
-from torquer.maths.geometry.vec3 import sym_vec
 from torquer.scenario.held import (
     Attitude,
     Holding,
@@ -23,17 +21,7 @@ from torquer.scenario.held import (
     held_over_time,
 )
 from torquer.scenario.spec import Scenario
-
-
-class Carried(NamedTuple):
-    """What gives n members momentum, each its own."""
-
-    inertia_kg_m2: np.ndarray
-    """(n, 6), as `sym_vec` takes it"""
-    fixed_n_m_s: np.ndarray
-    """(n, 3): that of wheels whose momentum is fixed"""
-    wheel_axes: np.ndarray
-    """(n, w, 3)"""
+from torquer.simulation.results.momenta import Carried, momentum_size, wheel_momentum_size
 
 
 class Flown(NamedTuple):
@@ -106,36 +94,19 @@ def rate_about(k: int) -> Callable[[Scenario, Flown], np.ndarray]:
 
 def momentum(scenario: Scenario, flown: Flown) -> np.ndarray:
     """Magnitude of the angular momentum of body and wheels [N m s]."""
-    carried = _carried(flown)
-    body = plain_function(sym_vec)(carried.inertia_kg_m2.T, np.moveaxis(flown.omega_body, -1, 0))
-    fixed, wheels = carried.fixed_n_m_s.T, _of_wheels(carried, flown)
-    return _magnitude([body[k] + fixed[k] + wheels[k] for k in range(3)])
+    carried, wheels = _momenta(flown)
+    return momentum_size(carried, flown.omega_body, wheels)
 
 
 def wheel_momentum(scenario: Scenario, flown: Flown) -> np.ndarray:
     """Magnitude of the momentum of all wheels together, relative to the body [N m s]."""
-    return _magnitude(_of_wheels(_carried(flown), flown))
+    return wheel_momentum_size(*_momenta(flown))
 
 
-def _carried(flown: Flown) -> Carried:
+def _momenta(flown: Flown) -> tuple[Carried, np.ndarray]:
     if flown.carried is None or flown.wheels_n_m_s is None:
         raise ValueError("carried, wheels_n_m_s: must be given for a momentum; received None")
-    return flown.carried
-
-
-def _of_wheels(carried: Carried, flown: Flown) -> list[np.ndarray]:
-    """Components (r, n) of the wheels' momentum; summed one by one, so alike for any n."""
-    axes, momenta = carried.wheel_axes, flown.wheels_n_m_s
-    none = np.zeros(momenta.shape[:2])
-    return [
-        sum((axes[:, w, k] * momenta[..., w] for w in range(axes.shape[1])), start=none)
-        for k in range(3)
-    ]
-
-
-def _magnitude(parts) -> np.ndarray:
-    x, y, z = parts
-    return np.sqrt(x * x + y * y + z * z)
+    return flown.carried, flown.wheels_n_m_s
 
 
 def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:

@@ -1,6 +1,5 @@
 """A signal over time: percentile bands of all members, and the worst member."""
 
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure

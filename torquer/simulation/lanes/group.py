@@ -34,7 +34,8 @@ _MOTION = 7
 RECORDS, PIECES = 2048, 64
 #: Is given what members have flown: their rows, the number of the first record, attitudes and rates
 #: (r, 7, n) at the records from there on; with `Kept`, what it names in further places.
-Take = Callable[[slice, int, np.ndarray], None]
+#: It answers whether these members need not be flown on.
+Take = Callable[[slice, int, np.ndarray], bool | None]
 
 
 class Kept(NamedTuple):
@@ -231,10 +232,12 @@ class Lanes:
         batches = [self._batch(rows, numbers[rows], seeds[rows]) for rows in parts]
         rows = min(run.steps // plan.record_steps + 1, RECORDS)
         kept = np.zeros((rows, self._width, LANES))
+        flying = batches
         for first in range(0, run.steps, run.piece_steps):
+            if not flying:
+                break
             piece = self.pieces.at(first)
-            for batch in batches:
-                self._fly_piece(batch, piece, kept, take)
+            flying = [batch for batch in flying if self._fly_piece(batch, piece, kept, take)]
         states = [_states(each) for each in batches]
         failed = [each.members.ends["how"][: _count(each)] != RUNNING for each in batches]
         return np.concatenate(states), np.concatenate(failed)
@@ -265,9 +268,11 @@ class Lanes:
             *(self._boards(numbers[fill]), at, local),
         )
 
-    def _fly_piece(self, batch: _Batch, piece: Piece, kept: np.ndarray, take: Take) -> None:
-        """Fly on to the end of a piece; `kept`: place for records, each at its number modulo its
-        length."""
+    def _fly_piece(self, batch: _Batch, piece: Piece, kept: np.ndarray, take: Take) -> bool:
+        """Fly on to the end of a piece; whether members are to fly on.
+
+        `kept`: place for records, each at its number modulo its length.
+        """
         run, plan, at, count = self.run, batch.plan, batch.at, _count(batch)
         problem = Arguments(
             Problem(
@@ -289,11 +294,13 @@ class Lanes:
                     raise KeyboardInterrupt
                 run_steps(arguments, last)
             records = np.arange(first // plan.record_steps, -(-last // plan.record_steps))
-            take(batch.rows, int(records[0]), kept[records % len(kept), :, :count])
+            if take(batch.rows, int(records[0]), kept[records % len(kept), :, :count]):
+                return False
         if piece.last == run.steps:
             propagate(problem, run.steps, run.steps, LOOK_ONLY)
             if run.steps % plan.record_steps == 0:
                 self._take_end(batch, arguments, kept, take)
+        return True
 
     def _take_end(self, batch: _Batch, arguments: Arguments, kept: np.ndarray, take: Take) -> None:
         """Give away the record at the end, which the loop does not reach."""
